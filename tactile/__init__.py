@@ -1,0 +1,14 @@
+"""Touch: what a finger feels of a relief, with gradients. Millimetres, newtons, MPa."""
+
+from tactile.area import contact_area as contact_area
+from tactile.contact import ContactError as ContactError
+from tactile.errors import InputError as InputError
+from tactile.jnd import jnd_apart as jnd_apart
+from tactile.jnd import jnd_scaled as jnd_scaled
+from tactile.jnd import told_apart as told_apart
+from tactile.model import LayerModel as LayerModel
+from tactile.model import Touch as Touch
+from tactile.model import layer_model as layer_model
+from tactile.model import press as press
+from tactile.roughness import roughness as roughness
+from tactile.skin import Skin as Skin

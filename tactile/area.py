@@ -1,0 +1,20 @@
+"""Contact area, which the finger reads as temperature (paper equation 3)."""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+GAP_WEIGHT_PER_MM = 80.0
+"""A gap of 0.0125 mm counts half (paper equation 3)."""
+
+
+def contact_area(gap: Tensor, size_mm: float = 10.0) -> Tensor:
+    """A = sum over pixels of p² / (1 + 80 g), in mm² (paper equation 3).
+
+    Args:
+        gap: (..., n, n) distance between deformed skin and texture, mm; tiny negative values of an iterative solution
+            count as contact.
+        size_mm: side of the patch.
+    """
+    weight = 1.0 / (1.0 + GAP_WEIGHT_PER_MM * gap.clamp_min(0.0))
+    return weight.mean((-2, -1)) * size_mm**2

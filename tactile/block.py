@@ -1,0 +1,163 @@
+"""Finite elements for the skin block: its response to normal forces on the contact face.
+
+The block does not depend on the texture, so its response is computed once. Its two mirror planes split it into four
+parity blocks, each a quarter of the block with its own conditions on the mirror planes: a load even in x leaves u_x = 0
+on the plane x = 0, an odd one leaves u_y = u_z = 0. Hexahedra with selective reduced integration: the volumetric part at
+one point, the rest at eight, because plain trilinear elements lock at nu = 0.48.
+
+Axes are (row, column, depth); depth runs from the contact face (0) to the bonded face. Unit Young's modulus throughout.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import scipy.sparse as sp
+import skfem
+from numpy.typing import NDArray
+from skfem.helpers import ddot, div, sym_grad
+
+from tactile.skin import lame
+from tactile.sparse import factorised
+
+Array = NDArray[np.float64]
+Sides = Literal["free", "sliding"]
+Parity = tuple[bool, bool]
+"""Whether the load is odd in (row, column)."""
+
+PARITIES: tuple[Parity, ...] = ((False, False), (False, True), (True, False), (True, True))
+
+STRAIN_COMPONENTS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+"""(row, column, depth) index pairs of the six strains, in the order in which they are stored."""
+
+
+@dataclass(frozen=True)
+class QuarterResponse:
+    """Response of one parity block to unit normal forces on the nodes of its quarter of the contact face.
+
+    Attributes:
+        displacement: (nodes, nodes) normal displacement of the contact face, mm/N at E = 1 MPa; nodes row-major, from
+            the mirror planes outward, `quarter + 1` along each axis.
+        strain: (6, elements, nodes) strains at the element centres at receptor depth, elements row-major.
+    """
+
+    displacement: Array
+    strain: Array
+
+
+def depth_levels(depth_mm: float, thickness_mm: float, coarsest_mm: float) -> Array:
+    """Node depths such that the receptor depth lies at the centre of a layer of elements.
+
+    Args:
+        coarsest_mm: no layer is thicker than this.
+    """
+    above = int(np.ceil(depth_mm / coarsest_mm - 0.5))
+    fine = depth_mm / (above + 0.5)
+    top = fine * np.arange(above + 2)
+    top = top[top < thickness_mm - 0.25 * fine]
+    if len(top) < above + 2:  # the receptors lie next to the bone
+        top = depth_mm - (thickness_mm - depth_mm) + 2.0 * (thickness_mm - depth_mm) * np.arange(2)
+        top = np.concatenate((np.linspace(0.0, top[0], above + 1)[:-1], top[:1]))
+    rest = int(np.ceil((thickness_mm - top[-1]) / coarsest_mm))
+    return np.concatenate((top, np.linspace(top[-1], thickness_mm, rest + 1)[1:]))
+
+
+def quarter_responses(
+    half_mm: float, quarter: int, levels: Array, depth_mm: float, poisson_ratio: float, sides: Sides
+) -> dict[Parity, QuarterResponse]:
+    """Responses of the four parity blocks.
+
+    Args:
+        half_mm: half the side of the block.
+        quarter: elements along half a side.
+        levels: node depths, from 0 to the thickness.
+        depth_mm: receptor depth; must be the centre of a layer of elements.
+        poisson_ratio: nu.
+        sides: "free" (no traction) or "sliding" (no normal displacement, no shear).
+    """
+    line = np.linspace(0.0, half_mm, quarter + 1)
+    mesh = skfem.MeshHex.init_tensor(line, line, levels)
+    basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementHex1()), intorder=2)
+    stiffness = _stiffness(mesh, poisson_ratio)
+
+    row, column, depth = mesh.p
+    dofs = basis.nodal_dofs  # (3, nodes)
+    face = np.flatnonzero(np.isclose(depth, 0.0))
+    face = face[np.lexsort((column[face], row[face]))]
+    strain_operator = _strain_at_depth(basis, depth_mm)
+
+    responses: dict[Parity, QuarterResponse] = {}
+    for parity in ((False, False), (False, True), (True, True)):
+        fixed = [dofs[:, np.isclose(depth, levels[-1])].ravel()]
+        for axis, (position, odd) in enumerate(zip((row, column), parity, strict=True)):
+            mirror = np.isclose(position, 0.0)
+            held = [a for a in range(3) if (a != axis) == odd]
+            fixed.append(dofs[np.ix_(held, np.flatnonzero(mirror))].ravel())
+            if sides == "sliding":
+                fixed.append(dofs[axis, np.isclose(position, half_mm)])
+        free = np.setdiff1d(np.arange(basis.N), np.concatenate(fixed))
+        number = np.full(basis.N, -1)
+        number[free] = np.arange(free.size)
+        loaded = number[dofs[2, face]]
+        present = np.flatnonzero(loaded >= 0)
+
+        forces = np.zeros((free.size, face.size))
+        forces[loaded[present], present] = 1.0
+        solution = factorised(stiffness[np.ix_(free, free)])(forces)
+        surface = np.zeros((face.size, face.size))
+        surface[present] = solution[loaded[present]]
+        strains = strain_operator[:, free] @ solution
+        responses[parity] = QuarterResponse(surface, strains.reshape(6, quarter**2, face.size))
+    responses[True, False] = _transposed(responses[False, True], quarter)
+    return responses
+
+
+def _stiffness(mesh: skfem.MeshHex, poisson_ratio: float) -> sp.csr_matrix:
+    lam, mu = lame(1.0, poisson_ratio)
+
+    @skfem.BilinearForm
+    def volumetric(u, v, _):  # type: ignore[no-untyped-def]
+        return lam * div(u) * div(v)
+
+    @skfem.BilinearForm
+    def shear(u, v, _):  # type: ignore[no-untyped-def]
+        return 2.0 * mu * ddot(sym_grad(u), sym_grad(v))
+
+    element = skfem.ElementVector(skfem.ElementHex1())
+    one_point = skfem.Basis(mesh, element, intorder=1)
+    eight_points = skfem.Basis(mesh, element, intorder=3)
+    return sp.csr_matrix(volumetric.assemble(one_point) + shear.assemble(eight_points))
+
+
+def _strain_at_depth(basis: skfem.Basis, depth_mm: float) -> sp.csr_matrix:
+    """(6 * elements, unknowns): strains at the centres of the elements whose centre lies at the receptor depth."""
+    mesh = basis.mesh
+    centres = mesh.p[:, mesh.t].mean(axis=1)
+    here = np.flatnonzero(np.isclose(centres[2], depth_mm))
+    if here.size == 0:
+        raise ValueError(f"no layer of elements is centred at depth {depth_mm} mm")
+    here = here[np.lexsort((centres[1][here], centres[0][here]))]
+    centre = skfem.Basis(
+        mesh, basis.elem, quadrature=(np.full((3, 1), 0.5), np.ones(1)), elements=here
+    )
+    rows, columns, values = [], [], []
+    for local in range(basis.Nbfun):
+        field = centre.basis[local][0]
+        gradient = field.grad[..., 0]  # (component, derivative, elements)
+        for number, (a, b) in enumerate(STRAIN_COMPONENTS):
+            rows.append(number * here.size + np.arange(here.size))
+            columns.append(basis.element_dofs[local, here])
+            values.append(0.5 * (gradient[a, b] + gradient[b, a]))
+    shape = (6 * here.size, basis.N)
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    return sp.csr_matrix(sp.coo_matrix(entries, shape=shape))
+
+
+def _transposed(response: QuarterResponse, quarter: int) -> QuarterResponse:
+    """The same block with rows and columns exchanged."""
+    n, m = quarter + 1, quarter
+    displacement = response.displacement.reshape(n, n, n, n).transpose(1, 0, 3, 2).reshape(n * n, n * n)
+    strain = response.strain.reshape(6, m, m, n, n).transpose(0, 2, 1, 4, 3).reshape(6, m * m, n * n)
+    return QuarterResponse(displacement, strain[[1, 0, 2, 4, 3, 5]])

@@ -1,0 +1,59 @@
+"""Operators on disk: written once, read by every process, never half-written, never stale."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from safetensors import SafetensorError
+from safetensors.numpy import load_file, save_file
+
+Arrays = dict[str, NDArray[np.float64]]
+
+
+def cache_folder() -> Path:
+    """Where operators are kept: `RETOUCH_CACHE`, else `retouch` in the user's cache folder."""
+    named = os.environ.get("RETOUCH_CACHE")
+    if named:
+        return Path(named)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "retouch"
+
+
+def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], Arrays]) -> Arrays:
+    """The arrays of `build()`, from disk if an identical key was built before.
+
+    Safe for several processes: each writes a file of its own and renames it, so a reader sees a whole file or none; two
+    that build at once write the same numbers. A file that does not read is built anew. A folder that cannot be written
+    costs the time of building, nothing else.
+
+    Args:
+        kind: names the file, for people.
+        key: everything that the arrays depend on, the version of the code that builds them included.
+    """
+    text = json.dumps(dict(key), sort_keys=True)
+    path = cache_folder() / f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.safetensors"
+    if path.exists():
+        try:
+            return load_file(path)
+        except (SafetensorError, OSError):
+            pass  # cut short by a full disk, say: built anew and replaced below
+    arrays = build()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
+        os.close(handle)
+        try:
+            save_file({n: np.ascontiguousarray(a) for n, a in arrays.items()}, name, metadata={"key": text})
+            os.replace(name, path)
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+    except OSError:
+        pass
+    return arrays

@@ -1,0 +1,104 @@
+"""A bonded elastic layer under normal pressure, solved exactly per wavenumber.
+
+A cosine pressure on a laterally unbounded (or, by mirror images, laterally sliding) layer gives cosine displacements and
+strains of the same wavenumber. Depth w runs from the loaded face (w = 0) to the bonded face (w = t); a positive normal
+displacement points into the layer. Everything here is for unit Young's modulus; divide by E.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactile.skin import lame
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LayerResponse:
+    """Amplitudes per unit pressure amplitude, unit modulus, for each wavenumber k (1/mm).
+
+    Attributes:
+        surface: normal displacement at the loaded face, mm/MPa at E = 1 MPa.
+        normal: normal displacement W at depth.
+        normal_slope: dW/dw at depth (the normal strain).
+        lateral: displacement U along the wave vector at depth; phase sin where the pressure is cos.
+        lateral_slope: dU/dw at depth.
+    """
+
+    surface: Array
+    normal: Array
+    normal_slope: Array
+    lateral: Array
+    lateral_slope: Array
+
+
+def layer_response(wavenumbers: Array, poisson_ratio: float, thickness_mm: float, depth_mm: float) -> LayerResponse:
+    """Surface displacement and displacements at depth of a bonded layer under unit cosine pressure.
+
+    Per wavenumber the displacements are W = sum_s (a_s + b_s k w) e^{s k w}, U = sum_s (c_s - s b_s k w) e^{s k w} with
+    s = -1, +1 and c_s = -s a_s - (3 - 4 nu) b_s (Navier's equations); the four constants follow from no shear and unit
+    pressure at w = 0 and no displacement at w = t. The growing exponential is scaled by e^{-k t}, so that every
+    wavenumber is well conditioned.
+
+    Args:
+        wavenumbers: k in 1/mm, any shape, k >= 0.
+        poisson_ratio: nu.
+        thickness_mm: t.
+        depth_mm: where displacements are wanted, in [0, t].
+
+    Returns:
+        Amplitudes with the shape of `wavenumbers`.
+    """
+    lam, mu = lame(1.0, poisson_ratio)
+    k = np.where(wavenumbers > 0.0, wavenumbers, 1.0).ravel()
+    kappa = 3.0 - 4.0 * poisson_ratio
+
+    def rows(w: float) -> tuple[Array, Array, Array, Array]:
+        """Coefficients of (a-, b-, a+, b+) in W, dW/dw, U, dU/dw at depth w: each (wavenumbers, 4)."""
+        columns: tuple[list[Array], ...] = ([], [], [], [])
+        for s in (-1, +1):
+            e = np.exp(-k * w) if s < 0 else np.exp(k * (w - thickness_mm))
+            columns[0].extend((e, k * w * e))
+            columns[1].extend((s * k * e, (k + s * k * k * w) * e))
+            columns[2].extend((-s * e, (-kappa - s * k * w) * e))
+            columns[3].extend((-k * e, (-s * k * kappa - k * k * w - s * k) * e))
+        w_, dw_, u_, du_ = (np.stack(c, axis=1) for c in columns)
+        return w_, dw_, u_, du_
+
+    w0, dw0, u0, du0 = rows(0.0)
+    wt, _, ut, _ = rows(thickness_mm)
+    normal_stress = (lam + 2.0 * mu) * dw0 + lam * k[:, None] * u0
+    shear = du0 - k[:, None] * w0
+    system = np.stack((normal_stress, shear, wt, ut), axis=1)
+    load = np.zeros((k.size, 4, 1))
+    load[:, 0, 0] = -1.0
+    # Row scaling: the stress rows grow with k, the displacement rows do not.
+    norm = np.abs(system).max(axis=2, keepdims=True)
+    constants = np.linalg.solve(system / norm, load / norm)[..., 0]
+
+    wd, dwd, ud, dud = rows(depth_mm)
+    values = [np.sum(r * constants, axis=1) for r in (w0, wd, dwd, ud, dud)]
+    # k = 0: uniaxial strain.
+    uniform = 1.0 / (lam + 2.0 * mu)
+    at_zero = (uniform * thickness_mm, uniform * (thickness_mm - depth_mm), -uniform, 0.0, 0.0)
+    shape = np.shape(wavenumbers)
+    flat = np.asarray(wavenumbers).ravel()
+    out = [np.where(flat > 0.0, v, z).reshape(shape) for v, z in zip(values, at_zero, strict=True)]
+    return LayerResponse(*out)
+
+
+def carbone_mangialardi(wavenumbers: Array, poisson_ratio: float, thickness_mm: float) -> Array:
+    """Closed form of `LayerResponse.surface`, for checking: Carbone and Mangialardi, J. Mech. Phys. Solids 56 (2008).
+
+    Args:
+        wavenumbers: k > 0 in 1/mm.
+    """
+    nu, kt = poisson_ratio, wavenumbers * thickness_mm
+    e2, e4 = np.exp(-2.0 * kt), np.exp(-4.0 * kt)  # hyperbolic functions divided by e^{2kt}/2
+    top = (3.0 - 4.0 * nu) * (1.0 - e4) - 4.0 * kt * e2
+    bottom = 2.0 * (5.0 + 2.0 * kt**2 - 4.0 * nu * (3.0 - 2.0 * nu)) * e2 + (3.0 - 4.0 * nu) * (1.0 + e4)
+    return 2.0 * (1.0 - nu**2) / wavenumbers * top / bottom
