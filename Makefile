@@ -1,0 +1,74 @@
+# `make help` lists the targets. Everything is installed into .venv; only where no libLLVM fits Dr.Jit does `make setup`
+# reach outside the checkout, and only as far as it may without asking for a password.
+
+SHELL := /bin/bash
+
+PYTHONS := python3 python3.13 python3.12 python3.11
+# Any of these may be given, as in `make setup PYTHON=/opt/python/bin/python3`.
+# PYTHON: the interpreter that .venv is made from; else the first of PYTHONS that is new enough.
+# TORCH_INDEX: a package index with CPU builds of torch, for systems whose usual index serves CUDA builds (gigabytes).
+# PIP_EXTRA: further options of `pip install`.
+PYTHON ?=
+TORCH_INDEX ?=
+PIP_EXTRA ?=
+
+BIN := .venv/bin
+STAMP := .venv/.ready
+
+.PHONY: help setup llvm demo test lint textures clean
+.DEFAULT_GOAL := help
+
+help:  ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
+
+setup: $(STAMP)  ## make .venv, and get a libLLVM if none here fits Dr.Jit
+
+$(STAMP): pyproject.toml constraints.txt
+	@for candidate in $(or $(PYTHON),$(PYTHONS)); do \
+	    if "$$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2> /dev/null; then \
+	        python=$$candidate; break; \
+	    fi; \
+	done; \
+	if [ -z "$$python" ]; then \
+	    echo "Python 3.11 or newer is needed; name one with: make setup PYTHON=/path/to/python3" >&2; exit 1; \
+	fi; \
+	venv_package=$${python##*/}-venv; \
+	if ! "$$python" -c 'import ensurepip, venv' 2> /dev/null; then \
+	    if [ "$$(id -u)" = 0 ] && command -v apt-get > /dev/null; then \
+	        apt-get -q update && apt-get -q install -y --no-install-recommends "$$venv_package" || exit 1; \
+	    else \
+	        echo "$$python has no venv; on Debian and Ubuntu: apt install $$venv_package" >&2; exit 1; \
+	    fi; \
+	fi; \
+	[ -x $(BIN)/pip ] || "$$python" -m venv --clear .venv
+	@echo "Installing into .venv; the first time takes some minutes."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	    -c constraints.txt $(if $(TORCH_INDEX),--extra-index-url $(TORCH_INDEX)) $(PIP_EXTRA) -e '.[dev]'
+	@$(BIN)/python -m visual.llvm > /dev/null 2>&1 || $(MAKE) --no-print-directory llvm
+	@touch $@
+
+# Without the package, the probe's own line says what to install; what needs no gradients of pictures works all the same.
+llvm:
+	@as_root=; [ "$$(id -u)" = 0 ] || as_root="sudo -n"; \
+	if command -v apt-get > /dev/null && $$as_root true 2> /dev/null; then \
+	    $$as_root apt-get -q update && $$as_root apt-get -q install -y --no-install-recommends libllvm19; \
+	fi; \
+	$(BIN)/python -m visual.llvm || true
+
+demo: setup  ## make the gravel plate of the README rougher, into runs/gravel
+	$(BIN)/retouch optimize mitsuba_scenes/gravel.toml -o runs/gravel --force
+
+test: lint  ## lint, then every test
+	$(BIN)/pytest
+
+lint: setup  ## ruff and mypy
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+textures: setup  ## make the input textures anew
+	$(BIN)/python -m surrogate.textures
+
+clean:  ## remove what make has made, except runs/
+	rm -rf .venv build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

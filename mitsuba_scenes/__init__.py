@@ -1,0 +1,1 @@
+"""Scenes, run files and textures that come with Retouch."""

@@ -1,0 +1,98 @@
+"""Arrays as PNG pictures for a page: colour maps, tone, hill shading, all as data URIs."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+Array = NDArray[np.floating]
+Table = NDArray[np.uint8]
+
+
+def colour_table(points: Sequence[str]) -> Table:
+    """256 colours, (256, 3) uint8, interpolated between equally spaced control points like "1a2b3c"."""
+    knots = np.array([[int(point[k : k + 2], 16) for k in (0, 2, 4)] for point in points])
+    at = np.linspace(0.0, len(points) - 1.0, 256)
+    channels = [np.interp(at, np.arange(len(points)), knots[:, k]) for k in range(3)]
+    return np.stack(channels, axis=-1).round().astype(np.uint8)
+
+
+# Viridis by S. van der Walt and N. Smith (CC0); PuOr and YlGnBu by C. Brewer, colorbrewer2.org (Apache 2.0).
+# All three keep their order for the common colour-vision deficiencies.
+VIRIDIS = colour_table(
+    ("440154", "472d7b", "3b528b", "2c728e", "21918c", "28ae80", "5ec962", "addc30", "fde725")
+)
+PURPLE_ORANGE = colour_table(
+    (
+        *("2d004b", "542788", "8073ac", "b2abd2", "d8daeb", "f7f7f7"),
+        *("fee0b6", "fdb863", "e08214", "b35806", "7f3b08"),
+    )
+)
+YELLOW_BLUE = colour_table(
+    ("ffffd9", "edf8b1", "c7e9b4", "7fcdbb", "41b6c4", "1d91c0", "225ea8", "253494", "081d58")
+)
+GREY = colour_table(("000000", "ffffff"))
+NO_CONTACT = (0xDD, 0xDA, 0xD4)
+
+
+def picture_uri(radiance: Array, white: float, side: int) -> str:
+    """A linear picture (rows, cols) through the sRGB curve, `white` radiance being full white."""
+    linear = np.clip(shrunk(radiance, side) / white, 0.0, 1.0)
+    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return _png(encoded * 255.0, GREY)
+
+
+def map_uri(values: Array, low: float, high: float, table: Table, side: int) -> str:
+    """A map (rows, cols) in the table's colours, `low` to `high`, clipped beyond."""
+    return _png((shrunk(values, side) - low) / (high - low) * 255.0, table)
+
+
+def contact_uri(pressure: Array, high: float, side: int) -> str:
+    """A pressure map (rows, cols), 0 to `high`, where pixels without pressure are grey."""
+    table = YELLOW_BLUE.copy()
+    table[0] = NO_CONTACT
+    small = shrunk(pressure, side)
+    return _png(np.where(small > 0.0, 1.0 + small / high * 254.0, 0.0), table)
+
+
+def hillshade(heights: Array, size_mm: float) -> Array:
+    """Lambert shading in [0, 1] of heights in mm, both (rows, cols), lit from the top left, 45 degrees up."""
+    rows, cols = heights.shape
+    toward_top, toward_right = -_slope(heights, 0, size_mm / rows), _slope(heights, 1, size_mm / cols)
+    light = np.array([-0.5, 0.5, np.sqrt(0.5)])
+    facing = light[2] - light[0] * toward_right - light[1] * toward_top
+    return np.clip(facing / np.sqrt(1.0 + toward_top**2 + toward_right**2), 0.0, 1.0)
+
+
+def shrunk(values: Array, side: int) -> Array:
+    """The array (rows, cols) averaged down until no edge exceeds `side` pixels; a smaller one as it is."""
+    rows, cols = values.shape
+    scale = side / max(rows, cols)
+    if scale >= 1.0:
+        return np.asarray(values, dtype=np.float64)
+    target = (max(1, round(cols * scale)), max(1, round(rows * scale)))
+    small = Image.fromarray(values.astype(np.float32)).resize(target, Image.Resampling.BOX)
+    return np.asarray(small, dtype=np.float64)
+
+
+def bar_uri(table: Table) -> str:
+    """The colours of a table from left to right, one pixel high."""
+    return _png(np.arange(256.0)[None, :], table)
+
+
+def _slope(heights: Array, axis: int, pitch: float) -> Array:
+    return np.gradient(heights, pitch, axis=axis) if heights.shape[axis] > 1 else np.zeros_like(heights)
+
+
+def _png(indices: Array, table: Table) -> str:
+    image = Image.fromarray(np.clip(indices.round(), 0, 255).astype(np.uint8))
+    if table is not GREY:
+        image.putpalette(table.tobytes())
+    buffer = io.BytesIO()
+    image.save(buffer, "PNG", optimize=True)
+    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")

@@ -1,0 +1,70 @@
+"""The variant follows the scene and the machine, and says so."""
+
+from types import ModuleType
+
+import pytest
+
+from visual import llvm
+from visual.errors import InputError
+from visual.variants import choose_variant, load_mitsuba, require_gradients
+
+
+@pytest.fixture
+def no_llvm(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing() -> None:
+        raise llvm.LLVMMissing(f"no libLLVM ({llvm.REMEDY})")
+
+    monkeypatch.setattr(llvm, "prepare", missing)
+
+
+def test_a_grey_scene_needs_one_channel_and_a_coloured_one_three() -> None:
+    assert choose_variant(colour=False).name == "llvm_ad_mono"
+    assert choose_variant(colour=True).name == "llvm_ad_rgb"
+    assert choose_variant(colour=True).differentiable
+
+
+def test_the_users_variant_wins() -> None:
+    chosen = choose_variant(colour=False, variant="scalar_rgb")
+    assert chosen.name == "scalar_rgb"
+    assert not chosen.differentiable
+
+
+def test_an_unknown_variant_names_the_nearest() -> None:
+    with pytest.raises(InputError, match=r"'llvm_ad_mno'.*nearest is 'llvm_ad_mono'"):
+        choose_variant(colour=False, variant="llvm_ad_mno")
+
+
+def test_cuda_without_a_device_is_one_clear_error(mi: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    import drjit
+
+    monkeypatch.setattr(drjit, "has_backend", lambda backend: False)
+    with pytest.raises(InputError, match="no usable CUDA device"):
+        choose_variant(colour=False, variant="cuda_ad_mono")
+
+
+@pytest.mark.usefixtures("no_llvm")
+def test_without_llvm_pictures_are_rendered_and_nothing_more() -> None:
+    chosen = choose_variant(colour=False)
+    assert (chosen.name, chosen.differentiable) == ("scalar_rgb", False)
+    assert "apt install" in chosen.reason
+    with pytest.raises(InputError, match=r"'llvm_ad_mono' cannot run here.*apt install"):
+        choose_variant(colour=False, variant="llvm_ad_mono")
+
+
+def test_gradients_are_there_with_llvm(mi: ModuleType) -> None:
+    assert load_mitsuba(colour=False) is mi
+    assert mi.variant() == "llvm_ad_mono"
+    require_gradients()
+
+
+def test_gradients_of_a_scalar_variant_are_refused(mi: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mi, "variant", lambda: "scalar_rgb")
+    with pytest.raises(InputError, match="choose llvm_ad_mono"):
+        require_gradients()
+
+
+@pytest.mark.usefixtures("no_llvm")
+def test_gradients_without_llvm_say_what_to_install(mi: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mi, "variant", lambda: "scalar_rgb")
+    with pytest.raises(InputError, match="apt install"):
+        require_gradients()

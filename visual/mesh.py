@@ -1,0 +1,122 @@
+"""Triangles of the plate, and the only place that knows how Mitsuba names a mesh's buffers.
+
+Height samples sit at pixel centres; a ring of vertices that repeats the outermost samples carries the plate
+to its sides, so the vertex grid is ``(rows + 2, cols + 2)``, row-major, row 0 at ``y = +size / 2``. The cell
+with corners ``a = (i, j)``, ``b = (i, j + 1)``, ``c = (i + 1, j)``, ``d = (i + 1, j + 1)`` has the faces
+``(a, c, b)`` and ``(b, c, d)``, in this order, counter-clockwise seen from +z. Lengths are mm.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+VERTEX_POSITIONS = "vertex_positions"
+"""Mitsuba's name of the vertex buffer; 3.10 renames it."""
+FACES = "faces"
+"""Mitsuba's name of the index buffer."""
+HEIGHTS = "heights"
+"""Name under which the height-field plugin exposes its samples."""
+
+
+def grid_axes(rows: int, cols: int, size_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Grid lines in mm: ``x`` of shape ``(cols + 2,)`` rising, ``y`` of shape ``(rows + 2,)`` falling."""
+
+    def across(samples: int) -> NDArray[np.float64]:
+        centres = (np.arange(samples) + 0.5) / samples - 0.5
+        return size_mm * np.concatenate(([-0.5], centres, [0.5]))
+
+    return across(cols), -across(rows)
+
+
+def grid_vertices(rows: int, cols: int, size_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coordinates ``x`` and ``y`` in mm of every vertex, each of shape ``((rows + 2) * (cols + 2),)``."""
+    x, y = np.meshgrid(*grid_axes(rows, cols, size_mm))
+    return x.ravel(), y.ravel()
+
+
+def pad_index(rows: int, cols: int) -> NDArray[np.int32]:
+    """Flat index of the height sample that each vertex carries, shape ``((rows + 2) * (cols + 2),)``."""
+    samples = np.arange(rows * cols, dtype=np.int32).reshape(rows, cols)
+    return np.pad(samples, 1, mode="edge").ravel()
+
+
+def _corners(rows: int, cols: int) -> NDArray[np.int32]:
+    return np.arange((rows + 2) * (cols + 2), dtype=np.int32).reshape(rows + 2, cols + 2)
+
+
+def grid_faces(rows: int, cols: int) -> NDArray[np.int32]:
+    """Vertex indices of the faces, shape ``(faces, 3)``; cell ``k`` has faces ``2k`` and ``2k + 1``."""
+    vertex = _corners(rows, cols)
+    a, b, c, d = vertex[:-1, :-1], vertex[:-1, 1:], vertex[1:, :-1], vertex[1:, 1:]
+    upper_left, lower_right = np.stack([a, c, b], axis=-1), np.stack([b, c, d], axis=-1)
+    return np.stack([upper_left, lower_right], axis=-2).reshape(-1, 3)
+
+
+def edges(
+    rows: int, cols: int
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+    """Every edge once: from vertex ``a``, to vertex ``b``, the face on its left and the face on its right.
+
+    Left and right are meant seen from +z, walking from ``a`` to ``b``. An edge on a side of the plate has its
+    face on the left and -1 on the right. Four arrays of shape ``(edges,)``; there are ``vertices + faces -
+    1`` edges.
+    """
+    vertex = _corners(rows, cols)
+    first = 2 * np.arange((rows + 1) * (cols + 1), dtype=np.int32).reshape(rows + 1, cols + 1)
+    second = first + 1
+
+    def beside(faces: NDArray[np.int32], pad: tuple[tuple[int, int], tuple[int, int]]) -> NDArray[np.int32]:
+        return np.pad(faces, pad, constant_values=-1)
+
+    before, after = (1, 0), (0, 1)
+    none = (0, 0)
+    rightward = (vertex[:, :-1], vertex[:, 1:], beside(second, (before, none)), beside(first, (after, none)))
+    downward = (vertex[:-1, :], vertex[1:, :], beside(first, (none, after)), beside(second, (none, before)))
+    diagonal = (vertex[1:, :-1], vertex[:-1, 1:], first, second)
+    start, end, left, right = (
+        np.concatenate([part.ravel() for part in parts])
+        for parts in zip(rightward, downward, diagonal, strict=True)
+    )
+    turn = left < 0
+    start, end = np.where(turn, end, start), np.where(turn, start, end)
+    left, right = np.where(turn, right, left), np.where(turn, left, right)
+    return start, end, left, right
+
+
+def flat_positions(rows: int, cols: int, size_mm: float) -> NDArray[np.float32]:
+    """Interleaved ``x, y, z`` in mm of the vertices of a plate at ``z = 0``, shape ``(3 * vertices,)``."""
+    x, y = grid_vertices(rows, cols, size_mm)
+    return np.stack([x, y, np.zeros_like(x)], axis=-1).astype(np.float32).ravel()
+
+
+def write_geometry(params: Any, positions: Any, faces: Any) -> None:
+    """Give a Mitsuba mesh (its ``mi.traverse`` parameters) vertices and faces."""
+    params[FACES] = faces
+    params[VERTEX_POSITIONS] = positions
+    params.update()
+
+
+def write_positions(params: Any, positions: Any) -> None:
+    """Move the vertices of a Mitsuba mesh (its ``mi.traverse`` parameters), keeping the faces."""
+    params[VERTEX_POSITIONS] = positions
+    params.update()
+
+
+def heights_key(params: Any) -> str:
+    """Name of the plate's heights among ``mi.traverse`` parameters; KeyError if there is no plate."""
+    for key in params.keys():  # noqa: SIM118  # Mitsuba's own iteration yields pairs
+        if key == HEIGHTS or key.endswith(f".{HEIGHTS}"):
+            return key
+    raise KeyError(HEIGHTS)
+
+
+def set_heights(params: Any, heights: Any) -> None:
+    """Put new heights into a kept scene.
+
+    ``params``: ``mi.traverse`` of a scene or of the plate. ``heights``: flat Dr.Jit array or anything that
+    one can be made of, ``rows * cols`` values in mm. A Dr.Jit array may carry gradients. Raises ValueError
+    when a value is not finite or the number of samples differs.
+    """
+    params[heights_key(params)] = heights
+    params.update()

@@ -1,0 +1,38 @@
+"""Rays against the plate by Mitsuba, from and to numpy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+FAR_MM = 1e4
+
+
+def _rays(origins: Array, directions: Array) -> Any:
+    import mitsuba as mi
+
+    o, d = (mi.Vector3f(*(mi.Float(np.ascontiguousarray(v[:, a], dtype=np.float32)) for a in range(3))) for v in (origins, directions))
+    return mi.Ray3f(mi.Point3f(o), d)
+
+
+def blocked(scene: Any, origins: Array, directions: Array) -> NDArray[np.bool_]:
+    """Whether something lies along each ray. `origins`, `directions`: (rays, 3). No ray: no work."""
+    if len(origins) == 0:
+        return np.zeros(0, dtype=bool)
+    return np.asarray(scene.ray_test(_rays(origins, directions))).astype(bool)
+
+
+def first_hits(scene: Any, origins: Array, directions: Array) -> tuple[NDArray[np.int64], Array]:
+    """Face hit first (-1: none) and distance in mm, each (rays,)."""
+    import drjit as dr
+
+    if len(origins) == 0:
+        return np.zeros(0, dtype=np.int64), np.zeros(0)
+    hit = scene.ray_intersect_preliminary(_rays(origins, directions))
+    valid = np.asarray(hit.is_valid()).astype(bool)
+    face = np.asarray(dr.select(hit.is_valid(), hit.prim_index, 0)).astype(np.int64)
+    return np.where(valid, face, -1), np.where(valid, np.asarray(hit.t, dtype=np.float64), FAR_MM)

@@ -1,0 +1,66 @@
+"""Outgoing radiance of a face toward a distant camera, under parallel lights, and its derivative by the face's slopes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from visual.lights import ParallelLights
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Shading:
+    """Unshadowed radiance of every face under every light, and its derivatives by the face's slopes.
+
+    Attributes:
+        radiance, by_slope_x, by_slope_y: (lights, faces).
+    """
+
+    radiance: Array
+    by_slope_x: Array
+    by_slope_y: Array
+
+
+def shade(bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, toward_camera: Array) -> Shading:
+    """Evaluate a Mitsuba BSDF on faces of given slopes, with derivatives by Dr.Jit's forward mode.
+
+    Args:
+        bsdf: the plate's material; of coloured ones the luminance is taken.
+        slope_x, slope_y: (faces,) dz/dx and dz/dy.
+        lights: parallel lights.
+        toward_camera: (3,) unit vector.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    count, faces = len(lights), len(slope_x)
+    p = mi.Float(np.tile(slope_x, count).astype(np.float32))
+    q = mi.Float(np.tile(slope_y, count).astype(np.float32))
+    toward = mi.Vector3f(*(mi.Float(np.repeat(lights.toward[:, a], faces).astype(np.float32)) for a in range(3)))
+    irradiance = mi.Float(np.repeat(lights.irradiance, faces).astype(np.float32))
+    camera = mi.Vector3f(*(float(c) for c in toward_camera))
+
+    def radiance(p: Any, q: Any) -> Any:
+        frame = mi.Frame3f(dr.normalize(mi.Vector3f(-p, -q, 1.0)))
+        si = dr.zeros(mi.SurfaceInteraction3f, count * faces)
+        si.n, si.sh_frame, si.wi = frame.n, frame, frame.to_local(camera)
+        value = bsdf.eval(mi.BSDFContext(), si, frame.to_local(toward))
+        return (value[0] if mi.is_monochromatic else mi.luminance(value)) * irradiance
+
+    results = []
+    for which in (0, 1):
+        slopes = [mi.Float(p), mi.Float(q)]
+        dr.enable_grad(slopes[which])
+        value = radiance(*slopes)
+        dr.forward(slopes[which])
+        derivative = dr.grad(value)
+        dr.eval(value, derivative)
+        results.append(derivative)
+    shape = (count, faces)
+    value, by_x, by_y = (np.asarray(v, dtype=np.float64).reshape(shape) for v in (dr.detach(value), *results))
+    return Shading(value, by_x, by_y)

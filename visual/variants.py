@@ -1,0 +1,88 @@
+"""Which Mitsuba variant renders, and whether its renders have gradients."""
+
+import difflib
+from dataclasses import dataclass
+from types import ModuleType
+
+from visual import llvm
+from visual.errors import InputError
+
+WITHOUT_LLVM = "scalar_rgb"
+"""The variant that needs no libLLVM; its pictures have three channels, grey scenes too."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A Mitsuba variant: its name, whether its renders have gradients, and in one line why it was chosen."""
+
+    name: str
+    differentiable: bool
+    reason: str
+
+
+def is_differentiable(name: str) -> bool:
+    """Whether renders of the variant called `name` have gradients."""
+    return "_ad_" in name
+
+
+def choose_variant(colour: bool, variant: str | None = None) -> Variant:
+    """The variant for a scene, without setting it.
+
+    `colour` says whether any material or light of the scene is not grey; `variant` is the user's own choice
+    and wins. Without a libLLVM that works the choice is `scalar_rgb`, which gives pictures and no gradients.
+    Raises `InputError` for a variant that Mitsuba does not have or that cannot run on this machine.
+    """
+    missing = ""
+    try:
+        llvm.prepare()
+    except llvm.LLVMMissing as error:
+        missing = str(error)
+    if variant is not None:
+        return _asked(variant, missing)
+    if missing:
+        return Variant(WITHOUT_LLVM, False, f"pictures only, without gradients: {missing}")
+    if colour:
+        return Variant("llvm_ad_rgb", True, "a material or a light has colour")
+    return Variant("llvm_ad_mono", True, "every material and light is grey")
+
+
+def _asked(name: str, missing: str) -> Variant:
+    """The user's own choice, checked; `missing` is the line about libLLVM, empty if there is one."""
+    # Here and below: only after libLLVM has been chosen.
+    import drjit
+    import mitsuba
+
+    known = mitsuba.variants()
+    if name not in known:
+        nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
+        raise InputError(f"variant: {name!r} is not a variant of Mitsuba; the nearest is {nearest[0]!r}")
+    if name.startswith("llvm_") and missing:
+        raise InputError(f"variant: {name!r} cannot run here: {missing}")
+    if name.startswith("cuda_") and not drjit.has_backend(drjit.JitBackend.CUDA):
+        raise InputError(f"variant: {name!r} cannot run here: there is no usable CUDA device")
+    return Variant(name, is_differentiable(name), "asked for")
+
+
+def load_mitsuba(colour: bool, variant: str | None = None) -> ModuleType:
+    """The module `mitsuba` with the variant of `choose_variant` set; raises what that raises."""
+    chosen = choose_variant(colour, variant)
+    import mitsuba
+
+    if mitsuba.variant() != chosen.name:
+        mitsuba.set_variant(chosen.name)
+    module: ModuleType = mitsuba
+    return module
+
+
+def require_gradients() -> None:
+    """Raise `InputError` if the variant that `load_mitsuba` has set gives no gradients."""
+    import mitsuba
+
+    name = mitsuba.variant()
+    if name is not None and is_differentiable(name):
+        return
+    try:
+        llvm.prepare()
+    except llvm.LLVMMissing as missing:
+        raise InputError(f"variant: {name} has no gradients of pictures: {missing}") from missing
+    raise InputError(f"variant: {name} has no gradients of pictures; leave -m out or choose llvm_ad_mono")
