@@ -12,8 +12,8 @@ def contact_area(gap: Tensor, size_mm: float = 10.0) -> Tensor:
     """A = sum over pixels of p² / (1 + 80 g), in mm² (paper equation 3).
 
     Args:
-        gap: (..., n, n) distance between deformed skin and texture, mm; tiny negative values of an iterative solution
-            count as contact.
+        gap: (..., n, n) distance between deformed skin and texture, mm; tiny negative values of an iterative
+            solution count as contact.
         size_mm: side of the patch.
     """
     weight = 1.0 / (1.0 + GAP_WEIGHT_PER_MM * gap.clamp_min(0.0))

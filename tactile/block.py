@@ -1,11 +1,13 @@
 """Finite elements for the skin block: its response to normal forces on the contact face.
 
-The block does not depend on the texture, so its response is computed once. Its two mirror planes split it into four
-parity blocks, each a quarter of the block with its own conditions on the mirror planes: a load even in x leaves u_x = 0
-on the plane x = 0, an odd one leaves u_y = u_z = 0. Hexahedra with selective reduced integration: the volumetric part at
-one point, the rest at eight, because plain trilinear elements lock at nu = 0.48.
+The block does not depend on the texture, so its response is computed once. Its two mirror planes split it
+into four parity blocks, each a quarter of the block with its own conditions on the mirror planes: a load even
+in x leaves u_x = 0 on the plane x = 0, an odd one leaves u_y = u_z = 0. Hexahedra with selective reduced
+integration: the volumetric part at one point, the rest at eight, because plain trilinear elements lock at
+nu = 0.48.
 
-Axes are (row, column, depth); depth runs from the contact face (0) to the bonded face. Unit Young's modulus throughout.
+Axes are (row, column, depth); depth runs from the contact face (0) to the bonded face.
+Unit Young's modulus throughout.
 """
 
 from __future__ import annotations
@@ -38,8 +40,8 @@ class QuarterResponse:
     """Response of one parity block to unit normal forces on the nodes of its quarter of the contact face.
 
     Attributes:
-        displacement: (nodes, nodes) normal displacement of the contact face, mm/N at E = 1 MPa; nodes row-major, from
-            the mirror planes outward, `quarter + 1` along each axis.
+        displacement: (nodes, nodes) normal displacement of the contact face, mm/N at E = 1 MPa; nodes
+            row-major, from the mirror planes outward, `quarter + 1` along each axis.
         strain: (6, elements, nodes) strains at the element centres at receptor depth, elements row-major.
     """
 
@@ -57,9 +59,15 @@ def depth_levels(depth_mm: float, thickness_mm: float, coarsest_mm: float) -> Ar
     fine = depth_mm / (above + 0.5)
     top = fine * np.arange(above + 2)
     top = top[top < thickness_mm - 0.25 * fine]
-    if len(top) < above + 2:  # the receptors lie next to the bone
-        top = depth_mm - (thickness_mm - depth_mm) + 2.0 * (thickness_mm - depth_mm) * np.arange(2)
-        top = np.concatenate((np.linspace(0.0, top[0], above + 1)[:-1], top[:1]))
+    if len(top) < above + 2:  # the receptors lie next to the bone: an odd number of layers around them
+        around = 1
+        while (layer := 2.0 * (thickness_mm - depth_mm) / around) > min(coarsest_mm, 1.9 * depth_mm):
+            around += 2
+        first = depth_mm - 0.5 * layer
+        above = int(np.ceil(first / coarsest_mm))
+        return np.concatenate(
+            (np.linspace(0.0, first, above + 1), np.linspace(first + layer, thickness_mm, (around + 1) // 2))
+        )
     rest = int(np.ceil((thickness_mm - top[-1]) / coarsest_mm))
     return np.concatenate((top, np.linspace(top[-1], thickness_mm, rest + 1)[1:]))
 
@@ -93,7 +101,7 @@ def quarter_responses(
         fixed = [dofs[:, np.isclose(depth, levels[-1])].ravel()]
         for axis, (position, odd) in enumerate(zip((row, column), parity, strict=True)):
             mirror = np.isclose(position, 0.0)
-            held = [a for a in range(3) if (a != axis) == odd]
+            held = np.flatnonzero((np.arange(3) != axis) == odd)
             fixed.append(dofs[np.ix_(held, np.flatnonzero(mirror))].ravel())
             if sides == "sliding":
                 fixed.append(dofs[axis, np.isclose(position, half_mm)])
@@ -132,16 +140,14 @@ def _stiffness(mesh: skfem.MeshHex, poisson_ratio: float) -> sp.csr_matrix:
 
 
 def _strain_at_depth(basis: skfem.Basis, depth_mm: float) -> sp.csr_matrix:
-    """(6 * elements, unknowns): strains at the centres of the elements whose centre lies at the receptor depth."""
+    """(6 * elements, unknowns): strains at the centres of the elements centred at the receptor depth."""
     mesh = basis.mesh
     centres = mesh.p[:, mesh.t].mean(axis=1)
     here = np.flatnonzero(np.isclose(centres[2], depth_mm))
     if here.size == 0:
         raise ValueError(f"no layer of elements is centred at depth {depth_mm} mm")
     here = here[np.lexsort((centres[1][here], centres[0][here]))]
-    centre = skfem.Basis(
-        mesh, basis.elem, quadrature=(np.full((3, 1), 0.5), np.ones(1)), elements=here
-    )
+    centre = skfem.Basis(mesh, basis.elem, quadrature=(np.full((3, 1), 0.5), np.ones(1)), elements=here)
     rows, columns, values = [], [], []
     for local in range(basis.Nbfun):
         field = centre.basis[local][0]

@@ -28,9 +28,9 @@ def cache_folder() -> Path:
 def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], Arrays]) -> Arrays:
     """The arrays of `build()`, from disk if an identical key was built before.
 
-    Safe for several processes: each writes a file of its own and renames it, so a reader sees a whole file or none; two
-    that build at once write the same numbers. A file that does not read is built anew. A folder that cannot be written
-    costs the time of building, nothing else.
+    Safe for several processes: each writes a file of its own and renames it, so a reader sees a whole file or
+    none; two that build at once write the same numbers. A file that does not read is built anew. A folder
+    that cannot be written costs the time of building, nothing else.
 
     Args:
         kind: names the file, for people.
@@ -54,6 +54,6 @@ def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], 
         except BaseException:
             Path(name).unlink(missing_ok=True)
             raise
-    except OSError:
+    except (SafetensorError, OSError):
         pass
     return arrays

@@ -1,13 +1,13 @@
-"""Frictionless unilateral contact of the skin with a rigid relief, force-controlled, and its implicit gradient.
+"""Frictionless, force-controlled contact of the skin with a rigid relief, and its implicit gradient.
 
-Find pressures p >= 0 with given mean such that the gap g = C p - h - approach is >= 0 and p g = 0: the minimum of
-1/2 p'Cp - h'p over that set. Solved by a constrained conjugate gradient on pressures (Polonsky and Keer, Wear 231, 1999),
-preconditioned by the layer's inverse symbol. Batched; every item stops when it has converged.
+Find pressures p >= 0 with given mean such that the gap g = C p - h - approach is >= 0 and p g = 0: the
+minimum of 1/2 p'Cp - h'p over that set. Solved by a constrained conjugate gradient on pressures (Polonsky and
+Keer, Wear 231, 1999), preconditioned by the layer's inverse symbol. Batched; every item stops when it has
+converged.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -18,7 +18,10 @@ MAX_STEPS = 1000
 """Steps of conjugate gradients after which a contact is given up; reliefs of 3 mm take about a hundred."""
 
 TOLERANCE = {torch.float32: 2e-5, torch.float64: 1e-9}
-"""Residual of gap and complementarity, as a fraction of the mean displacement; single precision stagnates below."""
+"""Residual of gap and complementarity over the mean displacement; single precision stagnates below."""
+
+ROUNDING = 4.0
+"""Gaps smaller than so many units in the last place of the relief's height count as none (stiff skin)."""
 
 GRADIENT_TOLERANCE = {torch.float32: 1e-4, torch.float64: 1e-9}
 """Relative residual of the adjoint system."""
@@ -75,6 +78,10 @@ def solve_contact(
     """
     shape = heights.shape
     h = heights.detach().reshape(-1, *shape[-2:])
+    # Heights count from the top of each relief: a height common to all of it would cost digits of the gap.
+    top = h.amax((-2, -1), keepdim=True)
+    h = h - top
+    rounding = ROUNDING * torch.finfo(h.dtype).eps * h.abs().amax((-2, -1), keepdim=True)
     tol = TOLERANCE[h.dtype] if tolerance is None else tolerance
     tiny = torch.finfo(h.dtype).tiny
     p = torch.ones_like(h) if start is None else start.detach().reshape(h.shape).clamp_min(0.0)
@@ -92,20 +99,22 @@ def solve_contact(
         gap = displacement - h - approach
         inside = (_sum(gap.square() * p) / _sum(p)).sqrt()
         outside = -torch.where(contact, torch.zeros_like(gap), gap).amin((-2, -1), keepdim=True)
-        finished = (torch.maximum(inside, outside) <= tol * _mean(displacement)).view(-1)
+        allowed = torch.maximum(tol * _mean(displacement), rounding)
+        finished = (torch.maximum(inside, outside) <= allowed).view(-1)
         leaving = torch.ones_like(finished) if steps == MAX_STEPS else finished
         if bool(leaving.any()):
             where = items[leaving]
             result_p[where], result_g[where] = p[leaving], gap[leaving]
-            result_a[where] = approach[leaving].view(-1)
+            result_a[where] = (approach - top)[leaving].view(-1)
             done[where] = finished[leaving]
             stay = ~leaving
             if not bool(stay.any()):
                 break
             items, h, p, gap, contact = items[stay], h[stay], p[stay], gap[stay], contact[stay]
+            top, rounding = top[stay], rounding[stay]
             direction, rho, working = direction[stay], rho[stay], working[stay]
-        # Pixels where the skin would pass through the relief take part beside those in contact; when the set changes,
-        # conjugacy is lost and the search starts anew.
+        # Pixels where the skin would pass through the relief take part beside those in contact; when the set
+        # changes, conjugacy is lost and the search starts anew.
         before, working = working, contact | (gap < 0.0)
         same = (before == working).all(-1, keepdim=True).all(-2, keepdim=True)
         z = _projected_preconditioner(body, gap, working)
@@ -118,9 +127,13 @@ def solve_contact(
         p = p * (mean_pressure / _mean(p))
 
     if not bool(done.all()):
-        raise ContactError(f"contact not converged in {MAX_STEPS} steps for {int((~done).sum())} of {done.numel()} reliefs")
+        raise ContactError(
+            f"contact not converged in {MAX_STEPS} steps for {int((~done).sum())} of {done.numel()} reliefs"
+        )
     batch = shape[:-2]
-    return ContactState(result_p.view(shape), result_g.view(shape), result_a.view(batch), steps, done.view(batch))
+    return ContactState(
+        result_p.view(shape), result_g.view(shape), result_a.view(batch), steps, done.view(batch)
+    )
 
 
 class _Press(torch.autograd.Function):
@@ -150,10 +163,10 @@ class _Press(torch.autograd.Function):
 def press(
     body: Compliance, heights: Tensor, mean_pressure: float, start: Tensor | None = None
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """Pressure (units of E), gap (mm) and approach (mm) as differentiable functions of the heights (..., n, n) in mm.
+    """Pressure (units of E), gap and approach (mm), differentiable by the heights (..., n, n) in mm.
 
-    The gradient is that of a fixed contact set, which is exact wherever no pixel is just touching: one conjugate-gradient
-    solve restricted to the pixels in contact, nothing unrolled.
+    The gradient is that of a fixed contact set, which is exact wherever no pixel is just touching: one
+    conjugate-gradient solve restricted to the pixels in contact, nothing unrolled.
     """
     pressure, gap, approach = _Press.apply(heights, body, mean_pressure, start)
     return pressure, gap, approach
@@ -177,7 +190,8 @@ def adjoint_pressure(body: Compliance, load: Tensor, contact: Tensor, total: Ten
     direction, rho = torch.zeros_like(x), torch.ones_like(total)
     size = torch.zeros_like(total)
     for step in range(MAX_STEPS):
-        # Directions sum to zero, so a constant in the residual changes nothing but the rounding error, which it ruins.
+        # Directions sum to zero, so a constant in the residual changes
+        # nothing but the rounding error, which it ruins.
         residual = mask * (residual - _masked_mean(residual, contact))
         error = _sum(residual.square()).sqrt()
         size = error if step == 0 else size

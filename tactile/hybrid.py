@@ -1,18 +1,20 @@
-"""The skin block as an operator on pressures: an elastic layer at full resolution plus free sides on a coarse mesh.
+"""The skin block as an operator on pressures: a fine elastic layer plus free sides on a coarse mesh.
 
     C p      = layer (cosine transform) p  +  R dC R' p
     strain p = layer strain (mirrored)  p  +  Q dE R' p
 
-A layer in the cosine basis has sliding sides; dC and dE are finite elements with free sides minus finite elements with
-sliding sides on one coarse mesh, so that discretisation error cancels. What the free sides add is smooth, because a
-nearly incompressible block squeezes out through them as a whole. All operators are for unit Young's modulus: pressures are
-in units of E, so that one set serves every modulus and force.
+A layer in the cosine basis has sliding sides; dC and dE are finite elements with free sides minus finite
+elements with sliding sides on one coarse mesh, so that discretisation error cancels. What the free sides add
+is smooth, because a nearly incompressible block squeezes out through them as a whole. All operators are for
+unit Young's modulus: pressures are in units of E, so that one set serves every modulus and force.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import torch
@@ -44,8 +46,8 @@ class ParityBlock:
         row_hats, column_hats: (samples, nodes) coarse hat functions of this parity at the pixel centres.
         compliance: (nodes², nodes²) dC.
         strain: (6 * elements², nodes²) dE.
-        row_interpolation, column_interpolation: (2, samples, elements) from coarse strains to pixels, for strains that
-            are even [0] or odd [1] in that axis.
+        row_interpolation, column_interpolation: (2, samples, elements) from coarse strains to pixels, for
+            strains that are even [0] or odd [1] in that axis.
     """
 
     parity: Parity
@@ -66,7 +68,8 @@ class HybridOperator:
     Attributes:
         samples: n.
         size_mm: side of the patch.
-        cosines, sines: (n, n) values of the n modes (columns) at the pixel centres (rows); cosines are orthonormal.
+        cosines, sines: (n, n) values of the n modes (columns) at the pixel centres (rows); cosines are
+            orthonormal.
         symbol: (n, n) layer compliance per mode, mm.
         strain_symbols: (6, n, n) layer strain at depth per mode.
         blocks: the free-sides correction.
@@ -100,7 +103,7 @@ class HybridOperator:
         return self.cosines @ (modes / self.symbol) @ self.cosines.T
 
     def strain(self, pressure: Tensor) -> Tensor:
-        """Strain tensor at receptor depth: (..., 6, n, n), components as in `tactile.block.STRAIN_COMPONENTS`."""
+        """Strain at receptor depth: (..., 6, n, n), components as in `tactile.block.STRAIN_COMPONENTS`."""
         modes = (self.cosines.T @ pressure @ self.cosines).unsqueeze(-3) * self.strain_symbols
         components = []
         for number, pair in enumerate(STRAIN_COMPONENTS):
@@ -123,7 +126,7 @@ class HybridOperator:
     def to(self, dtype: torch.dtype) -> HybridOperator:
         """The same operator in another precision."""
 
-        def cast(value: object) -> object:
+        def cast(value: Any) -> Any:
             return value.to(dtype) if isinstance(value, Tensor) else value
 
         blocks = tuple(replace(b, **{k: cast(v) for k, v in vars(b).items()}) for b in self.blocks)
@@ -138,7 +141,9 @@ def hybrid_operator(
     coarse: int = COARSE_ELEMENTS,
     free_sides: bool = True,
 ) -> HybridOperator:
-    """The operator of a skin on an n x n patch; the coarse part comes from disk after the first time (a few seconds).
+    """The operator of a skin on an n x n patch.
+
+    The coarse part takes some seconds to build the first time, and comes from disk after that.
 
     Args:
         skin: only Poisson's ratio, thickness and depth matter here.
@@ -148,12 +153,21 @@ def hybrid_operator(
     """
     if coarse % 2:
         raise ValueError("coarse must be even: the mesh is split at its mirror planes")
-    return _operator(skin.poisson_ratio, skin.thickness_mm, skin.depth_mm, samples, size_mm, dtype, coarse, free_sides)
+    return _operator(
+        skin.poisson_ratio, skin.thickness_mm, skin.depth_mm, samples, size_mm, dtype, coarse, free_sides
+    )
 
 
 @lru_cache(maxsize=8)
 def _operator(
-    nu: float, thickness: float, depth: float, n: int, size: float, dtype: torch.dtype, coarse: int, free_sides: bool
+    nu: float,
+    thickness: float,
+    depth: float,
+    n: int,
+    size: float,
+    dtype: torch.dtype,
+    coarse: int,
+    free_sides: bool,
 ) -> HybridOperator:
     position = (np.arange(n) + 0.5) / n
     angle = np.pi * np.outer(position, np.arange(n))
@@ -163,22 +177,40 @@ def _operator(
     kr, kc = np.meshgrid(wavenumber, wavenumber, indexing="ij")
     k = np.hypot(kr, kc)
     layer = layer_response(k, nu, thickness, depth)
-    # Lateral displacement is minus (U/k) times the gradient of the pressure pattern; W/k terms are those of the shear strain.
+    # Lateral displacement is minus (U/k) times the gradient of the pressure pattern; W/k terms are those of
+    # the shear strain.
     over_k = np.divide(layer.lateral, k, out=np.zeros_like(k), where=k > 0)
     shear = -0.5 * (layer.normal - np.divide(layer.lateral_slope, k, out=np.zeros_like(k), where=k > 0))
-    strains = np.stack((over_k * kr**2, over_k * kc**2, layer.normal_slope, shear * kc, shear * kr, -over_k * kr * kc))
+    strains = np.stack(
+        (over_k * kr**2, over_k * kc**2, layer.normal_slope, shear * kc, shear * kr, -over_k * kr * kc)
+    )
 
     def tensor(array: Array) -> Tensor:
         return torch.as_tensor(np.ascontiguousarray(array)).to(dtype)
 
     blocks: tuple[ParityBlock, ...] = ()
     if free_sides:
-        key = {"version": VERSION, "nu": nu, "thickness": thickness, "depth": depth, "size": size, "coarse": coarse}
-        corrections = cached("free-sides", key, lambda: _free_sides_correction(nu, thickness, depth, size, coarse))
+        key = {
+            "version": VERSION,
+            "nu": nu,
+            "thickness": thickness,
+            "depth": depth,
+            "size": size,
+            "coarse": coarse,
+        }
+        corrections = cached(
+            "free-sides", key, lambda: _free_sides_correction(nu, thickness, depth, size, coarse)
+        )
         area = (size / n) ** 2
         blocks = tuple(_parity_block(p, corrections, position, size, coarse, area, tensor) for p in PARITIES)
     return HybridOperator(
-        n, size, tensor(np.cos(angle) * scale), tensor(np.sin(angle) * scale), tensor(layer.surface), tensor(strains), blocks
+        n,
+        size,
+        tensor(np.cos(angle) * scale),
+        tensor(np.sin(angle) * scale),
+        tensor(layer.surface),
+        tensor(strains),
+        blocks,
     )
 
 
@@ -194,8 +226,8 @@ def _free_sides_correction(nu: float, thickness: float, depth: float, size: floa
     )
     arrays: Arrays = {}
     for parity in PARITIES:
-        # A pattern of one parity stores four times the energy of its quarter: hence 1/4 per unit of the load on the
-        # whole face.
+        # A pattern of one parity stores four times the energy of its quarter: hence 1/4 per unit of the load
+        # on the whole face.
         name = _parity_name(parity)
         arrays[f"compliance_{name}"] = 0.25 * (free[parity].displacement - sliding[parity].displacement)
         strain = 0.25 * (free[parity].strain - sliding[parity].strain)
@@ -207,7 +239,15 @@ def _parity_name(parity: Parity) -> str:
     return "".join("odd" if odd else "even" for odd in parity)
 
 
-def _parity_block(parity, corrections, position, size, coarse, pixel_area, tensor) -> ParityBlock:  # type: ignore[no-untyped-def]
+def _parity_block(
+    parity: Parity,
+    corrections: Arrays,
+    position: Array,
+    size: float,
+    coarse: int,
+    pixel_area: float,
+    tensor: Callable[[Array], Tensor],
+) -> ParityBlock:
     name = _parity_name(parity)
     hats = [tensor(_parity_hats(position, coarse, odd)) for odd in parity]
     interpolation = tensor(np.stack([_strain_interpolation(position, coarse, odd) for odd in (False, True)]))
@@ -228,7 +268,7 @@ def _parity_hats(position: Array, coarse: int, odd: bool) -> Array:
 
 
 def _strain_interpolation(position: Array, coarse: int, odd: bool) -> Array:
-    """(samples, coarse/2): linear between element centres, linear beyond the outermost; mirrored with its sign."""
+    """(samples, coarse/2): linear between element centres and beyond the outermost; mirrored with sign."""
     place = position * coarse - 0.5
     lower = np.clip(np.floor(place).astype(int), 0, coarse - 2)
     weight = place - lower

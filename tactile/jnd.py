@@ -8,7 +8,10 @@ ROUGHNESS_JND = 1.19
 """Ratio of two roughnesses that a finger tells apart 84 % of the time (Tymms et al. 2018)."""
 
 TEMPERATURE_JND = 1.4
-"""Ratio of two contact areas that feel differently warm 84 % of the time (Tiest and Kappers 2009: 43 %; the paper: 40 %)."""
+"""Ratio of two contact areas that feel differently warm 84 % of the time.
+
+The paper says 40 %; Tiest and Kappers (2009) measured 43 %.
+"""
 
 
 def jnd_apart(roughness: float, reference: float) -> float:

@@ -1,8 +1,9 @@
 """A bonded elastic layer under normal pressure, solved exactly per wavenumber.
 
-A cosine pressure on a laterally unbounded (or, by mirror images, laterally sliding) layer gives cosine displacements and
-strains of the same wavenumber. Depth w runs from the loaded face (w = 0) to the bonded face (w = t); a positive normal
-displacement points into the layer. Everything here is for unit Young's modulus; divide by E.
+A cosine pressure on a laterally unbounded (or, by mirror images, laterally sliding) layer gives cosine
+displacements and strains of the same wavenumber. Depth w runs from the loaded face (w = 0) to the bonded face
+(w = t); a positive normal displacement points into the layer. Everything here is for unit Young's modulus;
+divide by E.
 """
 
 from __future__ import annotations
@@ -36,13 +37,15 @@ class LayerResponse:
     lateral_slope: Array
 
 
-def layer_response(wavenumbers: Array, poisson_ratio: float, thickness_mm: float, depth_mm: float) -> LayerResponse:
+def layer_response(
+    wavenumbers: Array, poisson_ratio: float, thickness_mm: float, depth_mm: float
+) -> LayerResponse:
     """Surface displacement and displacements at depth of a bonded layer under unit cosine pressure.
 
-    Per wavenumber the displacements are W = sum_s (a_s + b_s k w) e^{s k w}, U = sum_s (c_s - s b_s k w) e^{s k w} with
-    s = -1, +1 and c_s = -s a_s - (3 - 4 nu) b_s (Navier's equations); the four constants follow from no shear and unit
-    pressure at w = 0 and no displacement at w = t. The growing exponential is scaled by e^{-k t}, so that every
-    wavenumber is well conditioned.
+    Per wavenumber the displacements are W = sum_s (a_s + b_s k w) e^{s k w} and
+    U = sum_s (c_s - s b_s k w) e^{s k w} with s = -1, +1 and c_s = -s a_s - (3 - 4 nu) b_s (Navier's
+    equations); the four constants follow from no shear and unit pressure at w = 0 and no displacement at
+    w = t. The growing exponential is scaled by e^{-k t}, so that every wavenumber is well conditioned.
 
     Args:
         wavenumbers: k in 1/mm, any shape, k >= 0.
@@ -92,7 +95,9 @@ def layer_response(wavenumbers: Array, poisson_ratio: float, thickness_mm: float
 
 
 def carbone_mangialardi(wavenumbers: Array, poisson_ratio: float, thickness_mm: float) -> Array:
-    """Closed form of `LayerResponse.surface`, for checking: Carbone and Mangialardi, J. Mech. Phys. Solids 56 (2008).
+    """Closed form of `LayerResponse.surface`, for checking.
+
+    Carbone and Mangialardi, J. Mech. Phys. Solids 56 (2008).
 
     Args:
         wavenumbers: k > 0 in 1/mm.

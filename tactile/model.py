@@ -27,8 +27,8 @@ class Touch:
     """What pressing the skin on a relief gives; every tensor is differentiable with respect to the heights.
 
     Attributes:
-        strain: (..., n, n) largest-magnitude compressive principal strain at receptor depth, minus the flat plate's map;
-            compressive is negative.
+        strain: (..., n, n) largest-magnitude compressive principal strain at receptor depth, minus the flat
+            plate's map; compressive is negative.
         gap: (..., n, n) distance between deformed skin and relief, mm.
         pressure: (..., n, n) contact pressure, MPa.
         approach: (...) how far the bone has come down from first touch with the plane z = 0, mm.
@@ -59,7 +59,9 @@ class LayerModel:
         """
         modulus = self.skin.young_modulus_mpa
         mean = self.skin.mean_pressure_mpa(self.operator.size_mm) / modulus
-        pressure, gap, approach = press_contact(self.operator, heights, mean, None if start is None else start / modulus)
+        pressure, gap, approach = press_contact(
+            self.operator, heights, mean, None if start is None else start / modulus
+        )
         strain = smallest_eigenvalue(self.operator.strain(pressure)) - self.flat_strain
         fraction = (pressure.detach() > 0.0).to(pressure.dtype).mean((-2, -1))
         return Touch(strain, gap, pressure * modulus, approach, fraction)
@@ -103,6 +105,9 @@ def press(
     Raises:
         InputError: heights are not square, too few, too many or not finite; an unknown model.
     """
+    if isinstance(heights, np.ndarray):
+        # torch takes neither flipped, nor read-only, nor foreign-endian arrays.
+        heights = np.array(heights, dtype=heights.dtype.newbyteorder("="), order="C")
     field = torch.as_tensor(heights)
     if model != "layer":
         raise InputError(f'touch.model: "{model}" is not one of "layer"')

@@ -18,7 +18,7 @@ PAIR_SPREAD_MM = 0.8
 """Half-width r of the range of distances (paper section 4.2)."""
 
 QUADRATURE_LENGTHS, QUADRATURE_ANGLES = 4, 16
-"""Polar quadrature of descent: V within 0.65 % of the full sum, gradient cosine 0.9986, at a 28th of the offsets."""
+"""Polar quadrature of descent: V within 0.65 % of the full sum, gradient cosine 0.9986, a 28th the work."""
 
 Quadrature = Literal["full", "polar"]
 
@@ -26,23 +26,26 @@ Quadrature = Literal["full", "polar"]
 def roughness(strain: Tensor, size_mm: float = 10.0, quadrature: Quadrature = "full") -> Tensor:
     """V = mean over positions p and offsets o of |s(p) - s(p + o)| (paper equation 2).
 
-    Offsets have length in [d - r, d + r] = [1.4, 3.0] mm and direction in [0, pi), uniform in (length, angle), that is
-    weight 1/length per unit of area. Pairs with an end outside the patch are left out. (The paper's printed formula has
-    cos twice, and a prefactor that does not normalise; the mean agrees with its sampler of 8000 pairs.)
+    Offsets have length in [d - r, d + r] = [1.4, 3.0] mm and direction in [0, pi), uniform in (length,
+    angle), that is weight 1/length per unit of area. Pairs with an end outside the patch are left out. (The
+    paper's printed formula has cos twice, and a prefactor that does not normalise; the mean agrees with its
+    sampler of 8000 pairs.)
 
     Args:
         strain: (..., n, n), dimensionless.
         size_mm: side of the patch.
-        quadrature: "full" sums over every pixel offset (for every number reported); "polar" over 4 lengths x 16 angles.
+        quadrature: "full" sums over every pixel offset (for every number reported); "polar" over 4 lengths x
+            16 angles.
 
     Returns:
         (...) roughness, with gradient.
 
     Raises:
-        InputError: the patch is too small to hold a pair.
+        InputError: the patch is too small to hold a pair; an unknown quadrature.
     """
-    offsets = _full_offsets if quadrature == "full" else _polar_offsets
-    return _PairVariation.apply(strain, offsets(strain.shape[-1], size_mm))
+    if quadrature not in _OFFSETS:
+        raise InputError(f'quadrature: "{quadrature}" is not one of "full", "polar"')
+    return _PairVariation.apply(strain, _OFFSETS[quadrature](strain.shape[-1], size_mm))
 
 
 class _PairVariation(torch.autograd.Function):
@@ -109,8 +112,13 @@ def _polar_offsets(n: int, size_mm: float) -> tuple[tuple[int, int, float], ...]
     return _checked(tuple(found), size_mm)
 
 
-def _checked(offsets: tuple[tuple[int, int, float], ...], size_mm: float) -> tuple[tuple[int, int, float], ...]:
+def _checked(
+    offsets: tuple[tuple[int, int, float], ...], size_mm: float
+) -> tuple[tuple[int, int, float], ...]:
     if not offsets:
         needed = PAIR_DISTANCE_MM - PAIR_SPREAD_MM
         raise InputError(f"size_mm: a patch of {size_mm} mm holds no pair of receptors {needed:.1f} mm apart")
     return offsets
+
+
+_OFFSETS = {"full": _full_offsets, "polar": _polar_offsets}

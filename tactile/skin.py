@@ -46,7 +46,9 @@ class Skin:
         if not 0.0 <= self.poisson_ratio <= MAX_POISSON_RATIO:
             raise InputError(f"skin.poisson_ratio: {self.poisson_ratio} is outside [0, {MAX_POISSON_RATIO}]")
         if self.depth_mm >= self.thickness_mm:
-            raise InputError(f"skin.depth_mm: {self.depth_mm} is not less than thickness_mm {self.thickness_mm}")
+            raise InputError(
+                f"skin.depth_mm: {self.depth_mm} is not less than thickness_mm {self.thickness_mm}"
+            )
 
     def mean_pressure_mpa(self, size_mm: float) -> float:
         """Mean pressure in N/mm² on a square patch of side `size_mm`."""

@@ -33,7 +33,8 @@ def factorised(matrix: sp.spmatrix, *, portable: bool = False) -> Solve:
         portable: use SuperLU even where Pardiso is there (slower, same numbers).
 
     Returns:
-        A function from right-hand sides (n,) or (n, m) to solutions of the same shape; its memory goes with it.
+        A function from right-hand sides (n,) or (n, m) to solutions of the same shape; the
+        factors are freed with it.
     """
     if portable or not has_pardiso():
         factor = spla.splu(sp.csc_matrix(matrix), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})

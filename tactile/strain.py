@@ -19,8 +19,9 @@ def smallest_eigenvalue(components: Tensor) -> Tensor:
         components: (..., 6, rows, cols), ordered xx, yy, zz, yz, xz, xy.
 
     Returns:
-        (..., rows, cols). Its derivative n n' (n the eigenvector) is taken from the adjugate of A - lambda I rather than
-        through the arc cosine, whose slope is infinite in uniaxial compression, the commonest state here.
+        (..., rows, cols). Its derivative n n' (n the eigenvector) is taken from the adjugate of A - lambda I
+        rather than through the arc cosine, whose slope is infinite in uniaxial compression, the commonest
+        state here.
     """
     return _SmallestEigenvalue.apply(components)
 
@@ -45,10 +46,19 @@ class _SmallestEigenvalue(torch.autograd.Function):
         xx, yy, zz, yz, xz, xy = components.unbind(-3)
         a, b, c = xx - value, yy - value, zz - value
         adjugate = torch.stack(
-            (b * c - yz * yz, a * c - xz * xz, a * b - xy * xy, xy * xz - a * yz, xy * yz - b * xz, xz * yz - c * xy), dim=-3
+            (
+                b * c - yz * yz,
+                a * c - xz * xz,
+                a * b - xy * xy,
+                xy * xz - a * yz,
+                xy * yz - b * xz,
+                xz * yz - c * xy,
+            ),
+            dim=-3,
         )
         trace = adjugate[..., :3, :, :].sum(-3, keepdim=True)
-        # Where the two smallest eigenvalues meet the trace vanishes; the isotropic mean is a subgradient there.
+        # Where the two smallest eigenvalues meet the trace vanishes; there the isotropic mean is a
+        # subgradient.
         size = components.square().sum(-3, keepdim=True)
         projector = adjugate / trace.clamp_min(torch.finfo(value.dtype).tiny)
         meeting = trace <= 16.0 * torch.finfo(value.dtype).eps * size

@@ -1,13 +1,14 @@
 """How shadow boundaries move: the term of the picture's derivative that automatic differentiation misses.
 
-A convex silhouette edge (a, b) casts a shadow boundary: from y = (1 - t) a + t b along -l the ray lands at x on a receiver
-face. Raising y, or lowering the receiver, lengthens the shadow: with n the receiver's unnormalised normal (-z_x, -z_y, 1)
+A convex silhouette edge (a, b) casts a shadow boundary: from y = (1 - t) a + t b along -l the ray lands at x
+on a receiver face. Raising y, or lowering the receiver, lengthens the shadow: with n the receiver's
+unnormalised normal (-z_x, -z_y, 1)
 
     d(length) = (dy - d receiver at x) / (n . l),
 
-x moves by -l d(length), and the lit area shrinks by |l_xy x (b - a)_xy| dt d(length) -- the cross product with the
-boundary's tangent, from which the receiver's slope drops out. The picture loses the light's radiance there. So each sample
-gives five entries dI_pixel / dheight: two of the edge, three of the receiver.
+x moves by -l d(length), and the lit area shrinks by |l_xy x (b - a)_xy| dt d(length) -- the cross product
+with the boundary's tangent, from which the receiver's slope drops out. The picture loses the light's
+radiance there. So each sample gives five entries dI_pixel / dheight: two of the edge, three of the receiver.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 LIFT_MM = 3e-5
-"""Rays start this far above the surface. More lets light slip past shallow silhouettes: at 5e-4 the gradient of a
-smooth relief under a light at 20 degrees is 13 % off, at 1e-4 2.4 %; from 3e-5 down to 3e-6 it is within the 1 % noise of
-finite differences; at 0 edges shadow themselves."""
+"""Rays start this far above the surface. More lets light slip past shallow silhouettes: at 5e-4 the gradient
+of a smooth relief under a light at 20 degrees is 13 % off, at 1e-4 2.4 %; from 3e-5 down to 3e-6 it is
+within the 1 % noise of finite differences; at 0 edges shadow themselves."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,12 @@ class ShadowEdges:
 
 
 def shadow_edges(
-    scene: Any, plate: Relief, heights: Array, lights: ParallelLights, jitter: Array, samples_per_edge: int = 1
+    scene: Any,
+    plate: Relief,
+    heights: Array,
+    lights: ParallelLights,
+    jitter: Array,
+    samples_per_edge: int = 1,
 ) -> ShadowEdges:
     """Sample the shadow boundaries that a relief casts on itself.
 
@@ -60,8 +66,8 @@ def shadow_edges(
         scene: a Mitsuba scene that holds the plate at `heights`.
         heights: (rows, cols) mm.
         lights: parallel lights.
-        jitter: (edges, samples_per_edge) in [0, 1), fixed, so that pictures of two reliefs differ by geometry alone.
-        samples_per_edge: stratified along each edge.
+        jitter: (edges, samples_per_edge) in [0, 1), fixed, so that pictures of two reliefs differ by
+        geometry alone. samples_per_edge: stratified along each edge.
     """
     slope_x, slope_y = plate.slopes(heights)
     found = [silhouettes(plate, slope_x, slope_y, toward) for toward in lights.toward]
@@ -80,7 +86,8 @@ def shadow_edges(
     face, distance = first_hits(scene, origin, -toward)
     alive = np.flatnonzero(face >= 0)
     alive = alive[~blocked(scene, origin[alive], toward[alive])]
-    edge, light, t, start, end, face = (v[alive] for v in (edge, light, t, start, end, face))
+    light, start, end, face = (v[alive] for v in (light, start, end, face))
+    t = t[alive]
     toward = toward[alive]
     x, y, _ = (origin[alive] - distance[alive, None] * toward).T
     facing = toward[:, 2] - slope_x[face] * toward[:, 0] - slope_y[face] * toward[:, 1]
@@ -98,4 +105,6 @@ def shadow_edges(
     moves = np.concatenate(((1.0 - t)[:, None], t[:, None], -weights), axis=1)
     vertices = np.concatenate((start[:, None], end[:, None], corners), axis=1)
     keep = np.flatnonzero(lit)
-    return ShadowEdges(light[keep], x[keep], y[keep], face[keep], vertices[keep], (speed[:, None] * moves)[keep])
+    return ShadowEdges(
+        light[keep], x[keep], y[keep], face[keep], vertices[keep], (speed[:, None] * moves)[keep]
+    )

@@ -28,17 +28,22 @@ class ParallelLights:
         return len(self.irradiance)
 
 
-def ambient_lights(radiance: float, count: int, generator: np.random.Generator | None = None) -> ParallelLights:
-    """Ambient light of constant radiance as parallel lights spread over the upper hemisphere, 2 pi L / K each.
+def ambient_lights(
+    radiance: float, count: int, generator: np.random.Generator | None = None
+) -> ParallelLights:
+    """Ambient light of constant radiance as parallel lights spread over the upper hemisphere, 2 pi L / K
+    each.
 
-    A golden-angle spiral, uniform in solid angle; with a generator the spiral is turned and shifted at random, which
-    makes the quadrature unbiased when directions are drawn anew at every step.
+    A golden-angle spiral, uniform in solid angle; with a generator the spiral is turned and shifted at
+    random, which makes the quadrature unbiased when directions are drawn anew at every step.
 
     Args:
         radiance: L.
         count: K.
     """
-    turn, shift = (0.0, 0.5) if generator is None else (generator.uniform(0.0, 2.0 * np.pi), generator.uniform())
+    turn, shift = (
+        (0.0, 0.5) if generator is None else (generator.uniform(0.0, 2.0 * np.pi), generator.uniform())
+    )
     index = np.arange(count)
     z = (index + shift) / count
     z = np.maximum(z, 1e-4)  # a light in the plane of the plate has no shadow to follow

@@ -15,7 +15,10 @@ FAR_MM = 1e4
 def _rays(origins: Array, directions: Array) -> Any:
     import mitsuba as mi
 
-    o, d = (mi.Vector3f(*(mi.Float(np.ascontiguousarray(v[:, a], dtype=np.float32)) for a in range(3))) for v in (origins, directions))
+    o, d = (
+        mi.Vector3f(*(mi.Float(np.ascontiguousarray(v[:, a], dtype=np.float32)) for a in range(3)))
+        for v in (origins, directions)
+    )
     return mi.Ray3f(mi.Point3f(o), d)
 
 

@@ -1,4 +1,4 @@
-"""The plate's triangles as functions of its heights: slopes, which are linear in them, and silhouette edges."""
+"""The plate's triangles as functions of its heights: slopes, which are linear in them, and silhouettes."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Relief:
         x, y: (vertices,) mm.
         sample: (vertices,) the height sample that each vertex carries.
         faces: (faces, 3) vertices.
-        slope_x, slope_y: (faces, 3) coefficients: dz/dx and dz/dy of a face are their products with its vertex heights.
-        edge_start, edge_end: (edges,) vertices.
+        slope_x, slope_y: (faces, 3) coefficients: dz/dx and dz/dy of a face are their products with its
+        vertex heights. edge_start, edge_end: (edges,) vertices.
         edge_left, edge_right: (edges,) faces, -1 beyond the border.
     """
 

@@ -1,4 +1,4 @@
-"""Outgoing radiance of a face toward a distant camera, under parallel lights, and its derivative by the face's slopes."""
+"""Radiance of a face toward a distant camera under parallel lights, and its derivative by its slopes."""
 
 from __future__ import annotations
 
@@ -41,7 +41,9 @@ def shade(bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, tow
     count, faces = len(lights), len(slope_x)
     p = mi.Float(np.tile(slope_x, count).astype(np.float32))
     q = mi.Float(np.tile(slope_y, count).astype(np.float32))
-    toward = mi.Vector3f(*(mi.Float(np.repeat(lights.toward[:, a], faces).astype(np.float32)) for a in range(3)))
+    toward = mi.Vector3f(
+        *(mi.Float(np.repeat(lights.toward[:, a], faces).astype(np.float32)) for a in range(3))
+    )
     irradiance = mi.Float(np.repeat(lights.irradiance, faces).astype(np.float32))
     camera = mi.Vector3f(*(float(c) for c in toward_camera))
 

@@ -1,9 +1,11 @@
-"""Pictures of the plate from straight above and their Jacobian with respect to the heights, as sparse matrices.
+"""Pictures of the plate from straight above and their Jacobian with respect to the heights, as sparse
+matrices.
 
-Seen from above by an orthographic camera a picture sample meets the same face whatever the heights, so no camera ray is
-traced: a picture is, pixel by pixel, the lit share of each face times that face's radiance. Its derivative has two parts:
-radiance by slope (each face's radiance depends on its three heights), and the motion of shadow boundaries
-(`visual.edges`). Sample positions are fixed, so that two reliefs differ by geometry alone, not by noise.
+Seen from above by an orthographic camera a picture sample meets the same face whatever the heights, so no
+camera ray is traced: a picture is, pixel by pixel, the lit share of each face times that face's radiance.
+Its derivative has two parts: radiance by slope (each face's radiance depends on its three heights), and the
+motion of shadow boundaries (`visual.edges`). Sample positions are fixed, so that two reliefs differ by
+geometry alone, not by noise.
 """
 
 from __future__ import annotations
@@ -15,11 +17,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from visual.edges import LIFT_MM, shadow_edges
+from visual.edges import LIFT_MM, ShadowEdges, shadow_edges
 from visual.lights import ParallelLights
 from visual.rays import blocked
 from visual.relief import Relief, relief
-from visual.shading import Shading, shade
+from visual.shading import shade
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -48,7 +50,9 @@ class PictureSamples:
     per_pixel: int
 
 
-def picture_samples(plate: Relief, resolution: int, strata: int, generator: np.random.Generator) -> PictureSamples:
+def picture_samples(
+    plate: Relief, resolution: int, strata: int, generator: np.random.Generator
+) -> PictureSamples:
     """Jittered samples, `strata` x `strata` in each pixel of a square picture that the plate fills."""
     fine = resolution * strata
     row, col = np.meshgrid(np.arange(fine), np.arange(fine), indexing="ij")
@@ -69,7 +73,7 @@ def face_at(plate: Relief, x: Array, y: Array) -> Index:
 
 
 def _cell(samples: int, size_mm: float, position: Array) -> tuple[Index, Array]:
-    """Cell between grid lines, and how far across it, of a coordinate; the outermost cells are half as wide."""
+    """Cell between grid lines, and how far across it, of a coordinate; outermost cells are half as wide."""
     place = (position / size_mm + 0.5) * samples + 0.5
     cell = np.clip(np.floor(place).astype(np.int64), 0, samples)
     within = place - cell
@@ -91,7 +95,7 @@ class TopPictures:
 
 
 class TopView:
-    """A plate under a camera straight above, lit by parallel lights one at a time, with ambient light beside each."""
+    """A plate under a camera straight above, lit by one parallel light at a time and ambient light."""
 
     def __init__(
         self,
@@ -149,9 +153,12 @@ class TopView:
                 self._ambient, self._ambient_samples, heights, slopes, jacobian, edges
             )
             pictures = [p + ambient for p in pictures] or [ambient]
-            derivatives = [d + entries for d in derivatives] if derivatives else [entries]
+            if jacobian:
+                derivatives = [d + entries for d in derivatives] or [entries]
         size = (self._resolution, self._resolution)
-        return TopPictures(np.stack([p.reshape(size) for p in pictures]), tuple(derivatives) if jacobian else ())
+        return TopPictures(
+            np.stack([p.reshape(size) for p in pictures]), tuple(derivatives) if jacobian else ()
+        )
 
     def _lit_by(
         self,
@@ -170,7 +177,8 @@ class TopView:
         def gather(values: Array) -> Array:
             return np.einsum("lp,lp->p", lit, values[:, samples.pair_face])
 
-        picture = np.bincount(samples.pair_pixel, gather(shading.radiance), minlength=pixels)
+        lit_radiance = gather(shading.radiance)
+        picture: Array = np.bincount(samples.pair_pixel, lit_radiance, minlength=pixels).astype(np.float64)
         if not jacobian:
             return picture, None
         by_x, by_y = gather(shading.by_slope_x), gather(shading.by_slope_y)
@@ -180,7 +188,9 @@ class TopView:
         columns = self._plate.sample[self._plate.faces[face]].ravel()
         parts = [(rows, columns, values.ravel())]
         if edges:
-            parts.append(self._edge_entries(lights, heights, shading))
+            found = shadow_edges(self._scene, self._plate, heights, lights, self._jitter)
+            lost = shading.radiance[found.light, found.receiver]
+            parts.append(edge_entries(self._plate, found, lost, self._resolution))
         r, c, v = (np.concatenate(p) for p in zip(*parts, strict=True))
         return picture, sp.csr_matrix((v, (r, c)), shape=(pixels, self._plate.rows * self._plate.cols))
 
@@ -201,12 +211,21 @@ class TopView:
             shares[number] = np.bincount(samples.pair[lit], minlength=len(samples.pair_pixel))
         return shares / samples.per_pixel
 
-    def _edge_entries(self, lights: ParallelLights, heights: Array, shading: Shading) -> tuple[Index, Index, Array]:
-        found = shadow_edges(self._scene, self._plate, heights, lights, self._jitter)
-        pitch = self._plate.size_mm / self._resolution
-        row = np.clip(np.floor((0.5 * self._plate.size_mm - found.y) / pitch), 0, self._resolution - 1)
-        col = np.clip(np.floor((0.5 * self._plate.size_mm + found.x) / pitch), 0, self._resolution - 1)
-        pixel = (row * self._resolution + col).astype(np.int64)
-        lost = shading.radiance[found.light, found.receiver] / pitch**2
-        values = -lost[:, None] * found.shrinkage
-        return np.repeat(pixel, 5), self._plate.sample[found.vertices].ravel(), values.ravel()
+
+def edge_entries(
+    plate: Relief, found: ShadowEdges, radiance: Array, resolution: int
+) -> tuple[Index, Index, Array]:
+    """Entries d radiance of a pixel / d height of the motion of shadow boundaries: (pixels, height samples,
+    values).
+
+    Args:
+        found: samples of shadow boundaries.
+        radiance: (samples,) what the light in question adds there on the lit side.
+        resolution: pixels a side of the picture, which the plate fills.
+    """
+    pitch = plate.size_mm / resolution
+    row = np.clip(np.floor((0.5 * plate.size_mm - found.y) / pitch), 0, resolution - 1)
+    col = np.clip(np.floor((0.5 * plate.size_mm + found.x) / pitch), 0, resolution - 1)
+    pixel = (row * resolution + col).astype(np.int64)
+    values = -(radiance / pitch**2)[:, None] * found.shrinkage
+    return np.repeat(pixel, 5), plate.sample[found.vertices].ravel(), values.ravel()

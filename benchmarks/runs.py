@@ -1,0 +1,162 @@
+"""Whole runs on the demo textures: ways down, with and without the shadow-edge term, beside linear scaling.
+
+    python -m benchmarks.runs                 # every case that is not in the results yet
+    python -m benchmarks.runs gravel+2        # these textures and targets only
+    python -m benchmarks.runs --again         # measure anew
+
+Picture change is measured on pictures rendered by Mitsuba at 1024 samples a pixel with the same random
+numbers before and after (the difference's own noise is measured by a second seed), at 128 and 256 pixels.
+Touch is measured by the layer model in float64 with all offsets. Seconds are of the descent alone: no
+loading, no verification.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import tactile
+from benchmarks.common import load, machine, save, table
+from optimize.adam import AdamDescent
+from optimize.baselines import linear_scaling
+from optimize.gauss_newton import GaussNewton
+from optimize.loop import WayDown, descend
+from optimize.problem import Problem, Targets
+from visual.scene import Scene, load_scene
+
+Array = NDArray[np.float64]
+
+RELIEFS = {"gravel": 1.2, "brick": 1.0, "grass": 1.0}
+TARGETS = (-2, 2)
+WAYS = ("linear scaling", "gauss-newton", "gauss-newton, no edges", "adam", "adam, no edges")
+GAUSS_NEWTON_STEPS, ADAM_STEPS, LEARNING_RATE = 40, 100, 0.027
+SAMPLES = 1024
+RESOLUTIONS = (128, 256)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("cases", nargs="*", help="such as gravel+2")
+    parser.add_argument("--ways", nargs="*", default=WAYS, choices=WAYS)
+    parser.add_argument("--again", action="store_true")
+    arguments = parser.parse_args()
+    results = load("runs") or {"rows": {}}
+    results["machine"] = machine()
+    for texture, relief_mm in RELIEFS.items():
+        for jnd in TARGETS:
+            case = f"{texture}{jnd:+d}"
+            if arguments.cases and case not in arguments.cases:
+                continue
+            scene = load_scene(
+                "mitsuba_scenes/studio.xml",
+                texture=f"mitsuba_scenes/textures/{texture}.png",
+                relief_mm=relief_mm,
+            )
+            for way in arguments.ways:
+                key = f"{case}, {way}"
+                if arguments.again or key not in results["rows"]:
+                    results["rows"][key] = measure(scene, way, jnd)
+                    save("runs", results)
+                    print(key, results["rows"][key], flush=True)
+    print(as_table(results["rows"]))
+
+
+def measure(scene: Scene, way: str, jnd: float) -> dict[str, Any]:
+    """One case."""
+    skin, size_mm, original = tactile.Skin(), scene.size_mm, scene.heights
+    roughness = _feel(original, size_mm, skin)["roughness"]
+    wanted = tactile.jnd_scaled(roughness, jnd)
+    targets = Targets(wanted, None, 0.01)
+    edges = not way.endswith("no edges")
+    problem = Problem(original, size_mm, skin, targets, scene, shadow_edges=edges)
+    began = time.perf_counter()
+    if way == "linear scaling":
+        heights, steps, reason = linear_scaling(problem), 0, "scaled"
+        if heights is None:
+            return {"reason": "out of reach by 3 mm", "target": wanted}
+    else:
+        method: WayDown
+        if way.startswith("adam"):
+            method, limit = AdamDescent(problem, ADAM_STEPS, LEARNING_RATE), ADAM_STEPS
+        else:
+            method, limit = GaussNewton(problem), GAUSS_NEWTON_STEPS
+        descent = descend(method, targets, method.begin(0, original, {}), limit)
+        heights, steps, reason = descent.best.heights, descent.last.step, descent.reason.name.lower()
+    seconds = time.perf_counter() - began
+    feel = _feel(heights, size_mm, skin)
+    return {
+        "reason": reason,
+        "steps": steps,
+        "seconds": seconds,
+        "target": wanted,
+        **feel,
+        "miss_percent": 100.0 * (feel["roughness"] / wanted - 1.0),
+        "min_mm": float(heights.min()),
+        "max_mm": float(heights.max()),
+        "pictures": {str(r): _change(scene, original, heights, r) for r in RESOLUTIONS},
+    }
+
+
+def _feel(heights: Array, size_mm: float, skin: tactile.Skin) -> dict[str, float]:
+    touch = tactile.press(heights, size_mm, skin)
+    return {
+        "roughness": float(tactile.roughness(touch.strain, size_mm)),
+        "contact_area_mm2": float(tactile.contact_area(touch.gap, size_mm)),
+        "contact_fraction": float(touch.contact_fraction),
+    }
+
+
+def _change(scene: Scene, before: Array, after: Array, resolution: int) -> dict[str, float]:
+    """Mean and root mean square of the picture change, in % of the mean picture and of white."""
+
+    def picture(heights: Array, seed: int) -> Array:
+        return np.asarray(scene.render(heights, samples=SAMPLES, seed=seed, resolution=resolution).numpy())
+
+    one, other, again = picture(before, 0), picture(after, 0), picture(before, 1)
+    mean, rms = np.abs(other - one).mean(), np.sqrt(np.square(other - one).mean())
+    level = one.mean()
+    return {
+        "mean_percent_of_mean": float(100.0 * mean / level),
+        "rms_percent_of_mean": float(100.0 * rms / level),
+        "mean_percent_of_white": float(100.0 * mean / scene.white),
+        "rms_percent_of_white": float(100.0 * rms / scene.white),
+        "noise_percent_of_mean": float(100.0 * np.abs(again - one).mean() / level),
+    }
+
+
+def as_table(rows: dict[str, Any]) -> str:
+    """All cases as one table."""
+    head = (
+        *("texture and JND", "way", "V off target %", "heights mm", "steps", "s"),
+        *(
+            "128 px: mean % of mean",
+            "rms",
+            "mean % of white",
+            "256 px: mean % of mean",
+            "rms",
+            "mean % of white",
+        ),
+    )
+    lines = []
+    for key, row in rows.items():
+        case, way = key.split(", ", 1)
+        if "pictures" not in row:
+            lines.append((case, way, row["reason"], *[None] * 9))
+            continue
+        changes = []
+        for resolution in RESOLUTIONS:
+            c = row["pictures"][str(resolution)]
+            changes += [c["mean_percent_of_mean"], c["rms_percent_of_mean"], c["mean_percent_of_white"]]
+        span = f"{row['min_mm']:.2f}-{row['max_mm']:.2f}"
+        lines.append((case, way, f"{row['miss_percent']:+.2f}", span, row["steps"], row["seconds"], *changes))
+    return table(head, lines)
+
+
+if __name__ == "__main__":
+    main()

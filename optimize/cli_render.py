@@ -1,0 +1,98 @@
+"""`retouch render`: the pictures of a scene, one for each of its rendering conditions."""
+
+import argparse
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from optimize.cli_options import add_mitsuba, console, count, seed
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+    from rich.table import Table
+
+HELP = "render a scene, one picture for each light"
+DESCRIPTION = """\
+Renders every condition of a scene, that is each of its lights alone with the ambient light, into DIR as
+<condition>.exr (radiance, 32-bit float) and <condition>.png (sRGB; white is the radiance of a white plate
+that faces the light). Pictures of an earlier rendering are replaced.
+"""
+EPILOG = """\
+examples:
+  retouch render mitsuba_scenes/studio.xml
+  retouch render studio.xml --texture runs/stone/heights.exr -D resolution=512 --samples 256 -o after
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="Mitsuba scene (.xml) with a height field")
+    parser.add_argument(
+        "-o", dest="out", type=Path, metavar="DIR", help="where to (default: renders/<name of the scene>)"
+    )
+    parser.add_argument(
+        "--texture", type=Path, help="height map to show instead of the scene's: PNG, TIFF, EXR or NPY"
+    )
+    parser.add_argument(
+        "--relief-mm",
+        type=float,
+        metavar="MM",
+        help="height of white above black in --texture (needed for PNG and TIFF; EXR and NPY hold mm)",
+    )
+    parser.add_argument("--samples", type=count, metavar="N", help="a pixel (default: as the scene says)")
+    parser.add_argument(
+        "--seed", type=seed, default=0, metavar="N", help="the same seed, the same picture (default: 0)"
+    )
+    add_mitsuba(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from optimize.pictures import write_pictures
+    from optimize.words import duration
+    from visual.errors import InputError
+    from visual.scene import load_scene
+
+    if arguments.relief_mm is not None and arguments.texture is None:
+        raise InputError(
+            "--relief-mm: belongs to --texture; a scene has its own parameters, as in -D relief_mm=1"
+        )
+    out = arguments.out or Path("renders") / arguments.scene.stem
+    if out.exists() and not out.is_dir():
+        raise InputError(f"{out}: -o: is a file, not a folder")
+    scene = load_scene(
+        arguments.scene,
+        dict(arguments.defines),
+        arguments.variant,
+        texture=arguments.texture,
+        relief_mm=arguments.relief_mm,
+    )
+    start = time.perf_counter()
+    pictures = scene.render(samples=arguments.samples, seed=arguments.seed).numpy()
+    seconds = time.perf_counter() - start
+    files = write_pictures(out, scene.conditions, pictures, scene.white)
+    rows, cols = pictures.shape[1:]
+    screen = console()
+    screen.print(table(scene.conditions, files, pictures))
+    screen.print(
+        f"{cols} x {rows} pixels, {arguments.samples or scene.samples} samples each, {scene.variant}, "
+        f"{duration(seconds)} of rendering."
+    )
+    return 0
+
+
+def table(conditions: Sequence[str], files: Sequence[Path], pictures: "NDArray[np.float32]") -> "Table":
+    """One row a condition: name, mean radiance, file."""
+    from rich.table import Table
+    from rich.text import Text
+
+    from optimize.words import number
+
+    rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False)
+    rows.add_column("condition", overflow="fold")
+    rows.add_column("mean radiance", justify="right", no_wrap=True)
+    rows.add_column("files", overflow="fold")
+    for condition, file, picture in zip(conditions, files, pictures, strict=True):
+        mean = float(picture.mean(dtype=np.float64))
+        rows.add_row(Text(condition), number(mean), Text(f"{file}.exr, .png"))
+    return rows

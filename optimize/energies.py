@@ -1,0 +1,48 @@
+"""The paper's energies (section 4.1), one function each; torch in, torch out, differentiable."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+CONTACT_SCALE = 1000.0
+"""Contact areas (mm²) are about this times roughnesses; other weights grow with it (paper section 4.1)."""
+
+CLAMP_WEIGHT = 1e5
+"""w3: high, so that the clamp works as a constraint."""
+
+
+def rough_energy(roughness: Tensor, target: float) -> Tensor:
+    """E_rough = |r_trg - V| (term 1)."""
+    return (target - roughness).abs()
+
+
+def contact_energy(contact_area: Tensor, target: float) -> Tensor:
+    """E_contact = |c_trg - A|, mm² (term 2)."""
+    return (target - contact_area).abs()
+
+
+def visual_energy(pictures: Tensor, targets: Tensor) -> Tensor:
+    """E_vis = sum over conditions of 1/n ||I0 - I||_2 (term 3).
+
+    Args:
+        pictures, targets: (conditions, rows, cols) pixel values, white = 1.
+    """
+    return _norms(pictures - targets) / pictures[0].numel()
+
+
+def regularisation_energy(pictures: Tensor, targets: Tensor) -> Tensor:
+    """E_reg: the same norm of the horizontal and vertical differences of the picture difference (term 4)."""
+    difference = pictures - targets
+    across, down = difference.diff(dim=-1), difference.diff(dim=-2)
+    return (_norms(across) + _norms(down)) / pictures[0].numel()
+
+
+def clamp_energy(heights: Tensor, limit: float) -> Tensor:
+    """E_clamp = ||H - clamp(H, 0, H_trg)||² (term 5), mm²."""
+    return (heights - heights.clamp(0.0, limit)).square().sum()
+
+
+def _norms(difference: Tensor) -> Tensor:
+    # The tiny constant gives a start from the target itself, where a norm has no gradient, the gradient 0.
+    return torch.sqrt(difference.square().sum((-2, -1)) + 1e-12).sum()

@@ -1,0 +1,136 @@
+"""What a descent works on: a relief, its target feel, the look to keep. Touch and sight meet here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+import tactile
+from visual.scene import Scene
+
+Array = NDArray[np.float64]
+
+HEIGHT_LIMIT_MM = 3.0
+"""H_trg: the finger feels nothing deeper (paper sections 4.1 and 7.1)."""
+
+
+@dataclass(frozen=True)
+class Targets:
+    """The feel to reach; at least one is given.
+
+    Attributes:
+        roughness: V.
+        contact_area_mm2: A.
+        tolerance: allowed miss, relative to the target.
+    """
+
+    roughness: float | None
+    contact_area_mm2: float | None
+    tolerance: float
+
+    def miss(self, roughness: float, contact_area_mm2: float) -> float:
+        """Largest relative miss of the targets that are given."""
+        misses = [0.0]
+        if self.roughness is not None:
+            misses.append(abs(roughness / self.roughness - 1.0))
+        if self.contact_area_mm2 is not None:
+            misses.append(abs(contact_area_mm2 / self.contact_area_mm2 - 1.0))
+        return max(misses)
+
+
+@dataclass(frozen=True)
+class Feel:
+    """What the finger gets from a relief.
+
+    Attributes:
+        roughness: V, full sum.
+        contact_area_mm2: A.
+        contact_fraction: share of pixels under pressure.
+        strain, pressure: (rows, cols); pressure in MPa.
+        gradients: one row (rows * cols) for each target asked for, in the order roughness, contact area.
+    """
+
+    roughness: float
+    contact_area_mm2: float
+    contact_fraction: float
+    strain: Array
+    pressure: Array
+    gradients: Array
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One optimisation.
+
+    Attributes:
+        heights: (rows, cols) the original, mm.
+        size_mm: side of the plate.
+        skin: the finger.
+        targets: the feel to reach.
+        scene: renders the look to keep.
+        regularisation: w2, weight of differences between neighbouring pixels of the picture difference.
+        look_weight: w1.
+        shadow_edges: whether picture gradients follow shadow boundaries.
+        samples: a pixel, of pictures rendered by Mitsuba during descent.
+        seed: of everything random.
+    """
+
+    heights: Array
+    size_mm: float
+    skin: tactile.Skin
+    targets: Targets
+    scene: Scene
+    regularisation: float = 0.06
+    look_weight: float = 1.0
+    shadow_edges: bool = True
+    samples: int = 16
+    seed: int = 0
+    model: tactile.LayerModel = field(init=False)
+
+    def __post_init__(self) -> None:
+        model = tactile.layer_model(self.skin, self.heights.shape[0], self.size_mm, torch.float64)
+        object.__setattr__(self, "model", model)
+
+    def feel(self, heights: Array, start: Array | None = None, gradients: bool = True) -> Feel:
+        """Press on a relief.
+
+        Args:
+            heights: (rows, cols) mm.
+            start: pressures (MPa) of a similar relief, to start from.
+            gradients: whether those of the targets are wanted.
+        """
+        field_ = torch.as_tensor(heights).clone().requires_grad_(gradients)
+        touch = self.model.press(field_, None if start is None else torch.as_tensor(start))
+        asked = []
+        roughness, area = None, None
+        if self.targets.roughness is not None:
+            roughness = tactile.roughness(touch.strain, self.size_mm)
+            asked.append(roughness)
+        if self.targets.contact_area_mm2 is not None:
+            area = tactile.contact_area(touch.gap, self.size_mm)
+            asked.append(area)
+        rows = []
+        if gradients:
+            rows = [torch.autograd.grad(a, field_, retain_graph=True)[0].numpy().ravel() for a in asked]
+        with torch.no_grad():
+            strain, gap = touch.strain.detach(), touch.gap.detach()
+            roughness = tactile.roughness(strain, self.size_mm) if roughness is None else roughness
+            area = tactile.contact_area(gap, self.size_mm) if area is None else area
+        return Feel(
+            float(roughness.detach()),
+            float(area.detach()),
+            float(touch.contact_fraction),
+            strain.numpy(),
+            touch.pressure.detach().numpy(),
+            np.array(rows).reshape(len(rows), heights.size),
+        )
+
+
+def within_limits(heights: Array) -> Array:
+    """The relief moved up if it goes below z = 0 (nothing changes to eye or finger), then cut off at 3 mm."""
+    lifted = heights - min(0.0, float(heights.min()))
+    sunk = lifted - min(max(0.0, float(lifted.max()) - HEIGHT_LIMIT_MM), float(lifted.min()))
+    return np.minimum(sunk, HEIGHT_LIMIT_MM)

@@ -1,0 +1,60 @@
+"""What a person sees while a run goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Protocol
+
+from optimize.loop import Iterate
+from optimize.problem import Targets
+
+
+class Progress(Protocol):
+    """Told of steps and stages."""
+
+    def step(self, iterate: Iterate, seconds: float) -> None: ...
+
+    def note(self, stage: str) -> None: ...
+
+
+class _Silent:
+    def step(self, iterate: Iterate, seconds: float) -> None:
+        pass
+
+    def note(self, stage: str) -> None:
+        pass
+
+
+@contextmanager
+def silent() -> Iterator[Progress]:
+    """Shows nothing."""
+    yield _Silent()
+
+
+@contextmanager
+def terminal(targets: Targets, steps: int) -> Iterator[Progress]:
+    """A line a step where output goes to a file or pipe, a moving line on a terminal."""
+    from rich.console import Console
+
+    console = Console(highlight=False, stderr=True)
+    if not console.is_terminal:
+        yield _Lines(targets, steps, console.print)
+        return
+    with console.status("starting") as status:
+        yield _Lines(targets, steps, status.update)
+
+
+class _Lines:
+    def __init__(self, targets: Targets, steps: int, show) -> None:  # type: ignore[no-untyped-def]
+        self._targets, self._steps, self._show = targets, steps, show
+
+    def step(self, iterate: Iterate, seconds: float) -> None:
+        miss = self._targets.miss(iterate.roughness, iterate.contact_area_mm2)
+        self._show(
+            f"step {iterate.step}  roughness {iterate.roughness:.4f}  contact {iterate.contact_area_mm2:.1f} mm²  "
+            f"off target {100.0 * miss:.2f} %  pictures {iterate.picture_mean:.2f} % changed  {seconds:.1f} s"
+        )
+
+    def note(self, stage: str) -> None:
+        self._show(stage)

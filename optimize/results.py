@@ -1,0 +1,191 @@
+"""The run directory (design: result.json, heights, printable files, pictures, history, report)."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import tactile
+from optimize import metrics
+from optimize.config import Run, dump_resolved
+from optimize.export import export_plate, write_atomically
+from optimize.loop import Descent, Iterate
+from optimize.pictures import write_pictures
+from optimize.problem import Problem, Targets
+from optimize.report import Baseline, Report, write_report
+from optimize.verification import TouchMeasured
+from visual.heightmap import save_heights_exr, save_heights_png
+
+Array = NDArray[np.float64]
+
+SETTINGS = "run.toml"
+HISTORY = "history.jsonl"
+PACKAGES = ("retouch", "mitsuba", "drjit", "torch", "numpy", "scipy")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What was measured of a finished descent.
+
+    Attributes:
+        pictures_before, pictures_after, baseline_pictures: (conditions, rows, cols) radiance, converged; of
+        the baseline
+            None where linear scaling cannot reach the target.
+        verified: None if verification was not wanted.
+    """
+
+    descent: Descent
+    initial_roughness: float
+    initial_contact_area_mm2: float
+    touch_before: TouchMeasured
+    verified: TouchMeasured | None
+    pictures_before: Array
+    pictures_after: Array
+    baseline_heights: Array | None
+    baseline_pictures: Array | None
+
+
+class History:
+    """history.jsonl: one line a step, appended, read back on resuming."""
+
+    def __init__(self, run_dir: Path, targets: Targets, after: int) -> None:
+        self._path, self._targets = run_dir / HISTORY, targets
+        self.rows: list[dict[str, float | None]] = []
+        if self._path.is_file():
+            lines = self._path.read_text(encoding="utf-8").splitlines()
+            self.rows = [row for row in map(json.loads, lines) if row["step"] <= after]
+            write_atomically(self._path, "".join(json.dumps(row) + "\n" for row in self.rows).encode())
+
+    def add(self, iterate: Iterate, seconds: float) -> None:
+        """Append an iterate."""
+        row: dict[str, float | None] = {
+            "step": iterate.step,
+            "roughness": iterate.roughness,
+            "target_roughness": self._targets.roughness,
+            "contact_area_mm2": iterate.contact_area_mm2,
+            "picture_mean_percent": iterate.picture_mean,
+            "picture_rms_percent": iterate.picture_rms,
+            "seconds": seconds,
+        }
+        self.rows.append(row)
+        with self._path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(row) + "\n")
+
+
+def write_settings(run_dir: Path, settings: Run) -> None:
+    """run.toml: the run with every default written out."""
+    write_atomically(run_dir / SETTINGS, dump_resolved(settings).encode())
+
+
+def write(
+    run_dir: Path,
+    settings: Run,
+    problem: Problem,
+    outcome: Outcome,
+    times: dict[str, float],
+    history: list[dict[str, float | None]],
+) -> dict[str, Any]:
+    """Everything but run.toml, history and checkpoint, which are there already. Returns result.json's content."""
+    heights = outcome.descent.best.heights
+    save_heights_exr(run_dir / "heights.exr", heights)
+    relief = float(heights.max()) or 1.0
+    save_heights_png(run_dir / "heights.png", heights, relief)
+    for suffix in (".stl", ".3mf"):
+        export_plate(run_dir / f"plate{suffix}", heights, problem.size_mm)
+    conditions = problem.scene.conditions
+    for stage, pictures in (("before", outcome.pictures_before), ("after", outcome.pictures_after)):
+        write_pictures(run_dir / "renders", conditions, pictures, problem.scene.white, suffix=stage)
+    summary = summarise(settings, problem, outcome, times)
+    write_atomically(run_dir / "result.json", (json.dumps(summary, indent=2) + "\n").encode())
+    baseline = None
+    if outcome.baseline_pictures is not None:
+        baseline = Baseline("linear scaling", outcome.baseline_pictures, problem.targets.roughness)
+    after = outcome.verified or outcome.touch_before
+    write_report(
+        run_dir,
+        Report(
+            title=settings.texture.stem,
+            result=summary,
+            conditions=conditions,
+            pictures_before=outcome.pictures_before,
+            pictures_after=outcome.pictures_after,
+            white=problem.scene.white,
+            strain_before=outcome.touch_before.strain,
+            strain_after=after.strain,
+            heights_before=problem.heights,
+            heights_after=heights,
+            size_mm=problem.size_mm,
+            history=history,
+            heights_png_mm=(0.0, relief),
+            pressure_before=outcome.touch_before.pressure,
+            pressure_after=after.pressure,
+            tolerance=problem.targets.tolerance,
+            settings=settings.model_dump(mode="json", exclude_none=True),
+            baseline=baseline,
+        ),
+    )
+    return summary
+
+
+def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str, float]) -> dict[str, Any]:
+    """The content of result.json."""
+    best, reason = outcome.descent.best, outcome.descent.reason
+    verified = outcome.verified
+    roughness = best.roughness if verified is None else verified.roughness
+    jnd = None
+    if outcome.initial_roughness > 0.0 and roughness > 0.0:
+        jnd = tactile.jnd_apart(roughness, outcome.initial_roughness)
+    change = best.heights - problem.heights
+    before, after, white = outcome.pictures_before, outcome.pictures_after, problem.scene.white
+    mean = float(before.mean())
+    each = list(zip(before, after, strict=True))
+    return {
+        "stop": {
+            "reason": reason.name.lower(),
+            "message": reason.value,
+            "steps": outcome.descent.last.step,
+            "best_step": best.step,
+        },
+        "touch": {
+            "target_roughness": problem.targets.roughness,
+            "initial_roughness": outcome.initial_roughness,
+            "roughness": best.roughness,
+            "verified_roughness": None if verified is None else verified.roughness,
+            "verified_by": None if verified is None else verified.by,
+            "target_contact_area_mm2": problem.targets.contact_area_mm2,
+            "initial_contact_area_mm2": outcome.initial_contact_area_mm2,
+            "contact_area_mm2": best.contact_area_mm2,
+            "contact_fraction": best.contact_fraction,
+            "jnd_from_original": jnd,
+        },
+        "look": {
+            "conditions": list(problem.scene.conditions),
+            "pixel_change_percent": [100.0 * metrics.mean_change(b, a) / white for b, a in each],
+            "rms_change_percent": [100.0 * metrics.rms_change(b, a) / white for b, a in each],
+            "mean_change_percent_of_mean": 100.0 * metrics.mean_change(before, after) / mean,
+            "rms_change_percent_of_mean": 100.0 * metrics.rms_change(before, after) / mean,
+            "dssim": [metrics.dssim(b, a, white) for b, a in each],
+            "flip": [metrics.flip(b, a, white) for b, a in each],
+            "samples": settings.verify.samples,
+        },
+        "heights": {
+            "min_mm": float(best.heights.min()),
+            "max_mm": float(best.heights.max()),
+            "rms_change_mm": float(np.sqrt(np.square(change - change.mean()).mean())),
+        },
+        "time_s": times,
+        "skin": {
+            "young_modulus_mpa": problem.skin.young_modulus_mpa,
+            "poisson_ratio": problem.skin.poisson_ratio,
+            "force_n": problem.skin.force_n,
+        },
+        "versions": {name: version(name) for name in PACKAGES},
+        "variant": problem.scene.variant,
+        "seed": settings.seed,
+    }

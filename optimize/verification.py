@@ -1,0 +1,51 @@
+"""After the descent: the feel and the look of the result, measured apart from what the descent believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+import tactile
+from optimize.problem import Problem
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TouchMeasured:
+    """The feel of a relief by a model named `by`.
+
+    Attributes:
+        strain, pressure: (rows, cols); pressure in MPa.
+    """
+
+    by: str
+    roughness: float
+    contact_area_mm2: float
+    contact_fraction: float
+    strain: Array
+    pressure: Array
+
+
+def measure_touch(problem: Problem, heights: Array, by: str) -> TouchMeasured:
+    """Press anew: from a cold start, in double precision, roughness over all offsets."""
+    touch = tactile.press(torch.as_tensor(heights), problem.size_mm, problem.skin)
+    return TouchMeasured(
+        by,
+        float(tactile.roughness(touch.strain, problem.size_mm)),
+        float(tactile.contact_area(touch.gap, problem.size_mm)),
+        float(touch.contact_fraction),
+        touch.strain.numpy(),
+        touch.pressure.numpy(),
+    )
+
+
+def converged_pictures(
+    problem: Problem, heights: Array, samples: int, seed: int, resolution: int | None = None
+) -> Array:
+    """Pictures of every condition by Mitsuba at many samples, (conditions, rows, cols)."""
+    rendered = problem.scene.render(heights, samples=samples, seed=seed, resolution=resolution)
+    return np.asarray(rendered.numpy())

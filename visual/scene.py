@@ -1,0 +1,232 @@
+"""A Mitsuba scene with a height field, as conditions: one camera with one light on, plus ambient light."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike, NDArray
+from torch import Tensor
+
+from visual import exact, heightmap, variants
+from visual.check import CheckedScene, check_scene, instantiate
+from visual.describe import AMBIENT, PARALLEL, Camera, Description, Light, describe
+from visual.errors import InputError
+from visual.lights import ParallelLights, ambient_lights
+from visual.topview import TopView
+
+Array = NDArray[np.float64]
+
+STEP_AMBIENT_DIRECTIONS = 16
+"""Fixed directions that stand for ambient light in `Scene.top_view`."""
+
+
+class Scene:
+    """A checked and loaded scene.
+
+    Attributes:
+        conditions: names of the rendering conditions.
+        heights: (rows, cols) mm, of the scene's own texture or the one given.
+        size_mm: side of the plate.
+        resolution: (rows, cols) of the pictures.
+        samples: a pixel, as the scene file says.
+        white: radiance of a white matte plate that faces the strongest light.
+        variant: Mitsuba's variant.
+    """
+
+    def __init__(self, checked: CheckedScene, heights: Array, variant: str | None) -> None:
+        self._checked = checked
+        self._description: Description = describe(checked)
+        mi = variants.load_mitsuba(colour=not self._description.grey, variant=variant)
+        self.variant: str = mi.variant()
+        self.heights = heights
+        self.size_mm = self._description.plate.size_mm
+        camera = self._description.cameras[0]
+        self.resolution = (camera.rows, camera.cols)
+        self.samples = camera.samples
+        self._around = [light for light in self._description.lights if light.kind == AMBIENT]
+        self._single = [light for light in self._description.lights if light.kind != AMBIENT]
+        self.conditions = tuple(_name(light, i) for i, light in enumerate(self._single)) or ("ambient",)
+        self.white = max(
+            [_parallel_irradiance(light) / np.pi for light in self._single] + [self._ambient_radiance()]
+        )
+        self._loaded: dict[tuple[int, ...], exact.LightScene] = {}
+
+    def render(
+        self,
+        heights: Tensor | ArrayLike | None = None,
+        samples: int | None = None,
+        seed: int = 0,
+        resolution: int | None = None,
+        shadow_edges: bool = True,
+    ) -> Tensor:
+        """Pictures of every condition by Mitsuba.
+
+        Args:
+            heights: (rows, cols) mm; default the scene's own.
+            samples: a pixel; default as the scene file says.
+            seed: the same seed, the same pictures.
+            resolution: pixels a side instead of the film's.
+            shadow_edges: whether the gradient follows shadow boundaries.
+
+        Returns:
+            (conditions, rows, cols) radiance, differentiable with respect to `heights`.
+
+        Raises:
+            InputError: heights of another shape or not finite; a gradient is asked for that this scene or
+            variant has not.
+        """
+        field = torch.as_tensor(self.heights if heights is None else heights)
+        if tuple(field.shape) != self.heights.shape:
+            raise InputError(
+                f"heights: shape {tuple(field.shape)}; the scene's plate has {self.heights.shape}"
+            )
+        if not bool(torch.isfinite(field).all()):
+            raise InputError("heights: not every value is finite")
+        if field.requires_grad:
+            self._require_gradients()
+        suns = tuple(self._light_scene((light,), resolution) for light in self._single)
+        ambient = self._light_scene(tuple(self._around), resolution) if self._around else None
+        exposure = exact.Exposure(samples or self.samples, seed, shadow_edges)
+        return exact.pictures(suns, ambient, field, self.size_mm, exposure)
+
+    def top_view(self, resolution: int | None = None, seed: int = 0, strata: int = 4) -> TopView:
+        """Pictures with explicit Jacobians, by fixed samples; for steps of Gauss-Newton.
+
+        Raises:
+            InputError: the scene is not lit by parallel and ambient light alone, or not seen from straight
+            above.
+        """
+        self._require_gradients()
+        suns = ParallelLights(
+            np.array([light.direction for light in self._single], dtype=np.float64).reshape(-1, 3),
+            np.array([_parallel_irradiance(light) for light in self._single]),
+        )
+        radiance = self._ambient_radiance()
+        ambient = ambient_lights(radiance, STEP_AMBIENT_DIRECTIONS) if radiance > 0.0 else None
+        first = self._light_scene(tuple(self._single[:1] or self._around), None)
+        return TopView(
+            first.scene,
+            exact.plate_bsdf(first.scene),
+            first.set_heights,
+            (self.heights.shape[0], self.heights.shape[1]),
+            self.size_mm,
+            resolution or self.resolution[0],
+            suns,
+            ambient,
+            seed,
+            strata,
+        )
+
+    def _ambient_radiance(self) -> float:
+        return float(np.mean(self._description.ambient))
+
+    def _require_gradients(self) -> None:
+        variants.require_gradients()
+        where = self._checked.path
+        for light in self._single:
+            if light.kind != PARALLEL:
+                raise InputError(
+                    f"{where}: {light.kind}: gradients are only there for directional and constant light"
+                )
+        if self._description.max_depth != 2:
+            raise InputError(f"{where}: integrator: max_depth: gradients are only there for 2 (direct light)")
+        if not _is_top_view(self._description.cameras[0], self.size_mm):
+            raise InputError(
+                f"{where}: sensor: gradients are only there for a view from above that the plate fills"
+            )
+
+    def _light_scene(self, lights: tuple[Light, ...], resolution: int | None) -> exact.LightScene:
+        """A scene with these lights only, made once."""
+        key = (*(light.node for light in lights), resolution or 0)
+        if key not in self._loaded:
+            self._loaded[key] = self._load(lights, resolution)
+        return self._loaded[key]
+
+    def _load(self, lights: tuple[Light, ...], resolution: int | None) -> exact.LightScene:
+        import mitsuba as mi
+
+        scene = instantiate(self._checked, self.heights, lights=[light.node for light in lights])
+        params = mi.traverse(scene)
+        if resolution is not None:
+            film = mi.traverse(scene.sensors()[0].film())
+            film["size"], film["crop_size"] = [resolution, resolution], [resolution, resolution]
+            film.update()
+        parallel = [light for light in lights if light.kind == PARALLEL]
+        toward = np.array([light.direction for light in parallel], dtype=np.float64).reshape(-1, 3)
+        edges = (
+            ParallelLights(toward, np.array([_parallel_irradiance(light) for light in parallel]))
+            if parallel
+            else None
+        )
+        ambient = self._ambient_radiance() if any(light.kind == AMBIENT for light in lights) else 0.0
+        return exact.LightScene(scene, params, self._integrator(bool(parallel)), edges, ambient)
+
+    def _integrator(self, parallel: bool) -> Any:
+        """One bounce needs no path tracer; a parallel light is never met by chance, ambient light is."""
+        import mitsuba as mi
+
+        depth = self._description.max_depth
+        if depth == 2:
+            return mi.load_dict(
+                {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0 if parallel else 1}
+            )
+        return mi.load_dict({"type": "path", "max_depth": -1 if depth is None else depth})
+
+
+def load_scene(
+    path: str | Path,
+    defines: Mapping[str, str] | None = None,
+    variant: str | None = None,
+    texture: str | Path | None = None,
+    size_mm: float | None = None,
+    relief_mm: float | None = None,
+) -> Scene:
+    """Check a scene file, then load it.
+
+    Args:
+        path: Mitsuba XML with one `<shape type="heightfield">`.
+        defines: values of its `$parameters`.
+        variant: of Mitsuba; chosen by the scene's colours if None.
+        texture: a height map instead of the scene's own.
+        size_mm: must agree with the scene's plate if given.
+        relief_mm: white minus black of `texture`.
+
+    Raises:
+        InputError: what is wrong with the file, in one line.
+    """
+    checked = check_scene(path, defines)
+    plate = describe(checked).plate
+    if size_mm is not None and abs(size_mm - plate.size_mm) > 1e-6:
+        raise InputError(
+            f"{path}: heightfield: size_mm: the scene's plate is {plate.size_mm} mm, the run's {size_mm} mm"
+        )
+    if texture is None:
+        if plate.filename is None:
+            raise InputError(f"{path}: heightfield: filename: missing")
+        heights = heightmap.load_heights(plate.filename, relief_mm=plate.relief_mm)
+    else:
+        heights = heightmap.load_heights(texture, relief_mm=relief_mm)
+    return Scene(checked, heights, variant)
+
+
+def _name(light: Light, number: int) -> str:
+    return light.id if light.id and not light.id.startswith("_") else f"light-{number + 1}"
+
+
+def _parallel_irradiance(light: Light) -> float:
+    if light.kind != PARALLEL or light.strength is None:
+        return 0.0
+    return float(np.mean(light.strength))
+
+
+def _is_top_view(camera: Camera, size_mm: float) -> bool:
+    """Whether the camera looks straight down, the plate fills the picture, and the picture's top is +y."""
+    half = 0.5 * size_mm
+    expected = np.array([[-half, 0.0, 0.0], [0.0, half, 0.0], [0.0, 0.0, -1.0]])
+    turn = camera.to_world[:3, :3] / np.array([1.0, 1.0, np.linalg.norm(camera.to_world[:3, 2])])
+    centred = np.allclose(camera.to_world[:2, 3], 0.0, atol=1e-6)
+    return camera.kind == "orthographic" and centred and np.allclose(turn, expected, atol=1e-5 * half)
