@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from optimize.problem import HEIGHT_LIMIT_MM, Problem
 
 Array = NDArray[np.float64]
 
-SCAN = 12
-"""Scales tried between flat and 3 mm before bisection: roughness need not rise with height everywhere."""
+STRIDE = 1.25
+"""Factor between the scales tried, from the relief's own outward, until the target lies between two."""
+
+FLATTEST = 0.02
+"""Least scale tried."""
 
 
 def linear_scaling(problem: Problem) -> Array | None:
-    """The original scaled in height to the target (paper section 5.1.1), nearest to its own height.
+    """The original scaled in height to the first target that is given (paper section 5.1.1).
 
     Returns:
-        (rows, cols) mm, or None where no scale up to 3 mm meets the target.
+        (rows, cols) mm, of the scale nearest to its own; None where no scale up to 3 mm meets the target.
     """
     relief = problem.heights - problem.heights.min()
     if relief.max() <= 0.0:
         return None
-    highest = HEIGHT_LIMIT_MM / relief.max()
 
     def excess(scale: float) -> float:
         feel = problem.feel(relief * scale, gradients=False)
@@ -31,23 +36,26 @@ def linear_scaling(problem: Problem) -> Array | None:
         assert problem.targets.contact_area_mm2 is not None
         return feel.contact_area_mm2 / problem.targets.contact_area_mm2 - 1.0
 
-    scales = [*np.geomspace(0.05, 1.0, SCAN), *np.linspace(1.0, max(highest, 1.0), SCAN)[1:]]
-    values = [excess(s) for s in scales]
-    crossings = [
-        (scales[i], scales[i + 1], values[i])
-        for i in range(len(scales) - 1)
-        if values[i] * values[i + 1] <= 0.0 and scales[i + 1] <= highest
-    ]
-    if not crossings:
+    bracket = _bracket(excess, HEIGHT_LIMIT_MM / float(relief.max()))
+    if bracket is None:
         return None
-    low, high, at_low = min(crossings, key=lambda c: abs(np.log(np.sqrt(c[0] * c[1]))))
-    for _ in range(20):
-        middle = 0.5 * (low + high)
-        value = excess(middle)
-        if abs(value) < 0.1 * problem.targets.tolerance:
-            return np.asarray(relief * middle)
-        if value * at_low > 0.0:
-            low = middle
-        else:
-            high = middle
-    return np.asarray(relief * (0.5 * (low + high)))
+    # A tenth of the tolerance in the target is about as much in the scale.
+    return np.asarray(relief * brentq(excess, *bracket, rtol=0.1 * problem.targets.tolerance))
+
+
+def _bracket(excess: Callable[[float], float], highest: float) -> tuple[float, float] | None:
+    """Two scales between which the excess changes sign, searched outward from 1 on both sides at once."""
+    own = min(1.0, highest)
+    at_own = excess(own)
+    ends = dict.fromkeys((1, -1), (own, at_own))
+    while ends:
+        for side, (scale, value) in list(ends.items()):
+            following = min(scale * STRIDE, highest) if side > 0 else scale / STRIDE
+            if not FLATTEST <= following <= highest or following == scale:
+                del ends[side]
+                continue
+            there = excess(following)
+            if value * there <= 0.0:
+                return min(scale, following), max(scale, following)
+            ends[side] = (following, there)
+    return None

@@ -50,7 +50,7 @@ Lengths are mm, forces N, pressures MPa. `retouch VERB --help` tells the rest.
 """
 
 
-class _UsageError(Exception):
+class UsageError(Exception):
     """Arguments that are none; the message is one line."""
 
 
@@ -58,7 +58,7 @@ class _Parser(argparse.ArgumentParser):
     """Leaves it to `main` to say what is wrong, in one line as for every other bad input."""
 
     def error(self, message: str) -> NoReturn:
-        raise _UsageError(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
+        raise UsageError(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -69,8 +69,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     argv = sys.argv[1:] if argv is None else argv
     try:
-        arguments = _parser(argv).parse_args(argv)
-    except _UsageError as error:
+        arguments = parse(argv)
+    except UsageError as error:
         return _refuse(str(error))
     # Only now, because torch comes with it.
     from visual.errors import InputError
@@ -95,10 +95,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status
 
 
-def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
+def parse(argv: Sequence[str]) -> argparse.Namespace:
+    """The arguments by name, the verb as ``verb``. Raises UsageError."""
     if argv and not argv[0].startswith("-") and argv[0] not in VERBS:
         nearest = difflib.get_close_matches(argv[0], VERBS, n=1, cutoff=0.0)[0]
-        raise _UsageError(f"{argv[0]}: no such verb; the nearest is {nearest}")
+        raise UsageError(f"{argv[0]}: no such verb; the nearest is {nearest}")
     parser = _Parser(
         prog="retouch",
         description=DESCRIPTION,
@@ -119,7 +120,7 @@ def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
                 allow_abbrev=False,
             )
         )
-    return parser
+    return parser.parse_args(argv)
 
 
 def _version() -> str:

@@ -2,7 +2,7 @@
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -100,6 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
     settings = load(arguments)
     name = arguments.source if _is_run_file(arguments.source) else settings.texture
     out = arguments.out or Path("runs") / name.stem
+    _spare(out, (arguments.source, settings.scene, settings.texture))
     from optimize import job
 
     with touch_of(settings.texture):
@@ -149,6 +150,15 @@ def finish(result: "Result", quiet: bool) -> int:
     if result.stop is StopReason.INTERRUPTED:
         return INTERRUPTED
     return REACHED if result.stop.met else SHORT_OF_TARGET
+
+
+def _spare(out: Path, inputs: Iterable[Path]) -> None:
+    """Refuse to make a run directory, which ``--force`` empties, of a folder that the run reads from."""
+    from visual.errors import InputError
+
+    for path in inputs:
+        if path.resolve().is_relative_to(out.resolve()):
+            raise InputError(f"{out}: -o: is or holds {path}, which the run reads; choose another folder")
 
 
 def _is_run_file(path: Path) -> bool:

@@ -93,6 +93,6 @@ def table(conditions: Sequence[str], files: Sequence[Path], pictures: "NDArray[n
     rows.add_column("mean radiance", justify="right", no_wrap=True)
     rows.add_column("files", overflow="fold")
     for condition, file, picture in zip(conditions, files, pictures, strict=True):
-        mean = float(picture.mean(dtype=np.float64))
+        mean = float(picture.mean(dtype="float64"))
         rows.add_row(Text(condition), number(mean), Text(f"{file}.exr, .png"))
     return rows

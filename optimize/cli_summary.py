@@ -50,7 +50,7 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
         ("target", touch["target_contact_area_mm2"]),
         ("achieved", touch["contact_area_mm2"]),
     ]
-    yield "contact", f"{_known(area)} mm²; {100.0 * touch['contact_fraction']:.0f} % of the plate"
+    yield "contact", f"{_known(area)} mm²; {100.0 * touch['contact_fraction']:.0f} % of the plate touches"
     mean, rms = look["mean_change_percent_of_mean"], look["rms_change_percent_of_mean"]
     yield "pictures", f"changed by {percent(mean)} (mean), {percent(rms)} (rms) of the mean picture"
     each = look["rms_change_percent"]
@@ -61,7 +61,8 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
     total = duration(times.pop("total"))
     yield "time", f"{total}: " + ", ".join(f"{k.replace('_', '-')} {duration(s)}" for k, s in times.items())
     yield "report", str(run_dir / "report.html")
-    yield "to print", ", ".join(str(run_dir / name) for name in PRINTABLE if (run_dir / name).is_file())
+    if printable := [str(run_dir / name) for name in PRINTABLE if (run_dir / name).is_file()]:
+        yield "to print", ", ".join(printable)
 
 
 def _known(values: list[tuple[str, float | None]]) -> str:

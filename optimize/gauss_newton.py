@@ -12,7 +12,6 @@ target.
 
 from __future__ import annotations
 
-import os
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -27,18 +26,21 @@ from visual.topview import TopPictures
 
 Array = NDArray[np.float64]
 
-DAMPING = float(os.environ.get("MU", "1"))
-"""mu at the start, for pictures in units of white and heights in mm."""
+DAMPING = 1.0
+"""mu at the start, for pictures in units of their mean, one pixel for each height sample, heights in mm."""
 SMOOTHING = 10.0
 """Weight of neighbouring differences in the damping."""
-ROUGHENING = float(os.environ.get("BETA", "3"))
+ROUGHENING = 3.0
 """beta: keeps waves of two pixels, which pictures of the same resolution do not show, out of the relief."""
 LARGEST_STEP_MM = 0.2
+REFINEMENT, STRATA = 2, 2
+"""Pictures of a step have twice the film's resolution (waves of two pixels show there) and 2 x 2 samples a
+pixel: as many rays as 4 x 4 at the film's own, a sparser system to solve, and a look that holds at both."""
 LARGEST_SHARE = 0.06
 """Of a target's current value, by one step."""
 MISSED, HIT = 0.5, 0.25
-"""Damping grows when targets miss their prediction by the first share of the step, falls within the second."""
-LEAST_DAMPING, MOST_DAMPING = float(os.environ.get("MUMIN", "1e-2")), 1e4
+"""Damping grows when targets miss the prediction by the first share of the step, falls within the second."""
+LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e4
 
 
 class _Standing(NamedTuple):
@@ -55,34 +57,31 @@ class GaussNewton:
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
-        self._view = problem.scene.top_view(
-            seed=problem.seed,
-            resolution=int(os.environ.get("RES", "128")),
-            strata=int(os.environ.get("ST", "4")),
-        )
-        self._unit = (
-            float(os.environ.get("UNIT", "7"))
-            / problem.scene.white
-            * (128 / float(os.environ.get("RES", "128")))
-        )
-        self._target = self._view.evaluate(problem.heights, jacobian=False).pictures * self._unit
+        resolution = REFINEMENT * max(problem.scene.resolution)
+        self._view = problem.scene.top_view(resolution, problem.seed, STRATA)
+        target = self._view.evaluate(problem.heights, jacobian=False).pictures
+        self._unit = 1.0 / target.mean()
+        self._target = target * self._unit
+        self._look_weight = problem.look_weight * problem.heights.size / resolution**2
         self._standing: _Standing | None = None
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """Stand at a relief; `memory` of an earlier part of the same descent may be empty."""
-        damping = float(memory.get("damping", np.array(DAMPING)))
+        damping = memory["damping"].item() if "damping" in memory else DAMPING
         return self._stand(step, heights, memory.get("pressure"), damping)
 
     def advance(self, iterate: Iterate) -> Iterate:
         """One step."""
         assert self._standing is not None
         problem, (look, feel) = self._problem, self._standing
-        damping = float(iterate.memory["damping"])
+        damping = iterate.memory["damping"].item()
         values, goals = _targets(problem, feel)
         wanted = np.clip(goals - values, -LARGEST_SHARE * np.abs(values), LARGEST_SHARE * np.abs(values))
         change = self._solve(iterate.heights, look, feel.gradients, wanted, damping)
         change *= min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
-        heights = within_limits(iterate.heights + change.reshape(iterate.heights.shape))
+        moved = iterate.heights + change.reshape(iterate.heights.shape)
+        # Neither eye nor finger knows the plate's own height: it stays where it was, if there is room.
+        heights = within_limits(moved - (moved - problem.heights).mean())
         predicted = values + feel.gradients @ change
         following = self._stand(iterate.step + 1, heights, feel.pressure, damping)
         reached, _ = _targets(problem, self._standing.feel)
@@ -124,8 +123,8 @@ class GaussNewton:
         for jacobian, picture, target in zip(look.jacobians, look.pictures, self._target, strict=True):
             scaled = jacobian * self._unit
             weighted = weight @ scaled
-            matrix = matrix + problem.look_weight * (scaled.T @ weighted)
-            load -= problem.look_weight * (weighted.T @ (picture * self._unit - target).ravel())
+            matrix = matrix + self._look_weight * (scaled.T @ weighted)
+            load -= self._look_weight * (weighted.T @ (picture * self._unit - target).ravel())
         solved = factorised(matrix)(np.column_stack((load, gradients.T)))
         free, pulls = solved[:, 0], solved[:, 1:]
         forces = np.linalg.solve(gradients @ pulls, wanted - gradients @ free)

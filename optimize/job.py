@@ -22,6 +22,7 @@ import tactile
 from optimize import results
 from optimize.adam import AdamDescent
 from optimize.baselines import linear_scaling
+from optimize.checkpoint import FILE as CHECKPOINT
 from optimize.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
 from optimize.config import Run, load_run
 from optimize.gauss_newton import GaussNewton
@@ -98,7 +99,7 @@ def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = Tru
     current = checkpoint.current
     if current.heights.shape != problem.heights.shape:
         raise InputError(
-            f"{run_dir}: its checkpoint holds {current.heights.shape} heights, its texture {problem.heights.shape}"
+            f"{run_dir}: checkpoint: {current.heights.shape} heights, the texture has {problem.heights.shape}"
         )
     start = way.begin(current.step, current.heights, current.memory)
     best, spent = checkpoint.best, checkpoint.seconds
@@ -161,7 +162,7 @@ def _targets(settings: Run, roughness: float, area: float) -> Targets:
         wanted_area = area * touch.contact_area_scale
         if wanted_area > settings.size_mm**2:
             raise InputError(
-                f"touch.contact_area_scale: {touch.contact_area_scale:g} x {area:.1f} mm2 is more than the plate"
+                f"touch.contact_area_scale: {touch.contact_area_scale:g} x {area:.1f} mm2 exceeds the plate"
             )
     return Targets(wanted, wanted_area, settings.descent.tolerance)
 
@@ -214,11 +215,12 @@ def _descend_and_write(
 def _measure(
     settings: Run, problem: Problem, original: tuple[float, float], descent: Descent
 ) -> results.Outcome:
+    # The same random numbers before and after: what differs between the pictures is the relief, not noise.
     samples, seed = settings.verify.samples, settings.seed + 1
-    pairs = [(heights, s) for heights, s in ((problem.heights, seed), (descent.best.heights, seed + 1))]
-    before, after = (converged_pictures(problem, heights, samples, s) for heights, s in pairs)
+    before = converged_pictures(problem, problem.heights, samples, seed)
+    after = converged_pictures(problem, descent.best.heights, samples, seed)
     scaled = linear_scaling(problem)
-    baseline = None if scaled is None else converged_pictures(problem, scaled, samples, seed + 2)
+    baseline = None if scaled is None else converged_pictures(problem, scaled, samples, seed)
     verified = None
     if settings.verify.model != "none":
         verified = measure_touch(problem, descent.best.heights, settings.verify.model)
@@ -242,14 +244,19 @@ def _check_vacant(run_dir: Path, force: bool) -> None:
         return
     if not force:
         raise InputError(f"{run_dir}: holds an earlier run; give --force to replace it, or another -o")
-    if not (run_dir / results.SETTINGS).is_file():
+    if not (run_dir / CHECKPOINT).is_file():
         raise InputError(f"{run_dir}: holds files that are not a run's; they are not replaced")
 
 
 def _clear(run_dir: Path) -> None:
-    if run_dir.is_dir():
-        shutil.rmtree(run_dir)
-    run_dir.mkdir(parents=True)
+    """Take away what an earlier run has left, and nothing else."""
+    run_dir.mkdir(parents=True, exist_ok=True)
+    for name in results.WRITTEN:
+        path = run_dir / name
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -67,7 +67,7 @@ class Iterate:
 
 
 class WayDown(Protocol):
-    """How a step is made. `patience`: steps without progress after which it is done; None: it has a schedule."""
+    """How a step is made. `patience`: steps without progress after which it is done; None: by schedule."""
 
     patience: int | None
 

@@ -52,8 +52,8 @@ class _Lines:
     def step(self, iterate: Iterate, seconds: float) -> None:
         miss = self._targets.miss(iterate.roughness, iterate.contact_area_mm2)
         self._show(
-            f"step {iterate.step}  roughness {iterate.roughness:.4f}  contact {iterate.contact_area_mm2:.1f} mm²  "
-            f"off target {100.0 * miss:.2f} %  pictures {iterate.picture_mean:.2f} % changed  {seconds:.1f} s"
+            f"step {iterate.step:3d}  V {iterate.roughness:.4f}  A {iterate.contact_area_mm2:5.1f} mm²  "
+            f"off target {100.0 * miss:5.2f} %  pictures {iterate.picture_mean:.2f} %  {seconds:.1f} s"
         )
 
     def note(self, stage: str) -> None:

@@ -108,7 +108,7 @@ def descent_charts(report: Report) -> list[Markup]:
         plots.Series(name, steps, column(f"picture_{name}_percent"), style)
         for name, style in (("rms", "after"), ("mean", "second"))
     ]
-    return [*touch, plots.line_chart("Picture change, %", look, "step")]
+    return [*touch, plots.line_chart("Picture change, % of the mean picture", look, "step")]
 
 
 def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
@@ -118,13 +118,15 @@ def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
     side = min(SHOWN_SIDE, int(math.sqrt(PICTURE_BYTES / count)))
     difference = 100.0 * (np.asarray(after, dtype=np.float64) - before) / white
     limit = plots.round_up(max(float(np.percentile(np.abs(difference), PERCENTILE)), 0.1))
+    # Relief under a raking light is dark: one exposure for all pictures, their brightest parts nearly white.
+    exposed = min(white, max(float(np.percentile(before, PERCENTILE)), 1e-3 * white))
 
     def rows(pictures: Array) -> list[dict[str, Any]]:
         return [
             {
                 "name": name,
-                "before": colours.picture_uri(old, white, side),
-                "after": colours.picture_uri(new, white, side),
+                "before": colours.picture_uri(old, exposed, side),
+                "after": colours.picture_uri(new, exposed, side),
                 "difference": colours.map_uri(
                     100.0 * (new - old) / white, -limit, limit, colours.PURPLE_ORANGE, side
                 ),
@@ -138,6 +140,7 @@ def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
         "looks": rows(after),
         **{key: look[key] or [None] * len(before) for key in ("dssim", "flip")},
         "difference_limit": limit,
+        "exposure": white / exposed,
         "difference_bar": plots.colour_bar(
             colours.PURPLE_ORANGE, plots.signed_axis(limit), "change of radiance, % of white"
         ),

@@ -26,6 +26,11 @@ Array = NDArray[np.float64]
 
 SETTINGS = "run.toml"
 HISTORY = "history.jsonl"
+WRITTEN = (
+    *(SETTINGS, HISTORY, "checkpoint", "renders", "heights.exr", "heights.png"),
+    *("plate.stl", "plate.3mf", "result.json", "report.html"),
+)
+"""What a run leaves in its directory."""
 PACKAGES = ("retouch", "mitsuba", "drjit", "torch", "numpy", "scipy")
 
 
@@ -91,7 +96,7 @@ def write(
     times: dict[str, float],
     history: list[dict[str, float | None]],
 ) -> dict[str, Any]:
-    """Everything but run.toml, history and checkpoint, which are there already. Returns result.json's content."""
+    """Everything but run.toml, history and checkpoint, which are there. Returns the content of result.json."""
     heights = outcome.descent.best.heights
     save_heights_exr(run_dir / "heights.exr", heights)
     relief = float(heights.max()) or 1.0

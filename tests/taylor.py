@@ -1,4 +1,4 @@
-"""Proofs of derivatives: the Taylor remainder of a gradient falls with rate 2, an operator passes the dot test."""
+"""Proofs of derivatives: a gradient's Taylor remainder falls with rate 2, an operator passes the dot test."""
 
 from collections.abc import Callable, Sequence
 
@@ -17,10 +17,11 @@ def gradient(function: Function, at: Tensor) -> Tensor:
 
 
 def slope_error(function: Function, at: Tensor, direction: Tensor, step: float, scale: float = 0.0) -> float:
-    """Relative difference between the gradient's slope along `direction` and a central difference of width 2 `step`.
+    """Relative difference between the gradient's slope along `direction` and a central difference.
 
     Args:
-        scale: slopes smaller than this count as this large (a slope that happens to vanish has no relative error).
+        step: half the width of the difference.
+        scale: slopes smaller than this count as this large (one that vanishes has no relative error).
     """
     slope = float((gradient(function, at) * direction).sum())
     with torch.no_grad():
@@ -29,9 +30,9 @@ def slope_error(function: Function, at: Tensor, direction: Tensor, step: float, 
 
 
 def taylor_rates(function: Function, at: Tensor, direction: Tensor, steps: Sequence[float]) -> list[float]:
-    """Observed rates of |f(x + e d) - f(x) - e f'(x) d| between successive steps e: 2 where f is smooth, 1 if f' is wrong.
+    """Observed rates of the remainder |f(x + e d) - f(x) - e f'(x) d| between successive steps e.
 
-    Dolfin-adjoint calls this the Taylor test (Farrell et al., SIAM J. Sci. Comput. 35, 2013).
+    2 where f is smooth, 1 if f' is wrong (the Taylor test: Farrell et al., SIAM J. Sci. Comput. 35, 2013).
     """
     slope = float((gradient(function, at) * direction).sum())
     with torch.no_grad():

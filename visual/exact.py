@@ -53,9 +53,7 @@ class LightScene:
 
     def set_heights(self, heights: Array) -> None:
         """Put (rows, cols) mm into the scene."""
-        import mitsuba as mi
-
-        mesh.set_heights(self.params, mi.Float(np.array(heights, dtype=np.float32).ravel()))
+        mesh.set_heights(self.params, np.array(heights, dtype=np.float32).ravel())
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,6 @@
-"""A rigid flat circular punch on an elastic half-space: Boussinesq (1885); Johnson, Contact Mechanics, 3.8.
+"""A rigid flat circular punch on an elastic half-space.
+
+Boussinesq, Application des potentiels (1885); Johnson, Contact Mechanics, section 3.8.
 
 Symbols: F force (N), a radius of the punch (mm), E* = E / (1 - nu²) (MPa).
 """

@@ -1,4 +1,4 @@
-"""Elastic half-spaces as bodies that `tactile.contact` can press: unbounded and periodic. Unit Young's modulus."""
+"""Elastic half-spaces that `tactile.contact` can press: unbounded and periodic. Unit Young's modulus."""
 
 from dataclasses import dataclass
 
@@ -23,8 +23,8 @@ class HalfSpace:
     def displacement(self, pressure: Tensor) -> Tensor:
         """Normal displacement (mm) under pressures (..., n, n) in units of E, constant over each pixel.
 
-        Love, Phil. Trans. R. Soc. A 228 (1929); Johnson, Contact Mechanics, equation 3.25. The convolution is made
-        aperiodic by zeros (Hockney's method).
+        Love, Phil. Trans. R. Soc. A 228 (1929); Johnson, Contact Mechanics, equation 3.25. The convolution
+        is made aperiodic by zeros (Hockney's method).
         """
         n = self.samples
         pitch = self.size_mm / n
@@ -52,8 +52,8 @@ class HalfSpace:
 class PeriodicHalfSpace:
     """A half-space whose load repeats with the patch.
 
-    The mean displacement of a periodically loaded half-space is infinite; here the mean mode has the compliance of the
-    longest wave, a constant that shifts the approach and nothing else.
+    The mean displacement of a periodically loaded half-space is infinite; here the mean mode has the
+    compliance of the longest wave, a constant that shifts the approach and nothing else.
     """
 
     samples: int
@@ -61,7 +61,7 @@ class PeriodicHalfSpace:
     poisson_ratio: float
 
     def displacement(self, pressure: Tensor) -> Tensor:
-        """Normal displacement (mm): 2 (1 - nu²) / (E k) per wavenumber k (Johnson, Contact Mechanics, section 13.2)."""
+        """Normal displacement (mm): 2 (1 - nu²) / (E k) per wavenumber k (Johnson, 13.2)."""
         return self._filtered(pressure, self._symbol(pressure.dtype))
 
     def precondition(self, residual: Tensor) -> Tensor:

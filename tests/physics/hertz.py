@@ -1,4 +1,6 @@
-"""A rigid sphere on an elastic half-space: Hertz, J. reine angew. Math. 92 (1881); Johnson, Contact Mechanics, 4.2.
+"""A rigid sphere on an elastic half-space.
+
+Hertz, J. reine angew. Math. 92 (1881); Johnson, Contact Mechanics, section 4.2.
 
 Symbols: F force (N), R radius (mm), E* = E / (1 - nu²) plane-strain modulus (MPa).
 """

@@ -1,4 +1,6 @@
-"""A rigid sinusoid on an elastic half-space: Westergaard, J. Appl. Mech. 6 (1939); Johnson, Contact Mechanics, 13.2.
+"""A rigid sinusoid on an elastic half-space.
+
+Westergaard, J. Appl. Mech. 6 (1939); Johnson, Contact Mechanics, section 13.2.
 
 Symbols: h(x) = D cos(2 pi x / l) the profile, D amplitude (mm), l wavelength (mm), E* = E / (1 - nu²) (MPa).
 """

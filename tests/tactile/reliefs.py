@@ -3,6 +3,8 @@
 import torch
 from torch import Tensor
 
+from tactile.contact import Compliance
+
 SIZE = 10.0
 
 
@@ -34,6 +36,20 @@ def bumps(samples: int, height: float = 0.8, period: float = 2.5, sigma: float =
     middle = period * (torch.arange(round(SIZE / period)) + 0.5)
     row = torch.exp(-0.5 * ((centres(samples)[:, None] - middle) / sigma) ** 2).sum(1)
     return height * row[:, None] * row[None, :]
+
+
+def manufactured(body: Compliance, mean_pressure: float, samples: int = 32) -> tuple[Tensor, Tensor, Tensor]:
+    """A relief made for a known contact, no pixel of which is about to touch or to part.
+
+    Returns:
+        Heights (mm), the pressures (units of the body's modulus) that they cause, and the gaps (mm).
+    """
+    mask = waves(samples, 1.0, seed=3) > 0.5
+    pressure = torch.where(mask, 0.5 + waves(samples, 1.0, seed=4), 0.0)
+    pressure = pressure * (mean_pressure / pressure.mean())
+    gap = torch.where(mask, 0.0, 0.05 + 0.3 * waves(samples, 1.0, seed=6))
+    heights = body.displacement(pressure) - gap
+    return heights, pressure, gap
 
 
 EIGHT = tuple((turns, mirrored) for turns in range(4) for mirrored in (False, True))

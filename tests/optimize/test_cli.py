@@ -1,0 +1,338 @@
+"""The command does what its help says, tells what it did, and starts quickly."""
+
+import importlib.metadata
+import json
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import OpenEXR
+import pytest
+import trimesh
+from PIL import Image
+
+import tactile
+from optimize import cli, cli_optimize, config, job
+from optimize.cli import main
+from optimize.cli_summary import summary
+from optimize.loop import StopReason
+from optimize.words import number
+from visual.heightmap import load_heights, save_heights_exr
+
+ROOT = Path(__file__).resolve().parents[2]
+STUDIO = ROOT / "mitsuba_scenes" / "studio.xml"
+SMALL = ["-D", "resolution=32", "-D", "texture=waves.exr"]
+FAST = ["--set", "descent.steps=2", "--set", "verify.samples=4", *SMALL]
+
+
+@pytest.fixture(autouse=True)
+def waves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """In an empty working directory, a relief of smooth waves, 0 to 0.6 mm, 32 x 32 over 10 mm."""
+    monkeypatch.chdir(tmp_path)
+    at = (np.arange(32) + 0.5) / 32
+    relief = 0.3 + 0.15 * np.sin(8 * np.pi * at)[:, None] + 0.15 * np.cos(6 * np.pi * at)[None, :]
+    save_heights_exr("waves.exr", relief)
+    return tmp_path / "waves.exr"
+
+
+def said(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
+    """What a command that succeeds prints."""
+    assert main(argv) == 0
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    return printed.out
+
+
+def python(script: str, *argv: str) -> subprocess.CompletedProcess[str]:
+    """A script in a process of its own, with the checkout's packages."""
+    script = f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{script}"
+    return subprocess.run([sys.executable, "-c", script, *argv], capture_output=True, text=True, check=False)
+
+
+def exr(path: Path) -> np.ndarray:
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        return np.array(file.parts[0].channels["Y"].pixels)
+
+
+# Starting
+
+
+def test_help_shows_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--help"])
+    text = capsys.readouterr().out
+    assert all(f"    {verb} " in text for verb in cli.VERBS)
+
+
+@pytest.mark.parametrize("verb", cli.VERBS)
+def test_the_help_of_a_verb_has_an_example(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main([verb, "--help"])
+    text = capsys.readouterr().out
+    assert f"\n  retouch {verb} " in text or f"\n  retouch {verb}\n" in text
+
+
+def test_version_is_that_of_the_package(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(importlib.metadata, "version", {"retouch": "1.2.3"}.__getitem__)
+    with pytest.raises(SystemExit, match="0"):
+        main(["--version"])
+    assert capsys.readouterr().out == "retouch 1.2.3\n"
+
+
+def test_help_is_instant() -> None:
+    script = """
+import time
+began = time.process_time()
+from optimize.cli import main
+try:
+    main(["--help"])
+finally:
+    seconds = time.process_time() - began
+    print(seconds, *({"torch", "mitsuba", "drjit", "trimesh", "numpy", "rich"} & sys.modules.keys()))
+"""
+    seconds, *heavy = python(script).stdout.splitlines()[-1].split()
+    assert heavy == []
+    assert float(seconds) < 0.5
+
+
+@pytest.mark.parametrize("argv", [["evaluate", "waves.exr"], ["export", "waves.exr", "-o", "waves.stl"]])
+def test_what_only_touches_does_not_load_mitsuba(argv: list[str]) -> None:
+    script = """
+from optimize.cli import main
+status = main(sys.argv[1:])
+print(status, *({"mitsuba", "drjit"} & sys.modules.keys()))
+"""
+    assert python(script, *argv).stdout.splitlines()[-1] == "0"
+
+
+def test_a_reader_who_leaves_early_is_no_error(waves: Path) -> None:
+    command = [sys.executable, "-m", "optimize", "evaluate", str(waves), "--json"]
+    process = subprocess.Popen(
+        command,
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.close()
+    told = process.stderr.read()
+    process.stderr.close()
+    assert process.wait() == cli.BROKEN_PIPE
+    assert told == b""
+
+
+def test_ctrl_c_needs_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(tactile, "press", interrupt)
+    assert main(["evaluate", "waves.exr"]) == 130
+
+
+# retouch evaluate
+
+
+def test_evaluate_tells_the_librarys_numbers(waves: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (told,) = json.loads(said(capsys, "evaluate", str(waves), "--force-n", "5", "--json"))
+    skin = tactile.Skin(force_n=5.0)
+    touch = tactile.press(load_heights(waves), skin=skin)
+    assert told["texture"] == str(waves)
+    assert told["roughness"] == pytest.approx(tactile.roughness(touch.strain).item(), rel=1e-9)
+    assert told["contact_area_mm2"] == pytest.approx(tactile.contact_area(touch.gap).item(), rel=1e-9)
+    assert told["contact_fraction"] == touch.contact_fraction.item()
+    assert (told["size_mm"], told["model"], told["skin"]["force_n"]) == (10.0, "layer", 5.0)
+    assert "jnd_from_first" not in told
+
+
+def test_evaluate_compares_with_the_first(waves: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    save_heights_exr("low.exr", 0.3 * load_heights(waves))
+    save_heights_exr("flat.exr", np.full((32, 32), 0.5))
+    first, low, flat = json.loads(said(capsys, "evaluate", "waves.exr", "low.exr", "flat.exr", "--json"))
+    assert first["jnd_from_first"] == 0.0
+    assert low["jnd_from_first"] == pytest.approx(tactile.jnd_apart(low["roughness"], first["roughness"]))
+    assert low["jnd_from_first"] < 0.0
+    assert flat["jnd_from_first"] is None
+    assert flat["contact_fraction"] == 1.0
+
+
+def test_evaluate_prints_a_line_for_each_texture(capsys: pytest.CaptureFixture[str]) -> None:
+    name = "a relief with a rather [long] name that would not fit into a terminal of eighty columns.exr"
+    Path("waves.exr").rename(name)
+    header, first, second, skin = said(capsys, "evaluate", name, name).splitlines()
+    assert header.split("  ")[0] == "texture"
+    assert first.startswith(name) and second.startswith(name)
+    assert "mm²" in first and "%" in first
+    assert "10 N" in skin
+
+
+# retouch render
+
+
+def test_render_writes_a_picture_of_every_condition(capsys: pytest.CaptureFixture[str]) -> None:
+    told = said(capsys, "render", str(STUDIO), *SMALL, "-D", "relief_mm=1", "--samples", "4", "-o", "a/b")
+    conditions = ("light-10", "light-130", "light-250")
+    names = sorted(f"{name}.{suffix}" for name in conditions for suffix in ("exr", "png"))
+    assert sorted(path.name for path in Path("a/b").iterdir()) == names
+    assert sorted(Path("a").iterdir()) == [Path("a/b")]
+    for name in conditions:
+        radiance = exr(Path(f"a/b/{name}.exr"))
+        assert radiance.shape == (32, 32) and radiance.dtype == np.float32
+        # The studio's lights give a white plate that faces them radiance 1.
+        shown = np.asarray(Image.open(f"a/b/{name}.png"), dtype=np.float64) / 255
+        linear = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
+        np.testing.assert_allclose(linear, np.clip(radiance, 0, 1), atol=0.006)
+        (line,) = (line for line in told.splitlines() if line.startswith(name))
+        assert float(line.split()[1]) == pytest.approx(radiance.mean(), rel=0.01)
+
+
+def test_render_shows_another_texture_and_repeats_itself(capsys: pytest.CaptureFixture[str]) -> None:
+    save_heights_exr("flat.exr", np.zeros((32, 32)))
+    same = ["render", str(STUDIO), *SMALL, "--samples", "4", "--seed", "5"]
+    said(capsys, *same, "-o", "one")
+    said(capsys, *same, "-o", "two")
+    said(capsys, *same, "-o", "flat", "--texture", "flat.exr")
+    one, two, flat = (exr(Path(folder, "light-10.exr")) for folder in ("one", "two", "flat"))
+    assert (one == two).all()
+    assert flat.std() < 0.2 * one.std()
+
+
+def test_render_needs_no_llvm(capsys: pytest.CaptureFixture[str]) -> None:
+    told = said(capsys, "render", str(STUDIO), *SMALL, "--samples", "1", "-m", "scalar_rgb")
+    assert "scalar_rgb" in told
+    assert Path("renders/studio/light-10.png").is_file()
+
+
+# retouch export
+
+
+@pytest.mark.parametrize("suffix", ["stl", "3mf", "ply"])
+def test_export_writes_a_closed_plate(suffix: str, capsys: pytest.CaptureFixture[str]) -> None:
+    told = said(capsys, "export", "waves.exr", "--size-mm", "20", "--base-mm", "1.5", "-o", f"plate.{suffix}")
+    body = trimesh.load_mesh(f"plate.{suffix}")
+    assert isinstance(body, trimesh.Trimesh)
+    assert body.is_watertight
+    assert body.extents == pytest.approx([20, 20, 1.5 + load_heights("waves.exr").max()], abs=1e-3)
+    assert told.startswith(f"plate.{suffix}: 20 x 20 x ")
+
+
+# retouch optimize, retouch resume
+
+
+def options(*argv: str) -> config.Run:
+    """The run that these arguments of ``retouch optimize`` ask for."""
+    return cli_optimize.load(cli.parse(["optimize", *argv]))
+
+
+def test_options_win_over_the_run_file() -> None:
+    run_file = str(STUDIO.with_name("gravel.toml"))
+    assert options(run_file).touch.jnd == 2.0
+    assert options(run_file, "--jnd", "-1").touch.jnd == -1.0
+    rough = options(run_file, "--roughness", "0.07", "--contact-area-scale", "1.2", "--seed", "3")
+    assert (rough.touch.jnd, rough.touch.roughness, rough.touch.contact_area_scale) == (None, 0.07, 1.2)
+    assert rough.seed == 3
+    other = options(run_file, "--texture", "waves.exr", "--relief-mm", "1e-3", "--set", "look.weight=2")
+    assert (other.texture, other.relief_mm, other.look.weight) == (Path("waves.exr").absolute(), 1e-3, 2.0)
+
+
+@pytest.mark.parametrize(
+    "value", ["1e-3", "true", "a=b", 'a "b"\\c', "x.exr", "007", "", "Öl \N{GRINNING FACE}"]
+)
+def test_a_scenes_parameter_arrives_as_it_was_typed(value: str) -> None:
+    run = options(str(STUDIO), "--texture", "waves.exr", "--jnd", "1", "-D", f"texture={value}")
+    assert run.define == {"texture": value}
+
+
+def test_optimize_tells_everything_on_one_screen(waves: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status = main(["optimize", str(STUDIO), "--texture", "waves.exr", "--jnd", "0.3", *FAST])
+    result = json.loads(Path("runs/waves/result.json").read_text())
+    assert status == (0 if result["stop"]["reason"] in ("converged", "step_limit") else 3)
+    screen = capsys.readouterr().out
+    assert len(screen.splitlines()) < 24
+    for told in (
+        result["stop"]["message"],
+        f"target {number(result['touch']['target_roughness'])}",
+        f"achieved {number(result['touch']['roughness'])}",
+        "JND rougher",
+        "of 100 tries",
+        "% of the plate",
+        "runs/waves/report.html",
+        "runs/waves/plate.stl",
+    ):
+        assert told in screen
+    assert main(["resume", "runs/waves", "-q"]) == status
+    assert capsys.readouterr().out == ""
+
+
+def test_an_earlier_run_is_replaced_only_by_force(capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["optimize", str(STUDIO), "--texture", "waves.exr", "--jnd", "0.3", "-o", "out", "-q", *FAST]
+    status = main(command)
+    kept = Path("out/result.json").read_text()
+    capsys.readouterr()
+    assert main(command) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("retouch: out: ") and "--force" in line
+    assert Path("out/result.json").read_text() == kept
+    assert main([*command, "--force"]) == status
+    assert Path("out/result.json").read_text() != kept
+
+
+@pytest.mark.parametrize(
+    ("stop", "status"),
+    [
+        (StopReason.CONVERGED, 0),
+        (StopReason.STEP_LIMIT, 0),
+        (StopReason.SHORT_OF_TARGET, 3),
+        (StopReason.UNREACHABLE, 3),
+        (StopReason.NON_FINITE, 3),
+        (StopReason.INTERRUPTED, 130),
+    ],
+)
+@pytest.mark.parametrize("verb", ["optimize", "resume"])
+def test_the_status_says_how_a_run_ended(
+    verb: str, stop: StopReason, status: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def ended(*_: object, **__: object) -> SimpleNamespace:
+        return SimpleNamespace(stop=stop)
+
+    monkeypatch.setattr(job, "run", ended)
+    monkeypatch.setattr(job, "resume", ended)
+    source = STUDIO.with_name("gravel.toml") if verb == "optimize" else "runs/gravel"
+    assert main([verb, str(source), "-q"]) == status
+
+
+def lines(result: Mapping[str, Any]) -> str:
+    from rich.console import Console
+
+    console = Console(width=200)
+    with console.capture() as captured:
+        console.print(summary(result, Path("runs/x")))
+    return captured.get()
+
+
+def test_the_screen_leaves_out_what_there_is_not() -> None:
+    result = {
+        "stop": {"message": "Done.", "steps": 4, "best_step": 3},
+        "touch": {
+            **{"target_roughness": None, "initial_roughness": 0.05, "roughness": 0.04},
+            **{"verified_roughness": None, "verified_by": None, "jnd_from_original": -1.28},
+            **{"target_contact_area_mm2": 45.0, "initial_contact_area_mm2": 40.0, "contact_area_mm2": 45.1},
+            "contact_fraction": 0.31,
+        },
+        "look": {
+            **{"mean_change_percent_of_mean": 2.0, "rms_change_percent_of_mean": 3.0},
+            **{"pixel_change_percent": [1.0, 2.0], "rms_change_percent": [3.0, 4.0]},
+        },
+        "time_s": {"total": 100.0, "set_up": 1.0, "descent": 90.0, "verify": 9.0},
+    }
+    screen = lines(result)
+    assert "step 3 of 4" in screen
+    assert "original 0.0500, achieved 0.0400 " in screen and "verified" not in screen
+    assert "1.28 JND smoother" in screen and "told apart in 89 of 100 tries" in screen
+    assert "original 40.0, target 45.0, achieved 45.1 mm²; 31 % of the plate" in screen
+    assert "to print" not in screen

@@ -1,0 +1,174 @@
+"""Contact: forces balance, pressure and gap exclude one another, and only the relief decides."""
+
+import pytest
+import torch
+
+import tactile.contact
+from tactile import ContactError, Skin, press, roughness
+from tactile.contact import TOLERANCE, ContactState, solve_contact
+from tactile.hybrid import HybridOperator, hybrid_operator
+from tests.tactile.reliefs import EIGHT, SIZE, bumps, grating, manufactured, moved, waves
+
+SAMPLES = 32
+SKIN = Skin()
+MEAN_PRESSURE = SKIN.mean_pressure_mpa(SIZE) / SKIN.young_modulus_mpa
+RELIEFS = {
+    "waves": waves(SAMPLES, 1.2),
+    "grating": grating(SAMPLES, 1.5),
+    "bumps": bumps(SAMPLES),
+    "spike": torch.zeros(SAMPLES, SAMPLES, dtype=torch.float64).index_fill(0, torch.tensor([5]), 3.0),
+    "noise": 3.0
+    * torch.rand(SAMPLES, SAMPLES, dtype=torch.float64, generator=torch.Generator().manual_seed(0)),
+    "flat": torch.zeros(SAMPLES, SAMPLES, dtype=torch.float64),
+}
+EVERY_RELIEF = pytest.mark.parametrize("name", list(RELIEFS))
+
+
+@pytest.fixture(scope="module")
+def operator() -> HybridOperator:
+    return hybrid_operator(SKIN, SAMPLES, SIZE)
+
+
+def solved(operator: HybridOperator, heights: torch.Tensor, **options) -> ContactState:
+    return solve_contact(operator, heights, MEAN_PRESSURE, **options)
+
+
+@EVERY_RELIEF
+def test_pressure_carries_the_force(name: str) -> None:
+    pressure = press(RELIEFS[name]).pressure
+    assert float(pressure.mean()) * SIZE**2 == pytest.approx(SKIN.force_n, rel=1e-6)
+
+
+@EVERY_RELIEF
+def test_skin_neither_pulls_nor_enters_and_is_loaded_only_where_it_touches(
+    operator: HybridOperator, name: str
+) -> None:
+    state = solved(operator, RELIEFS[name])
+    allowed = TOLERANCE[torch.float64] * operator.displacement(state.pressure).mean()
+    assert bool((state.pressure >= 0.0).all())
+    assert bool((state.gap >= -10.0 * allowed).all())
+    virtual_work = (state.pressure * state.gap).abs().sum() / state.pressure.sum()
+    assert float(virtual_work) <= float(allowed)
+
+
+@EVERY_RELIEF
+def test_gap_is_displacement_less_relief_and_approach(operator: HybridOperator, name: str) -> None:
+    state = solved(operator, RELIEFS[name])
+    expected = operator.displacement(state.pressure) - RELIEFS[name] - state.approach
+    torch.testing.assert_close(state.gap, expected, atol=1e-12, rtol=0.0)
+
+
+def test_a_manufactured_contact_is_recovered(operator: HybridOperator) -> None:
+    heights, pressure, gap = manufactured(operator, MEAN_PRESSURE)
+    state = solved(operator, heights, tolerance=1e-12)
+    torch.testing.assert_close(state.pressure, pressure, atol=1e-8, rtol=0.0)
+    torch.testing.assert_close(state.gap, gap, atol=1e-10, rtol=0.0)
+    assert abs(float(state.approach)) < 1e-10
+
+
+def test_no_other_admissible_pressure_stores_less_energy(operator: HybridOperator) -> None:
+    heights = RELIEFS["waves"]
+    state = solved(operator, heights)
+
+    def energy(p: torch.Tensor) -> float:
+        return float((0.5 * p * operator.displacement(p) - heights * p).sum())
+
+    least = energy(state.pressure)
+    for _ in range(20):
+        other = (
+            state.pressure * (1.0 + 0.1 * torch.randn_like(heights)) + 0.01 * torch.rand_like(heights)
+        ).clamp_min(0.0)
+        assert energy(other * (MEAN_PRESSURE / other.mean())) > least
+
+
+def test_the_starting_pressures_do_not_matter(operator: HybridOperator) -> None:
+    heights = RELIEFS["waves"]
+    cold = solved(operator, heights)
+    for start in (torch.rand_like(heights), solved(operator, RELIEFS["bumps"]).pressure, cold.pressure):
+        warm = solved(operator, heights, start=start)
+        torch.testing.assert_close(warm.pressure, cold.pressure, atol=1e-6, rtol=0.0)
+        torch.testing.assert_close(warm.gap, cold.gap, atol=1e-8, rtol=0.0)
+
+
+def test_starting_from_the_answer_is_quick(operator: HybridOperator) -> None:
+    cold = solved(operator, RELIEFS["waves"])
+    assert solved(operator, RELIEFS["waves"], start=cold.pressure).steps <= 2
+
+
+def test_the_tolerance_does_not_matter(operator: HybridOperator) -> None:
+    tight = solved(operator, RELIEFS["waves"], tolerance=1e-12)
+    for tolerance in (1e-6, 1e-8, 1e-10):
+        loose = solved(operator, RELIEFS["waves"], tolerance=tolerance)
+        error = (loose.pressure - tight.pressure).norm() / tight.pressure.norm()
+        assert float(error) < 1e3 * tolerance
+
+
+def test_a_batch_is_its_items(operator: HybridOperator) -> None:
+    heights = torch.stack(list(RELIEFS.values())).view(2, 3, SAMPLES, SAMPLES)
+    together = solved(operator, heights)
+    assert together.approach.shape == together.converged.shape == (2, 3)
+    for i in range(2):
+        for j in range(3):
+            alone = solved(operator, heights[i, j])
+            torch.testing.assert_close(together.pressure[i, j], alone.pressure, atol=1e-8, rtol=0.0)
+            torch.testing.assert_close(together.approach[i, j], alone.approach, atol=1e-10, rtol=0.0)
+
+
+def test_single_precision_gives_the_same_roughness() -> None:
+    heights = torch.stack([waves(64, height, seed) for seed, height in enumerate((0.4, 1.2, 2.4))])
+    double = roughness(press(heights).strain)
+    single = roughness(press(heights.float()).strain)
+    assert single.dtype == torch.float32
+    torch.testing.assert_close(single.double(), double, rtol=1e-3, atol=0.0)
+
+
+@pytest.mark.parametrize("modulus", [0.1, 5.0, 50.0, 5000.0])
+def test_single_precision_converges_for_tall_reliefs_on_stiff_skin(modulus: float) -> None:
+    heights = torch.stack([h * (3.0 / h.max().clamp_min(1.0)) for h in RELIEFS.values()])
+    skin = Skin(young_modulus_mpa=modulus)
+    single, double = press(heights.float(), skin=skin), press(heights, skin=skin)
+    torch.testing.assert_close(single.gap.double(), double.gap, atol=2e-4, rtol=0.0)
+
+
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+def test_a_plate_that_is_higher_everywhere_only_changes_the_approach(dtype: torch.dtype) -> None:
+    heights = (RELIEFS["waves"] * 4096.0).round().to(dtype) / 4096.0  # so that adding the constant is exact
+    low, high = press(heights), press(heights + 100.0)
+    torch.testing.assert_close(high.pressure, low.pressure)
+    torch.testing.assert_close(high.strain, low.strain)
+    torch.testing.assert_close(high.gap, low.gap)
+    torch.testing.assert_close(high.approach, low.approach - 100.0)
+
+
+def test_a_moved_relief_gives_the_moved_field() -> None:
+    heights = RELIEFS["waves"]
+    touch = press(heights)
+    for turns, mirrored in EIGHT:
+        image = press(moved(heights, turns, mirrored))
+        for name in ("pressure", "gap", "strain"):
+            expected = moved(getattr(touch, name), turns, mirrored)
+            torch.testing.assert_close(getattr(image, name), expected, atol=1e-6, rtol=0.0)
+
+
+def test_double_force_on_double_modulus_strains_alike() -> None:
+    soft = press(RELIEFS["waves"], skin=Skin(young_modulus_mpa=0.5, force_n=10.0))
+    stiff = press(RELIEFS["waves"], skin=Skin(young_modulus_mpa=1.0, force_n=20.0))
+    torch.testing.assert_close(stiff.strain, soft.strain)
+    torch.testing.assert_close(stiff.gap, soft.gap)
+    torch.testing.assert_close(stiff.pressure, 2.0 * soft.pressure)
+
+
+def test_more_force_means_more_contact() -> None:
+    fractions = [
+        float(press(RELIEFS["waves"], skin=Skin(force_n=force)).contact_fraction)
+        for force in (1.0, 5.0, 20.0, 80.0)
+    ]
+    assert fractions == sorted(set(fractions))
+
+
+def test_a_contact_that_does_not_converge_is_an_error(
+    operator: HybridOperator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tactile.contact, "MAX_STEPS", 3)
+    with pytest.raises(ContactError, match="1 of 2 reliefs"):
+        solved(operator, torch.stack((RELIEFS["waves"], RELIEFS["flat"] + 0.0)), tolerance=1e-3)

@@ -1,0 +1,116 @@
+"""Roughness is the mean difference between receptors 1.4 to 3.0 mm apart."""
+
+import math
+from itertools import product
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from tactile import InputError, press, roughness
+from tests.tactile.reliefs import EIGHT, SIZE, moved, waves
+
+SHORTEST, LONGEST = 1.4 - 1e-9, 3.0 + 1e-9
+
+
+def brute_force(strain: Tensor, size_mm: float) -> float:
+    """Equation 2 as it reads: every ordered pair of pixels in range, weighted by 1/length."""
+    n = strain.shape[-1]
+    pitch = size_mm / n
+    values = strain.tolist()
+    total = weight = 0.0
+    for i, j, k, m in product(range(n), repeat=4):
+        length = pitch * math.hypot(k - i, m - j)
+        if SHORTEST <= length <= LONGEST:
+            total += abs(values[i][j] - values[k][m]) / length
+            weight += 1.0 / length
+    return total / weight
+
+
+def sampled(strain: np.ndarray, size_mm: float, pairs: int, random: np.random.Generator) -> float:
+    """The paper's sampler: random segments of 2.2 mm, a receptor anywhere in a disc of 0.8 mm at one end.
+
+    Pairs with an end outside the patch are drawn anew.
+    """
+    n = strain.shape[-1]
+    found = np.zeros(0)
+    while found.size < pairs:
+        start = random.uniform(0.0, size_mm, (2, pairs))
+        angle = random.uniform(0.0, 2.0 * np.pi, pairs)
+        middle = start + 2.2 * np.stack((np.sin(angle), np.cos(angle)))
+        spread, turn = random.uniform(0.0, 0.8, pairs), random.uniform(0.0, 2.0 * np.pi, pairs)
+        end = middle + spread * np.stack((np.sin(turn), np.cos(turn)))
+        inside = ((end >= 0.0) & (end < size_mm)).all(0)
+        here, there = ((place[:, inside] * n / size_mm).astype(int) for place in (start, end))
+        found = np.concatenate((found, np.abs(strain[tuple(here)] - strain[tuple(there)])))
+    return float(found[:pairs].mean())
+
+
+def test_the_full_sum_is_the_double_sum_over_pairs() -> None:
+    strain = torch.randn(12, 12, dtype=torch.float64)
+    assert float(roughness(strain, 5.1)) == pytest.approx(brute_force(strain, 5.1), rel=1e-12)
+
+
+def test_pairs_exactly_as_near_or_far_as_the_limits_count() -> None:
+    strain = torch.randn(15, 15, dtype=torch.float64)  # a pitch of 0.2 mm: 7 and 15 pixels are the limits
+    assert float(roughness(strain, 3.0)) == pytest.approx(brute_force(strain, 3.0), rel=1e-12)
+
+
+def test_the_papers_sampler_agrees() -> None:
+    random = np.random.default_rng(0)
+    ratios = []
+    for seed in range(4):
+        strain = press(waves(128, 1.2, seed)).strain
+        drawn = np.mean([sampled(strain.numpy(), SIZE, 8000, random) for _ in range(4)])
+        ratios.append(drawn / float(roughness(strain)))
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_ridge_field_has_its_analytic_roughness() -> None:
+    """Of unit slope along x: the mean of l |cos| over lengths and angles is 2.2 x 2/pi, but for the rim."""
+    n, size = 512, 100.0
+    strain = ((torch.arange(n, dtype=torch.float64) + 0.5) * size / n).expand(n, n)
+    assert float(roughness(strain, size)) == pytest.approx(2.2 * 2.0 / math.pi, rel=0.02)
+
+
+def test_the_polar_quadrature_is_near_the_full_sum() -> None:
+    for seed, height in enumerate((0.4, 0.8, 1.2, 1.6, 2.4)):
+        strain = press(waves(128, height, seed)).strain.requires_grad_()
+        full, polar = roughness(strain), roughness(strain, quadrature="polar")
+        assert polar.item() == pytest.approx(full.item(), rel=0.0065)
+        (by_full,), (by_polar,) = (torch.autograd.grad(v, strain) for v in (full, polar))
+        assert float(torch.cosine_similarity(by_full.flatten(), by_polar.flatten(), dim=0)) > 0.99
+
+
+@pytest.mark.parametrize("quadrature", ["full", "polar"])
+def test_roughness_scales_with_strain_and_has_the_symmetries_of_the_square(quadrature) -> None:
+    strain = torch.randn(32, 32, dtype=torch.float64)
+    value = roughness(strain, quadrature=quadrature)
+    torch.testing.assert_close(roughness(strain + 5.0, quadrature=quadrature), value)
+    torch.testing.assert_close(roughness(-3.0 * strain, quadrature=quadrature), 3.0 * value)
+    for turns, mirrored in EIGHT:
+        torch.testing.assert_close(roughness(moved(strain, turns, mirrored), quadrature=quadrature), value)
+
+
+@pytest.mark.parametrize("quadrature", ["full", "polar"])
+def test_gradient_is_that_of_automatic_differentiation(quadrature) -> None:
+    strain = torch.randn(12, 12, dtype=torch.float64, requires_grad=True)
+    assert torch.autograd.gradcheck(lambda s: roughness(s, 4.0, quadrature), (strain,), eps=1e-7, atol=1e-7)
+
+
+def test_a_batch_is_its_items() -> None:
+    strain = torch.randn(2, 3, 24, 24, dtype=torch.float64)
+    together = roughness(strain)
+    assert together.shape == (2, 3)
+    torch.testing.assert_close(together[1, 2], roughness(strain[1, 2]))
+
+
+def test_a_patch_too_small_for_a_pair_is_refused() -> None:
+    with pytest.raises(InputError, match="size_mm"):
+        roughness(torch.zeros(16, 16), 0.5)
+
+
+def test_an_unknown_quadrature_is_refused() -> None:
+    with pytest.raises(InputError, match="quadrature"):
+        roughness(torch.zeros(32, 32), quadrature="Full")  # type: ignore[arg-type]
