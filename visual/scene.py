@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import torch
@@ -41,6 +41,7 @@ class Scene:
         self._checked = checked
         self._description: Description = describe(checked)
         mi = variants.load_mitsuba(colour=not self._description.grey, variant=variant)
+        mi.set_log_level(mi.LogLevel.Error)
         self.variant: str = mi.variant()
         self.heights = heights
         self.size_mm = self._description.plate.size_mm
@@ -58,29 +59,37 @@ class Scene:
     def render(
         self,
         heights: Tensor | ArrayLike | None = None,
+        size_mm: float | None = None,
         samples: int | None = None,
         seed: int = 0,
+        model: Literal["exact"] = "exact",
+        *,
         resolution: int | None = None,
         shadow_edges: bool = True,
     ) -> Tensor:
         """Pictures of every condition by Mitsuba.
 
         Args:
-            heights: (rows, cols) mm; default the scene's own.
+            heights: (..., rows, cols) mm; default the scene's own.
+            size_mm: must agree with the scene's plate if given.
             samples: a pixel; default as the scene file says.
             seed: the same seed, the same pictures.
+            model: "exact", Mitsuba with shadow edges in its gradient.
             resolution: pixels a side instead of the film's.
             shadow_edges: whether the gradient follows shadow boundaries.
 
         Returns:
-            (conditions, rows, cols) radiance, differentiable with respect to `heights`.
+            (..., conditions, rows, cols) radiance, differentiable with respect to `heights`.
 
         Raises:
             InputError: heights of another shape or not finite; a gradient is asked for that this scene or
             variant has not.
         """
+        if model != "exact":
+            raise InputError(f'look.model: "{model}" is not one of "exact"')
+        self.check_size(size_mm)
         field = torch.as_tensor(self.heights if heights is None else heights)
-        if tuple(field.shape) != self.heights.shape:
+        if tuple(field.shape[-2:]) != self.heights.shape:
             raise InputError(
                 f"heights: shape {tuple(field.shape)}; the scene's plate has {self.heights.shape}"
             )
@@ -91,7 +100,9 @@ class Scene:
         suns = tuple(self._light_scene((light,), resolution) for light in self._single)
         ambient = self._light_scene(tuple(self._around), resolution) if self._around else None
         exposure = exact.Exposure(samples or self.samples, seed, shadow_edges)
-        return exact.pictures(suns, ambient, field, self.size_mm, exposure)
+        reliefs = field.reshape(-1, *field.shape[-2:])
+        each = [exact.pictures(suns, ambient, relief, self.size_mm, exposure) for relief in reliefs]
+        return torch.stack(each).reshape(*field.shape[:-2], *each[0].shape)
 
     def top_view(self, resolution: int | None = None, seed: int = 0, strata: int = 4) -> TopView:
         """Pictures with explicit Jacobians, by fixed samples; for steps of Gauss-Newton.
@@ -120,6 +131,12 @@ class Scene:
             seed,
             strata,
         )
+
+    def check_size(self, size_mm: float | None) -> None:
+        """Raise InputError if a size is given that is not the plate's."""
+        if size_mm is not None and abs(size_mm - self.size_mm) > 1e-6:
+            where = f"{self._checked.path}: heightfield: size_mm"
+            raise InputError(f"{where}: the scene's plate is {self.size_mm} mm, the run's {size_mm} mm")
 
     def _ambient_radiance(self) -> float:
         return float(np.mean(self._description.ambient))
@@ -200,17 +217,15 @@ def load_scene(
     """
     checked = check_scene(path, defines)
     plate = describe(checked).plate
-    if size_mm is not None and abs(size_mm - plate.size_mm) > 1e-6:
-        raise InputError(
-            f"{path}: heightfield: size_mm: the scene's plate is {plate.size_mm} mm, the run's {size_mm} mm"
-        )
     if texture is None:
         if plate.filename is None:
             raise InputError(f"{path}: heightfield: filename: missing")
         heights = heightmap.load_heights(plate.filename, relief_mm=plate.relief_mm)
     else:
         heights = heightmap.load_heights(texture, relief_mm=relief_mm)
-    return Scene(checked, heights, variant)
+    scene = Scene(checked, heights, variant)
+    scene.check_size(size_mm)
+    return scene
 
 
 def _name(light: Light, number: int) -> str:
