@@ -30,7 +30,8 @@ COLUMNS = ("original", "Retouch: +2 JND", "scaled in height: +2 JND")
 
 
 def main() -> None:
-    tiles, captions = [], []
+    tiles: list[list[Array | None]] = []
+    captions = []
     for texture, relief_mm in RELIEFS.items():
         reliefs, roughness = optimise(texture, relief_mm)
         scene = _scene(texture, relief_mm)
@@ -38,7 +39,7 @@ def main() -> None:
         before = pictures[0]
         assert before is not None
         exposure = float(np.percentile(before, 99.5))
-        tiles.append([None if p is None else display(p, exposure) for p in pictures])
+        tiles.append([None if p is None else np.asarray(display(p, exposure)) for p in pictures])
         captions.append(
             [
                 "out of reach below 3 mm"

@@ -4,7 +4,7 @@
     python -m benchmarks.runs gravel+2        # these textures and targets only
     python -m benchmarks.runs --again         # measure anew
 
-Picture change is measured on pictures rendered by Mitsuba at 1024 samples a pixel with the same random
+Picture change is measured on pictures rendered by Mitsuba at 256 samples a pixel with the same random
 numbers before and after (the difference's own noise is measured by a second seed), at 128 and 256 pixels.
 Touch is measured by the layer model in float64 with all offsets. Seconds are of the descent alone: no
 loading, no verification.
@@ -34,7 +34,7 @@ RELIEFS = {"gravel": 1.2, "brick": 1.0, "grass": 1.0}
 TARGETS = (-2, 2)
 WAYS = ("linear scaling", "gauss-newton", "gauss-newton, no edges", "adam", "adam, no edges")
 GAUSS_NEWTON_STEPS, ADAM_STEPS, LEARNING_RATE = 40, 100, 0.027
-SAMPLES = 1024
+SAMPLES = 256
 RESOLUTIONS = (128, 256)
 
 

@@ -36,8 +36,8 @@ def save_checkpoint(run_dir: Path, checkpoint: Checkpoint) -> None:
     tensors: dict[str, Array] = {}
     numbers: dict[str, str] = {"seconds": repr(checkpoint.seconds)}
     for name, iterate in (("current", checkpoint.current), ("best", checkpoint.best)):
-        tensors[f"{name}.heights"] = np.ascontiguousarray(iterate.heights)
-        tensors |= {f"{name}.memory.{key}": np.ascontiguousarray(v) for key, v in iterate.memory.items()}
+        tensors[f"{name}.heights"] = np.asarray(iterate.heights, order="C")
+        tensors |= {f"{name}.memory.{key}": np.asarray(v, order="C") for key, v in iterate.memory.items()}
         numbers[name] = json.dumps({"step": iterate.step} | {key: getattr(iterate, key) for key in _NUMBERS})
     (run_dir / FILE).parent.mkdir(parents=True, exist_ok=True)
     write_atomically(run_dir / FILE, save(tensors, metadata=numbers))

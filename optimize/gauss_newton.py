@@ -127,7 +127,8 @@ class GaussNewton:
             load -= self._look_weight * (weighted.T @ (picture * self._unit - target).ravel())
         solved = factorised(matrix)(np.column_stack((load, gradients.T)))
         free, pulls = solved[:, 0], solved[:, 1:]
-        forces = np.linalg.solve(gradients @ pulls, wanted - gradients @ free)
+        # Least squares, because a target that no height changes (full contact) has no gradient to pull along.
+        forces = np.linalg.lstsq(gradients @ pulls, wanted - gradients @ free)[0]
         return free + pulls @ forces
 
 

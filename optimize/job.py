@@ -24,7 +24,7 @@ from optimize.adam import AdamDescent
 from optimize.baselines import linear_scaling
 from optimize.checkpoint import FILE as CHECKPOINT
 from optimize.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
-from optimize.config import Run, load_run
+from optimize.config import Run, Touch, load_run
 from optimize.gauss_newton import GaussNewton
 from optimize.loop import Descent, Iterate, StopReason, WayDown, descend
 from optimize.problem import Problem, Targets
@@ -121,6 +121,10 @@ def _prepare(settings: Run, variant: str | None) -> tuple[Problem, WayDown, tupl
         raise InputError(
             f'touch.model: the "{touch.model}" model is not shipped in this version; use "layer"'
         )
+    if np.ptp(scene.heights) == 0.0:
+        raise InputError(
+            f"{settings.texture}: {_asked(touch)}: the texture is flat; there is no relief to change"
+        )
     skin = tactile.Skin(touch.young_modulus_mpa, touch.poisson_ratio, touch.force_n)
     pressed = tactile.press(scene.heights, settings.size_mm, skin)
     roughness = float(tactile.roughness(pressed.strain, settings.size_mm))
@@ -137,6 +141,9 @@ def _prepare(settings: Run, variant: str | None) -> tuple[Problem, WayDown, tupl
         samples=settings.look.samples or ADAM_SAMPLES,
         seed=settings.seed,
     )
+    glimpse = converged_pictures(problem, problem.heights, samples=1, seed=settings.seed)
+    if glimpse.mean() < BLACK * scene.white:
+        raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
     steps = settings.descent.steps
     way: WayDown
     if settings.descent.method == "adam":
@@ -148,14 +155,20 @@ def _prepare(settings: Run, variant: str | None) -> tuple[Problem, WayDown, tupl
 
 ADAM_SAMPLES = 16
 """A pixel, of the pictures that Adam's gradient comes from."""
+BLACK = 1e-3
+"""Of white: above what reaches the rim of a plate that is lit from below only."""
+
+
+def _asked(touch: Touch) -> str:
+    """The key of the first target that is given."""
+    keys = ("roughness", "jnd", "contact_area_mm2", "contact_area_scale")
+    return next(f"touch.{key}" for key in keys if getattr(touch, key) is not None)
 
 
 def _targets(settings: Run, roughness: float, area: float) -> Targets:
     touch = settings.touch
     wanted = touch.roughness
     if touch.jnd is not None:
-        if roughness <= 0.0:
-            raise InputError("touch.jnd: the texture is flat; it has no roughness to be rougher than")
         wanted = tactile.jnd_scaled(roughness, touch.jnd)
     wanted_area = touch.contact_area_mm2
     if touch.contact_area_scale is not None:
@@ -195,7 +208,7 @@ def _descend_and_write(
             history.add(start, spent)
             save_checkpoint(run_dir, Checkpoint(start, start, spent))
         with _kill_as_interrupt():
-            descent = descend(way, problem.targets, start, steps, best, on_step)
+            descent = descend(way, problem.targets, start, steps, best, on_step, history.trace())
         descent_seconds = spent + time.perf_counter() - descent_began
         show.note("verifying")
         verify_began = time.perf_counter()
@@ -221,15 +234,14 @@ def _measure(
     after = converged_pictures(problem, descent.best.heights, samples, seed)
     scaled = linear_scaling(problem)
     baseline = None if scaled is None else converged_pictures(problem, scaled, samples, seed)
-    verified = None
-    if settings.verify.model != "none":
-        verified = measure_touch(problem, descent.best.heights, settings.verify.model)
+    touch_after = measure_touch(problem, descent.best.heights, "layer")
     return results.Outcome(
         descent=descent,
         initial_roughness=original[0],
         initial_contact_area_mm2=original[1],
         touch_before=measure_touch(problem, problem.heights, "layer"),
-        verified=verified,
+        touch_after=touch_after,
+        verified=None if settings.verify.model == "none" else touch_after,
         pictures_before=before,
         pictures_after=after,
         baseline_heights=scaled,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
@@ -17,7 +17,7 @@ from optimize.problem import Targets
 Array = NDArray[np.float64]
 
 STALL = 0.02
-"""A fall of the picture change by less than this share counts as none."""
+"""A fall of the picture change, or of the miss, by less than this share counts as none."""
 
 HOPELESS_STEPS = 12
 """Steps without a better miss after which a target counts as out of reach."""
@@ -92,6 +92,7 @@ def descend(
     steps: int,
     best: Iterate | None = None,
     on_step: Callable[[Iterate, Iterate, float], None] | None = None,
+    trace: Iterable[tuple[float, float]] = (),
 ) -> Descent:
     """Walk down.
 
@@ -100,12 +101,13 @@ def descend(
         steps: largest step number.
         best: of an earlier part of the same descent.
         on_step: told of every iterate, the best so far, and the seconds the step took.
+        trace: of an earlier part, the miss of the targets and `picture_rms` at each of its steps.
     """
     best = start if best is None else better(targets, best, start)
     current = start
-    trace: list[tuple[float, float]] = []
+    passed = list(trace)
     try:
-        while current.step < steps:
+        while (reason := _done(passed, targets.tolerance, way.patience)) is None and current.step < steps:
             began = time.perf_counter()
             following = way.advance(current)
             if not following.finite():
@@ -113,16 +115,13 @@ def descend(
             current = following
             best = better(targets, best, current)
             miss = targets.miss(current.roughness, current.contact_area_mm2)
-            trace.append((miss, current.picture_rms))
+            passed.append((miss, current.picture_rms))
             if on_step is not None:
                 on_step(current, best, time.perf_counter() - began)
-            if way.patience is not None:
-                if _settled(trace, targets.tolerance, way.patience):
-                    return Descent(best, current, StopReason.CONVERGED)
-                if _hopeless(trace, targets.tolerance):
-                    return Descent(best, current, StopReason.UNREACHABLE)
     except KeyboardInterrupt:
         return Descent(best, current, StopReason.INTERRUPTED)
+    if reason is not None:
+        return Descent(best, current, reason)
     met = targets.miss(best.roughness, best.contact_area_mm2) <= targets.tolerance
     scheduled = StopReason.CONVERGED if way.patience is None else StopReason.STEP_LIMIT
     return Descent(best, current, scheduled if met else StopReason.SHORT_OF_TARGET)
@@ -139,6 +138,15 @@ def better(targets: Targets, one: Iterate, other: Iterate) -> Iterate:
     return other if misses[1] < misses[0] else one
 
 
+def _done(trace: Sequence[tuple[float, float]], tolerance: float, patience: int | None) -> StopReason | None:
+    """Why the steps so far are enough; None if they are not, or if the way down has a schedule."""
+    if patience is None:
+        return None
+    if _settled(trace, tolerance, patience):
+        return StopReason.CONVERGED
+    return StopReason.UNREACHABLE if _hopeless(trace, tolerance) else None
+
+
 def _settled(trace: Sequence[tuple[float, float]], tolerance: float, patience: int) -> bool:
     """The target was met `patience` steps in a row, and over them the pictures came no closer."""
     recent = trace[-patience - 1 :]
@@ -148,7 +156,8 @@ def _settled(trace: Sequence[tuple[float, float]], tolerance: float, patience: i
 
 
 def _hopeless(trace: Sequence[tuple[float, float]], tolerance: float) -> bool:
-    if len(trace) <= HOPELESS_STEPS or trace[-1][0] <= tolerance:
+    """The target was never met, and the recent steps came no closer to it than those before them."""
+    misses = [miss for miss, _ in trace]
+    if len(misses) <= HOPELESS_STEPS or min(misses) <= tolerance:
         return False
-    recent, before = trace[-HOPELESS_STEPS:], trace[:-HOPELESS_STEPS]
-    return min(m for m, _ in recent) > 0.98 * min(m for m, _ in before)
+    return min(misses[-HOPELESS_STEPS:]) > (1.0 - STALL) * min(misses[:-HOPELESS_STEPS])

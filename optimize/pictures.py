@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import tempfile
 from collections.abc import Sequence
@@ -16,13 +17,22 @@ from optimize.metrics import display
 Array = NDArray[np.floating[Any]]
 
 
+LONGEST_NAME = 48
+"""Characters of a file name without its endings: few enough for any file system, whatever the alphabet."""
+
+
 def file_names(conditions: Sequence[str]) -> list[str]:
-    """A harmless file name, without suffix, for each condition; they are named by the scene, hence anyhow."""
-    names: list[str] = []
-    for number, condition in enumerate(conditions, 1):
-        name = re.sub(r"[^\w.-]+", "-", condition).lstrip(".-") or "condition"
-        names.append(f"{name}-{number}" if name in names else name)
-    return names
+    """A harmless file name, without suffix, for each condition; they are named by the scene, hence anyhow.
+
+    No two are the same, even where capitals do not count.
+    """
+    names: dict[str, str] = {}
+    for condition in conditions:
+        stem = re.sub(r"[^\w.-]+", "-", condition).lstrip(".-")[:LONGEST_NAME] or "condition"
+        numbered = (f"{stem}-{number}" for number in itertools.count(2))
+        name = next(name for name in itertools.chain([stem], numbered) if name.casefold() not in names)
+        names[name.casefold()] = name
+    return list(names.values())
 
 
 def write_pictures(

@@ -39,16 +39,17 @@ class Outcome:
     """What was measured of a finished descent.
 
     Attributes:
+        touch_before, touch_after: of the original and of the best relief, for the maps of the report.
+        verified: what has the last word on the best relief; None if verification was not wanted.
         pictures_before, pictures_after, baseline_pictures: (conditions, rows, cols) radiance, converged; of
-        the baseline
-            None where linear scaling cannot reach the target.
-        verified: None if verification was not wanted.
+            the baseline None where linear scaling cannot reach the target.
     """
 
     descent: Descent
     initial_roughness: float
     initial_contact_area_mm2: float
     touch_before: TouchMeasured
+    touch_after: TouchMeasured
     verified: TouchMeasured | None
     pictures_before: Array
     pictures_after: Array
@@ -57,15 +58,25 @@ class Outcome:
 
 
 class History:
-    """history.jsonl: one line a step, appended, read back on resuming."""
+    """history.jsonl: one line a step, appended, read back on resuming up to the step `after`."""
 
     def __init__(self, run_dir: Path, targets: Targets, after: int) -> None:
         self._path, self._targets = run_dir / HISTORY, targets
-        self.rows: list[dict[str, float | None]] = []
+        self.rows: list[dict[str, Any]] = []
         if self._path.is_file():
-            lines = self._path.read_text(encoding="utf-8").splitlines()
-            self.rows = [row for row in map(json.loads, lines) if row["step"] <= after]
+            # A kill may have cut the last line short; its step is not in the checkpoint, written after it.
+            lines = self._path.read_text(encoding="utf-8").splitlines(keepends=True)
+            rows = [json.loads(line) for line in lines if line.endswith("\n")]
+            self.rows = [row for row in rows if row["step"] <= after]
             write_atomically(self._path, "".join(json.dumps(row) + "\n" for row in self.rows).encode())
+
+    def trace(self) -> list[tuple[float, float]]:
+        """Miss of the targets and picture change of every step, as `optimize.loop.descend` takes it."""
+        return [
+            (self._targets.miss(row["roughness"], row["contact_area_mm2"]), row["picture_rms_percent"])
+            for row in self.rows
+            if row["step"] > 0
+        ]
 
     def add(self, iterate: Iterate, seconds: float) -> None:
         """Append an iterate."""
@@ -96,7 +107,7 @@ def write(
     times: dict[str, float],
     history: list[dict[str, float | None]],
 ) -> dict[str, Any]:
-    """Everything but run.toml, history and checkpoint, which are there. Returns the content of result.json."""
+    """Everything but run.toml, history and checkpoint, which are there; returns result.json's content."""
     heights = outcome.descent.best.heights
     save_heights_exr(run_dir / "heights.exr", heights)
     relief = float(heights.max()) or 1.0
@@ -111,7 +122,6 @@ def write(
     baseline = None
     if outcome.baseline_pictures is not None:
         baseline = Baseline("linear scaling", outcome.baseline_pictures, problem.targets.roughness)
-    after = outcome.verified or outcome.touch_before
     write_report(
         run_dir,
         Report(
@@ -122,14 +132,14 @@ def write(
             pictures_after=outcome.pictures_after,
             white=problem.scene.white,
             strain_before=outcome.touch_before.strain,
-            strain_after=after.strain,
+            strain_after=outcome.touch_after.strain,
             heights_before=problem.heights,
             heights_after=heights,
             size_mm=problem.size_mm,
             history=history,
             heights_png_mm=(0.0, relief),
             pressure_before=outcome.touch_before.pressure,
-            pressure_after=after.pressure,
+            pressure_after=outcome.touch_after.pressure,
             tolerance=problem.targets.tolerance,
             settings=settings.model_dump(mode="json", exclude_none=True),
             baseline=baseline,

@@ -35,6 +35,10 @@ STRAIN_COMPONENTS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 """(row, column, depth) index pairs of the six strains, in the order in which they are stored."""
 
 
+CENTRE = (np.full((3, 1), 0.5), np.ones(1))
+"""Points and weights of the quadrature with one point at the centre of a hexahedron."""
+
+
 @dataclass(frozen=True)
 class QuarterResponse:
     """Response of one parity block to unit normal forces on the nodes of its quarter of the contact face.
@@ -134,7 +138,8 @@ def _stiffness(mesh: skfem.MeshHex, poisson_ratio: float) -> sp.csr_matrix:
         return 2.0 * mu * ddot(sym_grad(u), sym_grad(v))
 
     element = skfem.ElementVector(skfem.ElementHex1())
-    one_point = skfem.Basis(mesh, element, intorder=1)
+    # Asked for order 1, scikit-fem takes eight points as well: the one point is given by hand.
+    one_point = skfem.Basis(mesh, element, quadrature=CENTRE)
     eight_points = skfem.Basis(mesh, element, intorder=3)
     return sp.csr_matrix(volumetric.assemble(one_point) + shear.assemble(eight_points))
 
@@ -147,7 +152,7 @@ def _strain_at_depth(basis: skfem.Basis, depth_mm: float) -> sp.csr_matrix:
     if here.size == 0:
         raise ValueError(f"no layer of elements is centred at depth {depth_mm} mm")
     here = here[np.lexsort((centres[1][here], centres[0][here]))]
-    centre = skfem.Basis(mesh, basis.elem, quadrature=(np.full((3, 1), 0.5), np.ones(1)), elements=here)
+    centre = skfem.Basis(mesh, basis.elem, quadrature=CENTRE, elements=here)
     rows, columns, values = [], [], []
     for local in range(basis.Nbfun):
         field = centre.basis[local][0]

@@ -28,7 +28,7 @@ from tactile.skin import Skin
 
 Array = NDArray[np.float64]
 
-VERSION = 1
+VERSION = 2
 """Raised whenever what is built here changes: part of the key of the cache."""
 
 COARSE_ELEMENTS = 32

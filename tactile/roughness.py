@@ -85,14 +85,13 @@ class _PairVariation(torch.autograd.Function):
 def _full_offsets(n: int, size_mm: float) -> tuple[tuple[int, int, float], ...]:
     """Every pixel offset of the half annulus: (down, right, weight)."""
     pitch = size_mm / n
-    spread = PAIR_SPREAD_MM + 1e-9  # so that rounding does not drop pairs just as near or far as allowed
-    reach = int((PAIR_DISTANCE_MM + spread) / pitch)
+    reach = int((PAIR_DISTANCE_MM + PAIR_SPREAD_MM) / pitch)
     found = []
     for down in range(reach + 1):
         for right in range(-reach, reach + 1):
             length = pitch * math.hypot(down, right)
             in_half_plane = down > 0 or right > 0
-            in_range = abs(length - PAIR_DISTANCE_MM) <= spread
+            in_range = abs(length - PAIR_DISTANCE_MM) <= PAIR_SPREAD_MM
             if in_half_plane and in_range and max(down, abs(right)) < n:
                 found.append((down, right, 1.0 / length))
     return _checked(tuple(found), size_mm)

@@ -10,7 +10,7 @@ in place between forward and backward would silently change the gradient.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,9 +18,10 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from visual import mesh
-from visual.edges import shadow_edges
-from visual.lights import ParallelLights, ambient_lights
+from visual import mesh, variants
+from visual.edges import EDGE_SAMPLES, shadow_edges
+from visual.lights import LUMINANCE, ParallelLights, ambient_lights
+from visual.rays import plate_shape
 from visual.relief import relief
 from visual.shading import shade
 from visual.topview import UP, edge_entries
@@ -30,8 +31,11 @@ Array = NDArray[np.float64]
 AMBIENT_DIRECTIONS = 8
 """Directions by which a gradient follows the shadow edges of ambient light; drawn anew at every call."""
 
-_SEED_STRIDE = 7919
-"""Keeps apart the random numbers of a picture's lights, and those of a picture and of its gradient."""
+
+def _variant() -> str:
+    import mitsuba as mi
+
+    return str(mi.variant())
 
 
 @dataclass(frozen=True)
@@ -42,17 +46,24 @@ class LightScene:
         scene, params: `mi.Scene` and its `mi.traverse`.
         integrator: what renders it.
         edges: the parallel light whose shadow edges are followed; None where they are not (or not by this
-        light). ambient: radiance of ambient light whose shadow edges are followed; 0 for none.
+        light). ambient: radiance of ambient light whose shadow edges are followed, one number or red, green
+        and blue; 0 for none.
+        gradient_integrator: what gives radiance by slope, if not `integrator`. Its directions must not turn
+        with the surface, as those drawn from a material do: the shadows would move along.
+        variant: Mitsuba's, in which the scene was made.
     """
 
     scene: Any
     params: Any
     integrator: Any
     edges: ParallelLights | None
-    ambient: float
+    ambient: float | Array
+    gradient_integrator: Any = None
+    variant: str = field(default_factory=_variant)
 
     def set_heights(self, heights: Array) -> None:
-        """Put (rows, cols) mm into the scene."""
+        """Put (rows, cols) mm into the scene; its own variant is set from here on."""
+        variants.use(self.variant)
         mesh.set_heights(self.params, np.array(heights, dtype=np.float32).ravel())
 
 
@@ -93,13 +104,14 @@ class _Pictures(torch.autograd.Function):
         size_mm: float,
         exposure: Exposure,
     ) -> Tensor:
-        field = _to_numpy(heights)
+        values = _to_numpy(heights)
         scenes = (*suns, *(() if ambient is None else (ambient,)))
-        rendered = [_render(s, field, exposure, number) for number, s in enumerate(scenes)]
+        rendered = [_render(s, values, exposure, number) for number, s in enumerate(scenes)]
         if ambient is not None and suns:
             around = rendered.pop()
             rendered = [picture + around for picture in rendered]
-        ctx.field, ctx.suns, ctx.ambient, ctx.size_mm, ctx.exposure = field, suns, ambient, size_mm, exposure
+        ctx.heights, ctx.suns, ctx.ambient = values, suns, ambient
+        ctx.size_mm, ctx.exposure = size_mm, exposure
         return torch.as_tensor(np.stack(rendered)).to(heights.dtype)
 
     @staticmethod
@@ -108,11 +120,11 @@ class _Pictures(torch.autograd.Function):
         pairs = list(zip(ctx.suns, adjoints, strict=False))
         if ctx.ambient is not None:
             pairs.append((ctx.ambient, np.sum(adjoints, axis=0)))
-        total = np.zeros_like(ctx.field)
+        total = np.zeros_like(ctx.heights)
         for number, (light, adjoint) in enumerate(pairs):
-            total += interior_gradient(light, ctx.field, adjoint, ctx.exposure, number)
+            total += interior_gradient(light, ctx.heights, adjoint, ctx.exposure, number)
             if ctx.exposure.shadow_edges:
-                total += edge_gradient(light, ctx.field, adjoint, ctx.size_mm, ctx.exposure, number)
+                total += edge_gradient(light, ctx.heights, adjoint, ctx.size_mm, ctx.exposure, number)
         return torch.as_tensor(total).to(gradients[0].dtype), None, None, None, None
 
 
@@ -121,7 +133,8 @@ def _to_numpy(tensor: Tensor) -> Array:
 
 
 def _seed(exposure: Exposure, number: int, purpose: int) -> int:
-    return (exposure.seed * 2 + purpose) * _SEED_STRIDE + number
+    """Keeps apart the random numbers of a picture's lights, and those of a picture and of its gradient."""
+    return int(np.random.SeedSequence((exposure.seed, purpose, number)).generate_state(1)[0])
 
 
 def _render(light: LightScene, heights: Array, exposure: Exposure, number: int) -> Array:
@@ -143,7 +156,7 @@ def _grey(picture: Array) -> Array:
         return picture
     if picture.shape[2] == 1:
         return np.ascontiguousarray(picture[:, :, 0])
-    return np.asarray(picture[:, :, :3] @ np.array([0.212671, 0.715160, 0.072169]))
+    return np.asarray(picture[:, :, :3] @ LUMINANCE)
 
 
 def interior_gradient(
@@ -153,6 +166,8 @@ def interior_gradient(
     import drjit as dr
     import mitsuba as mi
 
+    variants.use(light.variant)
+    integrator = light.gradient_integrator or light.integrator
     key = mesh.heights_key(light.params)
     value = mi.Float(heights.astype(np.float32).ravel())
     dr.enable_grad(value)
@@ -161,8 +176,8 @@ def interior_gradient(
     channels = light.scene.sensors()[0].film().base_channels_count()
     spread = np.repeat(adjoint[:, :, None], channels, axis=2) / channels
     if channels == 3:
-        spread = adjoint[:, :, None] * np.array([0.212671, 0.715160, 0.072169])
-    light.integrator.render_backward(
+        spread = adjoint[:, :, None] * LUMINANCE
+    integrator.render_backward(
         light.scene,
         light.params,
         mi.TensorXf(np.ascontiguousarray(spread, dtype=np.float32)),
@@ -180,12 +195,12 @@ def edge_gradient(
     """What the motion of shadow boundaries adds to the gradient, (rows, cols)."""
     generator = np.random.default_rng(_seed(exposure, number, 1))
     lights = light.edges
-    if light.ambient > 0.0:
+    if np.any(light.ambient):
         lights = ambient_lights(light.ambient, AMBIENT_DIRECTIONS, generator)
     if lights is None:
         return np.zeros_like(heights)
     plate = relief(*heights.shape, size_mm)
-    jitter = generator.uniform(size=(len(plate.edge_start), 1))
+    jitter = generator.uniform(size=(len(plate.edge_start), EDGE_SAMPLES))
     found = shadow_edges(light.scene, plate, heights, lights, jitter)
     if len(found.light) == 0:
         return np.zeros_like(heights)
@@ -199,4 +214,4 @@ def edge_gradient(
 
 def plate_bsdf(scene: Any) -> Any:
     """The material of the height field in a Mitsuba scene."""
-    return next(shape for shape in scene.shapes() if type(shape).__name__ == "HeightField").bsdf()
+    return plate_shape(scene).bsdf()

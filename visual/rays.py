@@ -12,6 +12,11 @@ Array = NDArray[np.float64]
 FAR_MM = 1e4
 
 
+def plate_shape(scene: Any) -> Any:
+    """The height field in a Mitsuba scene."""
+    return next(shape for shape in scene.shapes() if type(shape).__name__ == "HeightField")
+
+
 def _rays(origins: Array, directions: Array) -> Any:
     import mitsuba as mi
 
@@ -30,12 +35,16 @@ def blocked(scene: Any, origins: Array, directions: Array) -> NDArray[np.bool_]:
 
 
 def first_hits(scene: Any, origins: Array, directions: Array) -> tuple[NDArray[np.int64], Array]:
-    """Face hit first (-1: none) and distance in mm, each (rays,)."""
-    import drjit as dr
+    """Face of the plate that each ray meets first (-1: nothing, or another shape) and distance in mm, (rays,).
+
+    The scene may hold further shapes, whose faces are numbered from 0 too.
+    """
+    import mitsuba as mi
 
     if len(origins) == 0:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
     hit = scene.ray_intersect_preliminary(_rays(origins, directions))
-    valid = np.asarray(hit.is_valid()).astype(bool)
-    face = np.asarray(dr.select(hit.is_valid(), hit.prim_index, 0)).astype(np.int64)
+    on_plate = hit.is_valid() & (hit.shape == mi.ShapePtr(plate_shape(scene)))
+    valid = np.asarray(on_plate).astype(bool)
+    face = np.asarray(hit.prim_index).astype(np.int64)
     return np.where(valid, face, -1), np.where(valid, np.asarray(hit.t, dtype=np.float64), FAR_MM)

@@ -15,7 +15,7 @@ from visual import exact, heightmap, variants
 from visual.check import CheckedScene, check_scene, instantiate
 from visual.describe import AMBIENT, PARALLEL, Camera, Description, Light, describe
 from visual.errors import InputError
-from visual.lights import ParallelLights, ambient_lights
+from visual.lights import LUMINANCE, ParallelLights, ambient_lights
 from visual.topview import TopView
 
 Array = NDArray[np.float64]
@@ -52,7 +52,8 @@ class Scene:
         self._single = [light for light in self._description.lights if light.kind != AMBIENT]
         self.conditions = tuple(_name(light, i) for i, light in enumerate(self._single)) or ("ambient",)
         self.white = max(
-            [_parallel_irradiance(light) / np.pi for light in self._single] + [self._ambient_radiance()]
+            float(LUMINANCE @ colour)
+            for colour in (*(_irradiance(light) / np.pi for light in self._single), self._ambient_radiance())
         )
         self._loaded: dict[tuple[int, ...], exact.LightScene] = {}
 
@@ -88,7 +89,10 @@ class Scene:
         if model != "exact":
             raise InputError(f'look.model: "{model}" is not one of "exact"')
         self.check_size(size_mm)
+        variants.use(self.variant)
         field = torch.as_tensor(self.heights if heights is None else heights)
+        if not field.is_floating_point():
+            field = field.double()
         if tuple(field.shape[-2:]) != self.heights.shape:
             raise InputError(
                 f"heights: shape {tuple(field.shape)}; the scene's plate has {self.heights.shape}"
@@ -111,13 +115,14 @@ class Scene:
             InputError: the scene is not lit by parallel and ambient light alone, or not seen from straight
             above.
         """
+        variants.use(self.variant)
         self._require_gradients()
         suns = ParallelLights(
             np.array([light.direction for light in self._single], dtype=np.float64).reshape(-1, 3),
-            np.array([_parallel_irradiance(light) for light in self._single]),
+            np.array([_irradiance(light) for light in self._single]).reshape(-1, 3),
         )
         radiance = self._ambient_radiance()
-        ambient = ambient_lights(radiance, STEP_AMBIENT_DIRECTIONS) if radiance > 0.0 else None
+        ambient = ambient_lights(radiance, STEP_AMBIENT_DIRECTIONS) if radiance.any() else None
         first = self._light_scene(tuple(self._single[:1] or self._around), None)
         return TopView(
             first.scene,
@@ -138,8 +143,8 @@ class Scene:
             where = f"{self._checked.path}: heightfield: size_mm"
             raise InputError(f"{where}: the scene's plate is {self.size_mm} mm, the run's {size_mm} mm")
 
-    def _ambient_radiance(self) -> float:
-        return float(np.mean(self._description.ambient))
+    def _ambient_radiance(self) -> Array:
+        return np.array(self._description.ambient)
 
     def _require_gradients(self) -> None:
         variants.require_gradients()
@@ -175,22 +180,19 @@ class Scene:
         parallel = [light for light in lights if light.kind == PARALLEL]
         toward = np.array([light.direction for light in parallel], dtype=np.float64).reshape(-1, 3)
         edges = (
-            ParallelLights(toward, np.array([_parallel_irradiance(light) for light in parallel]))
-            if parallel
-            else None
+            ParallelLights(toward, np.array([_irradiance(light) for light in parallel])) if parallel else None
         )
         ambient = self._ambient_radiance() if any(light.kind == AMBIENT for light in lights) else 0.0
-        return exact.LightScene(scene, params, self._integrator(bool(parallel)), edges, ambient)
+        by_light, by_chance = self._integrator(0), self._integrator(1)
+        return exact.LightScene(scene, params, by_light if parallel else by_chance, edges, ambient, by_light)
 
-    def _integrator(self, parallel: bool) -> Any:
+    def _integrator(self, bsdf_samples: int) -> Any:
         """One bounce needs no path tracer; a parallel light is never met by chance, ambient light is."""
         import mitsuba as mi
 
         depth = self._description.max_depth
         if depth == 2:
-            return mi.load_dict(
-                {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0 if parallel else 1}
-            )
+            return mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": bsdf_samples})
         return mi.load_dict({"type": "path", "max_depth": -1 if depth is None else depth})
 
 
@@ -232,16 +234,18 @@ def _name(light: Light, number: int) -> str:
     return light.id if light.id and not light.id.startswith("_") else f"light-{number + 1}"
 
 
-def _parallel_irradiance(light: Light) -> float:
-    if light.kind != PARALLEL or light.strength is None:
-        return 0.0
-    return float(np.mean(light.strength))
+def _irradiance(light: Light) -> Array:
+    """Red, green and blue of a parallel light; 0 for every other kind."""
+    known = light.kind == PARALLEL and light.strength is not None
+    return np.array(light.strength) if known else np.zeros(3)
 
 
 def _is_top_view(camera: Camera, size_mm: float) -> bool:
-    """Whether the camera looks straight down, the plate fills the picture, and the picture's top is +y."""
+    """Whether the camera looks straight down, the plate fills a square picture, and its top is +y."""
     half = 0.5 * size_mm
     expected = np.array([[-half, 0.0, 0.0], [0.0, half, 0.0], [0.0, 0.0, -1.0]])
     turn = camera.to_world[:3, :3] / np.array([1.0, 1.0, np.linalg.norm(camera.to_world[:3, 2])])
     centred = np.allclose(camera.to_world[:2, 3], 0.0, atol=1e-6)
-    return camera.kind == "orthographic" and centred and np.allclose(turn, expected, atol=1e-5 * half)
+    square = camera.rows == camera.cols
+    aligned = centred and np.allclose(turn, expected, atol=1e-5 * half)
+    return camera.kind == "orthographic" and square and aligned

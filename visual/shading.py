@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from visual.lights import ParallelLights
+from visual.lights import LUMINANCE, ParallelLights
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ def shade(bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, tow
     """Evaluate a Mitsuba BSDF on faces of given slopes, with derivatives by Dr.Jit's forward mode.
 
     Args:
-        bsdf: the plate's material; of coloured ones the luminance is taken.
+        bsdf: the plate's material; of coloured radiance the luminance is taken.
         slope_x, slope_y: (faces,) dz/dx and dz/dy.
         lights: parallel lights.
         toward_camera: (3,) unit vector.
@@ -44,7 +44,9 @@ def shade(bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, tow
     toward = mi.Vector3f(
         *(mi.Float(np.repeat(lights.toward[:, a], faces).astype(np.float32)) for a in range(3))
     )
-    irradiance = mi.Float(np.repeat(lights.irradiance, faces).astype(np.float32))
+    colours = np.broadcast_to(lights.irradiance.reshape(count, -1), (count, 3))
+    strengths = (colours @ LUMINANCE)[:, None] if mi.is_monochromatic else colours
+    irradiance = [mi.Float(np.repeat(s, faces).astype(np.float32)) for s in strengths.T]
     camera = mi.Vector3f(*(float(c) for c in toward_camera))
 
     def radiance(p: Any, q: Any) -> Any:
@@ -52,7 +54,9 @@ def shade(bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, tow
         si = dr.zeros(mi.SurfaceInteraction3f, count * faces)
         si.n, si.sh_frame, si.wi = frame.n, frame, frame.to_local(camera)
         value = bsdf.eval(mi.BSDFContext(), si, frame.to_local(toward))
-        return (value[0] if mi.is_monochromatic else mi.luminance(value)) * irradiance
+        return (
+            value[0] * irradiance[0] if mi.is_monochromatic else mi.luminance(value * mi.Color3f(irradiance))
+        )
 
     results = []
     for which in (0, 1):

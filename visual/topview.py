@@ -17,7 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from visual.edges import LIFT_MM, ShadowEdges, shadow_edges
+from visual.edges import EDGE_SAMPLES, LIFT_MM, ShadowEdges, shadow_edges
 from visual.lights import ParallelLights
 from visual.rays import blocked
 from visual.relief import Relief, relief
@@ -130,7 +130,7 @@ class TopView:
         self._suns, self._ambient = suns, ambient
         self._samples = picture_samples(self._plate, resolution, strata, generator)
         self._ambient_samples = picture_samples(self._plate, resolution, ambient_strata, generator)
-        self._jitter = generator.uniform(size=(len(self._plate.edge_start), 1))
+        self._jitter = generator.uniform(size=(len(self._plate.edge_start), EDGE_SAMPLES))
 
     def evaluate(self, heights: Array, jacobian: bool = True, edges: bool = True) -> TopPictures:
         """Pictures of a relief, and their Jacobians.

@@ -68,10 +68,17 @@ def load_mitsuba(colour: bool, variant: str | None = None) -> ModuleType:
     chosen = choose_variant(colour, variant)
     import mitsuba
 
-    if mitsuba.variant() != chosen.name:
-        mitsuba.set_variant(chosen.name)
+    use(chosen.name)
     module: ModuleType = mitsuba
     return module
+
+
+def use(name: str) -> None:
+    """Set a variant that ran before, for a scene loaded in it, should another have been set since."""
+    import mitsuba
+
+    if mitsuba.variant() != name:
+        mitsuba.set_variant(name)
 
 
 def require_gradients() -> None:

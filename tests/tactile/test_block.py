@@ -91,15 +91,13 @@ def test_parities_together_are_the_whole_block() -> None:
         np.testing.assert_allclose(strain[:, rows, columns], expected_strain, atol=1e-12)
 
 
-@pytest.mark.parametrize(("nu", "approach", "allowance"), [(0.48, 0.633, 0.03), (0.495, 0.603, 0.08)])
-def test_a_flat_plate_squeezes_the_block_without_locking(
-    nu: float, approach: float, allowance: float
-) -> None:
+@pytest.mark.parametrize(("nu", "approach"), [(0.48, 0.633), (0.495, 0.603)])
+def test_a_flat_plate_squeezes_the_block_without_locking(nu: float, approach: float) -> None:
     """A 64 x 64 mesh gives these; of plain trilinear elements, 0.605 and 0.516 mm. E = 0.25 MPa, 10 N."""
     levels = depth_levels(DEPTH, THICKNESS, 0.18)
     even = quarter_responses(HALF, 8, levels, DEPTH, nu, "free")[False, False]
     stiffness = np.linalg.inv(even.displacement).sum()
-    assert 2.5 / stiffness / 0.25 == pytest.approx(approach, rel=allowance)
+    assert 2.5 / stiffness / 0.25 == pytest.approx(approach, rel=0.01)
 
 
 def test_superlu_gives_what_pardiso_gives() -> None:

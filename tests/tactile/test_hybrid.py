@@ -4,7 +4,7 @@ import pytest
 import torch
 
 from tactile import Skin, roughness
-from tactile.block import STRAIN_COMPONENTS
+from tactile.block import STRAIN_COMPONENTS, Sides, depth_levels, quarter_responses
 from tactile.contact import solve_contact
 from tactile.hybrid import HybridOperator, hybrid_operator
 from tactile.skin import lame
@@ -76,6 +76,38 @@ def test_between_sliding_sides_uniform_pressure_squeezes_uniaxially(sliding: Hyb
     expected = torch.zeros_like(strain)
     expected[STRAIN_COMPONENTS.index((2, 2))] = -1.0 / (lam + 2.0 * mu)
     torch.testing.assert_close(strain, expected, atol=1e-14, rtol=1e-12)
+
+
+@pytest.mark.parametrize("sides", ["free", "sliding"])
+def test_a_smooth_wave_moves_the_block_as_finite_elements_say(sides: Sides) -> None:
+    """Every displacement and strain component of the operator, with its sign, in the quarter x, y > 0."""
+    quarter, skin = 12, Skin()
+    samples = 2 * quarter
+    hybrid = hybrid_operator(skin, samples, SIZE, coarse=16, free_sides=sides == "free")
+    levels = depth_levels(skin.depth_mm, skin.thickness_mm, 0.2)
+    even = quarter_responses(0.5 * SIZE, quarter, levels, skin.depth_mm, skin.poisson_ratio, sides)[
+        False, False
+    ]
+
+    def wave(position: torch.Tensor) -> torch.Tensor:
+        along = torch.cos(2.0 * torch.pi * position / SIZE)
+        return along[:, None] * (0.5 + along)[None, :]
+
+    line = torch.linspace(0.0, 0.5 * SIZE, quarter + 1, dtype=torch.float64)
+    area = torch.full_like(line, (SIZE / samples))
+    area[[0, -1]] *= 0.5
+    forces = (wave(line) * area[:, None] * area[None, :]).flatten().numpy()
+    pressure = wave(centres(samples) - 0.5 * SIZE)
+
+    nodal = torch.as_tensor(even.displacement @ forces).view(1, quarter + 1, quarter + 1)
+    expected = torch.nn.functional.avg_pool2d(nodal, 2, stride=1)[0]  # from nodes to centres of elements
+    displacement = hybrid.displacement(pressure)[quarter:, quarter:]
+    assert float((displacement - expected).abs().max() / expected.abs().max()) < 0.03
+    expected = torch.as_tensor(even.strain @ forces).view(6, quarter, quarter)
+    strain = hybrid.strain(pressure)[:, quarter:, quarter:]
+    inner = slice(0, quarter - 2)  # the free side's own boundary layer is finer than either mesh
+    for component, reference in zip(strain[:, inner, inner], expected[:, inner, inner], strict=True):
+        assert float((component - reference).abs().max() / reference.abs().max()) < 0.05
 
 
 def test_lateral_strains_are_compatible(operator: HybridOperator, sliding: HybridOperator) -> None:

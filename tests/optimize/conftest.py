@@ -1,0 +1,50 @@
+"""The small case that tests of the descent share: waves of 32 x 32 samples, in the paper's studio."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import tactile
+from optimize.problem import Feel, Problem, Targets
+from tests.tactile.reliefs import SIZE, waves
+from visual.heightmap import save_heights_exr
+from visual.scene import Scene, load_scene
+
+STUDIO = Path(__file__).resolve().parents[2] / "mitsuba_scenes" / "studio.xml"
+SAMPLES = 32
+
+ProblemWith = Callable[[Targets], Problem]
+
+
+@pytest.fixture(scope="session")
+def studio() -> Path:
+    """The scene file of the paper's studio."""
+    return STUDIO
+
+
+@pytest.fixture(scope="session")
+def texture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Waves 1.2 to 4 mm long, 1.5 mm from the lowest valley to the highest peak: some throw shadows."""
+    path = tmp_path_factory.mktemp("texture") / "waves.exr"
+    save_heights_exr(path, waves(SAMPLES, 1.5).numpy())
+    return path
+
+
+@pytest.fixture(scope="session")
+def scene(texture: Path) -> Scene:
+    """The studio with the waves in it."""
+    return load_scene(STUDIO, {"resolution": str(SAMPLES)}, texture=texture)
+
+
+@pytest.fixture(scope="session")
+def problem_with(scene: Scene) -> ProblemWith:
+    """The waves with a feel to reach."""
+    return lambda targets: Problem(scene.heights, SIZE, tactile.Skin(), targets, scene)
+
+
+@pytest.fixture(scope="session")
+def original(problem_with: ProblemWith) -> Feel:
+    """What the finger gets from the waves."""
+    problem = problem_with(Targets(None, None, 0.01))
+    return problem.feel(problem.heights, gradients=False)

@@ -1,0 +1,127 @@
+"""Small scenes that the tests of pictures share: reliefs 32 samples a side over 10 mm, seen from straight above."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from visual import heightfield
+
+Array = NDArray[np.float64]
+
+SIDE = 32
+SIZE_MM = 10.0
+IRRADIANCE = 3.0
+RADIANCE = 0.3
+ALBEDO = 0.5
+
+MATTE = f'<bsdf type="diffuse"><float name="reflectance" value="{ALBEDO}"/></bsdf>'
+PLASTIC = """<bsdf type="roughplastic">
+    <float name="diffuse_reflectance" value="0.5"/><float name="alpha" value="0.3"/>
+    <boolean name="nonlinear" value="false"/>
+</bsdf>"""
+ABOVE = '<scale x="5" y="5"/><lookat origin="0, 0, 20" target="0, 0, 0" up="0, 1, 0"/>'
+
+
+def hills(relief_mm: float = 1.5, smoothness: float = 1.5, seed: int = 3) -> Array:
+    """A random relief from 0 to `relief_mm`; at 1.5 mm and 1.5 samples lights at 35 degrees cast real shadows."""
+    noise = np.random.default_rng(seed).standard_normal((SIDE, SIDE))
+    field = gaussian_filter(noise, smoothness, mode="wrap")
+    return relief_mm * (field - field.min()) / np.ptp(field)
+
+
+def waves(turns: tuple[float, float], phase: float) -> Array:
+    """A plane wave with so many periods across and down the plate."""
+    down, across = np.mgrid[:SIDE, :SIDE] / SIDE
+    return np.cos(2.0 * np.pi * (turns[0] * across + turns[1] * down) + phase)
+
+
+def toward(elevation: float, azimuth: float = 37.0) -> Array:
+    """Unit vector toward a light, angles in degrees."""
+    up, turn = np.radians((elevation, azimuth))
+    return np.array([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)])
+
+
+def sun(elevation: float, azimuth: float = 37.0, name: str = "", irradiance: float | str = IRRADIANCE) -> str:
+    """A parallel light as XML; a string of three numbers gives it colour."""
+    x, y, z = -toward(elevation, azimuth)
+    kind = "rgb" if isinstance(irradiance, str) else "float"
+    return (
+        f'<emitter type="directional"{_id(name)}><vector name="direction" x="{x:.9f}" y="{y:.9f}" z="{z:.9f}"/>'
+        f'<{kind} name="irradiance" value="{irradiance}"/></emitter>'
+    )
+
+
+def sky(radiance: float | str = RADIANCE) -> str:
+    """Ambient light as XML; a string of three numbers gives it colour."""
+    kind = "rgb" if isinstance(radiance, str) else "float"
+    return f'<emitter type="constant" id="sky"><{kind} name="radiance" value="{radiance}"/></emitter>'
+
+
+def _id(name: str) -> str:
+    return f' id="{name}"' if name else ""
+
+
+def write_scene(
+    folder: Path,
+    heights: Array,
+    lights: Sequence[str],
+    material: str = MATTE,
+    more: str = "",
+    camera: str = ABOVE,
+    kind: str = "orthographic",
+    max_depth: int = 2,
+    rows: int = SIDE,
+    cols: int = SIDE,
+    pixel_format: str = "luminance",
+) -> Path:
+    """Write `scene.xml`, and `heights.npy` that its plate shows, into a folder; returns the scene's path."""
+    np.save(folder / "heights.npy", heights)
+    path = folder / "scene.xml"
+    path.write_text(f"""<scene version="3.9.1">
+    <integrator type="path"><integer name="max_depth" value="{max_depth}"/></integrator>
+    <sensor type="{kind}">
+        <transform name="to_world">{camera}</transform>
+        <sampler type="multijitter"><integer name="sample_count" value="64"/></sampler>
+        <film type="hdrfilm">
+            <integer name="width" value="{cols}"/><integer name="height" value="{rows}"/>
+            <string name="pixel_format" value="{pixel_format}"/>
+            <string name="component_format" value="float32"/><rfilter type="box"/>
+        </film>
+    </sensor>
+    {"".join(lights)}
+    <shape type="heightfield">
+        <string name="filename" value="heights.npy"/><float name="size_mm" value="{SIZE_MM}"/>{material}
+    </shape>
+    {more}
+</scene>""")
+    return path
+
+
+FLOOR = """<shape type="rectangle">
+    <transform name="to_world"><scale x="50" y="50"/><translate z="-0.01"/></transform>
+    <bsdf type="diffuse"><float name="reflectance" value="0"/></bsdf>
+</shape>"""
+"""A black table under the plate, of two faces, as wide as five plates."""
+
+
+def plate_scene(heights: Array, floor: bool = False) -> Any:
+    """A Mitsuba scene of the plate alone, for rays."""
+    import mitsuba as mi
+
+    heightfield.register()
+    shapes = {
+        "plate": {
+            "type": "heightfield",
+            "heights": mi.TensorXf(heights.astype(np.float32)),
+            "size_mm": SIZE_MM,
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "spectrum", "value": ALBEDO}},
+        }
+    }
+    if floor:
+        below = mi.ScalarTransform4f().translate([0, 0, -0.01]).scale(50)
+        shapes = {"table": {"type": "rectangle", "to_world": below}, **shapes}
+    return mi.load_dict({"type": "scene", **shapes})
