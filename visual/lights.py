@@ -39,7 +39,7 @@ class ParallelLights:
 def ambient_lights(
     radiance: ArrayLike, count: int, generator: np.random.Generator | None = None
 ) -> ParallelLights:
-    """Ambient light of constant radiance as parallel lights spread over the sky, 2 pi (1 - LOWEST) L / K each.
+    """Ambient light of constant radiance as parallel lights all over the sky, 2 pi (1 - LOWEST) L / K each.
 
     A golden-angle spiral, uniform in solid angle; with a generator the spiral is turned and shifted at
     random, which makes the quadrature unbiased when directions are drawn anew at every step.

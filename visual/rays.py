@@ -35,7 +35,7 @@ def blocked(scene: Any, origins: Array, directions: Array) -> NDArray[np.bool_]:
 
 
 def first_hits(scene: Any, origins: Array, directions: Array) -> tuple[NDArray[np.int64], Array]:
-    """Face of the plate that each ray meets first (-1: nothing, or another shape) and distance in mm, (rays,).
+    """Face of the plate that each ray meets first (-1: nothing or another shape) and distance in mm, (rays,).
 
     The scene may hold further shapes, whose faces are numbered from 0 too.
     """

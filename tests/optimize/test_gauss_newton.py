@@ -29,9 +29,9 @@ def rougher(original: Feel, jnd: float) -> Targets:
     return Targets(tactile.jnd_scaled(original.roughness, jnd), None, TOLERANCE)
 
 
-def walk(problem: Problem) -> Descent:
+def walk(problem: Problem, steps: int = STEPS) -> Descent:
     way = GaussNewton(problem)
-    return descend(way, problem.targets, way.begin(0, problem.heights, {}), STEPS)
+    return descend(way, problem.targets, way.begin(0, problem.heights, {}), steps)
 
 
 def change_of_look(problem: Problem, heights: np.ndarray) -> float:
@@ -59,8 +59,9 @@ def test_roughness_is_reached_with_less_change_of_look_than_by_scaling(
 
 @pytest.mark.parametrize("factor", [0.8, 1.15])
 def test_contact_area_alone_is_reached(problem_with: ProblemWith, original: Feel, factor: float) -> None:
+    """In more steps: the area falls steeply with the gap, so that its slope holds for short steps only."""
     problem = problem_with(Targets(None, factor * original.contact_area_mm2, TOLERANCE))
-    descent = walk(problem)
+    descent = walk(problem, steps=2 * STEPS)
     assert descent.reason.met
     touch = measure_touch(problem, descent.best.heights, "layer")
     assert touch.contact_area_mm2 == pytest.approx(problem.targets.contact_area_mm2, rel=TOLERANCE)

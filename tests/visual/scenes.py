@@ -1,4 +1,4 @@
-"""Small scenes that the tests of pictures share: reliefs 32 samples a side over 10 mm, seen from straight above."""
+"""Small scenes that the tests of pictures share: 32 samples a side over 10 mm, seen from straight above."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -27,7 +27,7 @@ ABOVE = '<scale x="5" y="5"/><lookat origin="0, 0, 20" target="0, 0, 0" up="0, 1
 
 
 def hills(relief_mm: float = 1.5, smoothness: float = 1.5, seed: int = 3) -> Array:
-    """A random relief from 0 to `relief_mm`; at 1.5 mm and 1.5 samples lights at 35 degrees cast real shadows."""
+    """A random relief from 0 to `relief_mm`; as it comes it has real shadows under lights at 35 degrees."""
     noise = np.random.default_rng(seed).standard_normal((SIDE, SIDE))
     field = gaussian_filter(noise, smoothness, mode="wrap")
     return relief_mm * (field - field.min()) / np.ptp(field)
@@ -50,7 +50,8 @@ def sun(elevation: float, azimuth: float = 37.0, name: str = "", irradiance: flo
     x, y, z = -toward(elevation, azimuth)
     kind = "rgb" if isinstance(irradiance, str) else "float"
     return (
-        f'<emitter type="directional"{_id(name)}><vector name="direction" x="{x:.9f}" y="{y:.9f}" z="{z:.9f}"/>'
+        f'<emitter type="directional"{_id(name)}>'
+        f'<vector name="direction" x="{x:.9f}" y="{y:.9f}" z="{z:.9f}"/>'
         f'<{kind} name="irradiance" value="{irradiance}"/></emitter>'
     )
 

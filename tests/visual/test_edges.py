@@ -32,7 +32,7 @@ def found(heights: Array, *directions: Array, samples_per_edge: int = 1, floor: 
     lights = ParallelLights(np.stack(directions), np.ones(len(directions)))
     count = len(plate().edge_start)
     jitter = np.random.default_rng(0).uniform(size=(count, samples_per_edge))
-    return shadow_edges(plate_scene(heights, floor), plate(), heights, lights, jitter, samples_per_edge)
+    return shadow_edges(plate_scene(heights, floor), plate(), heights, lights, jitter)
 
 
 @pytest.mark.parametrize("elevation", [20, 35, 60])

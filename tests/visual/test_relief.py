@@ -39,7 +39,7 @@ def on_line(plate: Relief, edges: Index, x: float) -> Index:
 def inner_faces(plate: Relief) -> NDArray[np.bool_]:
     limit = 0.5 * (SIZE_MM - PITCH) + 1e-9
     inside = (np.abs(plate.x) <= limit) & (np.abs(plate.y) <= limit)
-    return inside[plate.faces].all(axis=1)
+    return np.asarray(inside[plate.faces].all(axis=1))
 
 
 def test_a_plane_has_its_slopes_everywhere_but_in_the_border_strip(plate: Relief) -> None:

@@ -56,8 +56,8 @@ def test_derivatives_by_slope_are_those_of_finite_differences(
     shading = shade(bsdf, *slopes, lights, UP)
     for axis, derivative in enumerate((shading.by_slope_x, shading.by_slope_y)):
         there, back = (
-            shade(bsdf, *(s + sign * step * (i == axis) for i, s in enumerate(slopes)), lights, UP).radiance
-            for sign in (1, -1)
+            shade(bsdf, slopes[0] + move * (axis == 0), slopes[1] + move * (axis == 1), lights, UP).radiance
+            for move in (step, -step)
         )
         expected = (there - back) / (2 * step)
         wrong = np.abs(derivative - expected)[clear_of_terminator]
