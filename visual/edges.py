@@ -65,8 +65,8 @@ def shadow_edges(
         scene: a Mitsuba scene that holds the plate at `heights`.
         heights: (rows, cols) mm.
         lights: parallel lights.
-        jitter: (edges, samples) in [0, 1): stratified positions along each edge, fixed, so that pictures of two
-            reliefs differ by geometry alone.
+        jitter: (edges, samples) in [0, 1): stratified positions along each edge, fixed, so that pictures of
+            two reliefs differ by geometry alone.
     """
     per_edge = jitter.shape[1]
     slope_x, slope_y = plate.slopes(heights)

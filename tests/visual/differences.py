@@ -1,4 +1,4 @@
-"""How pictures change with heights, measured by rendering twice: what gradients are compared with."""
+"""How noisy pictures differ, and how they change with heights, measured: what gradients are compared with."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -23,6 +23,21 @@ ADJOINTS = (
     1.0 + waves((0, 2), 2.0 - np.pi / 2),
 )
 """Smooth weights of the pixels: each makes a number of a picture."""
+
+
+def differ_by_noise(one: Sequence[Array], other: Sequence[Array]) -> bool:
+    """Whether two sets of as many pictures, each with seeds of its own, have one mean but for their noise.
+
+    True if the mean over the pixels of the square of Student's t is its expectation, or up to 20 % more.
+    """
+    seeds = len(one)
+    assert len(other) == seeds
+    rounding = 1e-5 * np.mean(one)
+    variance = (np.var(one, axis=0, ddof=1) + np.var(other, axis=0, ddof=1)) / seeds + rounding**2
+    squares = (np.mean(one, axis=0) - np.mean(other, axis=0)) ** 2 / variance
+    freedom = seeds - 1
+    return bool(squares.mean() < 1.2 * freedom / (freedom - 2))
+
 
 Picture = Callable[[Array, int], Array]
 """A picture (rows, cols) of heights (rows, cols) with a seed."""

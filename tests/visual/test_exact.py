@@ -1,8 +1,6 @@
 """Pictures by Mitsuba as a function of torch tensors: their gradients, and what these must leave alone."""
 
 from collections.abc import Callable
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -11,21 +9,13 @@ from scipy.ndimage import gaussian_filter
 from torch import Tensor
 
 from tests.visual.differences import ADJOINTS, by_gradients, measured
-from tests.visual.scenes import MATTE, PLASTIC, SIDE, Array, hills, sky, sun, write_scene
-from visual.scene import Scene, load_scene
-
-
-@pytest.fixture
-def scene_of(mi: ModuleType, tmp_path: Path) -> Callable[..., Scene]:
-    def make(heights: Array, *lights: str, material: str = MATTE) -> Scene:
-        return load_scene(write_scene(tmp_path, heights, lights, material))
-
-    return make
+from tests.visual.scenes import PLASTIC, SIDE, Array, sky, sun
+from visual.scene import Scene
 
 
 @pytest.fixture
 def scene(scene_of: Callable[..., Scene]) -> Scene:
-    return scene_of(hills(), sun(35), sun(40, 200), sky())
+    return scene_of(sun(35), sun(40, 200), sky())
 
 
 def leaf(heights: Array, dtype: torch.dtype = torch.float64) -> Tensor:
@@ -56,7 +46,7 @@ def cosine(one: Array, other: Array) -> float:
 def test_the_gradient_is_that_of_the_explicit_jacobian(
     scene_of: Callable[..., Scene], lights: tuple[str, ...]
 ) -> None:
-    scene, seeds = scene_of(hills(), *lights, material=PLASTIC), range(3)
+    scene, seeds = scene_of(*lights, material=PLASTIC), range(3)
     weights = np.stack([ADJOINTS[0], ADJOINTS[1]])
     by_mitsuba = np.mean([gradient(scene, weights, seed) for seed in seeds], axis=0)
     explicit = np.zeros(SIDE * SIDE)
@@ -68,7 +58,7 @@ def test_the_gradient_is_that_of_the_explicit_jacobian(
 
 
 def test_without_edges_the_gradient_is_that_of_the_jacobian_without(scene_of: Callable[..., Scene]) -> None:
-    scene = scene_of(hills(), sun(25))
+    scene = scene_of(sun(25))
     by_mitsuba, with_edges = (gradient(scene, ADJOINTS[0][None], shadow_edges=e) for e in (False, True))
     jacobian = scene.top_view().evaluate(scene.heights, edges=False).jacobians[0]
     explicit = (jacobian.T @ ADJOINTS[0].ravel()).reshape(SIDE, SIDE)
@@ -93,7 +83,7 @@ def test_the_gradient_is_that_of_the_pictures(
     allowed: float,
     noise: float,
 ) -> None:
-    scene = scene_of(hills(), light)
+    scene = scene_of(light)
     truth = measured(
         lambda h, seed: scene.render(h, samples=samples, seed=seed).numpy()[0], scene.heights, step_mm, 3
     )
@@ -160,7 +150,7 @@ def test_pictures_and_gradients_have_the_type_of_the_heights(scene: Scene) -> No
 def test_a_flat_plate_has_a_gradient_without_shadow_edges(
     scene_of: Callable[..., Scene], lights: tuple[str, ...]
 ) -> None:
-    scene = scene_of(np.full((SIDE, SIDE), 0.5), *lights)
+    scene = scene_of(*lights, heights=np.full((SIDE, SIDE), 0.5))
     found = [gradient(scene, ADJOINTS[0], shadow_edges=edges) for edges in (True, False)]
     assert np.isfinite(found[0]).all()
     assert_same(*found)
