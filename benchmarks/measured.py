@@ -85,7 +85,7 @@ def _touch() -> str:
             ("smoothness px", "relief mm", "float32", "float64", "contact fraction"),
             [list(s.values()) for s in touch["steps"]],
         ),
-        "\nV by the coarse mesh of the free-sides correction, against 48 elements a side, over the same reliefs:\n",
+        "\nV by the coarse mesh of the free-sides correction, against 48 elements a side, same reliefs:\n",
         table(
             ("elements a side", "median off %", "worst off %"), [list(c.values()) for c in touch["coarse"]]
         ),

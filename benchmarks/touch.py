@@ -2,8 +2,8 @@
 
     python -m benchmarks.touch
 
-Reliefs: random fields from fine to coarse and from 0.1 to 3 mm high, 128 x 128. Medians of several repeats, on
-one thread and on all.
+Reliefs: random fields from fine to coarse and from 0.1 to 3 mm high, 128 x 128. Medians of several repeats,
+on one thread and on all.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Each step minimises over the change x of the heights
 
     1/2 sum over conditions of |d + J x|²_W + mu x'(I + 10 L) x + beta |Laplacian(h + x - h0)|²
-    subject to g'x = the way to the target, at most 6 % at once
+    subject to g'x = the way to the target, at most 10 % at once
 
 with d the picture difference, J its explicit sparse Jacobian (shadow edges included), W = I + w2 D'D, L the
 graph Laplacian, g the gradients of the targets. One sparse factorisation, one more right-hand side for each
@@ -36,11 +36,37 @@ LARGEST_STEP_MM = 0.2
 REFINEMENT, STRATA = 2, 2
 """Pictures of a step have twice the film's resolution (waves of two pixels show there) and 2 x 2 samples a
 pixel: as many rays as 4 x 4 at the film's own, a sparser system to solve, and a look that holds at both."""
-LARGEST_SHARE = 0.06
+LARGEST_SHARE, LEAST_SHARE = 0.1, 0.002
 """Of a target's current value, by one step."""
 MISSED, HIT = 0.5, 0.25
 """Damping grows when targets miss the prediction by the first share of the step, falls within the second."""
+REFUSED, ATTEMPTS = 0.75, 4
+"""A step that misses its prediction by more than this share is tried again, shorter, so many times in all."""
 LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e4
+
+
+class Trust(NamedTuple):
+    """How far a step is trusted: the damping mu of its shape, the share of a target that it may change."""
+
+    damping: float
+    share: float
+
+    def after(self, miss: float) -> Trust:
+        """What the next step is trusted with, by the miss of this one's prediction as a share of its length."""
+        damping = self.damping * (4.0 if miss > MISSED else 0.5 if miss < HIT else 1.0)
+        share = self.share * (0.5 if miss > MISSED else 1.5 if miss < HIT else 1.0)
+        return Trust(
+            float(np.clip(damping, LEAST_DAMPING, MOST_DAMPING)),
+            float(np.clip(share, LEAST_SHARE, LARGEST_SHARE)),
+        )
+
+
+class _System(NamedTuple):
+    """Least squares of the look: (matrix + mu damping) x = load."""
+
+    matrix: sp.csr_matrix
+    damping: sp.csr_matrix
+    load: Array
 
 
 class _Standing(NamedTuple):
@@ -53,7 +79,7 @@ class _Standing(NamedTuple):
 class GaussNewton:
     """The way down of this module; see `optimize.loop.WayDown`."""
 
-    patience: int | None = 3
+    patience: int | None = 2
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
@@ -67,35 +93,35 @@ class GaussNewton:
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """Stand at a relief; `memory` of an earlier part of the same descent may be empty."""
-        damping = memory["damping"].item() if "damping" in memory else DAMPING
-        return self._stand(step, heights, memory.get("pressure"), damping)
+        trust = Trust(*memory["trust"]) if "trust" in memory else Trust(DAMPING, LARGEST_SHARE)
+        return self._stand(step, heights, self._problem.feel(heights, memory.get("pressure")), trust)
 
     def advance(self, iterate: Iterate) -> Iterate:
-        """One step."""
+        """One step: shorter ones are tried until the targets answer about as predicted."""
         assert self._standing is not None
         problem, (look, feel) = self._problem, self._standing
-        damping = iterate.memory["damping"].item()
+        trust = Trust(*iterate.memory["trust"])
         values, goals = _targets(problem, feel)
-        wanted = np.clip(goals - values, -LARGEST_SHARE * np.abs(values), LARGEST_SHARE * np.abs(values))
-        change = self._solve(iterate.heights, look, feel.gradients, wanted, damping)
-        change *= min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
-        moved = iterate.heights + change.reshape(iterate.heights.shape)
-        # Neither eye nor finger knows the plate's own height: it stays where it was, if there is room.
-        heights = within_limits(moved - (moved - problem.heights).mean())
-        predicted = values + feel.gradients @ change
-        following = self._stand(iterate.step + 1, heights, feel.pressure, damping)
-        reached, _ = _targets(problem, self._standing.feel)
-        # A step that has almost arrived is judged by the tolerance, not by its own small length.
-        reach = np.maximum(np.abs(wanted), problem.targets.tolerance * np.abs(goals))
-        miss = float(np.max(np.abs(reached - predicted) / reach))
-        factor = 4.0 if miss > MISSED else 0.5 if miss < HIT else 1.0
-        damping = float(np.clip(damping * factor, LEAST_DAMPING, MOST_DAMPING))
-        following.memory["damping"] = np.array(damping)
-        return following
+        system = self._system(iterate.heights, look)
+        for attempt in range(ATTEMPTS):
+            wanted = np.clip(goals - values, -trust.share * np.abs(values), trust.share * np.abs(values))
+            change = _constrained(system, trust.damping, feel.gradients, wanted)
+            change *= min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
+            moved = iterate.heights + change.reshape(iterate.heights.shape)
+            # Neither eye nor finger knows the plate's own height: it stays where it was, if there is room.
+            heights = within_limits(moved - (moved - problem.heights).mean())
+            felt = problem.feel(heights, feel.pressure)
+            # A step that has almost arrived is judged by the tolerance, not by its own small length.
+            reach = np.maximum(np.abs(wanted), problem.targets.tolerance * np.abs(goals))
+            off = _targets(problem, felt)[0] - (values + feel.gradients @ change)
+            miss = float(np.max(np.abs(off) / reach))
+            trust = trust.after(miss)
+            if miss <= REFUSED or attempt == ATTEMPTS - 1:
+                break
+        return self._stand(iterate.step + 1, heights, felt, trust)
 
-    def _stand(self, step: int, heights: Array, pressure: Array | None, damping: float) -> Iterate:
+    def _stand(self, step: int, heights: Array, feel: Feel, trust: Trust) -> Iterate:
         look = self._view.evaluate(heights, edges=self._problem.shadow_edges)
-        feel = self._problem.feel(heights, pressure)
         self._standing = _Standing(look, feel)
         difference = look.pictures * self._unit - self._target
         mean = 100.0 / self._target.mean()
@@ -107,29 +133,33 @@ class GaussNewton:
             feel.contact_fraction,
             mean * float(np.abs(difference).mean()),
             mean * float(np.sqrt(np.square(difference).mean())),
-            {"damping": np.array(damping), "pressure": feel.pressure},
+            {"trust": np.array(trust), "pressure": feel.pressure},
         )
 
-    def _solve(
-        self, heights: Array, look: TopPictures, gradients: Array, wanted: Array, damping: float
-    ) -> Array:
+    def _system(self, heights: Array, look: TopPictures) -> _System:
+        """The least squares of the look, undamped, and the matrix of the damping."""
         problem, shape = self._problem, heights.shape
         weight = _picture_weight(look.pictures.shape[1], problem.regularisation)
         laplacian = _laplacian(shape)
-        identity = sp.identity(heights.size, format="csr")
         bend = ROUGHENING * (laplacian.T @ laplacian)
-        matrix = 2.0 * damping * (identity + SMOOTHING * laplacian) + 2.0 * bend
+        matrix = 2.0 * bend
         load = -2.0 * (bend @ (heights - problem.heights).ravel())
         for jacobian, picture, target in zip(look.jacobians, look.pictures, self._target, strict=True):
             scaled = jacobian * self._unit
             weighted = weight @ scaled
             matrix = matrix + self._look_weight * (scaled.T @ weighted)
             load -= self._look_weight * (weighted.T @ (picture * self._unit - target).ravel())
-        solved = factorised(matrix)(np.column_stack((load, gradients.T)))
-        free, pulls = solved[:, 0], solved[:, 1:]
-        # Least squares, because a target that no height changes (full contact) has no gradient to pull along.
-        forces = np.linalg.lstsq(gradients @ pulls, wanted - gradients @ free)[0]
-        return free + pulls @ forces
+        damping = 2.0 * (sp.identity(heights.size, format="csr") + SMOOTHING * laplacian)
+        return _System(matrix, damping, load)
+
+
+def _constrained(system: _System, damping: float, gradients: Array, wanted: Array) -> Array:
+    """The least-squares step that changes the targets as wanted, to first order."""
+    solved = factorised(system.matrix + damping * system.damping)(np.column_stack((system.load, gradients.T)))
+    free, pulls = solved[:, 0], solved[:, 1:]
+    # Least squares, because a target that no height changes (full contact) has no gradient to pull along.
+    forces = np.linalg.lstsq(gradients @ pulls, wanted - gradients @ free)[0]
+    return np.asarray(free + pulls @ forces)
 
 
 def _targets(problem: Problem, feel: Feel) -> tuple[Array, Array]:

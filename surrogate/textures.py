@@ -32,11 +32,13 @@ class Source:
     left: int
     relief_mm: float
     """Height of white above black that suits the texture."""
+    dark_is_high: bool = False
+    """Bricks are darker than the mortar between them, and stand out from it."""
 
 
 SOURCES = {
     "gravel": Source("gravel", top=128, left=128, relief_mm=1.2),
-    "brick": Source("brick", top=128, left=128, relief_mm=1.0),
+    "brick": Source("brick", top=128, left=128, relief_mm=1.0, dark_is_high=True),
     "grass": Source("grass", top=128, left=128, relief_mm=1.0),
 }
 
@@ -64,7 +66,8 @@ def make(name: str) -> NDArray[np.uint16]:
     across = SIDE * SHRINK
     photograph = getattr(skimage.data, source.photograph)()
     crop = photograph[source.top : source.top + across, source.left : source.left + across]
-    return np.rint(relief_from_photograph(crop) * 65535).astype(np.uint16)
+    relief = relief_from_photograph(crop)
+    return np.rint((1.0 - relief if source.dark_is_high else relief) * 65535).astype(np.uint16)
 
 
 def write_all(folder: Path = FOLDER) -> list[Path]:

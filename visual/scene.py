@@ -135,6 +135,8 @@ class Scene:
             ambient,
             seed,
             strata,
+            # Many directions share a pixel's samples: each needs fewer.
+            max(1, strata // 2),
         )
 
     def check_size(self, size_mm: float | None) -> None:
