@@ -14,10 +14,42 @@ from benchmarks.common import load, table
 DOC = Path("docs/measured.md")
 
 
+README = Path("README.md")
+TABLE = (
+    "<!-- table of measured results, made by python -m benchmarks.measured -->\n",
+    "<!-- end of the table -->",
+)
+
+
 def main() -> None:
+    readme = README.read_text(encoding="utf-8")
+    start, rest = readme.split(TABLE[0], 1)
+    README.write_text(start + TABLE[0] + _summary() + TABLE[1] + rest.split(TABLE[1], 1)[1], encoding="utf-8")
     parts = ["# What was measured, and how?\n", _machine(), _runs(), _gradients(), _touch()]
     DOC.write_text("\n".join(parts), encoding="utf-8")
     print(DOC)
+
+
+def _summary() -> str:
+    """One row for each texture and target: what a reader wants to know first."""
+    rows, lines = load("runs")["rows"], []
+    for case in dict.fromkeys(key.split(", ", 1)[0] for key in rows):
+        line: list[Any] = [case.replace("+", " +").replace("-", " -") + " JND"]
+        for way in ("linear scaling", "gauss-newton, no edges", "gauss-newton"):
+            row = rows.get(f"{case}, {way}", {})
+            change = row.get("pictures", {}).get("128")
+            line.append(
+                row.get("reason")
+                if change is None
+                else f"{change['mean_percent_of_mean']:.1f} / {change['rms_percent_of_mean']:.1f}"
+            )
+        ours = rows[f"{case}, gauss-newton"]
+        lines.append([*line, f"{abs(ours['miss_percent']):.2f}", f"{ours['seconds']:.0f}"])
+    head = (
+        *("texture and target", "scaled in height", "without shadow edges", "Retouch"),
+        *("off target, %", "seconds"),
+    )
+    return table(head, lines) + "\n"
 
 
 def _machine() -> str:

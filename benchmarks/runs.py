@@ -51,26 +51,30 @@ def main() -> None:
     results = load("runs") or {"rows": {}}
     results["machine"] = machine()
     for texture, relief_mm in RELIEFS.items():
-        for jnd in TARGETS:
-            case = f"{texture}{jnd:+d}"
-            if arguments.cases and case not in arguments.cases:
-                continue
-            scene = load_scene(
-                "mitsuba_scenes/studio.xml",
-                texture=f"mitsuba_scenes/textures/{texture}.png",
-                relief_mm=relief_mm,
-            )
-            for way in arguments.ways:
-                key = f"{case}, {way}"
-                if arguments.again or key not in results["rows"]:
-                    results["rows"][key] = measure(scene, way, jnd)
-                    save("runs", results)
-                    print(key, results["rows"][key], flush=True)
+        wanted = [
+            (f"{texture}{jnd:+d}", way, jnd)
+            for jnd in TARGETS
+            for way in arguments.ways
+            if (not arguments.cases or f"{texture}{jnd:+d}" in arguments.cases)
+            and (arguments.again or f"{texture}{jnd:+d}, {way}" not in results["rows"])
+        ]
+        if not wanted:
+            continue
+        scene = load_scene(
+            "mitsuba_scenes/studio.xml", texture=f"mitsuba_scenes/textures/{texture}.png", relief_mm=relief_mm
+        )
+        before, again = (_pictures(scene, scene.heights, seed) for seed in (0, 1))
+        for case, way, jnd in wanted:
+            results["rows"][f"{case}, {way}"] = measure(scene, before, again, way, jnd)
+            save("runs", results)
+            print(case, way, results["rows"][f"{case}, {way}"], flush=True)
     print(as_table(results["rows"]))
 
 
-def measure(scene: Scene, way: str, jnd: float) -> dict[str, Any]:
-    """One case."""
+def measure(
+    scene: Scene, before: dict[int, Array], again: dict[int, Array], way: str, jnd: float
+) -> dict[str, Any]:
+    """One case; `before` and `again` are the original's pictures by two seeds."""
     skin, size_mm, original = tactile.Skin(), scene.size_mm, scene.heights
     roughness = _feel(original, size_mm, skin)["roughness"]
     wanted = tactile.jnd_scaled(roughness, jnd)
@@ -92,6 +96,7 @@ def measure(scene: Scene, way: str, jnd: float) -> dict[str, Any]:
         heights, steps, reason = descent.best.heights, descent.last.step, descent.reason.name.lower()
     seconds = time.perf_counter() - began
     feel = _feel(heights, size_mm, skin)
+    after = _pictures(scene, heights)
     return {
         "reason": reason,
         "steps": steps,
@@ -101,7 +106,7 @@ def measure(scene: Scene, way: str, jnd: float) -> dict[str, Any]:
         "miss_percent": 100.0 * (feel["roughness"] / wanted - 1.0),
         "min_mm": float(heights.min()),
         "max_mm": float(heights.max()),
-        "pictures": {str(r): _change(scene, original, heights, r) for r in RESOLUTIONS},
+        "pictures": {str(r): _change(before[r], after[r], again[r], scene.white) for r in RESOLUTIONS},
     }
 
 
@@ -114,21 +119,24 @@ def _feel(heights: Array, size_mm: float, skin: tactile.Skin) -> dict[str, float
     }
 
 
-def _change(scene: Scene, before: Array, after: Array, resolution: int) -> dict[str, float]:
+def _pictures(scene: Scene, heights: Array, seed: int = 0) -> dict[int, Array]:
+    """Converged pictures at every resolution."""
+    return {
+        r: np.asarray(scene.render(heights, samples=SAMPLES, seed=seed, resolution=r).numpy())
+        for r in RESOLUTIONS
+    }
+
+
+def _change(before: Array, after: Array, again: Array, white: float) -> dict[str, float]:
     """Mean and root mean square of the picture change, in % of the mean picture and of white."""
-
-    def picture(heights: Array, seed: int) -> Array:
-        return np.asarray(scene.render(heights, samples=SAMPLES, seed=seed, resolution=resolution).numpy())
-
-    one, other, again = picture(before, 0), picture(after, 0), picture(before, 1)
-    mean, rms = np.abs(other - one).mean(), np.sqrt(np.square(other - one).mean())
-    level = one.mean()
+    mean, rms = np.abs(after - before).mean(), np.sqrt(np.square(after - before).mean())
+    level = before.mean()
     return {
         "mean_percent_of_mean": float(100.0 * mean / level),
         "rms_percent_of_mean": float(100.0 * rms / level),
-        "mean_percent_of_white": float(100.0 * mean / scene.white),
-        "rms_percent_of_white": float(100.0 * rms / scene.white),
-        "noise_percent_of_mean": float(100.0 * np.abs(again - one).mean() / level),
+        "mean_percent_of_white": float(100.0 * mean / white),
+        "rms_percent_of_white": float(100.0 * rms / white),
+        "noise_percent_of_mean": float(100.0 * np.abs(again - before).mean() / level),
     }
 
 

@@ -52,7 +52,7 @@ class Trust(NamedTuple):
     share: float
 
     def after(self, miss: float) -> Trust:
-        """What the next step is trusted with, by the miss of this one's prediction as a share of its length."""
+        """What the next step is trusted with, by the share of its length that this one's outcome missed."""
         damping = self.damping * (4.0 if miss > MISSED else 0.5 if miss < HIT else 1.0)
         share = self.share * (0.5 if miss > MISSED else 1.5 if miss < HIT else 1.0)
         return Trust(
