@@ -43,21 +43,36 @@ MISSED, HIT = 0.5, 0.25
 REFUSED, ATTEMPTS = 0.75, 4
 """A step that misses its prediction by more than this share is tried again, shorter, so many times in all."""
 LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e4
+GAP_WEIGHT_PER_MM = 20.0
+"""Of the contact area whose gradient gives a step its direction. At the paper's 80 a slope holds over 0.01 mm
+only; the softer area looks further, and a gain learnt from the steps makes up for its other size."""
+LARGEST_LESSON = 3.0
+"""Factor by which one step may change that gain."""
 
 
 class Trust(NamedTuple):
-    """How far a step is trusted: the damping mu of its shape, the share of a target that it may change."""
+    """How far a step is trusted: the damping mu of its shape, the share of a target that it may change.
+
+    `area_gain`: contact area changes by so many times what its softer gradient says.
+    """
 
     damping: float
     share: float
+    area_gain: float = 1.0
 
-    def after(self, miss: float) -> Trust:
-        """What the next step is trusted with, by the share of its length that this one's outcome missed."""
+    def after(self, miss: float, lesson: float) -> Trust:
+        """What the next step is trusted with.
+
+        Args:
+            miss: of this one's prediction, as a share of its length.
+            lesson: change of contact area over its prediction.
+        """
         damping = self.damping * (4.0 if miss > MISSED else 0.5 if miss < HIT else 1.0)
         share = self.share * (0.5 if miss > MISSED else 1.5 if miss < HIT else 1.0)
         return Trust(
             float(np.clip(damping, LEAST_DAMPING, MOST_DAMPING)),
             float(np.clip(share, LEAST_SHARE, LARGEST_SHARE)),
+            self.area_gain * float(np.clip(lesson, 1.0 / LARGEST_LESSON, LARGEST_LESSON)),
         )
 
 
@@ -94,7 +109,7 @@ class GaussNewton:
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """Stand at a relief; `memory` of an earlier part of the same descent may be empty."""
         trust = Trust(*memory["trust"]) if "trust" in memory else Trust(DAMPING, LARGEST_SHARE)
-        return self._stand(step, heights, self._problem.feel(heights, memory.get("pressure")), trust)
+        return self._stand(step, heights, self._feel(heights, memory.get("pressure")), trust)
 
     def advance(self, iterate: Iterate) -> Iterate:
         """One step: shorter ones are tried until the targets answer about as predicted."""
@@ -105,20 +120,28 @@ class GaussNewton:
         system = self._system(iterate.heights, look)
         for attempt in range(ATTEMPTS):
             wanted = np.clip(goals - values, -trust.share * np.abs(values), trust.share * np.abs(values))
-            change = _constrained(system, trust.damping, feel.gradients, wanted)
+            gradients = feel.gradients.copy()
+            if problem.targets.contact_area_mm2 is not None:
+                gradients[-1] *= trust.area_gain
+            change = _constrained(system, trust.damping, gradients, wanted)
             change *= min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
             moved = iterate.heights + change.reshape(iterate.heights.shape)
             # Neither eye nor finger knows the plate's own height: it stays where it was, if there is room.
             heights = within_limits(moved - (moved - problem.heights).mean())
-            felt = problem.feel(heights, feel.pressure)
+            felt = self._feel(heights, feel.pressure)
+            predicted = gradients @ change
             # A step that has almost arrived is judged by the tolerance, not by its own small length.
             reach = np.maximum(np.abs(wanted), problem.targets.tolerance * np.abs(goals))
-            off = _targets(problem, felt)[0] - (values + feel.gradients @ change)
-            miss = float(np.max(np.abs(off) / reach))
-            trust = trust.after(miss)
+            happened = _targets(problem, felt)[0] - values
+            miss = float(np.max(np.abs(happened - predicted) / reach))
+            telling = problem.targets.contact_area_mm2 is not None and abs(predicted[-1]) > 0.5 * reach[-1]
+            trust = trust.after(miss, float(happened[-1] / predicted[-1]) if telling else 1.0)
             if miss <= REFUSED or attempt == ATTEMPTS - 1:
                 break
         return self._stand(iterate.step + 1, heights, felt, trust)
+
+    def _feel(self, heights: Array, start: Array | None) -> Feel:
+        return self._problem.feel(heights, start, gap_weight=GAP_WEIGHT_PER_MM)
 
     def _stand(self, step: int, heights: Array, feel: Feel, trust: Trust) -> Iterate:
         look = self._view.evaluate(heights, edges=self._problem.shadow_edges)

@@ -9,6 +9,7 @@ import torch
 from numpy.typing import NDArray
 
 import tactile
+from tactile.area import GAP_WEIGHT_PER_MM
 from visual.scene import Scene
 
 Array = NDArray[np.float64]
@@ -94,34 +95,40 @@ class Problem:
         model = tactile.layer_model(self.skin, self.heights.shape[0], self.size_mm, torch.float64)
         object.__setattr__(self, "model", model)
 
-    def feel(self, heights: Array, start: Array | None = None, gradients: bool = True) -> Feel:
+    def feel(
+        self,
+        heights: Array,
+        start: Array | None = None,
+        gradients: bool = True,
+        gap_weight: float = GAP_WEIGHT_PER_MM,
+    ) -> Feel:
         """Press on a relief.
 
         Args:
             heights: (rows, cols) mm.
             start: pressures (MPa) of a similar relief, to start from.
             gradients: whether those of the targets are wanted.
+            gap_weight: 1/mm, of the contact area whose gradient is given; its value is the paper's.
         """
         field_ = torch.as_tensor(heights).clone().requires_grad_(gradients)
         touch = self.model.press(field_, None if start is None else torch.as_tensor(start))
         asked = []
-        roughness, area = None, None
+        roughness = None
         if self.targets.roughness is not None:
             roughness = tactile.roughness(touch.strain, self.size_mm)
             asked.append(roughness)
         if self.targets.contact_area_mm2 is not None:
-            area = tactile.contact_area(touch.gap, self.size_mm)
-            asked.append(area)
+            asked.append(tactile.contact_area(touch.gap, self.size_mm, gap_weight))
         rows = []
         if gradients:
             rows = [torch.autograd.grad(a, field_, retain_graph=True)[0].numpy().ravel() for a in asked]
         with torch.no_grad():
             strain, gap = touch.strain.detach(), touch.gap.detach()
             roughness = tactile.roughness(strain, self.size_mm) if roughness is None else roughness
-            area = tactile.contact_area(gap, self.size_mm) if area is None else area
+            area = tactile.contact_area(gap, self.size_mm)
         return Feel(
             float(roughness.detach()),
-            float(area.detach()),
+            float(area),
             float(touch.contact_fraction),
             strain.numpy(),
             touch.pressure.detach().numpy(),

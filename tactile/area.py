@@ -8,13 +8,14 @@ GAP_WEIGHT_PER_MM = 80.0
 """A gap of 0.0125 mm counts half (paper equation 3)."""
 
 
-def contact_area(gap: Tensor, size_mm: float = 10.0) -> Tensor:
+def contact_area(gap: Tensor, size_mm: float = 10.0, gap_weight: float = GAP_WEIGHT_PER_MM) -> Tensor:
     """A = sum over pixels of p² / (1 + 80 g), in mm² (paper equation 3).
 
     Args:
         gap: (..., n, n) distance between deformed skin and texture, mm; tiny negative values of an iterative
             solution count as contact.
         size_mm: side of the patch.
+        gap_weight: 1/mm; the paper's unless a descent wants a slope that reaches further.
     """
-    weight = 1.0 / (1.0 + GAP_WEIGHT_PER_MM * gap.clamp_min(0.0))
+    weight = 1.0 / (1.0 + gap_weight * gap.clamp_min(0.0))
     return weight.mean((-2, -1)) * size_mm**2
