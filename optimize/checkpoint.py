@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,8 @@ from safetensors.numpy import save
 
 from optimize.export import write_atomically
 from optimize.loop import Iterate
+from optimize.problem import Targets
+from optimize.rounds import Course, Round
 from visual.errors import InputError
 
 Array = NDArray[np.float64]
@@ -24,18 +26,27 @@ _NUMBERS = ("roughness", "contact_area_mm2", "contact_fraction", "picture_mean",
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Where a descent stood, the best iterate so far, and the seconds it had taken."""
+    """Where a descent stood, the best iterate of its round, where its rounds stood, and the seconds taken."""
 
     current: Iterate
     best: Iterate
+    course: Course
     seconds: float
 
 
 def save_checkpoint(run_dir: Path, checkpoint: Checkpoint) -> None:
     """Write a checkpoint; the last one is replaced whole or not at all."""
     tensors: dict[str, Array] = {}
-    numbers: dict[str, str] = {"seconds": repr(checkpoint.seconds)}
-    for name, iterate in (("current", checkpoint.current), ("best", checkpoint.best)):
+    course = checkpoint.course
+    numbers: dict[str, str] = {
+        "seconds": repr(checkpoint.seconds),
+        "aim": json.dumps(asdict(course.aim)),
+        "rounds": json.dumps([asdict(r) for r in course.rounds]),
+    }
+    iterates = {"current": checkpoint.current, "best": checkpoint.best}
+    if course.closest is not None:
+        iterates["closest"] = course.closest
+    for name, iterate in iterates.items():
         tensors[f"{name}.heights"] = np.asarray(iterate.heights, order="C")
         tensors |= {f"{name}.memory.{key}": np.asarray(v, order="C") for key, v in iterate.memory.items()}
         numbers[name] = json.dumps({"step": iterate.step} | {key: getattr(iterate, key) for key in _NUMBERS})
@@ -56,8 +67,17 @@ def load_checkpoint(run_dir: Path) -> Checkpoint:
         with safe_open(path, framework="np") as file:
             numbers = file.metadata()
             tensors = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118  # not a mapping
-        iterates = [_iterate(name, json.loads(numbers[name]), tensors) for name in ("current", "best")]
-        return Checkpoint(iterates[0], iterates[1], float(numbers["seconds"]))
+        iterates = {
+            name: _iterate(name, json.loads(numbers[name]), tensors)
+            for name in ("current", "best", "closest")
+            if name in numbers
+        }
+        course = Course(
+            Targets(**json.loads(numbers["aim"])),
+            tuple(Round(**r) for r in json.loads(numbers["rounds"])),
+            iterates.get("closest"),
+        )
+        return Checkpoint(iterates["current"], iterates["best"], course, float(numbers["seconds"]))
     except (SafetensorError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: not a checkpoint: {' '.join(str(error).split())}") from error
 

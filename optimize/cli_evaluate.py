@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tactile import Skin
 
 SIZE_MM = 10.0
+MODELS = {"layer": "Elastic layer with free sides", "fem": "Finite elements"}
 SMOOTH = 1e-6
 """Roughness that is nothing but rounding; no number of just-noticeable differences leads to or from it."""
 
@@ -57,7 +58,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="height map: PNG or TIFF (grey is height), EXR or NPY (mm)",
     )
     add_plate(parser, f"{SIZE_MM:g}", "none, and needed, for PNG and TIFF; EXR and NPY hold mm")
-    parser.add_argument("--model", choices=("layer",), default="layer", help="model of touch")
+    parser.add_argument(
+        "--model",
+        choices=tuple(MODELS),
+        default="layer",
+        help="model of touch: layer (default) or fem, finite elements with a node at every pixel centre",
+    )
     skin = parser.add_argument_group("the skin")
     for flag, default, told in (
         ("--force-n", 10.0, "force of the finger"),
@@ -96,7 +102,7 @@ def run(arguments: argparse.Namespace) -> int:
     screen = console()
     screen.print(table(feels))
     screen.print(
-        f"Elastic layer, {skin.young_modulus_mpa:g} MPa, Poisson's ratio {skin.poisson_ratio:g}, "
+        f"{MODELS[arguments.model]}, {skin.young_modulus_mpa:g} MPa, Poisson's ratio {skin.poisson_ratio:g}, "
         f"{skin.force_n:g} N on {size_mm:g} x {size_mm:g} mm."
     )
     return 0

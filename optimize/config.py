@@ -98,9 +98,17 @@ class Descent(_Section):
 
 
 class Verify(_Section):
-    """``[verify]``: the model of touch that has the last word, and samples a pixel of the final pictures."""
+    """``[verify]``: the model of touch that has the last word, and samples a pixel of the final pictures.
 
-    model: Literal["layer", "none"] = "layer"
+    ``fem`` presses finite elements on the relief, resampled to ``resolution`` nodes a side (built once per
+    skin, resolution and size of plate); ``layer`` is the model that steers the descent, pressed anew;
+    ``none`` believes the descent. ``corrections``: how often the aim may be corrected and the descent go on
+    where verification finds the target missed.
+    """
+
+    model: Literal["fem", "layer", "none"] = "fem"
+    resolution: Annotated[int, Field(ge=16, le=160, multiple_of=2)] = 96
+    corrections: Annotated[int, Field(ge=0, le=20)] = 3
     samples: Samples = 256
 
 

@@ -10,7 +10,7 @@ import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -18,20 +18,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import tactile
 from optimize import results
-from optimize.adam import AdamDescent
 from optimize.baselines import linear_scaling
 from optimize.checkpoint import FILE as CHECKPOINT
 from optimize.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
-from optimize.config import Run, Touch, load_run
-from optimize.gauss_newton import GaussNewton
-from optimize.loop import Descent, Iterate, StopReason, WayDown, descend
-from optimize.problem import Problem, Targets
+from optimize.config import Run, load_run
+from optimize.loop import Descent, Iterate, StopReason
+from optimize.preparation import Prepared, prepare
 from optimize.progress import Progress, silent, terminal
-from optimize.verification import converged_pictures, measure_touch
+from optimize.rounds import Course, Leg, descend_in_rounds
+from optimize.verification import TouchMeasured, converged_pictures, measure_touch
 from visual.errors import InputError
-from visual.scene import load_scene
 
 Array = NDArray[np.float64]
 
@@ -78,11 +75,14 @@ def run(
     run_dir = Path("runs") / name if out is None else Path(out)
     _check_vacant(run_dir, force)
     began = time.perf_counter()
-    problem, way, original = _prepare(settings, variant)
-    start = way.begin(0, problem.heights, {})
-    _clear(run_dir)
-    results.write_settings(run_dir, settings)
-    return _descend_and_write(settings, problem, way, original, start, None, run_dir, began, 0.0, quiet)
+    with silent() if quiet else terminal() as show:
+        prepared = prepare(settings, variant, show)
+        course = Course(prepared.first_aim)
+        way = prepared.plan.way_toward(course.aim, prepared.plan.steps)
+        leg = Leg(way, way.begin(0, prepared.problem.heights, {}))
+        _clear(run_dir)
+        results.write_settings(run_dir, settings)
+        return _descend_and_write(prepared, course, leg, run_dir, began, 0.0, show)
 
 
 def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = True) -> Result:
@@ -95,153 +95,98 @@ def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = Tru
     settings = load_run(run_dir / results.SETTINGS)
     checkpoint = load_checkpoint(run_dir)
     began = time.perf_counter()
-    problem, way, original = _prepare(settings, variant)
-    current = checkpoint.current
-    if current.heights.shape != problem.heights.shape:
-        raise InputError(
-            f"{run_dir}: checkpoint: {current.heights.shape} heights, the texture has {problem.heights.shape}"
-        )
-    start = way.begin(current.step, current.heights, current.memory)
-    best, spent = checkpoint.best, checkpoint.seconds
-    return _descend_and_write(settings, problem, way, original, start, best, run_dir, began, spent, quiet)
-
-
-def _prepare(settings: Run, variant: str | None) -> tuple[Problem, WayDown, tuple[float, float]]:
-    """The problem of a run, its way down, and the original's roughness and contact area."""
-    scene = load_scene(
-        settings.scene,
-        settings.define,
-        variant,
-        texture=settings.texture,
-        size_mm=settings.size_mm,
-        relief_mm=settings.relief_mm,
-    )
-    touch = settings.touch
-    if touch.model != "layer":
-        raise InputError(
-            f'touch.model: the "{touch.model}" model is not shipped in this version; use "layer"'
-        )
-    if np.ptp(scene.heights) == 0.0:
-        raise InputError(
-            f"{settings.texture}: {_asked(touch)}: the texture is flat; there is no relief to change"
-        )
-    skin = tactile.Skin(touch.young_modulus_mpa, touch.poisson_ratio, touch.force_n)
-    pressed = tactile.press(scene.heights, settings.size_mm, skin)
-    roughness = float(tactile.roughness(pressed.strain, settings.size_mm))
-    area = float(tactile.contact_area(pressed.gap, settings.size_mm))
-    problem = Problem(
-        scene.heights,
-        settings.size_mm,
-        skin,
-        _targets(settings, roughness, area),
-        scene,
-        regularisation=settings.descent.regularisation,
-        look_weight=settings.look.weight,
-        shadow_edges=settings.descent.shadow_edges,
-        samples=settings.look.samples or ADAM_SAMPLES,
-        seed=settings.seed,
-    )
-    glimpse = converged_pictures(problem, problem.heights, samples=1, seed=settings.seed)
-    if glimpse.mean() < BLACK * scene.white:
-        raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
-    steps = settings.descent.steps
-    way: WayDown
-    if settings.descent.method == "adam":
-        way = AdamDescent(problem, steps, settings.descent.learning_rate)
-    else:
-        way = GaussNewton(problem)
-    return problem, way, (roughness, area)
-
-
-ADAM_SAMPLES = 16
-"""A pixel, of the pictures that Adam's gradient comes from."""
-BLACK = 1e-3
-"""Of white: above what reaches the rim of a plate that is lit from below only."""
-
-
-def _asked(touch: Touch) -> str:
-    """The key of the first target that is given."""
-    keys = ("roughness", "jnd", "contact_area_mm2", "contact_area_scale")
-    return next(f"touch.{key}" for key in keys if getattr(touch, key) is not None)
-
-
-def _targets(settings: Run, roughness: float, area: float) -> Targets:
-    touch = settings.touch
-    wanted = touch.roughness
-    if touch.jnd is not None:
-        wanted = tactile.jnd_scaled(roughness, touch.jnd)
-    wanted_area = touch.contact_area_mm2
-    if touch.contact_area_scale is not None:
-        wanted_area = area * touch.contact_area_scale
-        if wanted_area > settings.size_mm**2:
+    with silent() if quiet else terminal() as show:
+        prepared = prepare(settings, variant, show)
+        current, course = checkpoint.current, checkpoint.course
+        if current.heights.shape != prepared.problem.heights.shape:
             raise InputError(
-                f"touch.contact_area_scale: {touch.contact_area_scale:g} x {area:.1f} mm2 exceeds the plate"
+                f"{run_dir}: checkpoint: {current.heights.shape} heights, "
+                f"the texture has {prepared.problem.heights.shape}"
             )
-    return Targets(wanted, wanted_area, settings.descent.tolerance)
+        way = prepared.plan.way_toward(course.aim, prepared.plan.step_limit(len(course.rounds)))
+        leg = Leg(way, way.begin(current.step, current.heights, current.memory), checkpoint.best)
+        return _descend_and_write(prepared, course, leg, run_dir, began, checkpoint.seconds, show)
+
+
+class _Recorder:
+    """Writes history and checkpoint as the run goes, and shows it."""
+
+    def __init__(
+        self, run_dir: Path, course: Course, leg: Leg, spent: float, steps: int, show: Progress
+    ) -> None:
+        self._run_dir, self._course, self._spent, self._show = run_dir, course, spent, show
+        self._began = time.perf_counter()
+        self.history = results.History(run_dir, course.aim, len(course.rounds), after=leg.start.step)
+        if leg.best is None:
+            self.history.add(leg.start, spent)
+            save_checkpoint(run_dir, Checkpoint(leg.start, leg.start, course, spent))
+        show.aim(course.aim, steps)
+
+    @property
+    def seconds(self) -> float:
+        """Since the run began, without the pauses between its parts."""
+        return self._spent + time.perf_counter() - self._began
+
+    def step(self, current: Iterate, best: Iterate, seconds: float) -> None:
+        self.history.add(current, self.seconds)
+        save_checkpoint(self._run_dir, Checkpoint(current, best, self._course, self.seconds))
+        self._show.step(current, seconds)
+
+    def verifying(self) -> None:
+        self._show.note("verifying")
+
+    def round(self, course: Course, start: Iterate, steps: int) -> None:
+        last = course.rounds[-1]
+        self._show.note(f"the verification is {100.0 * last.miss:.2f} % off the target: corrected, going on")
+        self._course = course
+        self.history.aim, self.history.round_number = course.aim, len(course.rounds)
+        save_checkpoint(self._run_dir, Checkpoint(start, start, course, self.seconds))
+        self._show.aim(course.aim, steps)
 
 
 def _descend_and_write(
-    settings: Run,
-    problem: Problem,
-    way: WayDown,
-    original: tuple[float, float],
-    start: Iterate,
-    best: Iterate | None,
-    run_dir: Path,
-    began: float,
-    spent: float,
-    quiet: bool,
+    prepared: Prepared, course: Course, leg: Leg, run_dir: Path, began: float, spent: float, show: Progress
 ) -> Result:
-    show: Progress
-    steps = settings.descent.steps
-    with silent() if quiet else terminal(problem.targets, steps) as show:
-        history = results.History(run_dir, problem.targets, after=start.step)
-        descent_began = time.perf_counter()
-
-        def on_step(current: Iterate, best: Iterate, seconds: float) -> None:
-            total = spent + time.perf_counter() - descent_began
-            history.add(current, total)
-            save_checkpoint(run_dir, Checkpoint(current, best, total))
-            show.step(current, seconds)
-
-        if best is None:
-            history.add(start, spent)
-            save_checkpoint(run_dir, Checkpoint(start, start, spent))
-        with _kill_as_interrupt():
-            descent = descend(way, problem.targets, start, steps, best, on_step, history.trace())
-        descent_seconds = spent + time.perf_counter() - descent_began
-        show.note("verifying")
-        verify_began = time.perf_counter()
-        outcome = _measure(settings, problem, original, descent)
-        finished = time.perf_counter()
-        times = {
-            "total": spent + finished - began,
-            "set_up": descent_began - began,
-            "descent": descent_seconds,
-            "verify": finished - verify_began,
-        }
-        show.note("writing")
-        summary = results.write(run_dir, settings, problem, outcome, times, history.rows)
+    settings, problem, plan = prepared.settings, prepared.problem, prepared.plan
+    recorder = _Recorder(run_dir, course, leg, spent, plan.step_limit(len(course.rounds)), show)
+    leg = replace(leg, trace=recorder.history.trace())
+    descent_began = time.perf_counter()
+    with _kill_as_interrupt():
+        descent, found, course = descend_in_rounds(plan, course, leg, recorder)
+    descent_seconds = recorder.seconds
+    show.note("rendering the pictures")
+    verify_began = time.perf_counter()
+    outcome = _measure(prepared, descent, found, course)
+    finished = time.perf_counter()
+    times = {
+        "total": spent + finished - began,
+        "set_up": descent_began - began,
+        "descent": descent_seconds,
+        "verify": finished - verify_began,
+    }
+    show.note("writing")
+    summary = results.write(run_dir, settings, problem, outcome, times, recorder.history.rows)
     return Result(descent.best.heights, descent.reason, summary, run_dir)
 
 
 def _measure(
-    settings: Run, problem: Problem, original: tuple[float, float], descent: Descent
+    prepared: Prepared, descent: Descent, found: TouchMeasured | None, course: Course
 ) -> results.Outcome:
+    settings, problem = prepared.settings, prepared.problem
     # The same random numbers before and after: what differs between the pictures is the relief, not noise.
     samples, seed = settings.verify.samples, settings.seed + 1
     before = converged_pictures(problem, problem.heights, samples, seed)
     after = converged_pictures(problem, descent.best.heights, samples, seed)
-    scaled = linear_scaling(problem)
+    # Scaled to what the model that steers calls the target: it can be asked often.
+    scaled = linear_scaling(replace(problem, targets=prepared.first_aim))
     baseline = None if scaled is None else converged_pictures(problem, scaled, samples, seed)
-    touch_after = measure_touch(problem, descent.best.heights, "layer")
     return results.Outcome(
         descent=descent,
-        initial_roughness=original[0],
-        initial_contact_area_mm2=original[1],
-        touch_before=measure_touch(problem, problem.heights, "layer"),
-        touch_after=touch_after,
-        verified=None if settings.verify.model == "none" else touch_after,
+        initial_roughness=prepared.believed[0],
+        initial_contact_area_mm2=prepared.believed[1],
+        touch_before=prepared.touch_before,
+        touch_after=found or measure_touch(problem, descent.best.heights, "layer"),
+        rounds=course.rounds,
         pictures_before=before,
         pictures_after=after,
         baseline_heights=scaled,

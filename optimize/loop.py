@@ -29,6 +29,7 @@ class StopReason(Enum):
     CONVERGED = "The target is met and the pictures no longer get closer to the original."
     STEP_LIMIT = "The step limit was reached with the target met; more steps may bring the pictures closer."
     SHORT_OF_TARGET = "The step limit was reached before the target was met."
+    NOT_CONFIRMED = "The model that steered met the target, but the verification found it missed."
     UNREACHABLE = "The target seems out of reach: the last steps came no closer to it."
     NON_FINITE = "A value was not finite; the best relief before it is kept."
     INTERRUPTED = "Interrupted; the best relief so far is kept."

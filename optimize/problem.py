@@ -89,10 +89,10 @@ class Problem:
     shadow_edges: bool = True
     samples: int = 16
     seed: int = 0
-    model: tactile.LayerModel = field(init=False)
+    model: tactile.TouchModel = field(init=False)
 
     def __post_init__(self) -> None:
-        model = tactile.layer_model(self.skin, self.heights.shape[0], self.size_mm, torch.float64)
+        model = tactile.touch_model(self.skin, self.heights.shape[0], self.size_mm, torch.float64)
         object.__setattr__(self, "model", model)
 
     def feel(

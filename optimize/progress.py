@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol
 
@@ -11,7 +11,9 @@ from optimize.problem import Targets
 
 
 class Progress(Protocol):
-    """Told of steps and stages."""
+    """Told of what a round goes for and in how many steps at most, of steps and of stages."""
+
+    def aim(self, aim: Targets, steps: int) -> None: ...
 
     def step(self, iterate: Iterate, seconds: float) -> None: ...
 
@@ -19,6 +21,9 @@ class Progress(Protocol):
 
 
 class _Silent:
+    def aim(self, aim: Targets, steps: int) -> None:
+        pass
+
     def step(self, iterate: Iterate, seconds: float) -> None:
         pass
 
@@ -33,24 +38,30 @@ def silent() -> Iterator[Progress]:
 
 
 @contextmanager
-def terminal(targets: Targets, steps: int) -> Iterator[Progress]:
+def terminal() -> Iterator[Progress]:
     """A line a step where output goes to a file or pipe, a moving line on a terminal."""
     from rich.console import Console
 
     console = Console(highlight=False, stderr=True)
     if not console.is_terminal:
-        yield _Lines(targets, steps, console.print)
+        yield _Lines(console.print)
         return
     with console.status("starting") as status:
-        yield _Lines(targets, steps, status.update)
+        yield _Lines(status.update)
 
 
 class _Lines:
-    def __init__(self, targets: Targets, steps: int, show) -> None:  # type: ignore[no-untyped-def]
-        self._targets, self._steps, self._show = targets, steps, show
+    def __init__(self, show: Callable[[str], None]) -> None:
+        self._show = show
+        self._aim: Targets | None = None
+        self._steps = 0
+
+    def aim(self, aim: Targets, steps: int) -> None:
+        self._aim, self._steps = aim, steps
 
     def step(self, iterate: Iterate, seconds: float) -> None:
-        miss = self._targets.miss(iterate.roughness, iterate.contact_area_mm2)
+        assert self._aim is not None
+        miss = self._aim.miss(iterate.roughness, iterate.contact_area_mm2)
         self._show(
             f"step {iterate.step:3d}  V {iterate.roughness:.4f}  A {iterate.contact_area_mm2:5.1f} mm²  "
             f"off target {100.0 * miss:5.2f} %  pictures {iterate.picture_mean:.2f} %  {seconds:.1f} s"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from optimize.loop import Descent, Iterate
 from optimize.pictures import write_pictures
 from optimize.problem import Problem, Targets
 from optimize.report import Baseline, Report, write_report
+from optimize.rounds import Round
 from optimize.verification import TouchMeasured
 from visual.heightmap import save_heights_exr, save_heights_png
 
@@ -39,8 +40,9 @@ class Outcome:
     """What was measured of a finished descent.
 
     Attributes:
-        touch_before, touch_after: of the original and of the best relief, for the maps of the report.
-        verified: what has the last word on the best relief; None if verification was not wanted.
+        initial_roughness, initial_contact_area_mm2: of the original, by the model that steered the descent.
+        touch_before, touch_after: of the original and of the best relief; by the verification, if any.
+        rounds: of descent and verification; none if verification was not wanted.
         pictures_before, pictures_after, baseline_pictures: (conditions, rows, cols) radiance, converged; of
             the baseline None where linear scaling cannot reach the target.
     """
@@ -50,7 +52,7 @@ class Outcome:
     initial_contact_area_mm2: float
     touch_before: TouchMeasured
     touch_after: TouchMeasured
-    verified: TouchMeasured | None
+    rounds: tuple[Round, ...]
     pictures_before: Array
     pictures_after: Array
     baseline_heights: Array | None
@@ -58,10 +60,13 @@ class Outcome:
 
 
 class History:
-    """history.jsonl: one line a step, appended, read back on resuming up to the step `after`."""
+    """history.jsonl: one line a step, appended, read back on resuming up to the step `after`.
 
-    def __init__(self, run_dir: Path, targets: Targets, after: int) -> None:
-        self._path, self._targets = run_dir / HISTORY, targets
+    `aim` and `round` are those of the current round.
+    """
+
+    def __init__(self, run_dir: Path, aim: Targets, round_number: int, after: int) -> None:
+        self._path, self.aim, self.round_number = run_dir / HISTORY, aim, round_number
         self.rows: list[dict[str, Any]] = []
         if self._path.is_file():
             # A kill may have cut the last line short; its step is not in the checkpoint, written after it.
@@ -71,19 +76,20 @@ class History:
             write_atomically(self._path, "".join(json.dumps(row) + "\n" for row in self.rows).encode())
 
     def trace(self) -> list[tuple[float, float]]:
-        """Miss of the targets and picture change of every step, as `optimize.loop.descend` takes it."""
+        """Miss of the aim and picture change, for `optimize.loop.descend`: of every step of this round."""
         return [
-            (self._targets.miss(row["roughness"], row["contact_area_mm2"]), row["picture_rms_percent"])
+            (self.aim.miss(row["roughness"], row["contact_area_mm2"]), row["picture_rms_percent"])
             for row in self.rows
-            if row["step"] > 0
+            if row["step"] > 0 and row["round"] == self.round_number
         ]
 
     def add(self, iterate: Iterate, seconds: float) -> None:
         """Append an iterate."""
         row: dict[str, float | None] = {
             "step": iterate.step,
+            "round": self.round_number,
             "roughness": iterate.roughness,
-            "target_roughness": self._targets.roughness,
+            "target_roughness": self.aim.roughness,
             "contact_area_mm2": iterate.contact_area_mm2,
             "picture_mean_percent": iterate.picture_mean,
             "picture_rms_percent": iterate.picture_rms,
@@ -151,11 +157,11 @@ def write(
 def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str, float]) -> dict[str, Any]:
     """The content of result.json."""
     best, reason = outcome.descent.best, outcome.descent.reason
-    verified = outcome.verified
-    roughness = best.roughness if verified is None else verified.roughness
+    first, felt = outcome.touch_before, outcome.touch_after
+    verified = felt if outcome.rounds else None
     jnd = None
-    if outcome.initial_roughness > 0.0 and roughness > 0.0:
-        jnd = tactile.jnd_apart(roughness, outcome.initial_roughness)
+    if first.roughness > 0.0 and felt.roughness > 0.0:
+        jnd = tactile.jnd_apart(felt.roughness, first.roughness)
     change = best.heights - problem.heights
     before, after, white = outcome.pictures_before, outcome.pictures_after, problem.scene.white
     mean = float(before.mean())
@@ -169,15 +175,25 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
         },
         "touch": {
             "target_roughness": problem.targets.roughness,
-            "initial_roughness": outcome.initial_roughness,
+            "initial_roughness": first.roughness,
             "roughness": best.roughness,
             "verified_roughness": None if verified is None else verified.roughness,
             "verified_by": None if verified is None else verified.by,
             "target_contact_area_mm2": problem.targets.contact_area_mm2,
-            "initial_contact_area_mm2": outcome.initial_contact_area_mm2,
+            "initial_contact_area_mm2": first.contact_area_mm2,
             "contact_area_mm2": best.contact_area_mm2,
-            "contact_fraction": best.contact_fraction,
+            "verified_contact_area_mm2": None if verified is None else verified.contact_area_mm2,
+            "contact_fraction": felt.contact_fraction,
             "jnd_from_original": jnd,
+        },
+        "verification": {
+            "resolution": None if verified is None else verified.resolution,
+            "miss_percent": None
+            if verified is None
+            else 100.0 * problem.targets.miss(verified.roughness, verified.contact_area_mm2),
+            "believed_initial_roughness": outcome.initial_roughness,
+            "believed_initial_contact_area_mm2": outcome.initial_contact_area_mm2,
+            "rounds": [asdict(r) for r in outcome.rounds],
         },
         "look": {
             "conditions": list(problem.scene.conditions),

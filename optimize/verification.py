@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import tactile
 from optimize.problem import Problem
+from tactile.model import ModelName
 
 Array = NDArray[np.float64]
 
@@ -19,20 +20,35 @@ class TouchMeasured:
     """The feel of a relief by a model named `by`.
 
     Attributes:
-        strain, pressure: (rows, cols); pressure in MPa.
+        strain, pressure: (resolution, resolution); pressure in MPa.
     """
 
-    by: str
+    by: ModelName
     roughness: float
     contact_area_mm2: float
     contact_fraction: float
     strain: Array
     pressure: Array
 
+    @property
+    def resolution(self) -> int:
+        return len(self.strain)
 
-def measure_touch(problem: Problem, heights: Array, by: str) -> TouchMeasured:
-    """Press anew: from a cold start, in double precision, roughness over all offsets."""
-    touch = tactile.press(torch.as_tensor(heights), problem.size_mm, problem.skin)
+
+def measure_touch(
+    problem: Problem, heights: Array, by: ModelName, resolution: int | None = None
+) -> TouchMeasured:
+    """Press anew: from a cold start, in double precision, roughness over all offsets.
+
+    Args:
+        heights: (rows, cols) mm.
+        by: "layer" or "fem".
+        resolution: samples a side at which the skin meets the relief; None: the relief's own.
+    """
+    field = torch.as_tensor(heights)
+    if resolution is not None:
+        field = tactile.resampled(field, resolution)
+    touch = tactile.press(field, problem.size_mm, problem.skin, by)
     return TouchMeasured(
         by,
         float(tactile.roughness(touch.strain, problem.size_mm)),

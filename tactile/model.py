@@ -4,22 +4,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, Protocol, get_args
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from tactile.contact import Compliance, solve_contact
 from tactile.contact import press as press_contact
-from tactile.contact import solve_contact
 from tactile.errors import InputError
-from tactile.hybrid import HybridOperator, hybrid_operator
+from tactile.hybrid import hybrid_operator
+from tactile.reference import reference_operator
 from tactile.skin import Skin
 from tactile.strain import smallest_eigenvalue
 
-TouchModel = Literal["layer"]
+ModelName = Literal["layer", "fem"]
+MODELS: tuple[str, ...] = get_args(ModelName)
 MIN_SAMPLES, MAX_SAMPLES = 16, 1024
+MAX_FEM_SAMPLES = 160
+"""Samples a side for finite elements: 128 take 1 GB once built and 5 GB before, and it grows fast."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +46,21 @@ class Touch:
     contact_fraction: Tensor
 
 
+class SkinOperator(Compliance, Protocol):
+    """A skin as a linear map from pressures (units of E) to displacements and strains."""
+
+    @property
+    def size_mm(self) -> float: ...
+
+    def strain(self, pressure: Tensor) -> Tensor: ...
+
+
 @dataclass(frozen=True)
-class LayerModel:
-    """The hybrid operator of one skin, grid and precision, with the flat plate's strain."""
+class TouchModel:
+    """The operator of one skin, grid and precision, with the flat plate's strain."""
 
     skin: Skin
-    operator: HybridOperator
+    operator: SkinOperator
     flat_strain: Tensor
 
     def press(self, heights: Tensor, start: Tensor | None = None) -> Touch:
@@ -68,29 +81,41 @@ class LayerModel:
 
 
 @lru_cache(maxsize=8)
-def layer_model(skin: Skin, samples: int, size_mm: float, dtype: torch.dtype = torch.float64) -> LayerModel:
-    """The layer model of a skin on an n x n patch (kept; its operators also lie on disk).
+def touch_model(
+    skin: Skin,
+    samples: int,
+    size_mm: float,
+    dtype: torch.dtype = torch.float64,
+    model: ModelName = "layer",
+) -> TouchModel:
+    """The model of a skin on an n x n patch (kept; its operators also lie on disk).
 
     Raises:
-        InputError: `samples` or `size_mm` out of range.
+        InputError: an unknown model; `samples` or `size_mm` out of range.
     """
-    if not MIN_SAMPLES <= samples <= MAX_SAMPLES:
-        raise InputError(f"heights: {samples} samples a side are outside [{MIN_SAMPLES}, {MAX_SAMPLES}]")
+    if model not in MODELS:
+        raise InputError(f'touch.model: "{model}" is not one of {", ".join(MODELS)}')
+    most = MAX_FEM_SAMPLES if model == "fem" else MAX_SAMPLES
+    if not MIN_SAMPLES <= samples <= most:
+        raise InputError(f"heights: {samples} samples a side are outside [{MIN_SAMPLES}, {most}]")
+    if model == "fem" and samples % 2:
+        raise InputError(f"heights: finite elements need an even number of samples a side, not {samples}")
     if not 1.0 <= size_mm <= 100.0:
         raise InputError(f"size_mm: {size_mm} is outside [1, 100]")
-    operator = hybrid_operator(skin, samples, size_mm, torch.float64)
+    build = reference_operator if model == "fem" else hybrid_operator
+    operator = build(skin, samples, size_mm, torch.float64)
     flat = torch.zeros(samples, samples, dtype=torch.float64)
     mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
     pressure = solve_contact(operator, flat, mean).pressure
     flat_strain = smallest_eigenvalue(operator.strain(pressure))
-    return LayerModel(skin, operator.to(dtype), flat_strain.to(dtype))
+    return TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))
 
 
 def press(
     heights: Tensor | NDArray[np.floating],
     size_mm: float = 10.0,
     skin: Skin | None = None,
-    model: TouchModel = "layer",
+    model: ModelName = "layer",
     start: Tensor | None = None,
 ) -> Touch:
     """Press the skin on a relief.
@@ -99,22 +124,40 @@ def press(
         heights: (..., n, n) mm; float32 or float64, which is also the precision of the result.
         size_mm: side of the patch.
         skin: its parameters.
-        model: "layer", the elastic layer with free sides.
+        model: "layer", the elastic layer with free sides; "fem", finite elements with a node at every pixel
+            centre (built once per skin and grid: about two minutes at 128 x 128).
         start: pressures (MPa) to start from.
 
     Raises:
-        InputError: heights are not square, too few, too many or not finite; an unknown model.
+        InputError: heights are not square, too few, too many, odd in number where that cannot be, or not
+            finite; an unknown model.
     """
     if isinstance(heights, np.ndarray):
         # torch takes neither flipped, nor read-only, nor foreign-endian arrays.
         heights = np.array(heights, dtype=heights.dtype.newbyteorder("="), order="C")
     field = torch.as_tensor(heights)
-    if model != "layer":
-        raise InputError(f'touch.model: "{model}" is not one of "layer"')
     if field.ndim < 2 or field.shape[-1] != field.shape[-2]:
         raise InputError(f"heights: shape {tuple(field.shape)} is not square in its last two dimensions")
     if field.dtype not in (torch.float32, torch.float64):
         raise InputError(f"heights: {field.dtype} is neither float32 nor float64")
     if not bool(torch.isfinite(field).all()):
         raise InputError("heights: not every value is finite")
-    return layer_model(skin or Skin(), field.shape[-1], float(size_mm), field.dtype).press(field, start)
+    known = touch_model(skin or Skin(), field.shape[-1], float(size_mm), field.dtype, model)
+    return known.press(field, start)
+
+
+def resampled(heights: Tensor, samples: int) -> Tensor:
+    """The same relief on another grid, by cubic interpolation at the pixel centres, without smoothing.
+
+    Args:
+        heights: (..., n, n).
+        samples: m.
+
+    Returns:
+        (..., m, m).
+    """
+    if heights.shape[-1] == samples:
+        return heights
+    flat = heights.reshape(-1, 1, *heights.shape[-2:])
+    finer = torch.nn.functional.interpolate(flat, (samples, samples), mode="bicubic", align_corners=False)
+    return finer.reshape(*heights.shape[:-2], samples, samples)

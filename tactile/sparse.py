@@ -8,16 +8,20 @@ from collections.abc import Callable
 from functools import cache
 from importlib.metadata import PackageNotFoundError, files
 from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
+if TYPE_CHECKING:
+    from pypardiso import PyPardisoSolver
+
 Solve = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
-_PARDISO_SPD = 2
-"""Pardiso's matrix type: real, symmetric, positive definite (upper triangle given)."""
+SYMMETRIC_POSITIVE_DEFINITE = 2
+"""Pardiso's type of a real matrix of which it is given the upper triangle."""
 
 
 def has_pardiso() -> bool:
@@ -40,10 +44,7 @@ def factorised(matrix: sp.spmatrix, *, portable: bool = False) -> Solve:
         factor = spla.splu(sp.csc_matrix(matrix), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
         return lambda rhs: factor.solve(rhs)
 
-    _point_pypardiso_to_its_library()
-    from pypardiso import PyPardisoSolver
-
-    solver = PyPardisoSolver(mtype=_PARDISO_SPD)
+    solver = pardiso_solver(SYMMETRIC_POSITIVE_DEFINITE)
     upper = sp.csr_matrix(sp.triu(matrix, format="csr"))
     upper.sort_indices()
     solver.factorize(upper)
@@ -53,6 +54,14 @@ def factorised(matrix: sp.spmatrix, *, portable: bool = False) -> Solve:
 
     weakref.finalize(solve, solver.free_memory, everything=True)
     return solve
+
+
+def pardiso_solver(matrix_type: int) -> PyPardisoSolver:
+    """A solver of pypardiso, which need not be installed to import this module."""
+    _point_pypardiso_to_its_library()
+    from pypardiso import PyPardisoSolver
+
+    return PyPardisoSolver(mtype=matrix_type)
 
 
 @cache

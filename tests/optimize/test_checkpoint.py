@@ -9,6 +9,8 @@ from safetensors.numpy import load_file, save_file
 
 from optimize.checkpoint import FILE, Checkpoint, load_checkpoint, save_checkpoint
 from optimize.loop import Iterate
+from optimize.problem import Targets
+from optimize.rounds import Course, Round
 from visual.errors import InputError
 
 
@@ -27,7 +29,11 @@ def iterate(step: int) -> Iterate:
     )
 
 
-CHECKPOINT = Checkpoint(current=iterate(7), best=iterate(5), seconds=12.25)
+FRESH = Course(Targets(0.1, None, 0.01))
+COURSE = Course(
+    Targets(0.1 / 3.0, 55.0, 0.01), (Round(0.1, None, 0.1, 60.0, 0.11, 61.0, 0.1, 4),), iterate(4)
+)
+CHECKPOINT = Checkpoint(current=iterate(7), best=iterate(5), course=COURSE, seconds=12.25)
 
 
 def assert_same(one: Iterate, other: Iterate) -> None:
@@ -46,17 +52,25 @@ def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
     assert_same(loaded.current, CHECKPOINT.current)
     assert_same(loaded.best, CHECKPOINT.best)
     assert loaded.seconds == CHECKPOINT.seconds
+    assert (loaded.course.aim, loaded.course.rounds) == (COURSE.aim, COURSE.rounds)
+    assert loaded.course.closest is not None and COURSE.closest is not None
+    assert_same(loaded.course.closest, COURSE.closest)
+
+
+def test_the_course_of_a_run_that_was_never_verified_is_loaded(tmp_path: Path) -> None:
+    save_checkpoint(tmp_path, Checkpoint(iterate(1), iterate(1), FRESH, 1.0))
+    assert load_checkpoint(tmp_path).course == FRESH
 
 
 def test_it_does_not_mind_how_arrays_lie_in_memory(tmp_path: Path) -> None:
     heights = np.arange(12.0).reshape(3, 4)
     turned = Iterate(1, heights.T, 0.1, 50.0, 0.5, 1.0, 1.0, {"pressure": heights[::-1, ::2]})
-    save_checkpoint(tmp_path, Checkpoint(turned, turned, 0.0))
+    save_checkpoint(tmp_path, Checkpoint(turned, turned, FRESH, 0.0))
     assert_same(load_checkpoint(tmp_path).current, turned)
 
 
 def test_the_last_one_is_replaced_and_nothing_else_is_left(tmp_path: Path) -> None:
-    save_checkpoint(tmp_path, Checkpoint(iterate(1), iterate(1), 1.0))
+    save_checkpoint(tmp_path, Checkpoint(iterate(1), iterate(1), FRESH, 1.0))
     save_checkpoint(tmp_path, CHECKPOINT)
     assert load_checkpoint(tmp_path).current.step == 7
     assert [p.relative_to(tmp_path) for p in tmp_path.rglob("*") if p.is_file()] == [FILE]
@@ -70,7 +84,7 @@ def test_a_write_that_fails_leaves_the_last_one(tmp_path: Path, monkeypatch: pyt
 
     monkeypatch.setattr("os.replace", full)
     with pytest.raises(OSError, match="No space"):
-        save_checkpoint(tmp_path, Checkpoint(iterate(8), iterate(8), 13.0))
+        save_checkpoint(tmp_path, Checkpoint(iterate(8), iterate(8), FRESH, 13.0))
     assert load_checkpoint(tmp_path).current.step == 7
     assert [p.relative_to(tmp_path) for p in tmp_path.rglob("*") if p.is_file()] == [FILE]
 

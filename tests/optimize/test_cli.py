@@ -26,7 +26,7 @@ from visual.heightmap import load_heights, save_heights_exr
 ROOT = Path(__file__).resolve().parents[2]
 STUDIO = ROOT / "mitsuba_scenes" / "studio.xml"
 SMALL = ["-D", "resolution=32", "-D", "texture=waves.exr"]
-FAST = ["--set", "descent.steps=2", "--set", "verify.samples=4", *SMALL]
+FAST = ["--set", "descent.steps=2", "--set", "verify.samples=4", "--set", "verify.resolution=32", *SMALL]
 
 
 @pytest.fixture(autouse=True)

@@ -50,7 +50,7 @@ def test_defaults_are_those_of_the_design(run_file: Path) -> None:
         0.027,
         0.06,
     )
-    assert (run.touch.model, run.look.model, run.verify.model) == ("layer", "exact", "layer")
+    assert (run.touch.model, run.look.model, run.verify.model) == ("layer", "exact", "fem")
 
 
 def test_a_run_cannot_be_changed(run_file: Path) -> None:

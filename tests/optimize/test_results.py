@@ -14,7 +14,8 @@ from optimize.loop import Descent, Iterate, StopReason
 from optimize.problem import Problem, Targets
 from optimize.report import Report
 from optimize.results import History, Outcome
-from optimize.verification import TouchMeasured, measure_touch
+from optimize.rounds import Round
+from optimize.verification import measure_touch
 from tests.optimize.conftest import ProblemWith
 
 TARGETS = Targets(0.1, None, 0.01)
@@ -33,13 +34,14 @@ def steps(history: History) -> list[float | None]:
 
 
 def test_a_history_is_one_line_a_step(tmp_path: Path) -> None:
-    history = History(tmp_path, TARGETS, after=0)
+    history = History(tmp_path, TARGETS, 0, after=0)
     for step in range(3):
         history.add(iterate(step), seconds=0.5 * step)
     rows = [json.loads(line) for line in (tmp_path / results.HISTORY).read_text().splitlines()]
     assert rows == history.rows
     assert rows[2] == {
         "step": 2,
+        "round": 0,
         "roughness": iterate(2).roughness,
         "target_roughness": 0.1,
         "contact_area_mm2": 60.0,
@@ -51,29 +53,39 @@ def test_a_history_is_one_line_a_step(tmp_path: Path) -> None:
 
 def test_a_resumed_history_forgets_what_came_after_the_checkpoint(tmp_path: Path) -> None:
     for step in range(5):
-        History(tmp_path, TARGETS, after=step).add(iterate(step), 0.0)
-    resumed = History(tmp_path, TARGETS, after=2)
+        History(tmp_path, TARGETS, 0, after=step).add(iterate(step), 0.0)
+    resumed = History(tmp_path, TARGETS, 0, after=2)
     resumed.add(iterate(3), 0.0)
-    assert steps(resumed) == steps(History(tmp_path, TARGETS, after=9)) == [0, 1, 2, 3]
+    assert steps(resumed) == steps(History(tmp_path, TARGETS, 0, after=9)) == [0, 1, 2, 3]
 
 
 def test_a_line_that_a_kill_cut_short_is_left_out(tmp_path: Path) -> None:
-    history = History(tmp_path, TARGETS, after=0)
+    history = History(tmp_path, TARGETS, 0, after=0)
     for step in range(3):
         history.add(iterate(step), 0.0)
     path = tmp_path / results.HISTORY
     path.write_text(path.read_text()[:-20])
-    assert steps(History(tmp_path, TARGETS, after=2)) == [0, 1]
+    assert steps(History(tmp_path, TARGETS, 0, after=2)) == [0, 1]
 
 
 def test_a_history_gives_back_the_trace_of_a_descent_exactly(tmp_path: Path) -> None:
-    history = History(tmp_path, TARGETS, after=0)
+    history = History(tmp_path, TARGETS, 0, after=0)
     for step in range(3):
         history.add(iterate(step), 0.0)
-    reread = History(tmp_path, TARGETS, after=2)
+    reread = History(tmp_path, TARGETS, 0, after=2)
     assert reread.trace() == [
         (TARGETS.miss(at.roughness, at.contact_area_mm2), at.picture_rms) for at in map(iterate, (1, 2))
     ]
+
+
+def test_the_trace_of_a_round_is_its_own(tmp_path: Path) -> None:
+    first = History(tmp_path, TARGETS, 0, after=0)
+    first.add(iterate(0), 0.0)
+    first.add(iterate(1), 0.0)
+    first.round_number, first.aim = 1, Targets(0.2, None, 0.01)
+    first.add(iterate(2), 0.0)
+    assert [miss for miss, _ in first.trace()] == [first.aim.miss(iterate(2).roughness, 60.0)]
+    assert first.rows[2]["target_roughness"] == 0.2
 
 
 # Results
@@ -89,19 +101,20 @@ def settings(studio: Path, texture: Path) -> Run:
     return run_from_scene(studio, texture, ["touch.roughness=0.1", "seed=4"])
 
 
-def outcome(problem: Problem, verified: TouchMeasured | None) -> Outcome:
+def outcome(problem: Problem, verified: bool) -> Outcome:
     """The relief lowered by a fifth, as a descent might have left it."""
     lower = 0.8 * problem.heights
     pictures = np.random.default_rng(0).uniform(0.2, 0.5, (2, len(problem.scene.conditions), 16, 16))
     best = iterate(3, lower)
-    before = measure_touch(problem, problem.heights, "layer")
+    before, after = (measure_touch(problem, h, "layer") for h in (problem.heights, lower))
+    rounds = (Round(0.1, None, 0.1, 60.0, after.roughness, after.contact_area_mm2, 0.2, 7),)
     return Outcome(
         descent=Descent(best, iterate(7, lower), StopReason.STEP_LIMIT),
         initial_roughness=before.roughness,
         initial_contact_area_mm2=before.contact_area_mm2,
         touch_before=before,
-        touch_after=measure_touch(problem, lower, "layer"),
-        verified=verified,
+        touch_after=after,
+        rounds=rounds if verified else (),
         pictures_before=pictures[0],
         pictures_after=pictures[1],
         baseline_heights=None,
@@ -114,7 +127,7 @@ def test_maps_of_the_result_are_its_own_even_if_it_is_not_verified(
 ) -> None:
     reports: list[Report] = []
     monkeypatch.setattr(results, "write_report", lambda _, report: reports.append(report))
-    summary = results.write(tmp_path, settings, problem, outcome(problem, None), {"total": 1.0}, [])
+    summary = results.write(tmp_path, settings, problem, outcome(problem, False), {"total": 1.0}, [])
     after = tactile.press(0.8 * problem.heights, problem.size_mm, problem.skin)
     (report,) = reports
     assert report.pressure_after is not None
@@ -125,17 +138,22 @@ def test_maps_of_the_result_are_its_own_even_if_it_is_not_verified(
 
 def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, settings: Run) -> None:
     verified = measure_touch(problem, 0.8 * problem.heights, "layer")
-    touch = results.summarise(settings, problem, outcome(problem, verified), {})["touch"]
+    told = results.summarise(settings, problem, outcome(problem, True), {})
+    touch = told["touch"]
     assert touch["roughness"] == iterate(3).roughness
     assert (touch["verified_roughness"], touch["verified_by"]) == (verified.roughness, "layer")
     assert touch["jnd_from_original"] == pytest.approx(
         tactile.jnd_apart(verified.roughness, touch["initial_roughness"])
     )
     assert touch["jnd_from_original"] < 0.0
+    assert touch["verified_contact_area_mm2"] == verified.contact_area_mm2
+    assert told["verification"]["resolution"] == 32
+    assert told["verification"]["miss_percent"] == pytest.approx(100.0 * abs(verified.roughness / 0.1 - 1.0))
+    assert [r["aimed_roughness"] for r in told["verification"]["rounds"]] == [TARGETS.roughness]
 
 
 def test_changes_of_the_look_are_in_percent_of_white_and_of_the_mean(problem: Problem, settings: Run) -> None:
-    measured = outcome(problem, None)
+    measured = outcome(problem, False)
     look = results.summarise(settings, problem, measured, {})["look"]
     change = np.abs(measured.pictures_after - measured.pictures_before)
     np.testing.assert_allclose(
@@ -148,7 +166,7 @@ def test_changes_of_the_look_are_in_percent_of_white_and_of_the_mean(problem: Pr
 
 
 def test_a_result_says_how_the_descent_ended_and_which_step_is_kept(problem: Problem, settings: Run) -> None:
-    summary = results.summarise(settings, problem, outcome(problem, None), {"total": 2.0})
+    summary = results.summarise(settings, problem, outcome(problem, False), {"total": 2.0})
     assert summary["stop"] == {
         "reason": "step_limit",
         "message": StopReason.STEP_LIMIT.value,
@@ -160,7 +178,7 @@ def test_a_result_says_how_the_descent_ended_and_which_step_is_kept(problem: Pro
 
 
 def test_a_relief_that_only_moved_up_has_not_changed(problem: Problem, settings: Run) -> None:
-    measured = outcome(problem, None)
+    measured = outcome(problem, False)
     best = replace(measured.descent.best, heights=problem.heights + 0.25)
     measured = replace(measured, descent=replace(measured.descent, best=best))
     assert results.summarise(settings, problem, measured, {})["heights"]["rms_change_mm"] < 1e-12

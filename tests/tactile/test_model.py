@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from tactile import InputError, Skin, layer_model, press, roughness
+from tactile import InputError, Skin, touch_model, press, roughness
 from tactile.contact import solve_contact
 from tactile.hybrid import hybrid_operator
 from tactile.strain import smallest_eigenvalue
@@ -33,7 +33,7 @@ def test_taller_reliefs_are_rougher_and_touch_less() -> None:
 
 def test_a_flat_plate_squeezes_the_free_block_as_finite_elements_say() -> None:
     touch = press(torch.zeros(64, 64, dtype=torch.float64), skin=SOFT)
-    flat_strain = layer_model(SOFT, 64, SIZE).flat_strain
+    flat_strain = touch_model(SOFT, 64, SIZE).flat_strain
     assert float(touch.approach) == pytest.approx(0.634, rel=0.01)
     assert float(flat_strain.mean()) == pytest.approx(-0.316, rel=0.01)
     assert float(flat_strain[31:33, 31:33].mean()) == pytest.approx(-0.329, rel=0.01)

@@ -1,0 +1,238 @@
+"""Finite elements for the skin block with a node of the contact face at every pixel centre.
+
+Hexahedra with selective reduced integration, as in `tactile.block`. On a tensor grid their stiffness is a sum
+of Kronecker products of matrices along one axis, so no element is ever visited. Pixels are centred half a
+pitch off the mirror planes, so an element straddles each of them; a load that is even or odd there makes its
+far node plus or minus its near one, and a quarter of the block with a ghost node folded back is the block.
+
+Axes are (row, column, depth) as in `tactile.block`. Unit Young's modulus throughout.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from tactile.block import STRAIN_COMPONENTS, Parity
+from tactile.condensation import condensed
+from tactile.skin import lame
+
+Array = NDArray[np.float64]
+
+STENCIL = 5
+"""Nodes along an axis from whose displacements a strain is read: fourth order, where centres of elements
+would give second."""
+
+
+@dataclass(frozen=True)
+class PixelBlock:
+    """The mesh: `half` pixels a side of the quarter, and the nodes' depths.
+
+    Attributes:
+        half_mm: half the side of the block.
+        half: pixels along half a side.
+        levels: node depths, from 0 (contact face) to the thickness (bonded face).
+        depth_mm: receptor depth.
+        poisson_ratio: nu.
+    """
+
+    half_mm: float
+    half: int
+    levels: Array
+    depth_mm: float
+    poisson_ratio: float
+
+    @property
+    def pitch_mm(self) -> float:
+        return self.half_mm / self.half
+
+    @property
+    def line(self) -> Array:
+        """(half + 2,) node positions along an axis: the ghost, the pixel centres, the side."""
+        return np.append((np.arange(self.half + 1) - 0.5) * self.pitch_mm, self.half_mm)
+
+    @property
+    def unknowns(self) -> int:
+        """Of a quarter."""
+        return 3 * (self.half + 1) ** 2 * (len(self.levels) - 1)
+
+
+@dataclass(frozen=True)
+class FaceResponse:
+    """What one parity block answers to normal forces on the pixels of its quarter of the contact face.
+
+    Attributes:
+        compliance: (half², half²) normal displacement of each pixel, mm/N at E = 1 MPa; pixels row-major,
+            from the mirror planes outward.
+        strain: (6, half², loads) strains at receptor depth under the given loads.
+    """
+
+    compliance: Array
+    strain: Array
+
+
+def face_response(block: PixelBlock, parity: Parity, loads: Array, *, portable: bool = False) -> FaceResponse:
+    """Condense one parity block onto the contact face.
+
+    Args:
+        parity: whether the forces are odd in (row, column).
+        loads: (half², loads) forces (N) on the pixels of the quarter for which strains are wanted.
+        portable: do without Pardiso.
+    """
+    matrix = folded_stiffness(block, parity)
+    face = np.arange((block.half + 1) ** 2) * (len(block.levels) - 1)
+    face = 2 * (matrix.shape[0] // 3) + face
+    body = condensed(matrix, face, portable=portable)
+    spread = _force_of_pixels(block)
+    compliance = spread.T @ (spread.T @ body.compliance).T
+    solution = body.solution(spread @ loads)
+    return FaceResponse(0.5 * (compliance + compliance.T), _strain_at_depth(block, parity, solution))
+
+
+def folded_stiffness(block: PixelBlock, parity: Parity) -> sp.csr_matrix:
+    """Stiffness of a quarter: unknowns are (component, row, column, depth), the bonded level left out."""
+    lam, mu = lame(1.0, block.poisson_ratio)
+    # A straddling element belongs to either side in equal parts.
+    weights = np.ones(block.half + 1)
+    weights[0] = 0.5
+    plane = _matrices_along(block.line, weights)
+    depth = _matrices_along(block.levels, np.ones(len(block.levels) - 1))
+    bonded = sp.identity(len(block.levels), format="csr")[:, :-1]
+
+    def along(axis: int, test: int, trial: int, kind: str) -> sp.csr_matrix:
+        if axis == 2:
+            return sp.csr_matrix(bonded.T @ depth[kind] @ bonded)
+        left, right = (_fold(block.half, _is_odd(c, axis, parity)) for c in (test, trial))
+        return sp.csr_matrix(left.T @ plane[kind] @ right)
+
+    def integral(test: int, by_test: int, trial: int, by_trial: int, mass: str) -> sp.csr_matrix:
+        """Of d(test component)/d(by_test) times d(trial component)/d(by_trial)."""
+        kinds = [
+            {(True, True): "slopes", (True, False): "slope_value", (False, True): "value_slope"}.get(
+                (axis == by_test, axis == by_trial), mass
+            )
+            for axis in range(3)
+        ]
+        return sp.csr_matrix(
+            reduce(
+                lambda a, b: sp.kron(a, b, format="csr"),
+                (along(axis, test, trial, kind) for axis, kind in enumerate(kinds)),
+            )
+        )
+
+    blocks = [[sp.csr_matrix((0, 0))] * 3 for _ in range(3)]
+    for c in range(3):
+        for d in range(c, 3):
+            entry = lam * integral(c, c, d, d, "centre") + mu * integral(c, d, d, c, "mass")
+            if c == d:
+                entry = entry + mu * reduce(
+                    lambda a, b: a + b, (integral(c, a, c, a, "mass") for a in range(3))
+                )
+            blocks[c][d] = entry
+            if c != d:
+                blocks[d][c] = entry.T
+    return sp.csr_matrix(sp.bmat(blocks, format="csr"))
+
+
+def _is_odd(component: int, axis: int, parity: Parity) -> bool:
+    """Whether a displacement component is odd along an axis."""
+    return (component == axis) != parity[axis]
+
+
+def _fold(half: int, odd: bool) -> sp.csr_matrix:
+    """(half + 2, half + 1): the ghost is plus or minus the first pixel."""
+    matrix = sp.lil_matrix((half + 2, half + 1))
+    matrix[0, 0] = -1.0 if odd else 1.0
+    matrix[np.arange(1, half + 2), np.arange(half + 1)] = 1.0
+    return matrix.tocsr()
+
+
+def _matrices_along(nodes: Array, weights: Array) -> dict[str, sp.csr_matrix]:
+    """One-dimensional integrals of linear hats and their slopes, per element times its weight.
+
+    "mass" is exact, "centre" by the value at the middle of each element (the others are the same either way).
+    """
+    length = np.diff(nodes)
+    locals_ = {
+        "mass": length[:, None, None] / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]]),
+        "centre": length[:, None, None] / 4.0 * np.ones((2, 2)),
+        "slopes": 1.0 / length[:, None, None] * np.array([[1.0, -1.0], [-1.0, 1.0]]),
+        "slope_value": np.broadcast_to(0.5 * np.array([[-1.0, -1.0], [1.0, 1.0]]), (length.size, 2, 2)),
+    }
+    first = np.arange(length.size)
+    rows = (first[:, None, None] + np.array([[0, 0], [1, 1]])).ravel()
+    columns = (first[:, None, None] + np.array([[0, 1], [0, 1]])).ravel()
+    matrices = {
+        kind: sp.csr_matrix(
+            sp.coo_matrix(((weights[:, None, None] * values).ravel(), (rows, columns)), (nodes.size,) * 2)
+        )
+        for kind, values in locals_.items()
+    }
+    matrices["value_slope"] = matrices["slope_value"].T.tocsr()
+    return matrices
+
+
+def _force_of_pixels(block: PixelBlock) -> sp.csr_matrix:
+    """((half + 1)², half²): the nodes' shares of the pixels' forces.
+
+    A pixel's force stands at its centre; at the rim a quarter of it stands at the side, as uniform pressure
+    would have it.
+    """
+    line = sp.lil_matrix((block.half + 1, block.half))
+    line[np.arange(block.half), np.arange(block.half)] = 1.0
+    line[block.half - 1, block.half - 1] = 0.75
+    line[block.half, block.half - 1] = 0.25
+    return sp.csr_matrix(sp.kron(line, line, format="csr"))
+
+
+def _strain_at_depth(block: PixelBlock, parity: Parity, solution: Array) -> Array:
+    """(6, half², loads) from nodal displacements (unknowns, loads)."""
+    side = block.half + 1
+    field = solution.reshape(3, side, side, len(block.levels) - 1, -1)
+    # The bonded level does not move: leaving its column out is setting it to zero.
+    value, slope = (
+        _lagrange(block.levels, np.array([block.depth_mm]), derivative)[0, :-1]
+        for derivative in (False, True)
+    )
+    at_depth, with_depth = (np.einsum("crzdl,d->crzl", field, w) for w in (value, slope))
+
+    def derivative(component: int, by: int) -> Array:
+        if by == 2:
+            return with_depth[component][:-1, :-1]
+        operator = _slope_at_pixels(block, _is_odd(component, by, parity))
+        if by == 0:
+            return np.einsum("pr,rzl->pzl", operator, at_depth[component][:, :-1])
+        return np.einsum("pz,rzl->rpl", operator, at_depth[component][:-1])
+
+    strains = [0.5 * (derivative(a, b) + derivative(b, a)) for a, b in STRAIN_COMPONENTS]
+    return np.stack(strains).reshape(6, block.half**2, -1)
+
+
+def _slope_at_pixels(block: PixelBlock, odd: bool) -> Array:
+    """(half, half + 1): derivative along an axis at the pixel centres."""
+    mirrored = STENCIL // 2
+    inner = block.line[1:]
+    extended = np.concatenate((-inner[:mirrored][::-1], inner))
+    full = _lagrange(extended, inner[:-1], True)
+    result = full[:, mirrored:].copy()
+    result[:, :mirrored] += (-1.0 if odd else 1.0) * full[:, mirrored - 1 :: -1][:, :mirrored]
+    return result
+
+
+def _lagrange(nodes: Array, places: Array, derivative: bool) -> Array:
+    """(places, nodes): value or slope of the polynomial through the `STENCIL` nodes about each place."""
+    result = np.zeros((places.size, nodes.size))
+    points = min(STENCIL, nodes.size)
+    for row, place in enumerate(places):
+        nearest = int(np.argmin(np.abs(nodes - place)))
+        first = int(np.clip(nearest - points // 2, 0, nodes.size - points))
+        here = nodes[first : first + points] - place
+        scale = np.abs(here).max()
+        powers = np.vander(here / scale, increasing=True)
+        weights = np.linalg.inv(powers)
+        result[row, first : first + points] = weights[1] / scale if derivative else weights[0]
+    return result
