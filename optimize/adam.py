@@ -60,6 +60,9 @@ class AdamDescent:
         self._adam.zero_grad()
         self._energy.backward()
         self._adam.step()
+        with torch.no_grad():
+            # The paper's penalty lets heights stray a little; a printed plate cannot.
+            self._heights.clamp_(0.0, HEIGHT_LIMIT_MM)
         return self._stand(iterate.step + 1, iterate.memory["pressure"])
 
     def _pictures(self, heights: Tensor) -> Tensor:

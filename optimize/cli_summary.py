@@ -49,6 +49,7 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
         ("original", touch["initial_contact_area_mm2"]),
         ("target", touch["target_contact_area_mm2"]),
         ("achieved", touch["contact_area_mm2"]),
+        (f"verified ({touch['verified_by']})", touch["verified_contact_area_mm2"]),
     ]
     yield "contact", f"{_known(area)} mm²; {100.0 * touch['contact_fraction']:.0f} % of the plate touches"
     mean, rms = look["mean_change_percent_of_mean"], look["rms_change_percent_of_mean"]

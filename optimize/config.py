@@ -11,6 +11,7 @@ import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 from pydantic.fields import FieldInfo
 
+from tactile.model import FEM_MESH, MAX_MESH, MIN_MESH
 from visual.errors import InputError
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -100,14 +101,14 @@ class Descent(_Section):
 class Verify(_Section):
     """``[verify]``: the model of touch that has the last word, and samples a pixel of the final pictures.
 
-    ``fem`` presses finite elements on the relief, resampled to ``resolution`` nodes a side (built once per
-    skin, resolution and size of plate); ``layer`` is the model that steers the descent, pressed anew;
-    ``none`` believes the descent. ``corrections``: how often the aim may be corrected and the descent go on
+    ``fem`` presses finite elements on the relief, ``resolution`` nodes a side (built once per skin,
+    resolution and size of plate); ``layer`` is the model that steers the descent, pressed anew; ``none``
+    believes the descent. ``corrections``: how often the aim may be corrected and the descent go on
     where verification finds the target missed.
     """
 
     model: Literal["fem", "layer", "none"] = "fem"
-    resolution: Annotated[int, Field(ge=16, le=160, multiple_of=2)] = 96
+    resolution: Annotated[int, Field(ge=MIN_MESH, le=MAX_MESH, multiple_of=2)] = FEM_MESH
     corrections: Annotated[int, Field(ge=0, le=20)] = 3
     samples: Samples = 256
 

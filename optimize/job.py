@@ -5,6 +5,7 @@ texture -> Problem (touch + sight) -> descend -> verification -> run directory
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
 import time
@@ -195,6 +196,9 @@ def _measure(
 
 
 def _check_vacant(run_dir: Path, force: bool) -> None:
+    existing = next(path for path in (run_dir, *run_dir.absolute().parents) if path.exists())
+    if existing != run_dir and not (existing.is_dir() and os.access(existing, os.W_OK)):
+        raise InputError(f"{run_dir}: cannot be made; {existing} is not a folder that can be written")
     if run_dir.exists() and not run_dir.is_dir():
         raise InputError(f"{run_dir}: is a file; a run writes a folder")
     if not run_dir.is_dir() or not any(run_dir.iterdir()):

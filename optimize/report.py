@@ -23,7 +23,7 @@ Array = NDArray[np.floating]
 TOUCH_KEYS = (
     *("target_roughness", "initial_roughness", "roughness", "verified_roughness", "verified_by"),
     *("target_contact_area_mm2", "initial_contact_area_mm2", "contact_area_mm2", "contact_fraction"),
-    "jnd_from_original",
+    *("verified_contact_area_mm2", "jnd_from_original"),
 )
 LOOK_KEYS = ("dssim", "flip")
 FILES = {
@@ -134,11 +134,14 @@ def _numbers(report: Report) -> dict[str, Any]:
     times = dict(report.result["time_s"])
     total = times.pop("total")
     split = [*times.items(), ("everything else", max(0.0, total - sum(times.values())))]
+    verification = dict.fromkeys(("resolution", "rounds")) | dict(report.result.get("verification", {}))
     look = dict.fromkeys(LOOK_KEYS) | dict(report.result["look"])
     return {
         "touch": touch,
         "felt": touch["roughness"] if touch["verified_roughness"] is None else touch["verified_roughness"],
         "verified_by": figures.model_name(touch["verified_by"]),
+        "verification": verification,
+        "rounds": verification["rounds"] or [],
         "total_s": total,
         "time_split": [(name, seconds, 100.0 * seconds / max(total, 1e-9)) for name, seconds in split],
         "all_numbers": list(_flat(report.result)),
@@ -154,6 +157,9 @@ def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]
     for key, value in tree.items():
         if isinstance(value, Mapping):
             yield from _flat(value, f"{prefix}{key}.")
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            for number, item in enumerate(value, start=1):
+                yield from _flat(item, f"{prefix}{key}.{number}.")
         elif isinstance(value, list | tuple):
             yield f"{prefix}{key}", ", ".join(_plain(item) for item in value)
         else:

@@ -187,7 +187,7 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
             "jnd_from_original": jnd,
         },
         "verification": {
-            "resolution": None if verified is None else verified.resolution,
+            "resolution": None if verified is None else verified.mesh,
             "miss_percent": None
             if verified is None
             else 100.0 * problem.targets.miss(verified.roughness, verified.contact_area_mm2),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import tactile
 from optimize.problem import Problem
-from tactile.model import ModelName
+from tactile.model import FEM_MESH, ModelName
 
 Array = NDArray[np.float64]
 
@@ -20,37 +20,31 @@ class TouchMeasured:
     """The feel of a relief by a model named `by`.
 
     Attributes:
-        strain, pressure: (resolution, resolution); pressure in MPa.
+        mesh: nodes a side of the finite elements; None if they were not asked.
+        strain, pressure: (rows, cols); pressure in MPa.
     """
 
     by: ModelName
+    mesh: int | None
     roughness: float
     contact_area_mm2: float
     contact_fraction: float
     strain: Array
     pressure: Array
 
-    @property
-    def resolution(self) -> int:
-        return len(self.strain)
 
-
-def measure_touch(
-    problem: Problem, heights: Array, by: ModelName, resolution: int | None = None
-) -> TouchMeasured:
+def measure_touch(problem: Problem, heights: Array, by: ModelName, mesh: int = FEM_MESH) -> TouchMeasured:
     """Press anew: from a cold start, in double precision, roughness over all offsets.
 
     Args:
         heights: (rows, cols) mm.
         by: "layer" or "fem".
-        resolution: samples a side at which the skin meets the relief; None: the relief's own.
+        mesh: nodes a side of the finite elements.
     """
-    field = torch.as_tensor(heights)
-    if resolution is not None:
-        field = tactile.resampled(field, resolution)
-    touch = tactile.press(field, problem.size_mm, problem.skin, by)
+    touch = tactile.press(torch.as_tensor(heights), problem.size_mm, problem.skin, by, mesh=mesh)
     return TouchMeasured(
         by,
+        mesh if by == "fem" else None,
         float(tactile.roughness(touch.strain, problem.size_mm)),
         float(tactile.contact_area(touch.gap, problem.size_mm)),
         float(touch.contact_fraction),

@@ -9,7 +9,6 @@ from tactile.jnd import told_apart as told_apart
 from tactile.model import Touch as Touch
 from tactile.model import TouchModel as TouchModel
 from tactile.model import press as press
-from tactile.model import resampled as resampled
 from tactile.model import touch_model as touch_model
 from tactile.roughness import roughness as roughness
 from tactile.skin import Skin as Skin

@@ -23,7 +23,7 @@ from torch import Tensor
 
 from tactile.block import PARITIES, STRAIN_COMPONENTS, Parity, depth_levels, quarter_responses
 from tactile.cache import Arrays, cached
-from tactile.layer import layer_response
+from tactile.cosine_layer import is_odd, layer_symbols, modes_at_centres, strain_from_modes
 from tactile.skin import Skin
 
 Array = NDArray[np.float64]
@@ -104,21 +104,16 @@ class HybridOperator:
 
     def strain(self, pressure: Tensor) -> Tensor:
         """Strain at receptor depth: (..., 6, n, n), components as in `tactile.block.STRAIN_COMPONENTS`."""
-        modes = (self.cosines.T @ pressure @ self.cosines).unsqueeze(-3) * self.strain_symbols
-        components = []
-        for number, pair in enumerate(STRAIN_COMPONENTS):
-            row = self.sines if _odd(pair, 0) else self.cosines
-            column = self.sines if _odd(pair, 1) else self.cosines
-            components.append(row @ modes[..., number, :, :] @ column.T)
-        result = torch.stack(components, dim=-3)
+        amplitudes = self.cosines.T @ pressure @ self.cosines
+        result = strain_from_modes(amplitudes, self.strain_symbols, self.cosines, self.sines)
         for block in self.blocks:
             elements = block.row_interpolation.shape[2]
             nodal = (block.row_hats.T @ pressure @ block.column_hats).flatten(-2)
             coarse = (nodal @ block.strain.T).unflatten(-1, (6, elements, elements))
             parts = []
             for number, pair in enumerate(STRAIN_COMPONENTS):
-                row = block.row_interpolation[int(block.parity[0] != _odd(pair, 0))]
-                column = block.column_interpolation[int(block.parity[1] != _odd(pair, 1))]
+                row = block.row_interpolation[int(block.parity[0] != is_odd(pair, 0))]
+                column = block.column_interpolation[int(block.parity[1] != is_odd(pair, 1))]
                 parts.append(row @ coarse[..., number, :, :] @ column.T)
             result = result + torch.stack(parts, dim=-3)
         return result
@@ -170,20 +165,8 @@ def _operator(
     free_sides: bool,
 ) -> HybridOperator:
     position = (np.arange(n) + 0.5) / n
-    angle = np.pi * np.outer(position, np.arange(n))
-    scale = np.full(n, np.sqrt(2.0 / n))
-    scale[0] = np.sqrt(1.0 / n)
-    wavenumber = np.pi * np.arange(n) / size
-    kr, kc = np.meshgrid(wavenumber, wavenumber, indexing="ij")
-    k = np.hypot(kr, kc)
-    layer = layer_response(k, nu, thickness, depth)
-    # Lateral displacement is minus (U/k) times the gradient of the pressure pattern; W/k terms are those of
-    # the shear strain.
-    over_k = np.divide(layer.lateral, k, out=np.zeros_like(k), where=k > 0)
-    shear = -0.5 * (layer.normal - np.divide(layer.lateral_slope, k, out=np.zeros_like(k), where=k > 0))
-    strains = np.stack(
-        (over_k * kr**2, over_k * kc**2, layer.normal_slope, shear * kc, shear * kr, -over_k * kr * kc)
-    )
+    cosines, sines = modes_at_centres(n)
+    surface, strains = layer_symbols(n, size, nu, thickness, depth)
 
     def tensor(array: Array) -> Tensor:
         return torch.as_tensor(np.ascontiguousarray(array)).to(dtype)
@@ -206,17 +189,12 @@ def _operator(
     return HybridOperator(
         n,
         size,
-        tensor(np.cos(angle) * scale),
-        tensor(np.sin(angle) * scale),
-        tensor(layer.surface),
+        tensor(cosines),
+        tensor(sines),
+        tensor(surface),
         tensor(strains),
         blocks,
     )
-
-
-def _odd(pair: tuple[int, int], axis: int) -> bool:
-    """Whether a strain component is odd along an axis under a load that is even along it."""
-    return (pair[0] == axis) != (pair[1] == axis)
 
 
 def _free_sides_correction(nu: float, thickness: float, depth: float, size: float, coarse: int) -> Arrays:

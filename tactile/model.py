@@ -22,8 +22,10 @@ from tactile.strain import smallest_eigenvalue
 ModelName = Literal["layer", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)
 MIN_SAMPLES, MAX_SAMPLES = 16, 1024
-MAX_FEM_SAMPLES = 160
-"""Samples a side for finite elements: 128 take 1 GB once built and 5 GB before, and it grows fast."""
+FEM_MESH = 64
+"""Nodes a side of the finite elements. 64 -> 96 changes V by at most 0.1 % (docs/measured.md)."""
+MIN_MESH, MAX_MESH = 8, 160
+"""128 nodes a side take 1 GB once built and 5 GB before, and it grows fast."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,8 @@ class SkinOperator(Compliance, Protocol):
     def size_mm(self) -> float: ...
 
     def strain(self, pressure: Tensor) -> Tensor: ...
+
+    def to(self, dtype: torch.dtype) -> SkinOperator: ...
 
 
 @dataclass(frozen=True)
@@ -87,23 +91,30 @@ def touch_model(
     size_mm: float,
     dtype: torch.dtype = torch.float64,
     model: ModelName = "layer",
+    mesh: int = FEM_MESH,
 ) -> TouchModel:
     """The model of a skin on an n x n patch (kept; its operators also lie on disk).
 
+    Args:
+        samples: n.
+        mesh: nodes a side of the finite elements; without meaning for the layer.
+
     Raises:
-        InputError: an unknown model; `samples` or `size_mm` out of range.
+        InputError: an unknown model; `samples`, `size_mm` or `mesh` out of range.
     """
     if model not in MODELS:
         raise InputError(f'touch.model: "{model}" is not one of {", ".join(MODELS)}')
-    most = MAX_FEM_SAMPLES if model == "fem" else MAX_SAMPLES
-    if not MIN_SAMPLES <= samples <= most:
-        raise InputError(f"heights: {samples} samples a side are outside [{MIN_SAMPLES}, {most}]")
-    if model == "fem" and samples % 2:
-        raise InputError(f"heights: finite elements need an even number of samples a side, not {samples}")
+    if not MIN_SAMPLES <= samples <= MAX_SAMPLES:
+        raise InputError(f"heights: {samples} samples a side are outside [{MIN_SAMPLES}, {MAX_SAMPLES}]")
     if not 1.0 <= size_mm <= 100.0:
         raise InputError(f"size_mm: {size_mm} is outside [1, 100]")
-    build = reference_operator if model == "fem" else hybrid_operator
-    operator = build(skin, samples, size_mm, torch.float64)
+    if not MIN_MESH <= mesh <= MAX_MESH or mesh % 2:
+        raise InputError(f"mesh: {mesh} is not an even number in [{MIN_MESH}, {MAX_MESH}]")
+    operator: SkinOperator
+    if model == "fem":
+        operator = reference_operator(skin, samples, size_mm, torch.float64, mesh)
+    else:
+        operator = hybrid_operator(skin, samples, size_mm, torch.float64)
     flat = torch.zeros(samples, samples, dtype=torch.float64)
     mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
     pressure = solve_contact(operator, flat, mean).pressure
@@ -117,6 +128,7 @@ def press(
     skin: Skin | None = None,
     model: ModelName = "layer",
     start: Tensor | None = None,
+    mesh: int = FEM_MESH,
 ) -> Touch:
     """Press the skin on a relief.
 
@@ -124,13 +136,13 @@ def press(
         heights: (..., n, n) mm; float32 or float64, which is also the precision of the result.
         size_mm: side of the patch.
         skin: its parameters.
-        model: "layer", the elastic layer with free sides; "fem", finite elements with a node at every pixel
-            centre (built once per skin and grid: about two minutes at 128 x 128).
+        model: "layer", the elastic layer with free sides; "fem", finite elements (the first press of a skin
+            waits for them to be built: 10 s with 64 nodes a side, two minutes with 128).
         start: pressures (MPa) to start from.
+        mesh: nodes a side of the finite elements.
 
     Raises:
-        InputError: heights are not square, too few, too many, odd in number where that cannot be, or not
-            finite; an unknown model.
+        InputError: heights are not square, too few, too many or not finite; an unknown model; an unfit mesh.
     """
     if isinstance(heights, np.ndarray):
         # torch takes neither flipped, nor read-only, nor foreign-endian arrays.
@@ -142,22 +154,5 @@ def press(
         raise InputError(f"heights: {field.dtype} is neither float32 nor float64")
     if not bool(torch.isfinite(field).all()):
         raise InputError("heights: not every value is finite")
-    known = touch_model(skin or Skin(), field.shape[-1], float(size_mm), field.dtype, model)
+    known = touch_model(skin or Skin(), field.shape[-1], float(size_mm), field.dtype, model, mesh)
     return known.press(field, start)
-
-
-def resampled(heights: Tensor, samples: int) -> Tensor:
-    """The same relief on another grid, by cubic interpolation at the pixel centres, without smoothing.
-
-    Args:
-        heights: (..., n, n).
-        samples: m.
-
-    Returns:
-        (..., m, m).
-    """
-    if heights.shape[-1] == samples:
-        return heights
-    flat = heights.reshape(-1, 1, *heights.shape[-2:])
-    finer = torch.nn.functional.interpolate(flat, (samples, samples), mode="bicubic", align_corners=False)
-    return finer.reshape(*heights.shape[:-2], samples, samples)

@@ -99,8 +99,8 @@ def folded_stiffness(block: PixelBlock, parity: Parity) -> sp.csr_matrix:
     # A straddling element belongs to either side in equal parts.
     weights = np.ones(block.half + 1)
     weights[0] = 0.5
-    plane = _matrices_along(block.line, weights)
-    depth = _matrices_along(block.levels, np.ones(len(block.levels) - 1))
+    plane = matrices_along(block.line, weights)
+    depth = matrices_along(block.levels, np.ones(len(block.levels) - 1))
     bonded = sp.identity(len(block.levels), format="csr")[:, :-1]
 
     def along(axis: int, test: int, trial: int, kind: str) -> sp.csr_matrix:
@@ -151,7 +151,7 @@ def _fold(half: int, odd: bool) -> sp.csr_matrix:
     return matrix.tocsr()
 
 
-def _matrices_along(nodes: Array, weights: Array) -> dict[str, sp.csr_matrix]:
+def matrices_along(nodes: Array, weights: Array) -> dict[str, sp.csr_matrix]:
     """One-dimensional integrals of linear hats and their slopes, per element times its weight.
 
     "mass" is exact, "centre" by the value at the middle of each element (the others are the same either way).
@@ -195,8 +195,7 @@ def _strain_at_depth(block: PixelBlock, parity: Parity, solution: Array) -> Arra
     field = solution.reshape(3, side, side, len(block.levels) - 1, -1)
     # The bonded level does not move: leaving its column out is setting it to zero.
     value, slope = (
-        _lagrange(block.levels, np.array([block.depth_mm]), derivative)[0, :-1]
-        for derivative in (False, True)
+        lagrange(block.levels, np.array([block.depth_mm]), derivative)[0, :-1] for derivative in (False, True)
     )
     at_depth, with_depth = (np.einsum("crzdl,d->crzl", field, w) for w in (value, slope))
 
@@ -217,13 +216,13 @@ def _slope_at_pixels(block: PixelBlock, odd: bool) -> Array:
     mirrored = STENCIL // 2
     inner = block.line[1:]
     extended = np.concatenate((-inner[:mirrored][::-1], inner))
-    full = _lagrange(extended, inner[:-1], True)
+    full = lagrange(extended, inner[:-1], True)
     result = full[:, mirrored:].copy()
     result[:, :mirrored] += (-1.0 if odd else 1.0) * full[:, mirrored - 1 :: -1][:, :mirrored]
     return result
 
 
-def _lagrange(nodes: Array, places: Array, derivative: bool) -> Array:
+def lagrange(nodes: Array, places: Array, derivative: bool) -> Array:
     """(places, nodes): value or slope of the polynomial through the `STENCIL` nodes about each place."""
     result = np.zeros((places.size, nodes.size))
     points = min(STENCIL, nodes.size)

@@ -40,7 +40,7 @@ define.resolution = {samples}
 [descent]
 {descent}
 [verify]
-resolution = 32
+resolution = 16
 samples = 16
 """
 
@@ -368,7 +368,7 @@ def test_a_killed_run_goes_on_to_the_same_end(out: Path, run_file: RunFile, meth
 def test_a_run_killed_in_a_later_round_goes_on_to_the_same_end(out: Path, run_file: RunFile) -> None:
     """On a coarse mesh the finite elements differ from the layer by more than this run tolerates."""
     path = run_file("jnd = 2", "tolerance = 0.002")
-    path.write_text(path.read_text().replace("resolution = 32\n", "resolution = 20\n"))
+    path.write_text(path.read_text().replace("resolution = 16\n", "resolution = 8\n"))
     whole = job.run(path, out.with_name("whole"))
     rounds = whole.summary["verification"]["rounds"]
     assert len(rounds) > 1

@@ -147,7 +147,7 @@ def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, set
     )
     assert touch["jnd_from_original"] < 0.0
     assert touch["verified_contact_area_mm2"] == verified.contact_area_mm2
-    assert told["verification"]["resolution"] == 32
+    assert told["verification"]["resolution"] is None
     assert told["verification"]["miss_percent"] == pytest.approx(100.0 * abs(verified.roughness / 0.1 - 1.0))
     assert [r["aimed_roughness"] for r in told["verification"]["rounds"]] == [TARGETS.roughness]
 

@@ -70,7 +70,7 @@ def truth_of(roughness: Callable[[float], float], area: Callable[[float], float]
 
     def verify(heights: Array) -> TouchMeasured:
         v, a = heights[0]
-        return TouchMeasured("fem", roughness(v), area(a), 0.5, NOTHING, NOTHING)
+        return TouchMeasured("fem", 8, roughness(v), area(a), 0.5, NOTHING, NOTHING)
 
     return verify
 

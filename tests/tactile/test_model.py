@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from tactile import InputError, Skin, touch_model, press, roughness
+from tactile import InputError, Skin, press, roughness, touch_model
 from tactile.contact import solve_contact
 from tactile.hybrid import hybrid_operator
 from tactile.strain import smallest_eigenvalue
