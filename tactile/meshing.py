@@ -19,14 +19,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile.cache import Arrays, cached
+from tactile.cache import Arrays, cached, fingerprint
 from tactile.errors import InputError
 from tactile.surface import Surface, outward_normals
 
 Array = NDArray[np.float64]
-
-VERSION = 1
-"""Raised whenever what is built here changes: part of the key of the cache."""
 
 CHILD = Path(__file__).resolve().with_name("tetwild.py")
 ENVELOPE = 1e-3
@@ -105,16 +102,15 @@ def tetrahedralise(surface: Surface, sizing: Sizing | None = None, time_limit_s:
     sizing = sizing or Sizing()
     digest = hashlib.sha256(np.ascontiguousarray(surface.vertices).tobytes())
     digest.update(np.ascontiguousarray(surface.triangles).tobytes())
-    key = {"version": VERSION, "surface": digest.hexdigest(), **asdict(sizing)}
+    key = {"code": fingerprint(sys.modules[__name__]), "surface": digest.hexdigest(), **asdict(sizing)}
 
     def build() -> Arrays:
         vertices, cells = _run(surface, sizing, time_limit_s)
         cells = np.where((signed_volumes(vertices, cells) < 0.0)[:, None], cells[:, [0, 1, 3, 2]], cells)
-        # Vertex numbers are exact in double precision, which is all that the cache keeps.
-        return {"vertices": _put_back(surface, vertices, cells), "cells": cells.astype(np.float64)}
+        return {"vertices": _put_back(surface, vertices, cells), "cells": cells}
 
     arrays = cached("tetrahedra", key, build)
-    return Tetrahedra(arrays["vertices"].astype(np.float64), arrays["cells"].astype(np.int64))
+    return Tetrahedra(arrays["vertices"], arrays["cells"])
 
 
 def _run(surface: Surface, sizing: Sizing, time_limit_s: float) -> tuple[Array, NDArray[np.int64]]:

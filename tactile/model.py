@@ -14,8 +14,8 @@ from torch import Tensor
 from tactile.contact import Compliance, solve_contact
 from tactile.contact import press as press_contact
 from tactile.errors import InputError
-from tactile.hybrid import hybrid_operator
-from tactile.reference import reference_operator
+from tactile.hybrid import HybridOperator, hybrid_operator
+from tactile.reference import ReferenceOperator, reference_operator
 from tactile.skin import Skin
 from tactile.strain import smallest_eigenvalue
 
@@ -55,8 +55,6 @@ class SkinOperator(Compliance, Protocol):
     def size_mm(self) -> float: ...
 
     def strain(self, pressure: Tensor) -> Tensor: ...
-
-    def to(self, dtype: torch.dtype) -> SkinOperator: ...
 
 
 @dataclass(frozen=True)
@@ -110,7 +108,7 @@ def touch_model(
         raise InputError(f"size_mm: {size_mm} is outside [1, 100]")
     if not MIN_MESH <= mesh <= MAX_MESH or mesh % 2:
         raise InputError(f"mesh: {mesh} is not an even number in [{MIN_MESH}, {MAX_MESH}]")
-    operator: SkinOperator
+    operator: ReferenceOperator | HybridOperator
     if model == "fem":
         operator = reference_operator(skin, samples, size_mm, torch.float64, mesh)
     else:
