@@ -47,6 +47,8 @@ BARE = (32, 64, 96, 128)
 COARSE = (8, 16, 24, 32, 48)
 MANY, BATCH = 208, 8
 REPEATS = 3
+TOLERANCE = 1e-8
+"""Of contact on a half-space, for us and for others."""
 TETRAHEDRA_SIDE = 40
 """Pixels a side where tetrahedra are asked: as wide as their facets."""
 FINGERTIP_MM = 5.0
@@ -270,38 +272,65 @@ def fingertips() -> list[dict[str, Any]]:
 
 
 def half_space() -> list[dict[str, Any]]:
-    """Our contact solver on a periodic half-space beside Tamaas, where it is installed."""
+    """Our contact solver on a periodic half-space beside Tamaas and ContactMechanics, where installed."""
+    body = PeriodicHalfSpace(SIDE, SIZE_MM, SKIN.poisson_ratio)
+    rivals = {"Tamaas": tamaas_pressure, "ContactMechanics": contact_mechanics_pressure}
+    rows = []
+    for name, relief in list(twelve().items())[::3]:
+        heights = torch.as_tensor(relief)
+
+        def ours(heights: Tensor = heights) -> Array:
+            return solve_contact(body, heights, MEAN, tolerance=TOLERANCE).pressure.numpy()
+
+        row: dict[str, Any] = {"relief": name, "ours s": _median_s(ours)}
+        for rival, solver in rivals.items():
+            solve = solver(np.ascontiguousarray(relief))
+            if solve is not None:
+                seconds, pressure = _median_s(solve), solve()
+                off = np.abs(ours() - pressure).max() / pressure.max()
+                row |= {
+                    f"{rival} s": seconds,
+                    f"{rival} / ours": seconds / row["ours s"],
+                    f"pressures off {rival}": float(off),
+                }
+        rows.append(row)
+    return rows
+
+
+def tamaas_pressure(heights: Array) -> Callable[[], Array] | None:
+    """Polonsky-Keer by Tamaas; None if it is not installed."""
     try:
         import tamaas
     except ImportError:
-        return []
+        return None
     tamaas.set_log_level(tamaas.LogLevel.warning)
-    body = PeriodicHalfSpace(SIDE, SIZE_MM, SKIN.poisson_ratio)
-    rows = []
-    for name, relief in list(twelve().items())[::3]:
-        heights = np.ascontiguousarray(relief)
-        theirs = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, [SIZE_MM, SIZE_MM], [SIDE, SIDE])
-        theirs.E, theirs.nu = 1.0, SKIN.poisson_ratio
+    model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, [SIZE_MM] * 2, [SIDE] * 2)
+    model.E, model.nu = 1.0, SKIN.poisson_ratio
 
-        def ask_theirs(model: Any = theirs, heights: Array = heights) -> None:
-            model.traction[...] = 0.0
-            tamaas.PolonskyKeerRey(model, heights, 1e-8).solve(MEAN)
+    def solve() -> Array:
+        model.traction[...] = 0.0
+        tamaas.PolonskyKeerRey(model, heights, TOLERANCE).solve(MEAN)
+        return np.array(model.traction)
 
-        def ask_ours(heights: Array = heights) -> Tensor:
-            return solve_contact(body, torch.as_tensor(heights), MEAN, tolerance=1e-8).pressure
+    return solve
 
-        ours_s, theirs_s = _median_s(ask_ours), _median_s(ask_theirs)
-        difference = np.abs(ask_ours().numpy() - theirs.traction).max() / theirs.traction.max()
-        rows.append(
-            {
-                "relief": name,
-                "ours s": ours_s,
-                "Tamaas s": theirs_s,
-                "ratio": theirs_s / ours_s,
-                "largest difference of pressure": float(difference),
-            }
-        )
-    return rows
+
+def contact_mechanics_pressure(heights: Array) -> Callable[[], Array] | None:
+    """Its constrained conjugate gradient; None if it is not installed."""
+    try:
+        from ContactMechanics import PeriodicFFTElasticHalfSpace, make_system
+        from SurfaceTopography import Topography
+    except ImportError:
+        return None
+    modulus = 1.0 / (1.0 - SKIN.poisson_ratio**2)
+    half = PeriodicFFTElasticHalfSpace((SIDE, SIDE), modulus, (SIZE_MM, SIZE_MM))
+    system = make_system(substrate=half, surface=Topography(heights, (SIZE_MM, SIZE_MM), periodic=True))
+
+    def solve() -> Array:
+        result = system.minimize_proxy(external_force=MEAN * SIZE_MM**2, pentol=TOLERANCE)
+        return np.abs(np.asarray(result.jac)) * (SIDE / SIZE_MM) ** 2
+
+    return solve
 
 
 def _median_s(work: Callable[[], object]) -> float:
