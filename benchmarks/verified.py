@@ -17,7 +17,7 @@ import optimize
 from benchmarks.common import load, machine, save, table
 from benchmarks.reliefs import twelve
 from benchmarks.runs import RELIEFS
-from optimize.config import Run, run_from_scene
+from optimize.config import Run, load_run, run_from_scene
 from visual.heightmap import save_heights_exr
 
 STUDIO = "mitsuba_scenes/studio.xml"
@@ -50,11 +50,11 @@ def cases(folder: Path) -> list[tuple[str, str, Run]]:
     found = []
     for texture in RELIEFS:
         for jnd in (-2, 2):
-            run = optimize.load_run(f"mitsuba_scenes/{texture}.toml", [f"touch.jnd={jnd}"])
+            run = load_run(f"mitsuba_scenes/{texture}.toml", [f"touch.jnd={jnd}"])
             found.append((f"{texture} {jnd:+d} JND", "roughness", run))
         for both, scale in JOINT:
             overrides = [f"touch.jnd={both}", f"touch.contact_area_scale={scale}"]
-            run = optimize.load_run(f"mitsuba_scenes/{texture}.toml", overrides)
+            run = load_run(f"mitsuba_scenes/{texture}.toml", overrides)
             found.append((f"{texture} {both:+.0f} JND, area x {scale:g}", "joint", run))
     for name, heights in twelve().items():
         path = folder / f"{name.replace(' ', '-')}.exr"

@@ -45,34 +45,27 @@ REFUSED, ATTEMPTS = 0.75, 4
 LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e4
 GAP_WEIGHT_PER_MM = 20.0
 """Of the contact area whose gradient gives a step its direction. At the paper's 80 a slope holds over 0.01 mm
-only; the softer area looks further, and a gain learnt from the steps makes up for its other size."""
-LARGEST_LESSON = 3.0
-"""Factor by which one step may change that gain."""
+only; the softer area looks further, and how far to go that way is found by pressing."""
+CLOSE, PRESSES = 0.25, 5
+"""The forces on the targets are corrected until these are met but for the first share of the step, by at most
+so many presses; each costs a fifth of the step's linear solve."""
+LARGEST_CORRECTION = 3.0
+"""Times the last force by which one correction may change it."""
 
 
 class Trust(NamedTuple):
-    """How far a step is trusted: the damping mu of its shape, the share of a target that it may change.
-
-    `area_gain`: contact area changes by so many times what its softer gradient says.
-    """
+    """How far a step is trusted: the damping mu of its shape, the share of a target that it may change."""
 
     damping: float
     share: float
-    area_gain: float = 1.0
 
-    def after(self, miss: float, lesson: float) -> Trust:
-        """What the next step is trusted with.
-
-        Args:
-            miss: of this one's prediction, as a share of its length.
-            lesson: change of contact area over its prediction.
-        """
+    def after(self, miss: float) -> Trust:
+        """What the next step is trusted with, by the share of its length that this one's outcome missed."""
         damping = self.damping * (4.0 if miss > MISSED else 0.5 if miss < HIT else 1.0)
         share = self.share * (0.5 if miss > MISSED else 1.5 if miss < HIT else 1.0)
         return Trust(
             float(np.clip(damping, LEAST_DAMPING, MOST_DAMPING)),
             float(np.clip(share, LEAST_SHARE, LARGEST_SHARE)),
-            self.area_gain * float(np.clip(lesson, 1.0 / LARGEST_LESSON, LARGEST_LESSON)),
         )
 
 
@@ -82,6 +75,13 @@ class _System(NamedTuple):
     matrix: sp.csr_matrix
     damping: sp.csr_matrix
     load: Array
+
+
+class _Response(NamedTuple):
+    """Changes of the relief (heights): the best for the look, and (heights, targets) by unit forces."""
+
+    free: Array
+    pulls: Array
 
 
 class _Standing(NamedTuple):
@@ -112,36 +112,67 @@ class GaussNewton:
         return self._stand(step, heights, self._feel(heights, memory.get("pressure")), trust)
 
     def advance(self, iterate: Iterate) -> Iterate:
-        """One step: shorter ones are tried until the targets answer about as predicted."""
+        """One step: shorter ones are tried until the targets answer about as wanted."""
         assert self._standing is not None
-        problem, (look, feel) = self._problem, self._standing
+        look, feel = self._standing
         trust = Trust(*iterate.memory["trust"])
-        values, goals = _targets(problem, feel)
         system = self._system(iterate.heights, look)
         for attempt in range(ATTEMPTS):
-            wanted = np.clip(goals - values, -trust.share * np.abs(values), trust.share * np.abs(values))
-            gradients = feel.gradients.copy()
-            if problem.targets.contact_area_mm2 is not None:
-                gradients[-1] *= trust.area_gain
-            change = _constrained(system, trust.damping, gradients, wanted)
-            change *= min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
-            moved = iterate.heights + change.reshape(iterate.heights.shape)
-            # Neither eye nor finger knows the plate's own height: it stays where it was, if there is room.
-            heights = within_limits(moved - (moved - problem.heights).mean())
-            felt = self._feel(heights, feel.pressure)
-            predicted = gradients @ change
-            # A step that has almost arrived is judged by the tolerance, not by its own small length.
-            reach = np.maximum(np.abs(wanted), problem.targets.tolerance * np.abs(goals))
-            happened = _targets(problem, felt)[0] - values
-            miss = float(np.max(np.abs(happened - predicted) / reach))
-            telling = problem.targets.contact_area_mm2 is not None and abs(predicted[-1]) > 0.5 * reach[-1]
-            trust = trust.after(miss, float(happened[-1] / predicted[-1]) if telling else 1.0)
+            response = _response(system, trust.damping, feel.gradients)
+            heights, felt, miss = self._step(iterate.heights, feel, response, trust.share)
+            trust = trust.after(miss)
             if miss <= REFUSED or attempt == ATTEMPTS - 1:
                 break
+        if felt.gradients.size == 0:
+            felt = self._feel(heights, felt.pressure)
         return self._stand(iterate.step + 1, heights, felt, trust)
 
-    def _feel(self, heights: Array, start: Array | None) -> Feel:
-        return self._problem.feel(heights, start, gap_weight=GAP_WEIGHT_PER_MM)
+    def _step(
+        self, start: Array, feel: Feel, response: _Response, share: float
+    ) -> tuple[Array, Feel, float]:
+        """The step that changes the targets as wanted, by pressing on it and correcting the forces on them.
+
+        Returns:
+            The relief with the smallest miss; its feel, with gradients if no correction was needed; that miss
+            as a share of the change wanted.
+        """
+        problem, (free, pulls) = self._problem, response
+        values, goals = _targets(problem, feel)
+        wanted = np.clip(goals - values, -share * np.abs(values), share * np.abs(values))
+        # A step that has almost arrived is judged by the tolerance, not by its own small length.
+        reach = np.maximum(np.abs(wanted), problem.targets.tolerance * np.abs(goals))
+        slopes = feel.gradients @ pulls
+        # Least squares, because a target that no height changes (full contact) has no gradient to pull along.
+        forces = np.linalg.lstsq(slopes, wanted - feel.gradients @ free)[0]
+        best, before = (start, feel, np.inf), None
+        for press in range(PRESSES):
+            change = free + pulls @ forces
+            scale = min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
+            moved = start + scale * change.reshape(start.shape)
+            # Neither eye nor finger knows the plate's own height: it stays where it was, if there is room.
+            heights = within_limits(moved - (moved - problem.heights).mean())
+            # The first press mostly is the last: it comes with the gradients that the next step needs.
+            felt = self._feel(heights, best[1].pressure, gradients=press == 0)
+            happened = _targets(problem, felt)[0] - values
+            miss = float(np.max(np.abs(happened - scale * wanted) / reach))
+            if miss < best[2]:
+                best = heights, felt, miss
+            if miss <= CLOSE or scale < 1.0:
+                break
+            if before is not None:
+                # Broyden's update: the slopes as the last two presses show them.
+                moved_by = forces - before[0]
+                error = happened - before[1] - slopes @ moved_by
+                slopes = slopes + np.outer(error, moved_by) / max(moved_by @ moved_by, 1e-300)
+            before = forces, happened
+            correction = np.linalg.lstsq(slopes, wanted - happened)[0]
+            largest = LARGEST_CORRECTION * float(np.linalg.norm(forces))
+            correction *= min(1.0, largest / max(float(np.linalg.norm(correction)), 1e-300))
+            forces = forces + correction
+        return best
+
+    def _feel(self, heights: Array, start: Array | None, gradients: bool = True) -> Feel:
+        return self._problem.feel(heights, start, gradients, GAP_WEIGHT_PER_MM)
 
     def _stand(self, step: int, heights: Array, feel: Feel, trust: Trust) -> Iterate:
         look = self._view.evaluate(heights, edges=self._problem.shadow_edges)
@@ -176,13 +207,10 @@ class GaussNewton:
         return _System(matrix, damping, load)
 
 
-def _constrained(system: _System, damping: float, gradients: Array, wanted: Array) -> Array:
-    """The least-squares step that changes the targets as wanted, to first order."""
+def _response(system: _System, damping: float, gradients: Array) -> _Response:
+    """The least squares of the look solved for itself and for a force along each target's gradient."""
     solved = factorised(system.matrix + damping * system.damping)(np.column_stack((system.load, gradients.T)))
-    free, pulls = solved[:, 0], solved[:, 1:]
-    # Least squares, because a target that no height changes (full contact) has no gradient to pull along.
-    forces = np.linalg.lstsq(gradients @ pulls, wanted - gradients @ free)[0]
-    return np.asarray(free + pulls @ forces)
+    return _Response(solved[:, 0], solved[:, 1:])
 
 
 def _targets(problem: Problem, feel: Feel) -> tuple[Array, Array]:
