@@ -127,9 +127,7 @@ class GaussNewton:
             felt = self._feel(heights, felt.pressure)
         return self._stand(iterate.step + 1, heights, felt, trust)
 
-    def _step(
-        self, start: Array, feel: Feel, response: _Response, share: float
-    ) -> tuple[Array, Feel, float]:
+    def _step(self, start: Array, feel: Feel, response: _Response, share: float) -> tuple[Array, Feel, float]:
         """The step that changes the targets as wanted, by pressing on it and correcting the forces on them.
 
         Returns:
