@@ -18,10 +18,14 @@ DESCRIPTION = """\
 Renders every condition of a scene, that is each of its lights alone with the ambient light, into DIR as
 <condition>.exr (radiance, 32-bit float) and <condition>.png (sRGB; white is the radiance of a white plate
 that faces the light). Pictures of an earlier rendering are replaced.
+
+With --explain nothing is rendered and nothing written, whatever else is given: it tells what would be done,
+what is skipped because the scene does not need it, and whether `retouch optimize` can use the scene.
 """
 EPILOG = """\
 examples:
   retouch render mitsuba_scenes/studio.xml
+  retouch render studio.xml --explain
   retouch render studio.xml --texture runs/stone/heights.exr -D resolution=512 --samples 256 -o after
 """
 
@@ -44,6 +48,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seed", type=seed, default=0, metavar="N", help="the same seed, the same picture (default: 0)"
     )
+    parser.add_argument(
+        "--explain",
+        action="store_true",
+        help="only tell what would be rendered, what is skipped, and why; writes nothing, -o or not",
+    )
     add_mitsuba(parser)
 
 
@@ -57,6 +66,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(
             "--relief-mm: belongs to --texture; a scene has its own parameters, as in -D relief_mm=1"
         )
+    if arguments.explain:
+        return _explain(arguments)
     out = arguments.out or Path("renders") / arguments.scene.stem
     if out.exists() and not out.is_dir():
         raise InputError(f"{out}: -o: is a file, not a folder")
@@ -78,6 +89,29 @@ def run(arguments: argparse.Namespace) -> int:
         f"{cols} x {rows} pixels, {arguments.samples or scene.samples} samples each, {scene.variant}, "
         f"{duration(seconds)} of rendering."
     )
+    return 0
+
+
+def _explain(arguments: argparse.Namespace) -> int:
+    from rich.table import Table
+    from rich.text import Text
+
+    from visual.explain import explain_scene
+
+    lines = explain_scene(
+        arguments.scene,
+        dict(arguments.defines),
+        arguments.variant,
+        arguments.texture,
+        arguments.relief_mm,
+        arguments.samples,
+    )
+    rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False, show_header=False)
+    rows.add_column(overflow="fold")
+    rows.add_column(overflow="fold")
+    for subject, sentence in lines:
+        rows.add_row(Text(subject), Text(sentence))
+    console().print(rows)
     return 0
 
 

@@ -122,6 +122,8 @@ class _Pictures(torch.autograd.Function):
             pairs.append((ctx.ambient, np.sum(adjoints, axis=0)))
         total = np.zeros_like(ctx.heights)
         for number, (light, adjoint) in enumerate(pairs):
+            if not adjoint.any():
+                continue  # a loss that leaves this condition out
             total += interior_gradient(light, ctx.heights, adjoint, ctx.exposure, number)
             if ctx.exposure.shadow_edges:
                 total += edge_gradient(light, ctx.heights, adjoint, ctx.size_mm, ctx.exposure, number)

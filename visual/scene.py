@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,9 +13,10 @@ from torch import Tensor
 
 from visual import exact, heightmap, variants
 from visual.check import CheckedScene, check_scene, instantiate
-from visual.describe import AMBIENT, PARALLEL, Camera, Description, Light, describe
+from visual.describe import AMBIENT, PARALLEL, Description, Light, Plate, describe
 from visual.errors import InputError
 from visual.lights import LUMINANCE, ParallelLights, ambient_lights
+from visual.needs import casts_shadows, met_by_chance, needs_of
 from visual.topview import TopView
 
 Array = NDArray[np.float64]
@@ -40,7 +41,8 @@ class Scene:
     def __init__(self, checked: CheckedScene, heights: Array, variant: str | None) -> None:
         self._checked = checked
         self._description: Description = describe(checked)
-        mi = variants.load_mitsuba(colour=not self._description.grey, variant=variant)
+        self._needs = needs_of(self._description)
+        mi = variants.load_mitsuba(colour=self._needs.colour, variant=variant)
         mi.set_log_level(mi.LogLevel.Error)
         self.variant: str = mi.variant()
         self.heights = heights
@@ -48,12 +50,13 @@ class Scene:
         camera = self._description.cameras[0]
         self.resolution = (camera.rows, camera.cols)
         self.samples = camera.samples
-        self._around = [light for light in self._description.lights if light.kind == AMBIENT]
-        self._single = [light for light in self._description.lights if light.kind != AMBIENT]
-        self.conditions = tuple(_name(light, i) for i, light in enumerate(self._single)) or ("ambient",)
+        self.conditions = self._needs.conditions
         self.white = max(
             float(LUMINANCE @ colour)
-            for colour in (*(_irradiance(light) / np.pi for light in self._single), self._ambient_radiance())
+            for colour in (
+                *(_irradiance(light) / np.pi for light in self._needs.alone),
+                self._ambient_radiance(),
+            )
         )
         self._loaded: dict[tuple[int, ...], exact.LightScene] = {}
 
@@ -101,8 +104,9 @@ class Scene:
             raise InputError("heights: not every value is finite")
         if field.requires_grad:
             self._require_gradients()
-        suns = tuple(self._light_scene((light,), resolution) for light in self._single)
-        ambient = self._light_scene(tuple(self._around), resolution) if self._around else None
+        suns = tuple(self._light_scene((light,), resolution) for light in self._needs.alone)
+        around = self._needs.around
+        ambient = self._light_scene(around, resolution) if around else None
         exposure = exact.Exposure(samples or self.samples, seed, shadow_edges)
         reliefs = field.reshape(-1, *field.shape[-2:])
         each = [exact.pictures(suns, ambient, relief, self.size_mm, exposure) for relief in reliefs]
@@ -117,13 +121,10 @@ class Scene:
         """
         variants.use(self.variant)
         self._require_gradients()
-        suns = ParallelLights(
-            np.array([light.direction for light in self._single], dtype=np.float64).reshape(-1, 3),
-            np.array([_irradiance(light) for light in self._single]).reshape(-1, 3),
-        )
+        suns = _parallel(self._needs.alone)
         radiance = self._ambient_radiance()
         ambient = ambient_lights(radiance, STEP_AMBIENT_DIRECTIONS) if radiance.any() else None
-        first = self._light_scene(tuple(self._single[:1] or self._around), None)
+        first = self._light_scene(self._needs.alone[:1] or self._needs.around, None)
         return TopView(
             first.scene,
             exact.plate_bsdf(first.scene),
@@ -150,18 +151,8 @@ class Scene:
 
     def _require_gradients(self) -> None:
         variants.require_gradients()
-        where = self._checked.path
-        for light in self._single:
-            if light.kind != PARALLEL:
-                raise InputError(
-                    f"{where}: {light.kind}: gradients are only there for directional and constant light"
-                )
-        if self._description.max_depth != 2:
-            raise InputError(f"{where}: integrator: max_depth: gradients are only there for 2 (direct light)")
-        if not _is_top_view(self._description.cameras[0], self.size_mm):
-            raise InputError(
-                f"{where}: sensor: gradients are only there for a view from above that the plate fills"
-            )
+        if self._needs.obstacles:
+            raise InputError(f"{self._checked.path}: {self._needs.obstacles[0]}")
 
     def _light_scene(self, lights: tuple[Light, ...], resolution: int | None) -> exact.LightScene:
         """A scene with these lights only, made once."""
@@ -179,22 +170,20 @@ class Scene:
             film = mi.traverse(scene.sensors()[0].film())
             film["size"], film["crop_size"] = [resolution, resolution], [resolution, resolution]
             film.update()
-        parallel = [light for light in lights if light.kind == PARALLEL]
-        toward = np.array([light.direction for light in parallel], dtype=np.float64).reshape(-1, 3)
-        edges = (
-            ParallelLights(toward, np.array([_irradiance(light) for light in parallel])) if parallel else None
-        )
+        casting = [light for light in lights if casts_shadows(light)]
+        edges = _parallel(casting) if casting else None
         ambient = self._ambient_radiance() if any(light.kind == AMBIENT for light in lights) else 0.0
-        by_light, by_chance = self._integrator(0), self._integrator(1)
-        return exact.LightScene(scene, params, by_light if parallel else by_chance, edges, ambient, by_light)
+        by_light = self._integrator(0)
+        integrator = self._integrator(1) if any(met_by_chance(light) for light in lights) else by_light
+        return exact.LightScene(scene, params, integrator, edges, ambient, by_light)
 
     def _integrator(self, bsdf_samples: int) -> Any:
-        """One bounce needs no path tracer; a parallel light is never met by chance, ambient light is."""
+        """One bounce needs no path tracer; `bsdf_samples` rays per sample then look for light by chance."""
         import mitsuba as mi
 
-        depth = self._description.max_depth
-        if depth == 2:
+        if self._needs.direct:
             return mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": bsdf_samples})
+        depth = self._needs.max_depth
         return mi.load_dict({"type": "path", "max_depth": -1 if depth is None else depth})
 
 
@@ -220,34 +209,30 @@ def load_scene(
         InputError: what is wrong with the file, in one line.
     """
     checked = check_scene(path, defines)
-    plate = describe(checked).plate
-    if texture is None:
-        if plate.filename is None:
-            raise InputError(f"{path}: heightfield: filename: missing")
-        heights = heightmap.load_heights(plate.filename, relief_mm=plate.relief_mm)
-    else:
-        heights = heightmap.load_heights(texture, relief_mm=relief_mm)
-    scene = Scene(checked, heights, variant)
+    scene = Scene(checked, plate_heights(path, describe(checked).plate, texture, relief_mm), variant)
     scene.check_size(size_mm)
     return scene
 
 
-def _name(light: Light, number: int) -> str:
-    return light.id if light.id and not light.id.startswith("_") else f"light-{number + 1}"
+def plate_heights(
+    path: str | Path, plate: Plate, texture: str | Path | None = None, relief_mm: float | None = None
+) -> Array:
+    """Heights (rows, cols), mm, of `texture`, whose white is `relief_mm` above its black, or else of the file
+    that the scene at `path` names. Raises InputError."""
+    if texture is not None:
+        return heightmap.load_heights(texture, relief_mm=relief_mm)
+    if plate.filename is None:
+        raise InputError(f"{path}: heightfield: filename: missing")
+    return heightmap.load_heights(plate.filename, relief_mm=plate.relief_mm)
+
+
+def _parallel(lights: Sequence[Light]) -> ParallelLights:
+    """These parallel lights; there may be none."""
+    toward = np.array([light.direction for light in lights], dtype=np.float64).reshape(-1, 3)
+    return ParallelLights(toward, np.array([_irradiance(light) for light in lights]).reshape(-1, 3))
 
 
 def _irradiance(light: Light) -> Array:
     """Red, green and blue of a parallel light; 0 for every other kind."""
     known = light.kind == PARALLEL and light.strength is not None
     return np.array(light.strength) if known else np.zeros(3)
-
-
-def _is_top_view(camera: Camera, size_mm: float) -> bool:
-    """Whether the camera looks straight down, the plate fills a square picture, and its top is +y."""
-    half = 0.5 * size_mm
-    expected = np.array([[-half, 0.0, 0.0], [0.0, half, 0.0], [0.0, 0.0, -1.0]])
-    turn = camera.to_world[:3, :3] / np.array([1.0, 1.0, np.linalg.norm(camera.to_world[:3, 2])])
-    centred = np.allclose(camera.to_world[:2, 3], 0.0, atol=1e-6)
-    square = camera.rows == camera.cols
-    aligned = centred and np.allclose(turn, expected, atol=1e-5 * half)
-    return camera.kind == "orthographic" and square and aligned

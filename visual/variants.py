@@ -86,10 +86,18 @@ def require_gradients() -> None:
     import mitsuba
 
     name = mitsuba.variant()
-    if name is not None and is_differentiable(name):
-        return
+    missing = without_gradients("None" if name is None else name)
+    if missing:
+        raise InputError(missing)
+
+
+def without_gradients(name: str) -> str | None:
+    """Why renders of the variant called `name` have no gradients and what to do about it, in one line; None
+    if they have."""
+    if is_differentiable(name):
+        return None
     try:
         llvm.prepare()
     except llvm.LLVMMissing as missing:
-        raise InputError(f"variant: {name} has no gradients of pictures: {missing}") from missing
-    raise InputError(f"variant: {name} has no gradients of pictures; leave -m out or choose llvm_ad_mono")
+        return f"variant: {name} has no gradients of pictures: {missing}"
+    return f"variant: {name} has no gradients of pictures; leave -m out or choose llvm_ad_mono"

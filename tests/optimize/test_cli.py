@@ -16,12 +16,14 @@ import trimesh
 from PIL import Image
 
 import tactile
-from optimize import cli, cli_optimize, config, job
+from optimize import cli, cli_optimize, config, job, preparation
 from optimize.cli import main
 from optimize.cli_summary import summary
 from optimize.loop import StopReason
 from optimize.words import number
 from visual.heightmap import load_heights, save_heights_exr
+from visual.scene import Scene
+from visual.topview import TopView
 
 ROOT = Path(__file__).resolve().parents[2]
 STUDIO = ROOT / "mitsuba_scenes" / "studio.xml"
@@ -208,6 +210,63 @@ def test_render_needs_no_llvm(capsys: pytest.CaptureFixture[str]) -> None:
     assert Path("renders/studio/light-10.png").is_file()
 
 
+EXPLAIN = ["render", str(STUDIO), *SMALL, "--explain"]
+
+
+def test_explain_tells_a_line_for_each_rule_and_writes_nothing(
+    waves: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = said(capsys, *EXPLAIN, "-o", "out", "--samples", "7").splitlines()
+    told = {line.split("   ")[0]: line for line in lines}
+    assert len(told) == len(lines)
+    assert "from waves.exr" in told["plate"] and "32 x 32 pixels, 7 samples" in told["camera"]
+    assert "azimuth 250°, elevation 35°" in told["light-250"]
+    assert "4 are rendered" in told["pictures"]
+    assert "optimize can" in told["gradients"]
+    assert list(waves.parent.iterdir()) == [waves]
+
+
+def test_explain_makes_no_scene_and_renders_no_picture() -> None:
+    script = """
+import mitsuba
+from visual import llvm
+llvm.prepare()
+mitsuba.set_variant("scalar_rgb")
+work = []
+for owner, name in ((mitsuba, "render"), (mitsuba, "load_dict"), (mitsuba.parser, "instantiate")):
+    real = getattr(owner, name)
+    setattr(owner, name, lambda *a, real=real, name=name, **o: [work.append(name), real(*a, **o)][1])
+from optimize.cli import main
+print(main(sys.argv[1:]), len(work))
+"""
+    assert python(script, *EXPLAIN).stdout.splitlines()[-1] == "0 0"
+    assert int(python(script, *EXPLAIN[:-1], "--samples", "1").stdout.split()[-1]) > 4
+
+
+@pytest.mark.parametrize(
+    ("argv", "named"),
+    [
+        (["absent.xml"], "absent.xml: no such file"),
+        ([str(STUDIO), "-D", "resolutoin=16"], "resolution"),
+        ([str(STUDIO), "--texture", "absent.exr"], "absent.exr: no such file"),
+        ([str(STUDIO), "--relief-mm", "2"], "--relief-mm"),
+        ([str(STUDIO), "-m", "llvm_ad_mno"], "llvm_ad_mono"),
+    ],
+    ids=["scene", "parameter", "texture", "relief", "variant"],
+)
+def test_explain_refuses_what_render_refuses(
+    argv: list[str], named: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    refusals = []
+    for more in ([], ["--explain"]):
+        assert main(["render", *argv, *more]) == 2
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        refusals.append(printed.err)
+    assert refusals[0] == refusals[1]
+    assert named in refusals[0] and len(refusals[0].splitlines()) == 1
+
+
 # retouch export
 
 
@@ -267,6 +326,29 @@ def test_optimize_tells_everything_on_one_screen(waves: Path, capsys: pytest.Cap
         assert told in screen
     assert main(["resume", "runs/waves", "-q"]) == status
     assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("method", ["gauss-newton", "adam"])
+def test_a_descent_renders_the_look_to_keep_once(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    targets = []
+    evaluate, render = TopView.evaluate, Scene.render
+
+    def counted_evaluate(view: TopView, heights: Any, jacobian: bool = True, edges: bool = True) -> Any:
+        targets.extend(["gauss-newton"] * (not jacobian))
+        return evaluate(view, heights, jacobian, edges)
+
+    def counted_render(scene: Scene, heights: Any = None, *arguments: Any, **options: Any) -> Any:
+        steered = options["samples"] == preparation.ADAM_SAMPLES
+        targets.extend(["adam"] * (steered and not heights.requires_grad))
+        return render(scene, heights, *arguments, **options)
+
+    monkeypatch.setattr(TopView, "evaluate", counted_evaluate)
+    monkeypatch.setattr(Scene, "render", counted_render)
+    steps = ["--set", f"descent.method={method}", "--set", "verify.model=none", *FAST]
+    main(["optimize", str(STUDIO), "--texture", "waves.exr", "--jnd", "0.3", "-q", *steps])
+    rows = Path("runs/waves/history.jsonl").read_text().splitlines()
+    assert len(rows) > 1
+    assert targets == [method]
 
 
 def test_an_earlier_run_is_replaced_only_by_force(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,162 @@
+"""What a scene takes and what it is spared, in words for a designer. Nothing of the scene is loaded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from visual import variants
+from visual.check import check_scene
+from visual.describe import AMBIENT, PARALLEL, Camera, Description, Light, Plate, describe
+from visual.needs import Needs, casts_shadows, met_by_chance, needs_of
+from visual.scene import plate_heights
+
+KINDS = {"point": "point light", "area": "shining surface", "envmap": "environment map"}
+"""Lights other than parallel and ambient, by Mitsuba's names, in words."""
+NO_EDGES = "not followed: only gradients need them"
+NO_GRADIENTS = "none, so retouch optimize refuses this scene: "
+GRADIENTS = "there, with those of moving shadows: retouch optimize can keep the look of this scene"
+
+
+def explain_scene(
+    path: str | Path,
+    defines: Mapping[str, str] | None = None,
+    variant: str | None = None,
+    texture: str | Path | None = None,
+    relief_mm: float | None = None,
+    samples: int | None = None,
+) -> list[tuple[str, str]]:
+    """What `visual.load_scene(...).render(samples=samples)` would do, as (subject, sentence) lines.
+
+    The scene is checked and its height map read, so that what is wrong with them is told as for a rendering.
+
+    Raises:
+        InputError: what is wrong with the file, in one line.
+    """
+    checked = check_scene(path, defines)
+    description = describe(checked)
+    heights = plate_heights(path, description.plate, texture, relief_mm)
+    needs = needs_of(description)
+    chosen = variants.choose_variant(needs.colour, variant)
+    camera = description.cameras[0]
+    reasons = [why for why in (variants.without_gradients(chosen.name), *needs.obstacles) if why]
+    relief = f"heights {heights.min():.3g} to {heights.max():.3g} mm"
+    return [
+        ("plate", _plate(description.plate, texture or description.plate.filename, relief)),
+        ("camera", _camera(camera, needs.top_view, samples or camera.samples, len(description.cameras) - 1)),
+        *((name, _light(light)) for name, light in zip(needs.conditions, needs.alone, strict=False)),
+        *_ambient(description, needs),
+        ("pictures", _pictures(description, needs)),
+        ("bounces", _bounces(needs)),
+        ("random rays", _random_rays(needs)),
+        ("highlights", _highlights(description.plate, needs)),
+        ("colour", f"{_channels(chosen.name, needs)}; {chosen.name}: {chosen.reason}"),
+        ("shadow edges", NO_EDGES if reasons else _shadow_edges(needs)),
+        ("gradients", NO_GRADIENTS + "; ".join(reasons) if reasons else GRADIENTS),
+    ]
+
+
+def _plate(plate: Plate, file: str | Path | None, relief: str) -> str:
+    name = "" if file is None else f" from {Path(file).name}"
+    return f"{plate.size_mm:g} x {plate.size_mm:g} mm, {relief}{name}, material {_material(plate)}"
+
+
+def _material(plate: Plate) -> str:
+    """The outermost that says something of how it looks."""
+    return next((kind for kind in plate.material if kind != "twosided"), plate.material[0])
+
+
+def _camera(camera: Camera, top_view: bool, samples: int, further: int) -> str:
+    view = "straight above, the plate fills the picture" if top_view else camera.kind
+    left_out = f"; further cameras of the file are not used: {further}" if further else ""
+    return f"{view}, {camera.cols} x {camera.rows} pixels, {samples} samples each{left_out}"
+
+
+def _light(light: Light) -> str:
+    if light.kind != PARALLEL or light.direction is None:
+        return KINDS[light.kind]
+    x, y, z = light.direction
+    if not casts_shadows(light):
+        return "parallel light from straight above"
+    # Adding 0 turns a negative zero into a positive one.
+    elevation = round(float(np.degrees(np.arcsin(np.clip(z, -1.0, 1.0)))), 1) + 0.0
+    azimuth = round(float(np.degrees(np.arctan2(y, x))) % 360.0, 1) % 360.0
+    return f"parallel light, azimuth {azimuth:g}°, elevation {elevation:g}°"
+
+
+def _ambient(description: Description, needs: Needs) -> Iterator[tuple[str, str]]:
+    if needs.around:
+        role = "part of every condition" if needs.alone else "the only condition"
+        yield "ambient", f"light from all around, {role}"
+    elif any(light.kind == AMBIENT for light in description.lights):
+        yield "ambient", "black, hence left out"
+
+
+def _pictures(description: Description, needs: Needs) -> str:
+    if not needs.alone:
+        return "1 is rendered, by ambient light alone"
+    count = f"{needs.passes} {'is' if needs.passes == 1 else 'are'} rendered: each light alone"
+    if needs.around:
+        return f"{count}, and ambient light once, which is added to every condition"
+    return f"{count}; there is no ambient light, so none is looked for"
+
+
+def _bounces(needs: Needs) -> str:
+    if needs.direct:
+        return "one (max_depth 2): light goes from lamp to plate to camera, no longer paths are traced"
+    if needs.max_depth is None:
+        return "without limit (no max_depth): whole paths of light are traced"
+    return f"at most {max(0, needs.max_depth - 1)} (max_depth {needs.max_depth}): paths of light are traced"
+
+
+def _random_rays(needs: Needs) -> str:
+    if not needs.direct:
+        return "at every bounce, as the paths go on by them"
+    by_chance = [name for name, light in _named(needs) if met_by_chance(light)]
+    others = [name for name, light in _named(needs) if not met_by_chance(light)]
+    never = "a ray off the plate never meets a parallel light or a point"
+    if not by_chance:
+        return f"none: {never}"
+    sent = f"one a sample off the plate, which may meet {_list(by_chance)}"
+    return f"{sent}; none for {_list(others)}: {never}" if others else sent
+
+
+def _highlights(plate: Plate, needs: Needs) -> str:
+    if needs.matte:
+        return "none: the material is matte, so none are sampled"
+    return f"computed, as {_material(plate)} has them"
+
+
+def _channels(variant: str, needs: Needs) -> str:
+    if "mono" in variant:
+        return "one channel is rendered instead of three"
+    if "spectral" in variant:
+        return "whole spectra are rendered"
+    return "three channels are rendered" + ("" if needs.colour else ", though every one is the same")
+
+
+def _shadow_edges(needs: Needs) -> str:
+    followed = [name for name, light in _named(needs) if casts_shadows(light) or light.kind == AMBIENT]
+    above = [name for name, light in _named(needs) if not (casts_shadows(light) or light.kind == AMBIENT)]
+    sentences = []
+    if followed:
+        sentences.append(
+            f"followed in gradients for {_list(followed)}, where the relief has any; "
+            "where it has none, no ray is traced for them"
+        )
+    if above:
+        sentences.append(f"none for {_list(above)}: under light from straight above nothing is shaded")
+    return "; ".join(sentences)
+
+
+def _named(needs: Needs) -> Iterator[tuple[str, Light]]:
+    """Lights by the names that the lines above give them; ambient light once."""
+    yield from zip(needs.conditions, needs.alone, strict=False)
+    yield from (("ambient", light) for light in needs.around[:1])
+
+
+def _list(names: Iterable[str]) -> str:
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last

@@ -1,0 +1,124 @@
+"""What pictures of a scene take, decided once from its description; what is not named here is not done."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from visual.describe import AMBIENT, PARALLEL, Camera, Description, Light
+
+DIRECT_DEPTH = 2
+"""The `max_depth` of light that goes from lamp to plate to camera."""
+MET_BY_CHANCE = ("constant", "envmap", "area")
+"""Lights that a ray sent off at random may meet; it never meets a parallel light or a point."""
+MATTE = ("diffuse", "twosided")
+"""Materials that have no highlight."""
+OVERHEAD = 1e-6
+"""Largest horizontal part of the direction toward a light that stands straight above: a face would have to
+rise a million times as far as it is wide to turn away from it."""
+
+
+@dataclass(frozen=True)
+class Needs:
+    """What is rendered, and how.
+
+    Attributes:
+        conditions: names of the rendering conditions.
+        alone: the light of each condition, rendered on its own; empty if there is ambient light only.
+        around: ambient lights, rendered together once and added to every condition; empty if no such light
+            shines.
+        direct: whether one bounce is all there is, which takes no path tracing.
+        max_depth: of paths of light; None where they have no limit.
+        colour: whether a material or a light has colour, which takes three channels.
+        matte: whether the plate's material has no highlight.
+        top_view: whether the camera looks straight down on a plate that fills its square picture.
+        obstacles: why there are no gradients of these pictures, each as element, field and reason; empty if
+            there are.
+    """
+
+    conditions: tuple[str, ...]
+    alone: tuple[Light, ...]
+    around: tuple[Light, ...]
+    direct: bool
+    max_depth: int | None
+    colour: bool
+    matte: bool
+    top_view: bool
+    obstacles: tuple[str, ...]
+
+    @property
+    def passes(self) -> int:
+        """Pictures to render for one relief."""
+        return len(self.alone) + bool(self.around)
+
+
+def needs_of(description: Description) -> Needs:
+    """What pictures of this scene take."""
+    alone = tuple(light for light in description.lights if light.kind != AMBIENT)
+    ambient = tuple(light for light in description.lights if light.kind == AMBIENT)
+    direct = description.max_depth == DIRECT_DEPTH
+    top_view = _is_top_view(description.cameras[0], description.plate.size_mm)
+    return Needs(
+        conditions=tuple(_name(light, i) for i, light in enumerate(alone)) or ("ambient",),
+        alone=alone,
+        # Alone in the dark, black light still has its picture.
+        around=tuple(light for light in ambient if _shines(light) or not alone),
+        direct=direct,
+        max_depth=description.max_depth,
+        colour=not description.grey,
+        matte=set(description.plate.material) <= set(MATTE),
+        top_view=top_view,
+        obstacles=tuple(dict.fromkeys(_obstacles(description.lights, direct, top_view))),
+    )
+
+
+def met_by_chance(light: Light) -> bool:
+    """Whether rays sent off the material at random can meet a light; if not, none are sent."""
+    return light.kind in MET_BY_CHANCE
+
+
+def casts_shadows(light: Light) -> bool:
+    """Whether the plate can stand in its own way of a parallel light, on some relief.
+
+    Under all others no shadow edge is looked for. Whether a given relief has any is for `visual.edges`.
+    """
+    return (
+        light.kind == PARALLEL
+        and light.direction is not None
+        and (light.direction[2] < 0.0 or np.hypot(*light.direction[:2]) > OVERHEAD)
+    )
+
+
+def _name(light: Light, number: int) -> str:
+    return light.id if light.id and not light.id.startswith("_") else f"light-{number + 1}"
+
+
+def _shines(light: Light) -> bool:
+    """Whether a light is not known to be black."""
+    return light.strength is None or any(light.strength)
+
+
+def _obstacles(lights: tuple[Light, ...], direct: bool, top_view: bool) -> Iterator[str]:
+    for light in lights:
+        if light.kind not in (PARALLEL, AMBIENT):
+            yield f"{light.kind}: gradients are only there for directional and constant light"
+        elif light.strength is None:
+            field = "irradiance" if light.kind == PARALLEL else "radiance"
+            yield f"{light.kind}: {field}: gradients are only there for a number or an rgb colour"
+    if not direct:
+        yield f"integrator: max_depth: gradients are only there for {DIRECT_DEPTH} (direct light)"
+    if not top_view:
+        yield "sensor: gradients are only there for a view from above that the plate fills"
+
+
+def _is_top_view(camera: Camera, size_mm: float) -> bool:
+    """Whether the camera looks straight down, the plate fills a square picture, and its top is +y."""
+    half = 0.5 * size_mm
+    expected = np.array([[-half, 0.0, 0.0], [0.0, half, 0.0], [0.0, 0.0, -1.0]])
+    turn = camera.to_world[:3, :3] / np.array([1.0, 1.0, np.linalg.norm(camera.to_world[:3, 2])])
+    centred = np.allclose(camera.to_world[:2, 3], 0.0, atol=1e-6)
+    square = camera.rows == camera.cols
+    aligned = centred and np.allclose(turn, expected, atol=1e-5 * half)
+    return camera.kind == "orthographic" and square and aligned
