@@ -175,7 +175,8 @@ def _models() -> str:
     parts = ["## Models of touch\n\n`python -m benchmarks.contact`, `python -m benchmarks.pareto`.\n"]
     parts.append("![Run time against error of every touch model](images/touch-models.png)\n")
     for name, told in MODELS.items():
-        parts.append(f"{told}\n\n{contact.as_table(name, results[name])}\n")
+        if name in results:
+            parts.append(f"{told}\n\n{contact.as_table(name, results[name])}\n")
     return "\n".join(parts)
 
 
