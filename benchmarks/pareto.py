@@ -24,7 +24,7 @@ FAMILIES = {
     "meshes": ("reference: exact layer and elements (nodes a side)", "nodes a side", "#2d6a8e", "s"),
     "bare": ("elements alone, contact at their own nodes (nodes a side)", "nodes a side", "#7a7a7a", "^"),
     "tetrahedra": (
-        "quadratic tetrahedra, three smooth reliefs at 64 x 64 (unknowns)",
+        "quadratic tetrahedra, three smooth reliefs at 40 x 40 (unknowns)",
         "unknowns",
         "#6f8f3a",
         "D",

@@ -105,13 +105,13 @@ def as_table(rows: dict[str, dict[str, Any]]) -> str:
             "A off, %",
             "off at first, %",
         ),
-        *("pictures mean, %", "rms, %", "descent, s"),
+        *("pictures mean, %", "rms, %"),
     )
     lines = [
         [
             *(name, row["reason"], row["rounds"], row["steps"]),
             *(row["roughness_miss_percent"], row["area_miss_percent"], row["first_miss_percent"]),
-            *(row["picture_mean_percent"], row["picture_rms_percent"], row["seconds"]["descent"]),
+            *(row["picture_mean_percent"], row["picture_rms_percent"]),
         ]
         for name, row in rows.items()
     ]
