@@ -143,7 +143,8 @@ class GaussNewton:
         # Least squares, because a target that no height changes (full contact) has no gradient to pull along.
         forces = np.linalg.lstsq(slopes, wanted - feel.gradients @ free)[0]
         best, before = (start, feel, np.inf), None
-        for press in range(PRESSES):
+        # Roughness follows its slope well enough; correcting it too made brick at -2 JND a quarter slower.
+        for press in range(1 if problem.targets.contact_area_mm2 is None else PRESSES):
             change = free + pulls @ forces
             scale = min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
             moved = start + scale * change.reshape(start.shape)
