@@ -36,7 +36,8 @@ RESOLUTIONS = (128, 256)
 NOTES = """\
 Picture change: pictures by Mitsuba at 256 samples a pixel with the same random numbers before and
 after, at 128 and 256 pixels. V: layer model, float64, all offsets; targets within 1 %. Seconds: the
-descent alone, without loading and verification. Adam: 100 steps. % of white: of the radiance of a white
+descent alone, without loading and verification. Adam: 100 steps; its seconds were taken
+beside other work. % of white: of the radiance of a white
 plate that faces the light, as the paper's % of pixel values."""
 
 
