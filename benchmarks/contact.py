@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 import tactile
-from benchmarks.common import load, machine, save, table
+from benchmarks.common import load, machine, median_seconds, save, table
 from benchmarks.reliefs import SIDE, SIZE_MM, bumps, grating, many, noise, scaled, twelve
 from tactile.contact import solve_contact
 from tactile.hybrid import hybrid_operator
@@ -289,11 +289,11 @@ def half_space() -> list[dict[str, Any]]:
         def ours(heights: Tensor = heights) -> Array:
             return solve_contact(body, heights, MEAN, tolerance=TOLERANCE).pressure.numpy()
 
-        row: dict[str, Any] = {"relief": name, "ours s": _median_s(ours)}
+        row: dict[str, Any] = {"relief": name, "ours s": median_seconds(ours, REPEATS)}
         for rival, solver in rivals.items():
             solve = solver(np.ascontiguousarray(relief))
             if solve is not None:
-                seconds, pressure = _median_s(solve), solve()
+                seconds, pressure = median_seconds(solve, REPEATS), solve()
                 off = np.abs(ours() - pressure).max() / pressure.max()
                 row |= {
                     f"{rival} s": seconds,
@@ -338,16 +338,6 @@ def contact_mechanics_pressure(heights: Array) -> Callable[[], Array] | None:
         return np.abs(np.asarray(result.jac)) * (SIDE / SIZE_MM) ** 2
 
     return solve
-
-
-def _median_s(work: Callable[[], object]) -> float:
-    work()
-    found = []
-    for _ in range(REPEATS):
-        began = time.perf_counter()
-        work()
-        found.append(time.perf_counter() - began)
-    return float(np.median(found))
 
 
 def as_table(name: str, result: Any) -> str:

@@ -8,7 +8,6 @@ on one thread and on all.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -18,7 +17,7 @@ from scipy.ndimage import gaussian_filter
 from torch import Tensor
 
 import tactile
-from benchmarks.common import machine, save, table
+from benchmarks.common import machine, median_seconds, save, table
 from tactile.contact import solve_contact
 from tactile.hybrid import hybrid_operator
 
@@ -91,13 +90,7 @@ def parts(heights: Tensor) -> dict[str, float]:
 
 def median(work: Callable[[], object]) -> float:
     """Median milliseconds of several calls, after one to warm up."""
-    work()
-    found = []
-    for _ in range(REPEATS):
-        began = time.perf_counter()
-        work()
-        found.append(time.perf_counter() - began)
-    return 1000.0 * float(np.median(found))
+    return 1000.0 * median_seconds(work, REPEATS)
 
 
 def solver_steps(reliefs: dict[tuple[float, float], Tensor]) -> list[dict[str, Any]]:

@@ -29,7 +29,7 @@ from visual.heightmap import load_heights, save_heights_exr
 
 ROOT = Path(__file__).resolve().parents[2]
 CONDITIONS = ("light-10", "light-130", "light-250")
-SAME_MM = 1e-5
+SAME_MM = {"gauss-newton": 1e-6, "adam": 1e-5}
 """Two reliefs that differ by less are the same relief, reached twice."""
 
 RUN = """scene = "{scene}"
@@ -209,7 +209,7 @@ def test_the_settings_that_are_written_are_those_of_the_run(finished: Result, ru
 def test_running_the_written_settings_gives_the_same_relief(finished: Result, out: Path) -> None:
     again = job.run(finished.run_dir / "run.toml", out)
     assert again.summary["stop"] == finished.summary["stop"]
-    np.testing.assert_allclose(again.heights, finished.heights, atol=SAME_MM)
+    np.testing.assert_allclose(again.heights, finished.heights, atol=SAME_MM["gauss-newton"])
     np.testing.assert_allclose(
         again.summary["look"]["pixel_change_percent"],
         finished.summary["look"]["pixel_change_percent"],
@@ -360,7 +360,7 @@ def test_a_killed_run_goes_on_to_the_same_end(out: Path, run_file: RunFile, meth
     assert 2 <= load_checkpoint(out).current.step < 9
     resumed = job.resume(out)
     assert resumed.summary["stop"] == whole.summary["stop"]
-    np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM)
+    np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM[method])
     assert [row["step"] for row in history(out)] == [row["step"] for row in history(whole.run_dir)]
 
 
@@ -379,7 +379,7 @@ def test_a_run_killed_in_a_later_round_goes_on_to_the_same_end(out: Path, run_fi
     resumed = job.resume(out)
     assert resumed.summary["stop"] == whole.summary["stop"]
     assert len(resumed.summary["verification"]["rounds"]) == len(rounds)
-    np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM)
+    np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM["gauss-newton"])
 
 
 @pytest.mark.slow
@@ -399,4 +399,4 @@ def test_an_interrupted_run_writes_its_best_and_goes_on(
     )
     resumed = job.resume(out)
     assert resumed.summary["stop"] == whole.summary["stop"]
-    np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM)
+    np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM["gauss-newton"])
