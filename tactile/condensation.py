@@ -1,8 +1,8 @@
 """A stiff body condensed onto a few of its unknowns: by Pardiso's Schur complement, or column by column.
 
-(K^-1) restricted to the kept unknowns is what contact needs; the rest of the body follows from a back
-substitution. Pardiso gives the Schur complement in the same pass as the factors (five to six times faster
-than a solution per kept unknown).
+(K^-1) restricted to the kept unknowns, or to patterns of load, is what contact needs; the rest of the body
+follows from a back substitution. Pardiso gives the Schur complement in the same pass as the factors (five to
+six times faster than a solution per kept unknown).
 """
 
 from __future__ import annotations
@@ -18,7 +18,13 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from tactile.sparse import SYMMETRIC_POSITIVE_DEFINITE, factorised, has_pardiso, pardiso_solver
+from tactile.sparse import (
+    SYMMETRIC_INDEFINITE,
+    SYMMETRIC_POSITIVE_DEFINITE,
+    factorised,
+    has_pardiso,
+    pardiso_solver,
+)
 
 if TYPE_CHECKING:
     from pypardiso import PyPardisoSolver
@@ -55,6 +61,40 @@ def condensed(matrix: sp.csr_matrix, kept: NDArray[np.intp], *, portable: bool =
     return _by_schur_complement(matrix, kept)
 
 
+def condensed_onto_loads(matrix: sp.csr_matrix, loads: sp.csr_matrix, *, portable: bool = False) -> Condensed:
+    """A body seen from patterns of load: `kept` unknowns are then the coefficients of the patterns.
+
+    Costs by the number of patterns, however many unknowns they act on: the patterns join the matrix as
+    unknowns of their own, K u + F x = 0, whose Schur complement is -F'K^-1 F.
+
+    Args:
+        matrix: (n, n).
+        loads: F (n, patterns).
+        portable: as in `condensed`.
+
+    Returns:
+        `compliance` F'K^-1 F; `solution` from coefficients (patterns, m) to displacements (n, m).
+    """
+    size, patterns = loads.shape
+    if portable or not has_pardiso():
+        solve = factorised(matrix, portable=True)
+
+        def by_columns(coefficients: Array) -> Array:
+            return solve(np.asarray(loads @ coefficients))
+
+        compliance = np.empty((patterns, patterns))
+        for first in range(0, patterns, CHUNK):
+            columns = slice(first, first + CHUNK)
+            compliance[:, columns] = loads.T @ solve(loads[:, columns].toarray())
+        return Condensed(0.5 * (compliance + compliance.T), by_columns)
+
+    # Pardiso wants every diagonal entry, zero or not.
+    corner = sp.csr_matrix((np.zeros(patterns), np.arange(patterns), np.arange(patterns + 1)))
+    joined = sp.bmat([[sp.triu(matrix), loads], [None, corner]], format="csr")
+    schur, backward = _schur_complement(joined, size + np.arange(patterns), SYMMETRIC_INDEFINITE)
+    return Condensed(-0.5 * (schur + schur.T), lambda coefficients: backward(-coefficients)[:size])
+
+
 def _by_columns(matrix: sp.csr_matrix, kept: NDArray[np.intp]) -> Condensed:
     solve = factorised(matrix, portable=True)
     size = matrix.shape[0]
@@ -74,14 +114,7 @@ def _by_columns(matrix: sp.csr_matrix, kept: NDArray[np.intp]) -> Condensed:
 
 def _by_schur_complement(matrix: sp.csr_matrix, kept: NDArray[np.intp]) -> Condensed:
     upper = sp.csr_matrix(sp.triu(matrix, format="csr"))
-    upper.sort_indices()
-    solver = pardiso_solver(SYMMETRIC_POSITIVE_DEFINITE)
-    for place, value in _SCHUR_SETTINGS.items():
-        solver.iparm[place] = value
-    chosen = np.zeros(matrix.shape[0], dtype=np.int32)
-    chosen[kept] = 1
-    schur = np.zeros((kept.size, kept.size), order="F")
-    _call(solver, upper, chosen, _FACTORISE, np.zeros((matrix.shape[0], 1)), schur)
+    schur, backward = _schur_complement(upper, kept, SYMMETRIC_POSITIVE_DEFINITE)
     factor = scipy.linalg.cholesky(schur, lower=True, overwrite_a=True, check_finite=False)
     compliance, _ = scipy.linalg.lapack.dpotri(factor, lower=1, overwrite_c=1)
     compliance = np.tril(compliance) + np.tril(compliance, -1).T
@@ -90,16 +123,40 @@ def _by_schur_complement(matrix: sp.csr_matrix, kept: NDArray[np.intp]) -> Conde
         result = np.empty((matrix.shape[0], forces.shape[1]))
         for first in range(0, forces.shape[1], CHUNK):
             columns = slice(first, first + CHUNK)
-            moved = compliance @ forces[:, columns]
-            known = np.zeros((matrix.shape[0], moved.shape[1]), order="F")
-            known[kept] = moved
-            answer = np.zeros_like(known, order="F")
-            _call(solver, upper, chosen, _BACKWARD, known, answer)
-            result[:, columns] = answer
+            result[:, columns] = backward(compliance @ forces[:, columns])
         return result
 
-    weakref.finalize(solution, solver.free_memory, everything=True)
     return Condensed(compliance, solution)
+
+
+def _schur_complement(
+    upper: sp.csr_matrix, kept: NDArray[np.intp], matrix_type: int
+) -> tuple[Array, Callable[[Array], Array]]:
+    """The Schur complement of the kept unknowns, and from their values (kept, m) to all unknowns (n, m).
+
+    Args:
+        upper: upper triangle, all of its diagonal stored; positive definite without the kept unknowns.
+        matrix_type: whether with them too; Pardiso looks at the Schur complement's pivots.
+    """
+    upper.sort_indices()
+    size = upper.shape[0]
+    solver = pardiso_solver(matrix_type)
+    for place, value in _SCHUR_SETTINGS.items():
+        solver.iparm[place] = value
+    chosen = np.zeros(size, dtype=np.int32)
+    chosen[kept] = 1
+    schur = np.zeros((kept.size, kept.size), order="F")
+    _call(solver, upper, chosen, _FACTORISE, np.zeros((size, 1)), schur)
+
+    def backward(values: Array) -> Array:
+        known = np.zeros((size, values.shape[1]), order="F")
+        known[kept] = values
+        answer = np.zeros_like(known, order="F")
+        _call(solver, upper, chosen, _BACKWARD, known, answer)
+        return answer
+
+    weakref.finalize(backward, solver.free_memory, everything=True)
+    return schur, backward
 
 
 _SCHUR_SETTINGS = {
@@ -107,6 +164,7 @@ _SCHUR_SETTINGS = {
     1: 2,  # nested dissection
     9: 8,  # pivots are not perturbed in a definite matrix
     17: -1,  # no count of non-zeros
+    20: 0,  # pivots of one unknown: all but the Schur complement is definite
     23: 1,  # factors in parallel over two levels
     35: 2,  # the Schur complement of the chosen unknowns, factors kept
 }

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 Solve = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 SYMMETRIC_POSITIVE_DEFINITE = 2
-"""Pardiso's type of a real matrix of which it is given the upper triangle."""
+SYMMETRIC_INDEFINITE = -2
+"""Pardiso's types of a real matrix of which it is given the upper triangle."""
 
 
 def has_pardiso() -> bool:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactile.block import STRAIN_COMPONENTS
-from tactile.condensation import condensed
+from tactile.condensation import condensed_onto_loads
 from tactile.contact import solve_contact
 from tactile.errors import InputError
 from tactile.layer import layer_response
@@ -39,8 +39,8 @@ Array = NDArray[np.float64]
 Solve = Callable[[Array], Array]
 
 MOST_CONDENSED = 9000
-"""Vertical displacements of the contact face up to which the body is condensed onto them (0.65 GB); above,
-every product with the compliance is a solution of the whole body."""
+"""Pixels up to which the body is condensed onto them (0.65 GB); above, every product with the compliance is a
+solution of the whole body."""
 MESH_AXES = (1, 0, 2)
 SIGNS = (-1.0, 1.0, 1.0)
 """Which of x, y, z the axes row, column, depth lie along, and whether with or against it."""
@@ -221,30 +221,19 @@ def _body(
         free: their numbers among `size` displacements.
         face: numbers, among the free ones, of those that `forces` (face, n²) acts on.
     """
-    order = np.argsort(face)
-    forces = sp.csr_matrix(forces[order])
-    face = face[order]
-
-    if face.size > MOST_CONDENSED:
-        solve = factorised(matrix)
-
-        def solved(pressure: Array) -> Array:
-            loads = np.zeros((free.size, pressure.shape[1]))
-            loads[face] = forces @ pressure
-            return solve(loads)
-
-        return lambda pressure: forces.T @ solved(pressure)[face], lambda p: _scattered(solved(p), free, size)
-
-    body = condensed(matrix, face)
-
-    def whole(pressure: Array) -> Array:
-        return _scattered(body.solution(forces @ pressure), free, size)
-
-    if forces.shape[1] > face.size:
-        return lambda pressure: forces.T @ (body.compliance @ (forces @ pressure)), whole
-    pixels = forces.T @ (forces.T @ body.compliance).T
-    pixels = 0.5 * (pixels + pixels.T)
-    return lambda pressure: pixels @ pressure, whole
+    place = forces.tocoo()
+    loads = sp.csr_matrix((place.data, (face[place.row], place.col)), shape=(free.size, forces.shape[1]))
+    if forces.shape[1] <= MOST_CONDENSED:
+        body = condensed_onto_loads(matrix, loads)
+        return (
+            lambda pressure: body.compliance @ pressure,
+            lambda pressure: _scattered(body.solution(pressure), free, size),
+        )
+    solve = factorised(matrix)
+    return (
+        lambda pressure: loads.T @ solve(loads @ pressure),
+        lambda pressure: _scattered(solve(loads @ pressure), free, size),
+    )
 
 
 def _scattered(values: Array, free: NDArray[np.intp], size: int) -> Array:

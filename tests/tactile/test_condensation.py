@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from tactile.condensation import CHUNK, Condensed, condensed
+from tactile.condensation import CHUNK, Condensed, condensed, condensed_onto_loads
 from tactile.sparse import has_pardiso
 
 SIZE = 300
@@ -101,3 +101,28 @@ def test_superlu_gives_what_pardiso_gives(kept: np.ndarray) -> None:
     fast, portable = (condensed(body(), kept, portable=p) for p in (False, True))
     agree(fast.compliance, portable.compliance)
     agree(fast.solution(forces), portable.solution(forces))
+
+
+def patterns(count: int, size: int = SIZE) -> sp.csr_matrix:
+    """Sparse loads that share unknowns."""
+    return sp.random(size, count, density=0.05, rng=np.random.default_rng(6), format="csr")
+
+
+@EVERY_SOLVER
+@pytest.mark.parametrize("count", [1, 40, SIZE + 20, CHUNK + 3])
+def test_loads_are_answered_by_displacements_in_equilibrium(count: int, portable: bool) -> None:
+    loads = patterns(count)
+    coefficients = np.random.default_rng(7).normal(size=(count, 3))
+    condensate = condensed_onto_loads(body(), loads, portable=portable)
+    solution = condensate.solution(coefficients)
+    agree(body() @ solution, loads @ coefficients)
+    agree(condensate.compliance @ coefficients, loads.T @ solution)
+    np.testing.assert_array_equal(condensate.compliance, condensate.compliance.T)
+
+
+@EVERY_SOLVER
+def test_a_pattern_that_pushes_nothing_moves_nothing(portable: bool) -> None:
+    loads = sp.csr_matrix(sp.hstack((patterns(5), sp.csr_matrix((SIZE, 1)))))
+    condensate = condensed_onto_loads(body(), loads, portable=portable)
+    assert not condensate.compliance[-1].any()
+    agree(condensate.compliance[:5, :5], condensed_onto_loads(body(), patterns(5)).compliance)
