@@ -1,8 +1,8 @@
 """Every model of touch: what it costs, and how far it is from the finest.
 
 python -m benchmarks.contact              # every part that is not in the results yet
-python -m benchmarks.contact many         # one part: meshes, hybrid, bare, many, tetrahedra,
-                                          # fingertips, half-space
+python -m benchmarks.contact many         # one part: meshes, finer, portable, hybrid, bare, many,
+                                          # tetrahedra, fingertips, half-space
 python -m benchmarks.contact --again many
 
 Reliefs are 128 x 128 (`benchmarks.reliefs`), V over all offsets, float64. The finest model is the reference
@@ -20,50 +20,27 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
-from torch import Tensor
 
-import tactile
-from benchmarks.common import load, machine, median_seconds, save, table
-from benchmarks.reliefs import SIDE, SIZE_MM, bumps, grating, many, noise, scaled, twelve
-from tactile.contact import solve_contact
+from benchmarks.common import load, machine, save, table
+from benchmarks.half_space import half_space
+from benchmarks.pressing import SKIN, Array, Measured, compared, measure, resampled, stacked
+from benchmarks.reliefs import SIDE, SIZE_MM, many, twelve
+from benchmarks.unstructured import fingertips, tetrahedra
 from tactile.hybrid import hybrid_operator
-from tactile.model import SkinOperator
 from tactile.reference import reference_operator
-from tactile.strain import smallest_eigenvalue
-from tests.physics.half_space import PeriodicHalfSpace
 
-Array = NDArray[np.float64]
-
-SKIN = tactile.Skin()
-MEAN = SKIN.mean_pressure_mpa(SIZE_MM) / SKIN.young_modulus_mpa
 MESHES = (16, 32, 48, 64, 96, 128)
 FINEST = MESHES[-1]
+FINER = 160
+PORTABLE = (32, 48, 64)
 BARE = (32, 64, 96, 128)
 COARSE = (8, 16, 24, 32, 48)
-MANY, BATCH = 208, 8
-REPEATS = 3
-TOLERANCE = 1e-8
-"""Of contact on a half-space, for us and for others."""
-TETRAHEDRA_SIDE = 40
-"""Pixels a side where tetrahedra are asked: as wide as their facets. Contact creeps on finer ones."""
-FINGERTIP_MM = 5.0
-"""Thickness at the apex: a cap of 8 mm radius rises by 4.3 mm to the corners of the block."""
-FINGERTIP_RADII_MM = (None, 15.0, 10.0, 8.0)
-
-
-class Measured(NamedTuple):
-    """Of a set of reliefs: V, A (mm²), share in contact, and seconds for each relief alone and in a batch."""
-
-    roughness: Array
-    area: Array
-    fraction: Array
-    alone_s: float
-    batch_s: float
+MANY = 208
 
 
 def main() -> None:
@@ -73,9 +50,10 @@ def main() -> None:
     parser.add_argument("parts", nargs="*", default=list(PARTS))
     parser.add_argument("--again", action="store_true")
     parser.add_argument("--build", type=int, help="build one mesh in this process and print what it took")
+    parser.add_argument("--portable", action="store_true", help="build it without Pardiso")
     arguments = parser.parse_args()
     if arguments.build:
-        print(json.dumps(build(arguments.build)))
+        print(json.dumps(build(arguments.build, arguments.portable)))
         return
     results = load("contact")
     results["machine"] = machine()
@@ -86,65 +64,27 @@ def main() -> None:
         print(f"\n{name}\n{as_table(name, results[name])}", flush=True)
 
 
-def build(mesh: int) -> dict[str, float]:
+def build(mesh: int, portable: bool) -> dict[str, float]:
     """Seconds and peak memory of building the reference."""
     began = time.perf_counter()
-    reference_operator(SKIN, SIDE, SIZE_MM, mesh=mesh)
+    with patch("tactile.condensation.has_pardiso", lambda: not portable):
+        reference_operator(SKIN, SIDE, SIZE_MM, mesh=mesh)
     seconds = time.perf_counter() - began
-    return {"seconds": seconds, "peak_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6}
+    return {"build s": seconds, "peak GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6}
 
 
-def measure(operator: SkinOperator, reliefs: Tensor, repeats: int = REPEATS) -> Measured:
-    """Press on reliefs (count, n, n), in batches, and on the first few one by one."""
-    flat = smallest_eigenvalue(
-        operator.strain(solve_contact(operator, torch.zeros_like(reliefs[0]), MEAN).pressure)
-    )
-
-    def touched(heights: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        state = solve_contact(operator, heights, MEAN)
-        strain = smallest_eigenvalue(operator.strain(state.pressure)) - flat
-        return strain, state.gap, (state.pressure > 0.0).double().mean((-2, -1))
-
-    alone = []
-    for heights in reliefs[:repeats]:
-        began = time.perf_counter()
-        touched(heights)
-        alone.append(time.perf_counter() - began)
-    roughness, area, fraction, spent = [], [], [], 0.0
-    for batch in reliefs.split(BATCH):
-        began = time.perf_counter()
-        strain, gap, share = touched(batch)
-        spent += time.perf_counter() - began
-        roughness.append(tactile.roughness(strain, SIZE_MM))
-        area.append(tactile.contact_area(gap, SIZE_MM))
-        fraction.append(share)
-    return Measured(
-        torch.cat(roughness).numpy(),
-        torch.cat(area).numpy(),
-        torch.cat(fraction).numpy(),
-        float(np.median(alone)),
-        spent / len(reliefs),
-    )
-
-
-def compared(found: Measured, truth: Measured) -> dict[str, Any]:
-    """Deviations in %, and seconds."""
-    v, a = (
-        100.0 * np.abs(one / other - 1.0)
-        for one, other in ((found.roughness, truth.roughness), (found.area, truth.area))
-    )
-    return {
-        "V median %": float(np.median(v)),
-        "V worst %": float(v.max()),
-        "A median %": float(np.median(a)),
-        "A worst %": float(a.max()),
-        "s alone": found.alone_s,
-        "s in a batch": found.batch_s,
-    }
-
-
-def stacked(reliefs: dict[str, Array]) -> Tensor:
-    return torch.as_tensor(np.stack(list(reliefs.values())))
+def built_apart(mesh: int, *options: str) -> dict[str, float]:
+    """`build` in a process and a cache folder of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(
+            [sys.executable, "-m", "benchmarks.contact", "--build", str(mesh), *options],
+            env=os.environ | {"RETOUCH_CACHE": folder},
+            capture_output=True,
+            check=True,
+            text=True,
+        )
+    built: dict[str, float] = json.loads(done.stdout)
+    return built
 
 
 def finest() -> Measured:
@@ -156,18 +96,31 @@ def meshes() -> list[dict[str, Any]]:
     rows, truth = [], finest()
     for mesh in MESHES:
         found = measure(reference_operator(SKIN, SIDE, SIZE_MM, mesh=mesh), stacked(twelve()))
-        with tempfile.TemporaryDirectory() as folder:
-            done = subprocess.run(
-                [sys.executable, "-m", "benchmarks.contact", "--build", str(mesh)],
-                env=os.environ | {"RETOUCH_CACHE": folder},
-                capture_output=True,
-                check=True,
-                text=True,
-            )
-        built = json.loads(done.stdout)
+        rows.append({"nodes a side": mesh} | built_apart(mesh) | compared(found, truth))
+    return rows
+
+
+def finer() -> list[dict[str, Any]]:
+    """The finest mesh of the others against one that is finer than the pixels."""
+    truth = measure(reference_operator(SKIN, SIDE, SIZE_MM, mesh=FINER), stacked(twelve()))
+    against = {"nodes a side": FINEST, "against": FINER}
+    return [against | compared(finest(), truth)]
+
+
+def portable() -> list[dict[str, Any]]:
+    """Builds by SuperLU beside those by Pardiso."""
+    rows = []
+    for mesh in PORTABLE:
+        fast, slow = built_apart(mesh), built_apart(mesh, "--portable")
         rows.append(
-            {"nodes a side": mesh, "build s": built["seconds"], "peak GB": built["peak_gb"]}
-            | compared(found, truth)
+            {
+                "nodes a side": mesh,
+                "Pardiso s": fast["build s"],
+                "SuperLU s": slow["build s"],
+                "SuperLU / Pardiso": slow["build s"] / fast["build s"],
+                "Pardiso peak GB": fast["peak GB"],
+                "SuperLU peak GB": slow["peak GB"],
+            }
         )
     return rows
 
@@ -196,14 +149,6 @@ def bare() -> list[dict[str, Any]]:
     return rows
 
 
-def resampled(heights: Tensor, samples: int) -> Tensor:
-    """Cubic interpolation at the pixel centres of another grid."""
-    grid = (samples, samples)
-    return torch.nn.functional.interpolate(
-        heights[:, None], grid, mode="bicubic", align_corners=False
-    ).squeeze(1)
-
-
 def many_reliefs() -> dict[str, Any]:
     """The layer model against the finest reference, relief by relief."""
     reliefs = many(MANY)
@@ -216,128 +161,6 @@ def many_reliefs() -> dict[str, Any]:
         "fraction": truth.fraction.tolist(),
         "layer": {"V": found.roughness.tolist(), "A": found.area.tolist()},
     }
-
-
-def tetrahedra() -> list[dict[str, Any]]:
-    """Quadratic tetrahedra on an unstructured mesh, contact at 40 x 40, against the reference there.
-
-    On smooth reliefs: their pressures are smooth between the pixels, ours are waves up to the grid's.
-    """
-    from tactile.meshing import Sizing, tetrahedralise
-    from tactile.surface import block_surface
-    from tactile.tetrahedra import tetrahedral_operator
-
-    random = np.random.default_rng(0)
-    smooth = {
-        "grating": scaled(grating(random, 2.0), 0.6),
-        "bumps": scaled(bumps(random, 20), 0.8),
-        "noise": scaled(noise(random, 0.5), 1.0),
-    }
-    heights = resampled(stacked(smooth), TETRAHEDRA_SIDE)
-    truth = measure(reference_operator(SKIN, TETRAHEDRA_SIDE, SIZE_MM, mesh=64), heights)
-    began = time.perf_counter()
-    mesh = tetrahedralise(block_surface(SIZE_MM, SKIN.thickness_mm), Sizing(0.25, 0.8))
-    meshed = time.perf_counter()
-    operator = tetrahedral_operator(SKIN, mesh, TETRAHEDRA_SIDE, SIZE_MM)
-    built = time.perf_counter()
-    found = measure(operator, heights, repeats=1)
-    return [
-        {"unknowns": operator.unknowns, "mesh s": meshed - began, "build s": built - meshed}
-        | compared(found, truth)
-    ]
-
-
-def fingertips() -> list[dict[str, Any]]:
-    """Gravel under blocks 5 mm thick whose lower face is flat or a spherical cap, by tetrahedra."""
-    from tactile.meshing import Sizing
-    from tactile.surface import block_surface, fingertip_surface
-    from tactile.tetrahedra import press_tetrahedra
-
-    skin = tactile.Skin(thickness_mm=FINGERTIP_MM)
-    heights = resampled(stacked({"gravel": twelve()["gravel 0"]}), TETRAHEDRA_SIDE)[0]
-    rows = []
-    for radius in FINGERTIP_RADII_MM:
-        surface = (
-            block_surface(SIZE_MM, FINGERTIP_MM)
-            if radius is None
-            else fingertip_surface(SIZE_MM, FINGERTIP_MM, radius)
-        )
-        began = time.perf_counter()
-        touch = press_tetrahedra(heights, skin, surface, SIZE_MM, Sizing(0.25, 1.0))
-        rows.append(
-            {
-                "radius mm": "flat" if radius is None else radius,
-                "V": float(tactile.roughness(touch.strain, SIZE_MM)),
-                "A mm2": float(tactile.contact_area(touch.gap, SIZE_MM)),
-                "in contact": float(touch.contact_fraction),
-                "approach mm": float(touch.approach),
-                "peak pressure MPa": float(touch.pressure.max()),
-                "s": time.perf_counter() - began,
-            }
-        )
-    return rows
-
-
-def half_space() -> list[dict[str, Any]]:
-    """Our contact solver on a periodic half-space beside Tamaas and ContactMechanics, where installed."""
-    body = PeriodicHalfSpace(SIDE, SIZE_MM, SKIN.poisson_ratio)
-    rivals = {"Tamaas": tamaas_pressure, "ContactMechanics": contact_mechanics_pressure}
-    rows = []
-    for name, relief in list(twelve().items())[::3]:
-        heights = torch.as_tensor(relief)
-
-        def ours(heights: Tensor = heights) -> Array:
-            return solve_contact(body, heights, MEAN, tolerance=TOLERANCE).pressure.numpy()
-
-        row: dict[str, Any] = {"relief": name, "ours s": median_seconds(ours, REPEATS)}
-        for rival, solver in rivals.items():
-            solve = solver(np.ascontiguousarray(relief))
-            if solve is not None:
-                seconds, pressure = median_seconds(solve, REPEATS), solve()
-                off = np.abs(ours() - pressure).max() / pressure.max()
-                row |= {
-                    f"{rival} s": seconds,
-                    f"{rival} / ours": seconds / row["ours s"],
-                    f"pressures off {rival}": float(off),
-                }
-        rows.append(row)
-    return rows
-
-
-def tamaas_pressure(heights: Array) -> Callable[[], Array] | None:
-    """Polonsky-Keer by Tamaas; None if it is not installed."""
-    try:
-        import tamaas
-    except ImportError:
-        return None
-    tamaas.set_log_level(tamaas.LogLevel.warning)
-    model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, [SIZE_MM] * 2, [SIDE] * 2)
-    model.E, model.nu = 1.0, SKIN.poisson_ratio
-
-    def solve() -> Array:
-        model.traction[...] = 0.0
-        tamaas.PolonskyKeerRey(model, heights, TOLERANCE).solve(MEAN)
-        return np.array(model.traction)
-
-    return solve
-
-
-def contact_mechanics_pressure(heights: Array) -> Callable[[], Array] | None:
-    """Its constrained conjugate gradient; None if it is not installed."""
-    try:
-        from ContactMechanics import PeriodicFFTElasticHalfSpace, make_system
-        from SurfaceTopography import Topography
-    except ImportError:
-        return None
-    modulus = 1.0 / (1.0 - SKIN.poisson_ratio**2)
-    half = PeriodicFFTElasticHalfSpace((SIDE, SIDE), modulus, (SIZE_MM, SIZE_MM))
-    system = make_system(substrate=half, surface=Topography(heights, (SIZE_MM, SIZE_MM), periodic=True))
-
-    def solve() -> Array:
-        result = system.minimize_proxy(external_force=MEAN * SIZE_MM**2, pentol=TOLERANCE)
-        return np.abs(np.asarray(result.jac)) * (SIDE / SIZE_MM) ** 2
-
-    return solve
 
 
 def as_table(name: str, result: Any) -> str:
@@ -387,6 +210,8 @@ def distribution(result: dict[str, Any]) -> str:
 
 PARTS: dict[str, Callable[[], Any]] = {
     "meshes": meshes,
+    "finer": finer,
+    "portable": portable,
     "hybrid": hybrid,
     "bare": bare,
     "many": many_reliefs,
