@@ -202,9 +202,19 @@ class View:
         )
         self._params = mi.traverse(self._scene)
         self._shape = heights.shape
-        ambient = 0.0 if self._sun else AMBIENT_RADIANCE
+        self._camera = from_above(SIZE_MM, resolution)
         direct = self._integrator("direct")
-        self._light = LightScene(self._scene, self._params, direct, edges, ambient)
+        self._light = LightScene(
+            self._scene,
+            self._params,
+            (0,),
+            (self._camera,),
+            direct,
+            self._drawn,
+        )
+
+    def _drawn(self, generator: np.random.Generator) -> ParallelLights:
+        return self._suns if self._sun else ambient_lights(AMBIENT_RADIANCE, AMBIENT_DIRECTIONS, generator)
 
     def _integrator(self, kind: str) -> Any:
         import mitsuba as mi
@@ -229,21 +239,21 @@ class View:
 
     def methods(self) -> dict[str, Callable[[Array, Array, int], Array]]:
         """Every way to a gradient (rows, cols) from heights, adjoint picture and seed."""
-        from visual.exact import Exposure, edge_gradient, interior_gradient, plate_bsdf
-        from visual.topview import TopView
+        from visual.exact import Exposure, Shot, edge_gradient, interior_gradient, plate_bsdf
+        from visual.view import View as Explicit
 
         def explicit(edges: bool) -> Callable[[Array, Array, int], Array]:
             def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
-                view = TopView(
+                view = Explicit(
                     self._scene,
                     plate_bsdf(self._scene),
                     self._light.set_heights,
                     self._shape,
                     SIZE_MM,
-                    self._shape[0],
+                    self._camera,
                     self._suns,
                     self._around,
-                    seed,
+                    seed=seed,
                 )
                 jacobian = view.evaluate(heights, edges=edges).jacobians[0]
                 return np.asarray(jacobian.T @ adjoint.ravel()).reshape(self._shape)
@@ -256,9 +266,9 @@ class View:
 
                 light = replace(self._light, gradient_integrator=self._integrator(kind))
                 exposure = Exposure(64, seed, edges)
-                found = interior_gradient(light, heights, adjoint, exposure, 0)
+                found = interior_gradient(light, heights, adjoint, exposure, Shot(0, 0))
                 if edges:
-                    found = found + edge_gradient(light, heights, adjoint, SIZE_MM, exposure, 0)
+                    found = found + edge_gradient(light, heights, adjoint, SIZE_MM, exposure, Shot(0, 0))
                 return found
 
             return gradient

@@ -86,13 +86,14 @@ class AdamDescent:
             scale = 1.0 if both else energies.CONTACT_SCALE
             contact = energies.contact_energy(area, targets.contact_area_mm2)
             energy = energy + (contact / energies.CONTACT_SCALE if both else contact)
-        look = problem.look_weight * energies.visual_energy(pictures, self._target)
-        look = look + problem.regularisation * energies.regularisation_energy(pictures, self._target)
+        weights = torch.as_tensor(problem.scene.weights)
+        look = problem.look_weight * energies.visual_energy(pictures, self._target, weights)
+        look = look + problem.regularisation * energies.regularisation_energy(pictures, self._target, weights)
         clamp = energies.CLAMP_WEIGHT * energies.clamp_energy(heights, HEIGHT_LIMIT_MM)
         self._energy = energy + scale * (look + clamp)
 
         difference = (pictures - self._target).detach()
-        mean = 100.0 / float(self._target.mean())
+        mean, share = 100.0 / float(self._target.mean()), weights / weights.sum()
         moments = self._adam.state.get(self._heights, {})
         memory = {"pressure": touch.pressure.detach().numpy().copy()}
         if moments:
@@ -104,7 +105,7 @@ class AdamDescent:
             float(roughness.detach()),
             float(area.detach()),
             float(touch.contact_fraction),
-            mean * float(difference.abs().mean()),
-            mean * float(difference.square().mean().sqrt()),
+            mean * float(share @ difference.abs().mean((-2, -1))),
+            mean * float((share @ difference.square().mean((-2, -1))).sqrt()),
             memory,
         )

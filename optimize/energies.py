@@ -22,20 +22,21 @@ def contact_energy(contact_area: Tensor, target: float) -> Tensor:
     return (target - contact_area).abs()
 
 
-def visual_energy(pictures: Tensor, targets: Tensor) -> Tensor:
-    """E_vis = sum over conditions of 1/n ||I0 - I||_2 (term 3).
+def visual_energy(pictures: Tensor, targets: Tensor, weights: Tensor) -> Tensor:
+    """E_vis = sum over conditions of their weight times 1/n ||I0 - I||_2 (term 3).
 
     Args:
         pictures, targets: (conditions, rows, cols) pixel values, white = 1.
+        weights: (conditions,).
     """
-    return _norms(pictures - targets) / pictures[0].numel()
+    return _norms(pictures - targets) @ weights / pictures[0].numel()
 
 
-def regularisation_energy(pictures: Tensor, targets: Tensor) -> Tensor:
+def regularisation_energy(pictures: Tensor, targets: Tensor, weights: Tensor) -> Tensor:
     """E_reg: the same norm of the horizontal and vertical differences of the picture difference (term 4)."""
     difference = pictures - targets
     across, down = difference.diff(dim=-1), difference.diff(dim=-2)
-    return (_norms(across) + _norms(down)) / pictures[0].numel()
+    return (_norms(across) + _norms(down)) @ weights / pictures[0].numel()
 
 
 def clamp_energy(heights: Tensor, limit: float) -> Tensor:
@@ -45,4 +46,4 @@ def clamp_energy(heights: Tensor, limit: float) -> Tensor:
 
 def _norms(difference: Tensor) -> Tensor:
     # The tiny constant gives a start from the target itself, where a norm has no gradient, the gradient 0.
-    return torch.sqrt(difference.square().sum((-2, -1)) + 1e-12).sum()
+    return torch.sqrt(difference.square().sum((-2, -1)) + 1e-12)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from optimize.loop import Iterate
 from optimize.problem import Feel, Problem, within_limits
 from tactile.sparse import factorised
-from visual.topview import TopPictures
+from visual.view import Pictures
 
 Array = NDArray[np.float64]
 
@@ -87,7 +87,7 @@ class _Response(NamedTuple):
 class _Standing(NamedTuple):
     """Everything known at the current iterate."""
 
-    look: TopPictures
+    look: tuple[Pictures, ...]
     feel: Feel
 
 
@@ -99,11 +99,12 @@ class GaussNewton:
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
         resolution = REFINEMENT * max(problem.scene.resolution)
-        self._view = problem.scene.top_view(resolution, problem.seed, STRATA)
-        target = self._view.evaluate(problem.heights, jacobian=False).pictures
+        self._views = problem.scene.views(resolution, problem.seed, STRATA)
+        targets = [view.evaluate(problem.heights, jacobian=False).pictures for view in self._views]
+        target = np.concatenate(targets)
         self._unit = 1.0 / target.mean()
         self._target = target * self._unit
-        self._look_weight = problem.look_weight * problem.heights.size / resolution**2
+        self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
         self._standing: _Standing | None = None
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
@@ -174,34 +175,36 @@ class GaussNewton:
         return self._problem.feel(heights, start, gradients, GAP_WEIGHT_PER_MM)
 
     def _stand(self, step: int, heights: Array, feel: Feel, trust: Trust) -> Iterate:
-        look = self._view.evaluate(heights, edges=self._problem.shadow_edges)
+        edges = self._problem.shadow_edges
+        look = tuple(view.evaluate(heights, edges=edges) for view in self._views)
         self._standing = _Standing(look, feel)
-        difference = look.pictures * self._unit - self._target
-        mean = 100.0 / self._target.mean()
+        difference = np.concatenate([of_view.pictures for of_view in look]) * self._unit - self._target
+        mean, share = 100.0 / self._target.mean(), self._weights / self._weights.sum()
         return Iterate(
             step,
             heights,
             feel.roughness,
             feel.contact_area_mm2,
             feel.contact_fraction,
-            mean * float(np.abs(difference).mean()),
-            mean * float(np.sqrt(np.square(difference).mean())),
+            mean * float(share @ np.abs(difference).mean((-2, -1))),
+            mean * float(np.sqrt(share @ np.square(difference).mean((-2, -1)))),
             {"trust": np.array(trust), "pressure": feel.pressure},
         )
 
-    def _system(self, heights: Array, look: TopPictures) -> _System:
+    def _system(self, heights: Array, look: tuple[Pictures, ...]) -> _System:
         """The least squares of the look, undamped, and the matrix of the damping."""
         problem, shape = self._problem, heights.shape
-        weight = _picture_weight(look.pictures.shape[1], problem.regularisation)
+        smooth = _picture_weight(self._target.shape[1:], problem.regularisation)
         laplacian = _laplacian(shape)
         bend = ROUGHENING * (laplacian.T @ laplacian)
         matrix = 2.0 * bend
         load = -2.0 * (bend @ (heights - problem.heights).ravel())
-        for jacobian, picture, target in zip(look.jacobians, look.pictures, self._target, strict=True):
+        conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
+        for (jacobian, picture), target, weight in zip(conditions, self._target, self._weights, strict=True):
             scaled = jacobian * self._unit
-            weighted = weight @ scaled
-            matrix = matrix + self._look_weight * (scaled.T @ weighted)
-            load -= self._look_weight * (weighted.T @ (picture * self._unit - target).ravel())
+            weighted = smooth @ scaled
+            matrix = matrix + weight * (scaled.T @ weighted)
+            load -= weight * (weighted.T @ (picture * self._unit - target).ravel())
         damping = 2.0 * (sp.identity(heights.size, format="csr") + SMOOTHING * laplacian)
         return _System(matrix, damping, load)
 
@@ -232,9 +235,9 @@ def _laplacian(shape: tuple[int, int]) -> sp.csr_matrix:
 
 
 @lru_cache(maxsize=4)
-def _picture_weight(resolution: int, regularisation: float) -> sp.csr_matrix:
-    """W = I + w2 D'D on the pixels of a square picture."""
-    return sp.csr_matrix(sp.identity(resolution**2) + regularisation * _laplacian((resolution, resolution)))
+def _picture_weight(shape: tuple[int, int], regularisation: float) -> sp.csr_matrix:
+    """W = I + w2 D'D on the pixels of a picture."""
+    return sp.csr_matrix(sp.identity(shape[0] * shape[1]) + regularisation * _laplacian(shape))
 
 
 def _differences(n: int) -> sp.csr_matrix:

@@ -16,7 +16,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from visual import heightfield, heightmap, llvm
-from visual.describe import children
+from visual.describe import WEIGHT, children
 from visual.errors import InputError
 from visual.scene_text import TextCheck, file_of_scene, file_of_user, last_line, nearest
 from visual.variants import WITHOUT_LLVM
@@ -115,6 +115,8 @@ def instantiate(
     if lights is not None:
         _drop_lights(mi, state, keep=lights)
     for node in state.nodes:
+        if node.type == mi.ObjectType.Sensor and WEIGHT in node.props:
+            del node.props[WEIGHT]
         for key in node.props:
             # Reading marks a property as used; Mitsuba names those that none of its objects uses.
             node.props.mark_queried(key, False)
@@ -193,6 +195,12 @@ def _check_node(mi: ModuleType, node: Any, where: str, folder: Path, users_own: 
             raise InputError(f"{where}: {key}: {value!r} names a file where none belongs")
         elif kind == "Film" and key in ("width", "height") and not 1 <= int(value) <= LARGEST_FILM:
             raise InputError(f"{where}: {key}: {value} is not between 1 and {LARGEST_FILM} pixels")
+        elif (
+            kind == "Sensor"
+            and key == WEIGHT
+            and not (isinstance(value, int | float) and 0 <= value < float("inf"))
+        ):
+            raise InputError(f"{where}: {key}: {value} is not a number from 0 up")
 
 
 def _check_plate(props: Any, where: str) -> None:

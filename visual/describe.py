@@ -16,6 +16,10 @@ RGB = tuple[float, float, float]
 
 AMBIENT = "constant"
 PARALLEL = "directional"
+ENVIRONMENT = "envmap"
+AREA = "area"
+WEIGHT = "weight"
+"""Our own property of a sensor, which Mitsuba does not know."""
 
 _STRENGTH = {"directional": "irradiance", "constant": "radiance", "area": "radiance", "point": "intensity"}
 """The property that says how strong an emitter is; all default to 1, an environment map's is its picture."""
@@ -32,12 +36,27 @@ _DEFAULT_DEPTH = {"direct": 2, "prb": 6, "prb_basic": 6}
 
 
 @dataclass(frozen=True)
+class EmitterShape:
+    """The shape that an area light is on: its kind by Mitsuba's name and its node when parsed.
+
+    ``to_world`` has shape (4, 4) and maps Mitsuba's unit disk, square of side 2 or unit sphere to it.
+    ``flipped``: whether its normals are.
+    """
+
+    kind: str
+    node: int
+    to_world: NDArray[np.float64]
+    flipped: bool
+
+
+@dataclass(frozen=True)
 class Light:
     """An emitter: its kind by Mitsuba's name, its id in the file (may be empty), its node when parsed.
 
     ``direction`` is the unit vector from the plate toward a directional light, None for every other kind.
     ``to_world`` has shape (4, 4). ``strength`` is its irradiance, radiance or intensity, red, green and blue,
-    or None if that is a picture or a spectrum.
+    or None if that is a picture or a spectrum. ``shape`` is that of an area light, ``filename`` and ``scale``
+    the picture of an environment map and the factor of its values.
     """
 
     kind: str
@@ -46,11 +65,17 @@ class Light:
     direction: tuple[float, float, float] | None
     to_world: NDArray[np.float64]
     strength: RGB | None
+    shape: EmitterShape | None = None
+    filename: Path | None = None
+    scale: float = 1.0
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A sensor: its kind, id, ``to_world`` of shape (4, 4), picture size in pixels and samples a pixel."""
+    """A sensor: its kind, id, ``to_world`` of shape (4, 4), picture size in pixels and samples a pixel.
+
+    ``weight`` is its share of the look, relative to those of the other sensors.
+    """
 
     kind: str
     id: str
@@ -58,6 +83,7 @@ class Camera:
     rows: int
     cols: int
     samples: int
+    weight: float
 
 
 @dataclass(frozen=True)
@@ -78,7 +104,7 @@ class Plate:
 class Description:
     """A scene: plate, lights in the file's order (ambient ones too), cameras, and what rendering takes.
 
-    ``ambient`` is the sum of the constant radiance from all around. ``grey``: no material or light has
+    ``ambient`` is the sum of the constant radiance from all around. ``shapes`` counts the plate too. ``grey``: no material or light has
     colour. ``integrator`` is None if the file has none; ``max_depth`` is None where paths have no limit.
     """
 
@@ -86,6 +112,7 @@ class Description:
     lights: tuple[Light, ...]
     cameras: tuple[Camera, ...]
     ambient: RGB
+    shapes: int
     grey: bool
     integrator: str | None
     max_depth: int | None
@@ -103,6 +130,7 @@ def describe(checked: "CheckedScene") -> Description:
         lights=lights,
         cameras=tuple(reader.camera(index) for index in reader.of_type("Sensor")),
         ambient=_triple(np.broadcast_to(ambient, 3)),
+        shapes=len(reader.of_type("Shape")),
         grey=all(reader.is_grey(index) for index in range(len(nodes))),
         integrator=integrator,
         max_depth=max_depth,
@@ -162,7 +190,7 @@ class _Reader:
         return _triple(value)
 
     def light(self, index: int) -> Light:
-        kind = self.kind(index)
+        kind, props = self.kind(index), self.nodes[index].props
         return Light(
             kind=kind,
             id=str(self.nodes[index].props.id()),
@@ -170,7 +198,27 @@ class _Reader:
             direction=self.toward(index) if kind == PARALLEL else None,
             to_world=self.to_world(index),
             strength=self.rgb(index, _STRENGTH[kind], 1.0) if kind in _STRENGTH else None,
+            shape=self.emitter_shape(index) if kind == AREA else None,
+            filename=Path(props["filename"]) if kind == ENVIRONMENT and "filename" in props else None,
+            scale=float(props.get("scale", 1.0)) if kind == ENVIRONMENT else 1.0,
         )
+
+    def emitter_shape(self, emitter: int) -> EmitterShape | None:
+        """The shape that an emitter is on, None for one on its own, which Mitsuba refuses."""
+        for index in self.of_type("Shape"):
+            if emitter in children(self.nodes, index):
+                props = self.nodes[index].props
+                placed = np.eye(4)
+                if self.kind(index) == "sphere":
+                    placed[:3, :3] *= float(props.get("radius", 1.0))
+                    placed[:3, 3] = np.array(props.get("center", (0.0, 0.0, 0.0)), dtype=np.float64)
+                return EmitterShape(
+                    kind=self.kind(index),
+                    node=index,
+                    to_world=self.to_world(index) @ placed,
+                    flipped=bool(props.get("flip_normals", False)),
+                )
+        return None
 
     def toward(self, index: int) -> tuple[float, float, float]:
         props = self.nodes[index].props
@@ -200,6 +248,7 @@ class _Reader:
             rows=rows,
             cols=cols,
             samples=int(samples),
+            weight=float(self.nodes[index].props.get(WEIGHT, 1.0)),
         )
 
     def plate(self, index: int) -> Plate:

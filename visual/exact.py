@@ -1,8 +1,8 @@
 """Pictures by Mitsuba as a torch function of the heights, with exact gradients.
 
 Light is linear: each light is rendered alone and ambient light once, and a condition is their sum. The
-gradient is Mitsuba's (radiance by slope, automatic differentiation) plus the motion of shadow boundaries
-(`visual.edges`), which automatic differentiation of a renderer misses.
+gradient is Mitsuba's (radiance by slope, automatic differentiation) plus the motion of shadow boundaries and
+of the faces in the picture (`visual.boundaries`), which automatic differentiation of a renderer misses.
 
 Between torch and Dr.Jit numbers are copied: zero-copy exchange aliases, and a parameter that torch changes
 in place between forward and backward would silently change the gradient.
@@ -10,8 +10,9 @@ in place between forward and backward would silently change the gradient.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -19,17 +20,23 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from visual import mesh, variants
-from visual.edges import EDGE_SAMPLES, shadow_edges
-from visual.lights import LUMINANCE, ParallelLights, ambient_lights
+from visual.boundaries import Background, boundary_entries, darkness, edge_jitter, seen_outlines
+from visual.edges import shadow_edges
+from visual.lights import LUMINANCE, ParallelLights
+from visual.posed import Posed
+from visual.projection import Projection
 from visual.rays import plate_shape
 from visual.relief import relief
 from visual.shading import shade
-from visual.topview import UP, edge_entries
 
 Array = NDArray[np.float64]
 
-AMBIENT_DIRECTIONS = 8
-"""Directions by which a gradient follows the shadow edges of ambient light; drawn anew at every call."""
+
+class Shot(NamedTuple):
+    """Which picture: numbers of the camera and of the light (or the lights that shine together)."""
+
+    camera: int
+    light: int
 
 
 def _variant() -> str:
@@ -40,24 +47,28 @@ def _variant() -> str:
 
 @dataclass(frozen=True)
 class LightScene:
-    """One light (or all ambient light) over the plate as a Mitsuba scene of its own.
+    """One light (or all that shine together) over the plate as a Mitsuba scene of its own.
 
     Attributes:
         scene, params: `mi.Scene` and its `mi.traverse`.
+        sensors, cameras: numbers of the scene's sensors that take pictures, and what they see where.
         integrator: what renders it.
-        edges: the parallel light whose shadow edges are followed; None where they are not (or not by this
-        light). ambient: radiance of ambient light whose shadow edges are followed, one number or red, green
-        and blue; 0 for none.
+        lights: draws the parallel lights that stand for it where gradients follow shadows and outlines.
+        shadows: whether it casts any, on some relief.
+        background: what the cameras see beside the plate.
         gradient_integrator: what gives radiance by slope, if not `integrator`. Its directions must not turn
-        with the surface, as those drawn from a material do: the shadows would move along.
+            with the surface, as those drawn from a material do: the shadows would move along.
         variant: Mitsuba's, in which the scene was made.
     """
 
     scene: Any
     params: Any
+    sensors: tuple[int, ...]
+    cameras: tuple[Projection, ...]
     integrator: Any
-    edges: ParallelLights | None
-    ambient: float | Array
+    lights: Callable[[np.random.Generator], ParallelLights]
+    shadows: bool = True
+    background: Background = darkness
     gradient_integrator: Any = None
     variant: str = field(default_factory=_variant)
 
@@ -89,7 +100,7 @@ def pictures(
     size_mm: float,
     exposure: Exposure,
 ) -> Tensor:
-    """(conditions, rows, cols) radiance; differentiable with respect to `heights` (rows, cols), mm."""
+    """(conditions, rows, cols) radiance, camera by camera; differentiable by `heights` (rows, cols), mm."""
     result: Tensor = _Pictures.apply(heights, suns, ambient, size_mm, exposure)
     return result
 
@@ -105,49 +116,61 @@ class _Pictures(torch.autograd.Function):
         exposure: Exposure,
     ) -> Tensor:
         values = _to_numpy(heights)
-        scenes = (*suns, *(() if ambient is None else (ambient,)))
-        rendered = [_render(s, values, exposure, number) for number, s in enumerate(scenes)]
-        if ambient is not None and suns:
-            around = rendered.pop()
-            rendered = [picture + around for picture in rendered]
+        rendered = []
+        for camera in range(_cameras(suns, ambient)):
+            alone = [_render(s, values, exposure, Shot(camera, number)) for number, s in enumerate(suns)]
+            if ambient is not None:
+                around = _render(ambient, values, exposure, Shot(camera, len(suns)))
+                alone = [picture + around for picture in alone] or [around]
+            rendered += alone
         ctx.heights, ctx.suns, ctx.ambient = values, suns, ambient
         ctx.size_mm, ctx.exposure = size_mm, exposure
         return torch.as_tensor(np.stack(rendered)).to(heights.dtype)
 
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None, None, None, None]:
-        adjoints = [_to_numpy(g) for g in gradients[0]]
-        pairs = list(zip(ctx.suns, adjoints, strict=False))
-        if ctx.ambient is not None:
-            pairs.append((ctx.ambient, np.sum(adjoints, axis=0)))
+        adjoints = _to_numpy(gradients[0])
+        suns, ambient = ctx.suns, ctx.ambient
         total = np.zeros_like(ctx.heights)
-        for number, (light, adjoint) in enumerate(pairs):
-            if not adjoint.any():
-                continue  # a loss that leaves this condition out
-            total += interior_gradient(light, ctx.heights, adjoint, ctx.exposure, number)
-            if ctx.exposure.shadow_edges:
-                total += edge_gradient(light, ctx.heights, adjoint, ctx.size_mm, ctx.exposure, number)
+        for camera, of_camera in enumerate(np.split(adjoints, _cameras(suns, ambient))):
+            pairs = list(zip(suns, of_camera, strict=False))
+            if ambient is not None:
+                pairs.append((ambient, np.sum(of_camera, axis=0)))
+            for number, (light, adjoint) in enumerate(pairs):
+                if not adjoint.any():
+                    continue  # a loss that leaves this condition out
+                shot = Shot(camera, number)
+                total += interior_gradient(light, ctx.heights, adjoint, ctx.exposure, shot)
+                if ctx.exposure.shadow_edges:
+                    total += edge_gradient(light, ctx.heights, adjoint, ctx.size_mm, ctx.exposure, shot)
         return torch.as_tensor(total).to(gradients[0].dtype), None, None, None, None
+
+
+def _cameras(suns: tuple[LightScene, ...], ambient: LightScene | None) -> int:
+    return max(len(light.cameras) for light in (*suns, ambient) if light is not None)
 
 
 def _to_numpy(tensor: Tensor) -> Array:
     return np.array(tensor.detach().cpu().numpy(), dtype=np.float64)
 
 
-def _seed(exposure: Exposure, number: int, purpose: int) -> int:
-    """Keeps apart the random numbers of a picture's lights, and those of a picture and of its gradient."""
-    return int(np.random.SeedSequence((exposure.seed, purpose, number)).generate_state(1)[0])
+def _seed(exposure: Exposure, shot: Shot, purpose: int) -> int:
+    """Keeps apart the random numbers of pictures, and those of a picture and of its gradient."""
+    return int(np.random.SeedSequence((exposure.seed, purpose, *shot)).generate_state(1)[0])
 
 
-def _render(light: LightScene, heights: Array, exposure: Exposure, number: int) -> Array:
+def _render(light: LightScene, heights: Array, exposure: Exposure, shot: Shot) -> Array:
     import drjit as dr
     import mitsuba as mi
 
     light.set_heights(heights)
     with dr.suspend_grad():
-        seed = _seed(exposure, number, 0)
         picture = mi.render(
-            light.scene, integrator=light.integrator, spp=exposure.samples, seed=mi.UInt32(seed)
+            light.scene,
+            sensor=light.sensors[shot.camera],
+            integrator=light.integrator,
+            spp=exposure.samples,
+            seed=mi.UInt32(_seed(exposure, shot, 0)),
         )
     return _grey(np.array(picture, dtype=np.float64))
 
@@ -162,7 +185,7 @@ def _grey(picture: Array) -> Array:
 
 
 def interior_gradient(
-    light: LightScene, heights: Array, adjoint: Array, exposure: Exposure, number: int
+    light: LightScene, heights: Array, adjoint: Array, exposure: Exposure, shot: Shot
 ) -> Array:
     """Mitsuba's own gradient (rows, cols): how radiance changes with slope, shadows held still."""
     import drjit as dr
@@ -175,7 +198,8 @@ def interior_gradient(
     dr.enable_grad(value)
     light.params[key] = value
     light.params.update()
-    channels = light.scene.sensors()[0].film().base_channels_count()
+    sensor = light.sensors[shot.camera]
+    channels = light.scene.sensors()[sensor].film().base_channels_count()
     spread = np.repeat(adjoint[:, :, None], channels, axis=2) / channels
     if channels == 3:
         spread = adjoint[:, :, None] * LUMINANCE
@@ -183,7 +207,8 @@ def interior_gradient(
         light.scene,
         light.params,
         mi.TensorXf(np.ascontiguousarray(spread, dtype=np.float32)),
-        seed=_seed(exposure, number, 1),
+        sensor=sensor,
+        seed=_seed(exposure, shot, 1),
         spp=exposure.samples,
     )
     gradient = np.array(dr.grad(value), dtype=np.float64).reshape(heights.shape)
@@ -192,26 +217,29 @@ def interior_gradient(
 
 
 def edge_gradient(
-    light: LightScene, heights: Array, adjoint: Array, size_mm: float, exposure: Exposure, number: int
+    light: LightScene, heights: Array, adjoint: Array, size_mm: float, exposure: Exposure, shot: Shot
 ) -> Array:
-    """What the motion of shadow boundaries adds to the gradient, (rows, cols)."""
-    generator = np.random.default_rng(_seed(exposure, number, 1))
-    lights = light.edges
-    if np.any(light.ambient):
-        lights = ambient_lights(light.ambient, AMBIENT_DIRECTIONS, generator)
-    if lights is None:
+    """What moving shadows, and faces that move in the picture, add to the gradient, (rows, cols)."""
+    camera = light.cameras[shot.camera]
+    if camera.overhead and not light.shadows:
         return np.zeros_like(heights)
-    plate = relief(*heights.shape, size_mm)
-    jitter = generator.uniform(size=(len(plate.edge_start), EDGE_SAMPLES))
-    found = shadow_edges(light.scene, plate, heights, lights, jitter)
-    if len(found.light) == 0:
+    generator = np.random.default_rng(_seed(exposure, shot, 1))
+    lights = light.lights(generator)
+    posed = Posed(light.scene, relief(*heights.shape, size_mm), heights)
+    jitter = edge_jitter(posed.plate, generator)
+    shadows = shadow_edges(posed, lights, jitter.shadows)
+    moving = seen_outlines(posed, camera, jitter)
+    if len(shadows.light) == 0 and moving is None:
         return np.zeros_like(heights)
-    slopes = plate.slopes(heights)
-    shading = shade(plate_bsdf(light.scene), *slopes, lights, UP)
-    lost = shading.radiance[found.light, found.receiver]
-    pixels, samples, values = edge_entries(plate, found, lost, adjoint.shape[0])
-    gradient = np.bincount(samples, adjoint.ravel()[pixels] * values, minlength=heights.size)
-    return np.asarray(gradient, dtype=np.float64).reshape(heights.shape)
+    bsdf = plate_bsdf(light.scene)
+    shading = shade(bsdf, *posed.slopes, lights, camera.toward(posed.centres))
+    gradient = np.zeros(heights.size)
+    for pixels, samples, values in boundary_entries(
+        posed, camera, bsdf, lights, shading, light.background, shadows, moving
+    ):
+        weighted = adjoint.ravel()[pixels] * values
+        gradient += np.bincount(samples, weighted, minlength=heights.size)
+    return gradient.reshape(heights.shape)
 
 
 def plate_bsdf(scene: Any) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 from visual import variants
 from visual.check import check_scene
 from visual.describe import AMBIENT, PARALLEL, Camera, Description, Light, Plate, describe
-from visual.needs import Needs, casts_shadows, met_by_chance, needs_of
+from visual.needs import Needs, camera_name, casts_shadows, met_by_chance, needs_of
 from visual.scene import plate_heights
 
 KINDS = {"point": "point light", "area": "shining surface", "envmap": "environment map"}
@@ -18,6 +18,7 @@ KINDS = {"point": "point light", "area": "shining surface", "envmap": "environme
 NO_EDGES = "not followed: only gradients need them"
 NO_GRADIENTS = "none, so retouch optimize refuses this scene: "
 GRADIENTS = "there, with those of moving shadows: retouch optimize can keep the look of this scene"
+OUTLINES = "followed in gradients: from the side, faces move in the picture"
 
 
 def explain_scene(
@@ -40,13 +41,12 @@ def explain_scene(
     heights = plate_heights(path, description.plate, texture, relief_mm)
     needs = needs_of(description)
     chosen = variants.choose_variant(needs.colour, variant)
-    camera = description.cameras[0]
     reasons = [why for why in (variants.without_gradients(chosen.name), *needs.obstacles) if why]
     relief = f"heights {heights.min():.3g} to {heights.max():.3g} mm"
     return [
         ("plate", _plate(description.plate, texture or description.plate.filename, relief)),
-        ("camera", _camera(camera, needs.top_view, samples or camera.samples, len(description.cameras) - 1)),
-        *((name, _light(light)) for name, light in zip(needs.conditions, needs.alone, strict=False)),
+        *_cameras(description, needs, samples),
+        *((name, _light(light)) for name, light in zip(needs.lights, needs.alone, strict=False)),
         *_ambient(description, needs),
         ("pictures", _pictures(description, needs)),
         ("bounces", _bounces(needs)),
@@ -54,6 +54,7 @@ def explain_scene(
         ("highlights", _highlights(description.plate, needs)),
         ("colour", f"{_channels(chosen.name, needs)}; {chosen.name}: {chosen.reason}"),
         ("shadow edges", NO_EDGES if reasons else _shadow_edges(needs)),
+        *([] if reasons or all(needs.top_view) else [("outlines", OUTLINES)]),
         ("gradients", NO_GRADIENTS + "; ".join(reasons) if reasons else GRADIENTS),
     ]
 
@@ -68,10 +69,32 @@ def _material(plate: Plate) -> str:
     return next((kind for kind in plate.material if kind != "twosided"), plate.material[0])
 
 
-def _camera(camera: Camera, top_view: bool, samples: int, further: int) -> str:
-    view = "straight above, the plate fills the picture" if top_view else camera.kind
-    left_out = f"; further cameras of the file are not used: {further}" if further else ""
-    return f"{view}, {camera.cols} x {camera.rows} pixels, {samples} samples each{left_out}"
+def _cameras(description: Description, needs: Needs, samples: int | None) -> Iterator[tuple[str, str]]:
+    one = len(needs.cameras) == 1
+    shares = np.array(needs.weights).reshape(len(needs.cameras), -1)[:, 0]
+    for number, top_view, share in zip(needs.cameras, needs.top_view, shares, strict=True):
+        camera = description.cameras[number]
+        part = "" if one else f", {100.0 * share:.3g} % of the look"
+        yield (
+            "camera" if one else camera_name(camera, number),
+            _camera(camera, top_view, samples or camera.samples) + part,
+        )
+    left_out = len(description.cameras) - len(needs.cameras)
+    if left_out:
+        yield "cameras", f"of weight 0, hence left out: {left_out}"
+
+
+def _camera(camera: Camera, top_view: bool, samples: int) -> str:
+    view = "straight above, the plate fills the picture" if top_view else _view(camera)
+    return f"{view}, {camera.cols} x {camera.rows} pixels, {samples} samples each"
+
+
+def _view(camera: Camera) -> str:
+    """From where a camera looks."""
+    x, y, z = -camera.to_world[:3, 2] / np.linalg.norm(camera.to_world[:3, 2])
+    elevation = round(float(np.degrees(np.arcsin(np.clip(z, -1.0, 1.0)))), 1) + 0.0
+    azimuth = round(float(np.degrees(np.arctan2(y, x))) % 360.0, 1) % 360.0
+    return f"{camera.kind}, from azimuth {azimuth:g}°, elevation {elevation:g}°"
 
 
 def _light(light: Light) -> str:
@@ -96,7 +119,8 @@ def _ambient(description: Description, needs: Needs) -> Iterator[tuple[str, str]
 
 def _pictures(description: Description, needs: Needs) -> str:
     if not needs.alone:
-        return "1 is rendered, by ambient light alone"
+        count = "1 is" if needs.passes == 1 else f"{needs.passes} are"
+        return f"{count} rendered, by ambient light alone"
     count = f"{needs.passes} {'is' if needs.passes == 1 else 'are'} rendered: each light alone"
     if needs.around:
         return f"{count}, and ambient light once, which is added to every condition"
@@ -153,7 +177,7 @@ def _shadow_edges(needs: Needs) -> str:
 
 def _named(needs: Needs) -> Iterator[tuple[str, Light]]:
     """Lights by the names that the lines above give them; ambient light once."""
-    yield from zip(needs.conditions, needs.alone, strict=False)
+    yield from zip(needs.lights, needs.alone, strict=False)
     yield from (("ambient", light) for light in needs.around[:1])
 
 

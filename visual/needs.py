@@ -25,33 +25,40 @@ class Needs:
     """What is rendered, and how.
 
     Attributes:
-        conditions: names of the rendering conditions.
-        alone: the light of each condition, rendered on its own; empty if there is ambient light only.
+        conditions: names of the rendering conditions, those of the first camera first.
+        cameras: numbers of the cameras whose pictures are made: all but those of weight 0.
+        lights: names of the conditions of one camera.
+        weights: of the conditions in the look. The cameras share 1; each light of one has all of its share.
+        alone: the light of each condition of one camera, rendered on its own; empty if there is ambient light
+            only.
         around: ambient lights, rendered together once and added to every condition; empty if no such light
             shines.
         direct: whether one bounce is all there is, which takes no path tracing.
         max_depth: of paths of light; None where they have no limit.
         colour: whether a material or a light has colour, which takes three channels.
         matte: whether the plate's material has no highlight.
-        top_view: whether the camera looks straight down on a plate that fills its square picture.
+        top_view: for each camera, whether it looks straight down on a plate that fills its square picture.
         obstacles: why there are no gradients of these pictures, each as element, field and reason; empty if
             there are.
     """
 
     conditions: tuple[str, ...]
+    cameras: tuple[int, ...]
+    lights: tuple[str, ...]
+    weights: tuple[float, ...]
     alone: tuple[Light, ...]
     around: tuple[Light, ...]
     direct: bool
     max_depth: int | None
     colour: bool
     matte: bool
-    top_view: bool
+    top_view: tuple[bool, ...]
     obstacles: tuple[str, ...]
 
     @property
     def passes(self) -> int:
         """Pictures to render for one relief."""
-        return len(self.alone) + bool(self.around)
+        return len(self.cameras) * (len(self.alone) + bool(self.around))
 
 
 def needs_of(description: Description) -> Needs:
@@ -59,9 +66,22 @@ def needs_of(description: Description) -> Needs:
     alone = tuple(light for light in description.lights if light.kind != AMBIENT)
     ambient = tuple(light for light in description.lights if light.kind == AMBIENT)
     direct = description.max_depth == DIRECT_DEPTH
-    top_view = _is_top_view(description.cameras[0], description.plate.size_mm)
+    every = description.cameras
+    # Where none has any weight, all are alike.
+    cameras = tuple(i for i, camera in enumerate(every) if camera.weight > 0.0) or tuple(range(len(every)))
+    top_view = tuple(_is_top_view(every[i], description.plate.size_mm) for i in cameras)
+    lights = tuple(_name(light, i) for i, light in enumerate(alone)) or ("ambient",)
+    total = sum(every[i].weight for i in cameras)
+    shares = [every[i].weight / total if total else 1.0 / len(cameras) for i in cameras]
     return Needs(
-        conditions=tuple(_name(light, i) for i, light in enumerate(alone)) or ("ambient",),
+        conditions=tuple(
+            light if len(cameras) == 1 else f"{camera_name(every[i], i)}, {light}"
+            for i in cameras
+            for light in lights
+        ),
+        cameras=cameras,
+        lights=lights,
+        weights=tuple(share for share in shares for _ in lights),
         alone=alone,
         # Alone in the dark, black light still has its picture.
         around=tuple(light for light in ambient if _shines(light) or not alone),
@@ -70,7 +90,9 @@ def needs_of(description: Description) -> Needs:
         colour=not description.grey,
         matte=set(description.plate.material) <= set(MATTE),
         top_view=top_view,
-        obstacles=tuple(dict.fromkeys(_obstacles(description.lights, direct, top_view))),
+        obstacles=tuple(
+            dict.fromkeys(_obstacles(description.lights, direct, all(top_view), description.shapes))
+        ),
     )
 
 
@@ -95,12 +117,17 @@ def _name(light: Light, number: int) -> str:
     return light.id if light.id and not light.id.startswith("_") else f"light-{number + 1}"
 
 
+def camera_name(camera: Camera, number: int) -> str:
+    """Its id, or its number from 1."""
+    return camera.id if camera.id and not camera.id.startswith("_") else f"camera-{number + 1}"
+
+
 def _shines(light: Light) -> bool:
     """Whether a light is not known to be black."""
     return light.strength is None or any(light.strength)
 
 
-def _obstacles(lights: tuple[Light, ...], direct: bool, top_view: bool) -> Iterator[str]:
+def _obstacles(lights: tuple[Light, ...], direct: bool, from_above: bool, shapes: int) -> Iterator[str]:
     for light in lights:
         if light.kind not in (PARALLEL, AMBIENT):
             yield f"{light.kind}: gradients are only there for directional and constant light"
@@ -109,8 +136,8 @@ def _obstacles(lights: tuple[Light, ...], direct: bool, top_view: bool) -> Itera
             yield f"{light.kind}: {field}: gradients are only there for a number or an rgb colour"
     if not direct:
         yield f"integrator: max_depth: gradients are only there for {DIRECT_DEPTH} (direct light)"
-    if not top_view:
-        yield "sensor: gradients are only there for a view from above that the plate fills"
+    if not from_above and shapes > 1:
+        yield "shape: beside other shapes the plate has gradients only in a view from above that it fills"
 
 
 def _is_top_view(camera: Camera, size_mm: float) -> bool:

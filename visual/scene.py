@@ -12,24 +12,29 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from visual import exact, heightmap, variants
+from visual.boundaries import uniform
 from visual.check import CheckedScene, check_scene, instantiate
 from visual.describe import AMBIENT, PARALLEL, Description, Light, Plate, describe
 from visual.errors import InputError
 from visual.lights import LUMINANCE, ParallelLights, ambient_lights
 from visual.needs import casts_shadows, met_by_chance, needs_of
-from visual.topview import TopView
+from visual.projection import from_above, projection_of
+from visual.view import View
 
 Array = NDArray[np.float64]
 
 STEP_AMBIENT_DIRECTIONS = 16
-"""Fixed directions that stand for ambient light in `Scene.top_view`."""
+"""Fixed directions that stand for ambient light in `Scene.views`."""
+AMBIENT_DIRECTIONS = 8
+"""Directions by which the gradient of `Scene.render` follows shadows of ambient light, anew each time."""
 
 
 class Scene:
     """A checked and loaded scene.
 
     Attributes:
-        conditions: names of the rendering conditions.
+        conditions: names of the rendering conditions, those of the first camera first.
+        weights: (conditions,) in the look; those of one light add up to 1 over the cameras.
         heights: (rows, cols) mm, of the scene's own texture or the one given.
         size_mm: side of the plate.
         resolution: (rows, cols) of the pictures.
@@ -47,10 +52,17 @@ class Scene:
         self.variant: str = mi.variant()
         self.heights = heights
         self.size_mm = self._description.plate.size_mm
-        camera = self._description.cameras[0]
-        self.resolution = (camera.rows, camera.cols)
-        self.samples = camera.samples
+        cameras = [self._description.cameras[number] for number in self._needs.cameras]
+        self.resolution = (cameras[0].rows, cameras[0].cols)
+        for camera in cameras:
+            if (camera.rows, camera.cols) != self.resolution:
+                raise InputError(
+                    f"{checked.path}: sensor {camera.id}: film: {camera.cols} x {camera.rows} pixels; "
+                    f"the first sensor has {self.resolution[1]} x {self.resolution[0]}, all must agree"
+                )
+        self.samples = cameras[0].samples
         self.conditions = self._needs.conditions
+        self.weights = np.array(self._needs.weights)
         self.white = max(
             float(LUMINANCE @ colour)
             for colour in (
@@ -79,7 +91,7 @@ class Scene:
             samples: a pixel; default as the scene file says.
             seed: the same seed, the same pictures.
             model: "exact", Mitsuba with shadow edges in its gradient.
-            resolution: pixels a side instead of the film's.
+            resolution: pixels along the film's longer side instead of its own.
             shadow_edges: whether the gradient follows shadow boundaries.
 
         Returns:
@@ -112,32 +124,40 @@ class Scene:
         each = [exact.pictures(suns, ambient, relief, self.size_mm, exposure) for relief in reliefs]
         return torch.stack(each).reshape(*field.shape[:-2], *each[0].shape)
 
-    def top_view(self, resolution: int | None = None, seed: int = 0, strata: int = 4) -> TopView:
-        """Pictures with explicit Jacobians, by fixed samples; for steps of Gauss-Newton.
+    def views(self, resolution: int | None = None, seed: int = 0, strata: int = 4) -> tuple[View, ...]:
+        """For each camera its pictures with explicit Jacobians, by fixed samples; for Gauss-Newton steps.
+
+        The conditions of a view are those of its camera, in the order of `conditions`.
+
+        Args:
+            resolution: pixels along the film's longer side instead of its own.
 
         Raises:
-            InputError: the scene is not lit by parallel and ambient light alone, or not seen from straight
-            above.
+            InputError: this scene or variant has no gradients.
         """
         variants.use(self.variant)
         self._require_gradients()
         suns = _parallel(self._needs.alone)
         radiance = self._ambient_radiance()
         ambient = ambient_lights(radiance, STEP_AMBIENT_DIRECTIONS) if radiance.any() else None
-        first = self._light_scene(self._needs.alone[:1] or self._needs.around, None)
-        return TopView(
-            first.scene,
-            exact.plate_bsdf(first.scene),
-            first.set_heights,
-            (self.heights.shape[0], self.heights.shape[1]),
-            self.size_mm,
-            resolution or self.resolution[0],
-            suns,
-            ambient,
-            seed,
-            strata,
-            # Many directions share a pixel's samples: each needs fewer.
-            max(1, strata // 2),
+        first = self._light_scene(self._needs.alone[:1] or self._needs.around, resolution)
+        return tuple(
+            View(
+                first.scene,
+                exact.plate_bsdf(first.scene),
+                first.set_heights,
+                (self.heights.shape[0], self.heights.shape[1]),
+                self.size_mm,
+                camera,
+                suns,
+                ambient,
+                uniform(radiance),
+                seed,
+                strata,
+                # Many directions share a pixel's samples: each needs fewer.
+                max(1, strata // 2),
+            )
+            for camera in first.cameras
         )
 
     def check_size(self, size_mm: float | None) -> None:
@@ -166,16 +186,42 @@ class Scene:
 
         scene = instantiate(self._checked, self.heights, lights=[light.node for light in lights])
         params = mi.traverse(scene)
-        if resolution is not None:
-            film = mi.traverse(scene.sensors()[0].film())
-            film["size"], film["crop_size"] = [resolution, resolution], [resolution, resolution]
+        rows, cols = self._film(resolution)
+        cameras = []
+        for number, overhead in zip(self._needs.cameras, self._needs.top_view, strict=True):
+            sensor = scene.sensors()[number]
+            film = mi.traverse(sensor.film())
+            film["size"], film["crop_size"] = [cols, rows], [cols, rows]
             film.update()
-        casting = [light for light in lights if casts_shadows(light)]
-        edges = _parallel(casting) if casting else None
-        ambient = self._ambient_radiance() if any(light.kind == AMBIENT for light in lights) else 0.0
+            looked = from_above(self.size_mm, rows) if overhead else projection_of(sensor, rows, cols)
+            cameras.append(looked)
+        around = any(light.kind == AMBIENT for light in lights)
+        radiance = self._ambient_radiance() if around else np.zeros(3)
+        parallel = _parallel([light for light in lights if light.kind == PARALLEL])
+
+        def drawn(generator: np.random.Generator) -> ParallelLights:
+            return ambient_lights(radiance, AMBIENT_DIRECTIONS, generator) if around else parallel
+
         by_light = self._integrator(0)
-        integrator = self._integrator(1) if any(met_by_chance(light) for light in lights) else by_light
-        return exact.LightScene(scene, params, integrator, edges, ambient, by_light)
+        return exact.LightScene(
+            scene,
+            params,
+            self._needs.cameras,
+            tuple(cameras),
+            self._integrator(1) if any(met_by_chance(light) for light in lights) else by_light,
+            drawn,
+            bool(radiance.any()) or any(casts_shadows(light) for light in lights),
+            uniform(radiance),
+            by_light,
+        )
+
+    def _film(self, resolution: int | None) -> tuple[int, int]:
+        """(rows, cols) of pictures with so many pixels along the longer side."""
+        rows, cols = self.resolution
+        if resolution is None:
+            return rows, cols
+        longer = max(rows, cols)
+        return max(1, round(rows * resolution / longer)), max(1, round(cols * resolution / longer))
 
     def _integrator(self, bsdf_samples: int) -> Any:
         """One bounce needs no path tracer; `bsdf_samples` rays per sample then look for light by chance."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,12 +34,44 @@ def shade(bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, tow
         bsdf: the plate's material; of coloured radiance the luminance is taken.
         slope_x, slope_y: (faces,) dz/dx and dz/dy.
         lights: parallel lights.
-        toward_camera: (3,) unit vector.
+        toward_camera: unit vector (3,), or one for each face (faces, 3).
     """
+    import drjit as dr
+
+    p, q, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera)
+    results = []
+    for which in (0, 1):
+        slopes = [type(p)(p), type(q)(q)]
+        dr.enable_grad(slopes[which])
+        value = radiance(*slopes)
+        dr.forward(slopes[which])
+        derivative = dr.grad(value)
+        dr.eval(value, derivative)
+        results.append(derivative)
+    shape = (len(lights), len(slope_x))
+    value, by_x, by_y = (np.asarray(v, dtype=np.float64).reshape(shape) for v in (dr.detach(value), *results))
+    return Shading(value, by_x, by_y)
+
+
+def unshadowed(
+    bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, toward_camera: Array
+) -> Array:
+    """Radiance (lights, faces) without its derivatives; arguments as of `shade`."""
+    p, q, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera)
+    return np.asarray(radiance(p, q), dtype=np.float64).reshape(len(lights), len(slope_x))
+
+
+def _radiance(
+    bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, toward_camera: Array
+) -> tuple[Any, Any, Callable[[Any, Any], Any]]:
+    """Slopes as Dr.Jit arrays, light by light, and what makes radiance of such."""
     import drjit as dr
     import mitsuba as mi
 
     count, faces = len(lights), len(slope_x)
+    looking = np.atleast_2d(toward_camera)
+    if not np.ptp(looking, axis=0).any():
+        looking = looking[:1]
     p = mi.Float(np.tile(slope_x, count).astype(np.float32))
     q = mi.Float(np.tile(slope_y, count).astype(np.float32))
     toward = mi.Vector3f(
@@ -47,7 +80,9 @@ def shade(bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, tow
     colours = np.broadcast_to(lights.irradiance.reshape(count, -1), (count, 3))
     strengths = (colours @ LUMINANCE)[:, None] if mi.is_monochromatic else colours
     irradiance = [mi.Float(np.repeat(s, faces).astype(np.float32)) for s in strengths.T]
-    camera = mi.Vector3f(*(float(c) for c in toward_camera))
+    camera = mi.Vector3f(
+        *(mi.Float(np.tile(c, count if len(c) > 1 else 1).astype(np.float32)) for c in looking.T)
+    )
 
     def radiance(p: Any, q: Any) -> Any:
         frame = mi.Frame3f(dr.normalize(mi.Vector3f(-p, -q, 1.0)))
@@ -58,15 +93,4 @@ def shade(bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, tow
             value[0] * irradiance[0] if mi.is_monochromatic else mi.luminance(value * mi.Color3f(irradiance))
         )
 
-    results = []
-    for which in (0, 1):
-        slopes = [mi.Float(p), mi.Float(q)]
-        dr.enable_grad(slopes[which])
-        value = radiance(*slopes)
-        dr.forward(slopes[which])
-        derivative = dr.grad(value)
-        dr.eval(value, derivative)
-        results.append(derivative)
-    shape = (count, faces)
-    value, by_x, by_y = (np.asarray(v, dtype=np.float64).reshape(shape) for v in (dr.detach(value), *results))
-    return Shading(value, by_x, by_y)
+    return p, q, radiance

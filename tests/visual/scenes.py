@@ -78,13 +78,16 @@ def write_scene(
     rows: int = SIDE,
     cols: int = SIDE,
     pixel_format: str = "luminance",
+    weight: float | None = None,
+    further: str = "",
 ) -> Path:
     """Write `scene.xml`, and `heights.npy` that its plate shows, into a folder; returns the scene's path."""
     np.save(folder / "heights.npy", heights)
     path = folder / "scene.xml"
+    weighing = "" if weight is None else f'<float name="weight" value="{weight}"/>'
     path.write_text(f"""<scene version="3.9.1">
     <integrator type="path"><integer name="max_depth" value="{max_depth}"/></integrator>
-    <sensor type="{kind}">
+    <sensor type="{kind}" id="first">{weighing}
         <transform name="to_world">{camera}</transform>
         <sampler type="multijitter"><integer name="sample_count" value="64"/></sampler>
         <film type="hdrfilm">
@@ -93,6 +96,7 @@ def write_scene(
             <string name="component_format" value="float32"/><rfilter type="box"/>
         </film>
     </sensor>
+    {further}
     {"".join(lights)}
     <shape type="heightfield">
         <string name="filename" value="heights.npy"/><float name="size_mm" value="{SIZE_MM}"/>{material}
@@ -100,6 +104,20 @@ def write_scene(
     {more}
 </scene>""")
     return path
+
+
+def sensor(name: str, camera: str, weight: float, side: int = SIDE, kind: str = "orthographic") -> str:
+    """A further sensor as XML."""
+    return f"""<sensor type="{kind}" id="{name}">
+        <float name="weight" value="{weight}"/>
+        <transform name="to_world">{camera}</transform>
+        <sampler type="multijitter"><integer name="sample_count" value="64"/></sampler>
+        <film type="hdrfilm">
+            <integer name="width" value="{side}"/><integer name="height" value="{side}"/>
+            <string name="pixel_format" value="luminance"/>
+            <string name="component_format" value="float32"/><rfilter type="box"/>
+        </film>
+    </sensor>"""
 
 
 FLOOR = """<shape type="rectangle">

@@ -51,7 +51,7 @@ def test_the_gradient_is_that_of_the_explicit_jacobian(
     by_mitsuba = np.mean([gradient(scene, weights, seed) for seed in seeds], axis=0)
     explicit = np.zeros(SIDE * SIDE)
     for seed in seeds:
-        jacobians = scene.top_view(seed=seed).evaluate(scene.heights).jacobians
+        jacobians = scene.views(seed=seed)[0].evaluate(scene.heights).jacobians
         explicit += sum(j.T @ w.ravel() for j, w in zip(jacobians, weights, strict=True))
     smooth = (gaussian_filter(g.reshape(SIDE, SIDE), 2.0) for g in (by_mitsuba, explicit))
     assert cosine(*smooth) > 0.97
@@ -60,7 +60,7 @@ def test_the_gradient_is_that_of_the_explicit_jacobian(
 def test_without_edges_the_gradient_is_that_of_the_jacobian_without(scene_of: Callable[..., Scene]) -> None:
     scene = scene_of(sun(25))
     by_mitsuba, with_edges = (gradient(scene, ADJOINTS[0][None], shadow_edges=e) for e in (False, True))
-    jacobian = scene.top_view().evaluate(scene.heights, edges=False).jacobians[0]
+    jacobian = scene.views()[0].evaluate(scene.heights, edges=False).jacobians[0]
     explicit = (jacobian.T @ ADJOINTS[0].ravel()).reshape(SIDE, SIDE)
     assert cosine(by_mitsuba, explicit) > 0.99
     assert cosine(by_mitsuba, with_edges) < 0.9

@@ -1,9 +1,25 @@
-"""Ambient light stands for itself as a set of parallel lights."""
+"""Light of any kind stands for itself as a set of parallel lights."""
+
+from pathlib import Path
+from types import ModuleType
 
 import numpy as np
+import OpenEXR
 import pytest
 
-from visual.lights import LOWEST, ParallelLights, ambient_lights
+from tests.visual.scenes import hills, sky, sun, toward, write_scene
+from visual.check import check_scene
+from visual.describe import Light, describe
+from visual.errors import InputError
+from visual.lights import (
+    LOWEST,
+    ParallelLights,
+    ambient_lights,
+    off_horizon,
+    parallel_obstacle,
+    prepare,
+    quadrature,
+)
 
 
 def irradiance(lights: ParallelLights, normal: tuple[float, float, float]) -> float:
@@ -50,3 +66,108 @@ def test_the_same_generator_state_gives_the_same_directions() -> None:
     first, again, other = (ambient_lights(1.0, 8, np.random.default_rng(s)).toward for s in (5, 5, 6))
     np.testing.assert_array_equal(first, again)
     assert np.abs(first - other).max() > 0.1
+
+
+def test_lights_in_the_plane_of_the_plate_are_tilted_above_it() -> None:
+    given = np.array([[0.6, 0.8, 0.0], [1.0, 0.0, -1e-6], [0.0, 0.6, -0.8]])
+    tilted = off_horizon(given)
+    np.testing.assert_allclose(np.linalg.norm(tilted, axis=1), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(tilted[:, 2], [1e-4, 1e-4, -0.8], rtol=1e-6)
+    np.testing.assert_allclose(tilted, given, atol=2e-4)
+
+
+def lights_of(folder: Path, *emitters: str) -> tuple[Light, ...]:
+    return describe(check_scene(write_scene(folder, hills(), emitters))).lights
+
+
+def lamp(
+    shape: str = "disk", distance: float = 500.0, radiance: str = "<float name='radiance' value='9'/>"
+) -> str:
+    """An area light straight above that faces the plate."""
+    placed = f'<rotate x="1" angle="180"/><translate z="{distance}"/>'
+    return (
+        f'<shape type="{shape}"><transform name="to_world">{placed}</transform>'
+        f'<emitter type="area">{radiance}</emitter></shape>'
+    )
+
+
+ENVMAP = '<emitter type="envmap"><string name="filename" value="sky.exr"/>{}</emitter>'
+
+
+def write_sky(folder: Path) -> None:
+    colours = np.broadcast_to(np.array([0.1, 0.2, 0.4], dtype=np.float32), (16, 32, 3))
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    OpenEXR.File(header, {"RGB": np.ascontiguousarray(colours)}).write(str(folder / "sky.exr"))
+
+
+def test_lights_of_every_kind_shine_together(mi: ModuleType, tmp_path: Path) -> None:
+    write_sky(tmp_path)
+    lights = lights_of(tmp_path, sun(35, irradiance="1, 2, 3"), sky(), ENVMAP.format(""), lamp())
+    together = quadrature(lights, 10.0, 64)
+    assert together.irradiance.shape == (1 + 3 * 64, 3)
+    up = np.maximum(together.toward[:, 2], 0.0) @ together.irradiance
+    ambient = np.pi * (0.3 + np.array([0.1, 0.2, 0.4])) + np.pi * 9.0 / 500.0**2
+    expected = np.sin(np.radians(35.0)) * np.array([1.0, 2.0, 3.0]) + ambient
+    np.testing.assert_allclose(up, expected, rtol=5e-3)
+    (own,) = (light for light in lights if light.kind == "directional")
+    alone = quadrature([own], 10.0, 64)
+    np.testing.assert_allclose(alone.toward, [toward(35)], atol=1e-6)
+    np.testing.assert_allclose(alone.irradiance, [[1.0, 2.0, 3.0]], rtol=1e-6)
+    assert len(quadrature([], 10.0, 64)) == 0
+
+
+def test_lights_are_made_ready_once_and_drawn_often(mi: ModuleType, tmp_path: Path) -> None:
+    write_sky(tmp_path)
+    lights = lights_of(tmp_path, sun(35), ENVMAP.format(""), lamp())
+    ready = prepare(lights, 10.0, 8)
+    (tmp_path / "sky.exr").unlink()
+    one, same, other, fixed = (
+        ready.lights(generator).toward
+        for generator in (*(np.random.default_rng(seed) for seed in (3, 3, 4)), None)
+    )
+    np.testing.assert_array_equal(one, same)
+    np.testing.assert_array_equal(fixed, ready.lights().toward)
+    assert np.abs(one - other).max() > 0.1
+
+
+SPECTRUM = '<spectrum name="{}" value="400:0.5, 700:0.6"/>'
+
+
+@pytest.mark.parametrize(
+    ("emitter", "reason"),
+    [
+        (sun(35), None),
+        (sky(), None),
+        (lamp(), None),
+        (ENVMAP.format('<transform name="to_world"><rotate y="1" angle="30"/></transform>'), None),
+        ('<emitter type="point"/>', "point: gradients are only there for directional"),
+        (lamp(distance=300.0), "area: disk: gradients are only there for light at least 400 mm away"),
+        (lamp("cube"), "area: cube: gradients are only there for light from a disk"),
+        (lamp(radiance=SPECTRUM.format("radiance")), "area: radiance: gradients are only there for a number"),
+        (
+            f'<emitter type="constant">{SPECTRUM.format("radiance")}</emitter>',
+            "constant: radiance: gradients are only there for a number",
+        ),
+        (
+            f'<emitter type="directional">{SPECTRUM.format("irradiance")}</emitter>',
+            "directional: irradiance: gradients are only there for a number",
+        ),
+        (
+            ENVMAP.format('<transform name="to_world"><scale x="2"/></transform>'),
+            "envmap: to_world: gradients are only there for a rotation",
+        ),
+    ],
+)
+def test_some_lights_have_no_quadrature(
+    mi: ModuleType, tmp_path: Path, emitter: str, reason: str | None
+) -> None:
+    write_sky(tmp_path)
+    (light,) = lights_of(tmp_path, emitter)
+    found = parallel_obstacle(light, 10.0)
+    if reason is None:
+        assert found is None
+        return
+    assert found is not None
+    assert found.startswith(reason)
+    with pytest.raises(InputError, match=reason):
+        quadrature([light], 10.0, 4)

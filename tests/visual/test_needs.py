@@ -225,7 +225,7 @@ def test_no_light_that_stands_straight_above_has_a_shadow_edge_to_miss(
     scene_of: Callable[..., Scene],
 ) -> None:
     steep = 3.0 * np.indices((SIDE, SIDE)).sum(0) % 6.0
-    view = scene_of(sun(90), heights=steep / 2.0).top_view(strata=1)
+    view = scene_of(sun(90), heights=steep / 2.0).views(strata=1)[0]
     with_edges, without = (view.evaluate(steep / 2.0, edges=e).jacobians[0] for e in (True, False))
     assert (with_edges != without).nnz == 0
 
@@ -256,7 +256,7 @@ def test_what_it_would_have_added_is_nothing(scene_of: Callable[..., Scene], cou
     [
         ([sun(35), sky()], {}, []),
         ([sun(35), POINT, POINT.replace("bulb", "lamp")], {}, ["point: gradients"]),
-        ([POINT], {"max_depth": 3, "rows": 2 * SIDE}, ["point", "integrator: max_depth", "sensor"]),
+        ([POINT], {"max_depth": 3, "rows": 2 * SIDE}, ["point", "integrator: max_depth"]),
         ([sun(35), SPECTRAL], {"pixel_format": "rgb"}, ["constant: radiance: gradients"]),
     ],
     ids=["nothing", "a light", "all", "a spectrum"],
@@ -276,7 +276,7 @@ def test_every_part_that_prevents_gradients_is_named_and_the_first_refuses(
         with pytest.raises(InputError, match=re.escape(f"scene.xml: {found[0]}")):
             follow(loaded)
         with pytest.raises(InputError, match=re.escape(f"scene.xml: {found[0]}")):
-            loaded.top_view()
+            loaded.views()[0]
     else:
         assert follow(loaded).any()
 
@@ -291,9 +291,9 @@ import numpy as np
 from visual.describe import Camera, Description, Light, Plate
 from visual.needs import needs_of
 sun = Light("directional", "sun", 0, (0.6, 0.0, 0.8), np.eye(4), (1.0, 1.0, 1.0))
-camera = Camera("orthographic", "", np.diag([5.0, 5.0, -1.0, 1.0]), 32, 32, 4)
+camera = Camera("orthographic", "", np.diag([5.0, 5.0, -1.0, 1.0]), 32, 32, 4, 1.0)
 plate = Plate(None, 10.0, None, ("diffuse",), ({ALBEDO},) * 3)
-print(needs_of(Description(plate, (sun,), (camera,), (0.0,) * 3, True, "direct", 2)).conditions)
+print(needs_of(Description(plate, (sun,), (camera,), (0.0,) * 3, 1, True, "direct", 2)).conditions)
 print(*({{"mitsuba", "drjit", "torch"}} & sys.modules.keys()))
 """
     ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
@@ -337,7 +337,7 @@ def test_what_a_richer_scene_takes_is_told_too(mi: ModuleType, tmp_path: Path) -
     assert "roughplastic" in rich["highlights"]
     assert rich["colour"].startswith("three channels")
     assert "not followed" in rich["shadow edges"]
-    assert all(f"{part}: " in rich["gradients"] for part in ("point", "max_depth", "sensor"))
+    assert all(f"{part}: " in rich["gradients"] for part in ("point", "max_depth"))
 
 
 def test_a_variant_without_gradients_is_an_obstacle_too(mi: ModuleType, tmp_path: Path) -> None:

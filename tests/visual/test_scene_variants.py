@@ -37,7 +37,7 @@ def test_scenes_in_different_variants_do_not_disturb_each_other(scene_of: Callab
         return heights.grad.numpy()
 
     grey = scene_of(sun(35))
-    picture, view = grey.render(), grey.top_view()
+    picture, view = grey.render(), grey.views()[0]
     alone, samples = gradient(grey, lambda: None), view.evaluate(grey.heights).pictures
     others = [scene_of(sun(35), variant=variant) for variant in ("llvm_ad_rgb", "scalar_rgb")]
     for other in others:
@@ -69,7 +69,7 @@ def test_coloured_pictures_count_by_their_luminance(
     loaded = scene_of(light, material=material, pixel_format="rgb")
     assert loaded.variant == "llvm_ad_rgb"
     seeds = range(12)
-    ours = [loaded.top_view(seed=seed).evaluate(loaded.heights, False).pictures[0] for seed in seeds]
+    ours = [loaded.views(seed=seed)[0].evaluate(loaded.heights, False).pictures[0] for seed in seeds]
     assert differ_by_noise(ours, [loaded.render(seed=seed).numpy()[0] for seed in seeds])
 
 
@@ -95,7 +95,7 @@ from visual.scene import load_scene
 scene = load_scene("scene.xml", variant={variant!r})
 assert scene.variant == "scalar_rgb"
 np.save("pictures.npy", scene.render(samples=16).numpy())
-for wanted in (scene.top_view, lambda: scene.render(torch.zeros(scene.heights.shape, requires_grad=True))):
+for wanted in (scene.views, lambda: scene.render(torch.zeros(scene.heights.shape, requires_grad=True))):
     try:
         wanted()
     except InputError as error:

@@ -23,30 +23,33 @@ from tests.visual.scenes import (
 )
 from visual import mesh
 from visual.lights import ParallelLights, ambient_lights
+from visual.projection import from_above
 from visual.rays import plate_shape
 from visual.relief import relief
+from visual.samples import film_points, samples_from_above
 from visual.scene import Scene
-from visual.topview import TopView, face_at, picture_samples
+from visual.topview import face_at
+from visual.view import View
 
 NO_SUNS = ParallelLights(np.zeros((0, 3)), np.zeros(0))
 
 
-def ambient_view(heights: Array, seed: int, floor: bool = False) -> TopView:
+def ambient_view(heights: Array, seed: int, floor: bool = False) -> View:
     """A view under 16 directions of ambient light that the seed draws."""
     import mitsuba as mi
 
     scene = plate_scene(heights, floor)
     params = mi.traverse(scene)
-    return TopView(
+    return View(
         scene,
         plate_shape(scene).bsdf(),
         lambda field: mesh.set_heights(params, field.astype(np.float32).ravel()),
         (SIDE, SIDE),
         SIZE_MM,
-        SIDE,
+        from_above(SIZE_MM, SIDE),
         NO_SUNS,
         ambient_lights(RADIANCE, 16, np.random.default_rng(seed)),
-        seed,
+        seed=seed,
     )
 
 
@@ -78,7 +81,9 @@ def test_points_on_the_sides_of_the_plate_have_a_face() -> None:
 @pytest.mark.parametrize("resolution", [SIDE, 20])
 def test_every_pixel_has_its_samples(resolution: int) -> None:
     plate = relief(SIDE, SIDE, SIZE_MM)
-    samples = picture_samples(plate, resolution, 3, np.random.default_rng(0))
+    camera = from_above(SIZE_MM, resolution)
+    film = film_points(camera, 3, np.random.default_rng(0))
+    samples = samples_from_above(plate, camera, film, 9)
     pixel = samples.pair_pixel[samples.pair]
     np.testing.assert_array_equal(np.bincount(pixel, minlength=resolution**2), samples.per_pixel)
     np.testing.assert_array_equal(samples.pair_face[samples.pair], samples.face)
@@ -89,7 +94,7 @@ def test_every_pixel_has_its_samples(resolution: int) -> None:
 
 def test_under_an_overhead_light_all_of_a_plate_is_lit(scene_of: Callable[..., Scene]) -> None:
     flat = np.full((SIDE, SIDE), 0.5)
-    pictures = scene_of(sun(90), heights=flat).top_view().evaluate(flat, jacobian=False)
+    pictures = scene_of(sun(90), heights=flat).views()[0].evaluate(flat, jacobian=False)
     np.testing.assert_allclose(pictures.pictures, ALBEDO / np.pi * IRRADIANCE, rtol=1e-5)
     assert pictures.jacobians == ()
 
@@ -101,7 +106,7 @@ def test_pictures_are_mitsubas_within_noise(
 ) -> None:
     heights, seeds = hills(), range(12)
     scene = scene_of(sun(elevation), material=material, heights=heights)
-    ours = [scene.top_view(seed=seed).evaluate(heights, jacobian=False).pictures[0] for seed in seeds]
+    ours = [scene.views(seed=seed)[0].evaluate(heights, jacobian=False).pictures[0] for seed in seeds]
     assert differ_by_noise(ours, [scene.render(seed=seed).numpy()[0] for seed in seeds])
 
 
@@ -114,8 +119,8 @@ def test_ambient_light_is_mitsubas_within_noise(scene_of: Callable[..., Scene]) 
 
 def test_ambient_light_is_added_to_every_condition(scene_of: Callable[..., Scene]) -> None:
     heights = hills()
-    both = scene_of(sun(35), sun(50, 200), sky()).top_view().evaluate(heights)
-    suns = scene_of(sun(35), sun(50, 200)).top_view().evaluate(heights)
+    both = scene_of(sun(35), sun(50, 200), sky()).views()[0].evaluate(heights)
+    suns = scene_of(sun(35), sun(50, 200)).views()[0].evaluate(heights)
     around = both.pictures - suns.pictures
     np.testing.assert_allclose(around[0], around[1], rtol=1e-6, atol=1e-9)
     assert 0.5 * ALBEDO * RADIANCE < around.mean() < ALBEDO * RADIANCE
@@ -127,7 +132,7 @@ def test_ambient_light_is_added_to_every_condition(scene_of: Callable[..., Scene
 def test_the_same_seed_gives_the_same_pictures(scene_of: Callable[..., Scene]) -> None:
     heights = hills()
     scene = scene_of(sun(35), sky(), heights=heights)
-    first, again, other = (scene.top_view(seed=seed).evaluate(heights) for seed in (1, 1, 2))
+    first, again, other = (scene.views(seed=seed)[0].evaluate(heights) for seed in (1, 1, 2))
     np.testing.assert_array_equal(first.pictures, again.pictures)
     assert (first.jacobians[0] != again.jacobians[0]).nnz == 0
     assert np.abs(first.pictures - other.pictures).max() > 0
@@ -139,7 +144,7 @@ def test_without_shadows_the_jacobian_is_that_of_the_samples(
 ) -> None:
     """Samples are fixed, so the differences of the view's own pictures hold no noise."""
     heights = hills(0.6, 3.0)
-    view = scene_of(sun(75), material=material, heights=heights).top_view()
+    view = scene_of(sun(75), material=material, heights=heights).views()[0]
     jacobian = view.evaluate(heights).jacobians[0]
     step = 5e-3
     for direction in DIRECTIONS:
@@ -158,7 +163,7 @@ def test_without_shadows_the_jacobian_is_that_of_mitsubas_pictures(
     truth = measured(lambda h, seed: scene.render(h, samples=256, seed=seed).numpy()[0], heights, 0.01, 2)
     assert truth.standard_error < 2e-3
     assert truth.error(by_gradients(view_gradient(scene, heights), 4).mean) < 0.01
-    with_edges, without = (scene.top_view().evaluate(heights, edges=e).jacobians[0] for e in (True, False))
+    with_edges, without = (scene.views()[0].evaluate(heights, edges=e).jacobians[0] for e in (True, False))
     assert (with_edges != without).nnz == 0
 
 
@@ -168,7 +173,7 @@ def view_gradient(scene: Scene, heights: Array, edges: bool = True) -> Callable[
 
     def gradient(weights: Array, seed: int) -> Array:
         if seed not in kept:
-            kept[seed] = scene.top_view(seed=seed).evaluate(heights, edges=edges).jacobians[0]
+            kept[seed] = scene.views(seed=seed)[0].evaluate(heights, edges=edges).jacobians[0]
         return (kept[seed].T @ weights.ravel()).reshape(SIDE, SIDE)
 
     return gradient

@@ -1,0 +1,112 @@
+"""All of a picture's derivative that is not radiance by slope: shadows and faces that move in the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from visual.edges import EDGE_SAMPLES, Entries, ShadowEdges, shadow_entries
+from visual.lights import LUMINANCE, ParallelLights
+from visual.outlines import Outlines, outlines
+from visual.posed import Posed
+from visual.projection import Projection
+from visual.relief import Relief
+from visual.shading import Shading, unshadowed
+
+Array = NDArray[np.float64]
+
+Background = Callable[[Array], Array]
+"""Radiance (rays,) that comes along unit directions (rays, 3) in which the camera sees no plate."""
+
+
+def darkness(directions: Array) -> Array:
+    """The background under lights that are not seen themselves."""
+    return np.zeros(len(directions))
+
+
+def uniform(radiance: Array) -> Background:
+    """The background under constant light from all around, red, green and blue."""
+    luminance = float(LUMINANCE @ radiance)
+    return lambda directions: np.full(len(directions), luminance)
+
+
+@dataclass(frozen=True)
+class Jitter:
+    """Fixed positions along the edges of the plate, so that two reliefs differ by geometry alone.
+
+    Attributes:
+        shadows: (edges, samples) in [0, 1), of the edges that cast shadows.
+        outlines: (edges,) in [0, 1), of all edges as the camera sees them.
+    """
+
+    shadows: Array
+    outlines: Array
+
+
+def edge_jitter(plate: Relief, generator: np.random.Generator) -> Jitter:
+    """Random positions for every edge."""
+    edges = len(plate.edge_start)
+    return Jitter(generator.uniform(size=(edges, EDGE_SAMPLES)), generator.uniform(size=edges))
+
+
+def seen_outlines(posed: Posed, camera: Projection, jitter: Jitter) -> Outlines | None:
+    """Edges that move in the picture, whatever the light; none if the camera looks straight down."""
+    return None if camera.overhead else outlines(posed, camera, jitter.outlines)
+
+
+def boundary_entries(
+    posed: Posed,
+    camera: Projection,
+    bsdf: Any,
+    lights: ParallelLights,
+    shading: Shading,
+    background: Background,
+    shadows: ShadowEdges,
+    moving: Outlines | None,
+) -> list[Entries]:
+    """Entries d radiance / d mm of a picture under lights that shine together.
+
+    Args:
+        bsdf: the plate's material.
+        shading: of the faces under these lights, toward this camera.
+        shadows: of these lights.
+        moving: of `seen_outlines`.
+    """
+    seen = shadows.seen(posed.scene, camera)
+    entries = [shadow_entries(posed.plate, camera, seen, shading.radiance[seen.light, seen.receiver])]
+    if moving is not None:
+        sides = _beside(posed, camera, bsdf, moving, lights, shading, background)
+        entries.append(moving.entries(posed.plate, sides))
+    return entries
+
+
+def _beside(
+    posed: Posed,
+    camera: Projection,
+    bsdf: Any,
+    moving: Outlines,
+    lights: ParallelLights,
+    shading: Shading,
+    background: Background,
+) -> Array:
+    """(2, samples): radiance on either side of edges in the picture."""
+    face = moving.face.ravel()
+    met, missed = np.flatnonzero(face >= 0), np.flatnonzero(face < 0)
+    points = posed.lifted(face[met], moving.x.ravel()[met], moving.y.ravel()[met])
+    radiance = np.zeros(len(face))
+    along = moving.direction.reshape(-1, 3)
+    radiance[missed] = background(along[missed])
+    if camera.perspective:
+        # Both sides as seen along one ray: seen each from its middle they would differ by that too.
+        slope_x, slope_y = (slope[face[met]] for slope in posed.slopes)
+        unlit = unshadowed(bsdf, slope_x, slope_y, lights, -along[met])
+    else:
+        unlit = shading.radiance[:, face[met]]
+    for number, toward in enumerate(lights.toward):
+        lit = posed.sees(toward, face[met], points)
+        radiance[met] += np.where(lit, unlit[number], 0.0)
+    return radiance.reshape(moving.face.shape)
