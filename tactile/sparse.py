@@ -42,7 +42,7 @@ def factorised(matrix: sp.spmatrix, *, portable: bool = False) -> Solve:
         factors are freed with it.
     """
     if portable or not has_pardiso():
-        factor = spla.splu(sp.csc_matrix(matrix), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        factor = spla.splu(sp.csc_matrix(matrix), permc_spec="COLAMD", options={"SymmetricMode": True})
         return lambda rhs: factor.solve(rhs)
 
     solver = pardiso_solver(SYMMETRIC_POSITIVE_DEFINITE)
