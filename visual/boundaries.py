@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from visual.edges import EDGE_SAMPLES, Entries, ShadowEdges, shadow_entries
-from visual.lights import LUMINANCE, ParallelLights
+from visual.lights import ParallelLights
 from visual.outlines import Outlines, outlines
 from visual.posed import Posed
 from visual.projection import Projection
@@ -28,10 +28,25 @@ def darkness(directions: Array) -> Array:
     return np.zeros(len(directions))
 
 
-def uniform(radiance: Array) -> Background:
-    """The background under constant light from all around, red, green and blue."""
-    luminance = float(LUMINANCE @ radiance)
-    return lambda directions: np.full(len(directions), luminance)
+def surroundings(scene: Any) -> Background:
+    """What lies around the plate in a Mitsuba scene: its constant light or environment map, if it has one."""
+    around = scene.environment()
+    if around is None:
+        return darkness
+
+    def radiance(directions: Array) -> Array:
+        import drjit as dr
+        import mitsuba as mi
+
+        if len(directions) == 0:
+            return np.zeros(0)
+        si = dr.zeros(mi.SurfaceInteraction3f, len(directions))
+        si.wi = mi.Vector3f(*(mi.Float(-c) for c in np.ascontiguousarray(directions.T, dtype=np.float32)))
+        value = around.eval(si)
+        luminance = np.asarray(value[0] if mi.is_monochromatic else mi.luminance(value), dtype=np.float64)
+        return np.broadcast_to(luminance, len(directions))  # constant light answers with one number
+
+    return radiance
 
 
 @dataclass(frozen=True)

@@ -104,8 +104,9 @@ class Plate:
 class Description:
     """A scene: plate, lights in the file's order (ambient ones too), cameras, and what rendering takes.
 
-    ``ambient`` is the sum of the constant radiance from all around. ``shapes`` counts the plate too. ``grey``: no material or light has
-    colour. ``integrator`` is None if the file has none; ``max_depth`` is None where paths have no limit.
+    ``ambient`` is the sum of the constant radiance from all around. ``shapes`` counts the plate too.
+    ``grey``: no material or light has colour. ``integrator`` is None if the file has none; ``max_depth`` is
+    None where paths have no limit.
     """
 
     plate: Plate

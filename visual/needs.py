@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from visual.describe import AMBIENT, PARALLEL, Camera, Description, Light
+from visual.describe import AMBIENT, Camera, Description, Light
+from visual.lights import parallel_obstacle
 
 DIRECT_DEPTH = 2
 """The `max_depth` of light that goes from lamp to plate to camera."""
@@ -90,9 +91,7 @@ def needs_of(description: Description) -> Needs:
         colour=not description.grey,
         matte=set(description.plate.material) <= set(MATTE),
         top_view=top_view,
-        obstacles=tuple(
-            dict.fromkeys(_obstacles(description.lights, direct, all(top_view), description.shapes))
-        ),
+        obstacles=tuple(dict.fromkeys(_obstacles(description, direct, all(top_view)))),
     )
 
 
@@ -102,15 +101,13 @@ def met_by_chance(light: Light) -> bool:
 
 
 def casts_shadows(light: Light) -> bool:
-    """Whether the plate can stand in its own way of a parallel light, on some relief.
+    """Whether the plate can stand in its own way of a light, on some relief.
 
     Under all others no shadow edge is looked for. Whether a given relief has any is for `visual.edges`.
     """
-    return (
-        light.kind == PARALLEL
-        and light.direction is not None
-        and (light.direction[2] < 0.0 or np.hypot(*light.direction[:2]) > OVERHEAD)
-    )
+    if light.direction is not None:
+        return bool(light.direction[2] < 0.0 or np.hypot(*light.direction[:2]) > OVERHEAD)
+    return _shines(light)
 
 
 def _name(light: Light, number: int) -> str:
@@ -127,16 +124,16 @@ def _shines(light: Light) -> bool:
     return light.strength is None or any(light.strength)
 
 
-def _obstacles(lights: tuple[Light, ...], direct: bool, from_above: bool, shapes: int) -> Iterator[str]:
+def _obstacles(description: Description, direct: bool, from_above: bool) -> Iterator[str]:
+    lights, size_mm = description.lights, description.plate.size_mm
+    shining = {light.shape.node for light in lights if light.shape is not None}
     for light in lights:
-        if light.kind not in (PARALLEL, AMBIENT):
-            yield f"{light.kind}: gradients are only there for directional and constant light"
-        elif light.strength is None:
-            field = "irradiance" if light.kind == PARALLEL else "radiance"
-            yield f"{light.kind}: {field}: gradients are only there for a number or an rgb colour"
+        obstacle = parallel_obstacle(light, size_mm)
+        if obstacle is not None:
+            yield obstacle
     if not direct:
         yield f"integrator: max_depth: gradients are only there for {DIRECT_DEPTH} (direct light)"
-    if not from_above and shapes > 1:
+    if not from_above and description.shapes > 1 + len(shining):
         yield "shape: beside other shapes the plate has gradients only in a view from above that it fills"
 
 

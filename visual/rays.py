@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 FAR_MM = 1e4
+REACH = 20.0
+"""Half the least distance of area lights that have gradients; see `visual.area_light`."""
 
 
 def plate_shape(scene: Any) -> Any:
@@ -28,10 +30,16 @@ def _rays(origins: Array, directions: Array) -> Any:
 
 
 def blocked(scene: Any, origins: Array, directions: Array) -> NDArray[np.bool_]:
-    """Whether something lies along each ray. `origins`, `directions`: (rays, 3). No ray: no work."""
+    """Whether something lies along each ray. `origins`, `directions`: (rays, 3). No ray: no work.
+
+    Rays end after `REACH` sides of the plate: what is farther does not stand in the light, it is the light.
+    """
     if len(origins) == 0:
         return np.zeros(0, dtype=bool)
-    return np.asarray(scene.ray_test(_rays(origins, directions))).astype(bool)
+    rays = _rays(origins, directions)
+    box = plate_shape(scene).bbox()
+    rays.maxt = REACH * float(max(box.max - box.min))
+    return np.asarray(scene.ray_test(rays)).astype(bool)
 
 
 def first_hits(scene: Any, origins: Array, directions: Array) -> tuple[NDArray[np.int64], Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,21 +12,21 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from visual import exact, heightmap, variants
-from visual.boundaries import uniform
+from visual.boundaries import darkness, surroundings
 from visual.check import CheckedScene, check_scene, instantiate
-from visual.describe import AMBIENT, PARALLEL, Description, Light, Plate, describe
+from visual.describe import PARALLEL, Description, Light, Plate, describe
 from visual.errors import InputError
-from visual.lights import LUMINANCE, ParallelLights, ambient_lights
+from visual.lights import LUMINANCE, Quadrature, parallel_obstacle, prepare
 from visual.needs import casts_shadows, met_by_chance, needs_of
 from visual.projection import from_above, projection_of
-from visual.view import View
+from visual.view import Illumination, View
 
 Array = NDArray[np.float64]
 
-STEP_AMBIENT_DIRECTIONS = 16
-"""Fixed directions that stand for ambient light in `Scene.views`."""
-AMBIENT_DIRECTIONS = 8
-"""Directions by which the gradient of `Scene.render` follows shadows of ambient light, anew each time."""
+STEP_DIRECTIONS = 16
+"""Fixed directions that stand for each light that is not parallel in `Scene.views`."""
+DIRECTIONS = 8
+"""The same where the gradient of `Scene.render` follows shadows; drawn anew each time."""
 
 
 class Scene:
@@ -39,7 +39,8 @@ class Scene:
         size_mm: side of the plate.
         resolution: (rows, cols) of the pictures.
         samples: a pixel, as the scene file says.
-        white: radiance of a white matte plate that faces the strongest light.
+        white: radiance of a white matte plate that faces the strongest parallel light, or lies flat under the
+            strongest other one; 1 if all lights are near.
         variant: Mitsuba's variant.
     """
 
@@ -63,14 +64,9 @@ class Scene:
         self.samples = cameras[0].samples
         self.conditions = self._needs.conditions
         self.weights = np.array(self._needs.weights)
-        self.white = max(
-            float(LUMINANCE @ colour)
-            for colour in (
-                *(_irradiance(light) / np.pi for light in self._needs.alone),
-                self._ambient_radiance(),
-            )
-        )
         self._loaded: dict[tuple[int, ...], exact.LightScene] = {}
+        self._quadratures: dict[tuple[int, ...], Quadrature] = {}
+        self.white = self._white()
 
     def render(
         self,
@@ -137,9 +133,9 @@ class Scene:
         """
         variants.use(self.variant)
         self._require_gradients()
-        suns = _parallel(self._needs.alone)
-        radiance = self._ambient_radiance()
-        ambient = ambient_lights(radiance, STEP_AMBIENT_DIRECTIONS) if radiance.any() else None
+        alone = [self._illumination((light,), resolution) for light in self._needs.alone]
+        around = self._needs.around
+        ambient = self._illumination(around, resolution) if around else None
         first = self._light_scene(self._needs.alone[:1] or self._needs.around, resolution)
         return tuple(
             View(
@@ -149,9 +145,8 @@ class Scene:
                 (self.heights.shape[0], self.heights.shape[1]),
                 self.size_mm,
                 camera,
-                suns,
+                alone,
                 ambient,
-                uniform(radiance),
                 seed,
                 strata,
                 # Many directions share a pixel's samples: each needs fewer.
@@ -166,8 +161,17 @@ class Scene:
             where = f"{self._checked.path}: heightfield: size_mm"
             raise InputError(f"{where}: the scene's plate is {self.size_mm} mm, the run's {size_mm} mm")
 
-    def _ambient_radiance(self) -> Array:
-        return np.array(self._description.ambient)
+    def _white(self) -> float:
+        strengths = [float(LUMINANCE @ np.array(self._description.ambient))]
+        for light in self._needs.alone:
+            if light.kind == PARALLEL and light.strength is not None:
+                strengths.append(float(LUMINANCE @ np.array(light.strength)) / np.pi)
+            elif light.kind != PARALLEL and parallel_obstacle(light, self.size_mm) is None:
+                around = self._quadrature((light,), STEP_DIRECTIONS).lights()
+                facing = around.irradiance.T @ np.maximum(around.toward[:, 2], 0.0)
+                strengths.append(float(LUMINANCE @ facing) / np.pi)
+        # What a point or a near surface gives depends on the place; pictures then count as they are.
+        return max(strengths) or 1.0
 
     def _require_gradients(self) -> None:
         variants.require_gradients()
@@ -195,13 +199,6 @@ class Scene:
             film.update()
             looked = from_above(self.size_mm, rows) if overhead else projection_of(sensor, rows, cols)
             cameras.append(looked)
-        around = any(light.kind == AMBIENT for light in lights)
-        radiance = self._ambient_radiance() if around else np.zeros(3)
-        parallel = _parallel([light for light in lights if light.kind == PARALLEL])
-
-        def drawn(generator: np.random.Generator) -> ParallelLights:
-            return ambient_lights(radiance, AMBIENT_DIRECTIONS, generator) if around else parallel
-
         by_light = self._integrator(0)
         return exact.LightScene(
             scene,
@@ -209,11 +206,26 @@ class Scene:
             self._needs.cameras,
             tuple(cameras),
             self._integrator(1) if any(met_by_chance(light) for light in lights) else by_light,
-            drawn,
-            bool(radiance.any()) or any(casts_shadows(light) for light in lights),
-            uniform(radiance),
+            lambda generator: self._quadrature(lights, DIRECTIONS).lights(generator),
+            any(casts_shadows(light) for light in lights),
+            surroundings(scene),
             by_light,
         )
+
+    def _illumination(self, lights: tuple[Light, ...], resolution: int | None) -> Illumination:
+        """Fixed parallel lights that stand for these."""
+        fixed = self._quadrature(lights, STEP_DIRECTIONS).lights()
+        seen = all(light.kind == PARALLEL for light in lights)
+        background = darkness if seen else surroundings(self._light_scene(lights, resolution).scene)
+        return Illumination(fixed, background)
+
+    def _quadrature(self, lights: tuple[Light, ...], count: int) -> Quadrature:
+        """What draws parallel lights for these, made once."""
+        key = (*(light.node for light in lights), count)
+        if key not in self._quadratures:
+            variants.use(self.variant)
+            self._quadratures[key] = prepare(lights, self.size_mm, count)
+        return self._quadratures[key]
 
     def _film(self, resolution: int | None) -> tuple[int, int]:
         """(rows, cols) of pictures with so many pixels along the longer side."""
@@ -270,15 +282,3 @@ def plate_heights(
     if plate.filename is None:
         raise InputError(f"{path}: heightfield: filename: missing")
     return heightmap.load_heights(plate.filename, relief_mm=plate.relief_mm)
-
-
-def _parallel(lights: Sequence[Light]) -> ParallelLights:
-    """These parallel lights; there may be none."""
-    toward = np.array([light.direction for light in lights], dtype=np.float64).reshape(-1, 3)
-    return ParallelLights(toward, np.array([_irradiance(light) for light in lights]).reshape(-1, 3))
-
-
-def _irradiance(light: Light) -> Array:
-    """Red, green and blue of a parallel light; 0 for every other kind."""
-    known = light.kind == PARALLEL and light.strength is not None
-    return np.array(light.strength) if known else np.zeros(3)

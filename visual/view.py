@@ -8,7 +8,7 @@ parts: radiance by slope (each face's radiance depends on its three heights), th
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,8 +42,16 @@ class Pictures:
     jacobians: tuple[sp.csr_matrix, ...]
 
 
+@dataclass(frozen=True)
+class Illumination:
+    """Lights that shine together. `background`: what the camera sees of them beside the plate."""
+
+    lights: ParallelLights
+    background: Background = darkness
+
+
 class View:
-    """A plate before one camera, lit by one parallel light at a time and ambient light."""
+    """A plate before one camera, lit by one light (or several together) at a time and ambient light."""
 
     def __init__(
         self,
@@ -53,9 +61,8 @@ class View:
         shape: tuple[int, int],
         size_mm: float,
         camera: Projection,
-        suns: ParallelLights,
-        ambient: ParallelLights | None,
-        background: Background = darkness,
+        alone: Sequence[Illumination],
+        ambient: Illumination | None,
         seed: int = 0,
         strata: int = 4,
         ambient_strata: int = 2,
@@ -67,16 +74,15 @@ class View:
             bsdf: the plate's material.
             set_heights: puts heights (rows, cols) into `scene`.
             shape: rows and cols of the height map.
-            suns: one condition each; with none, the one condition is ambient light alone.
+            alone: one condition each; with none, the one condition is ambient light alone.
             ambient: added to every condition; None if there is none.
-            background: under ambient light.
-            strata, ambient_strata: samples along a pixel's side for suns and for each ambient direction.
+            strata, ambient_strata: samples along a pixel's side where one light shines, and for each of many.
         """
         generator = np.random.default_rng(seed)
         self._scene, self._bsdf, self._set_heights = scene, bsdf, set_heights
         self._plate = relief(*shape, size_mm)
         self.camera = camera
-        self._suns, self._ambient, self._background = suns, ambient, background
+        self._alone, self._ambient = alone, ambient
         self._strata = strata, ambient_strata
         self._film = [film_points(camera, count, generator) for count in self._strata]
         self._jitter = edge_jitter(self._plate, generator)
@@ -98,16 +104,15 @@ class View:
         self._set_heights(heights)
         posed, camera = Posed(self._scene, self._plate, heights), self.camera
         moving = seen_outlines(posed, camera, self._jitter) if jacobian and edges else None
-        suns = [
-            ParallelLights(self._suns.toward[[number]], self._suns.irradiance[[number]])
-            for number in range(len(self._suns))
+        shining = (*self._alone, *(() if self._ambient is None else (self._ambient,)))
+        many = [len(light.lights) > 1 for light in shining]
+        samples = {which: self._samples(posed, which) for which in set(many)}
+        found = [
+            self._lit_by(light.lights, samples[which], posed, light.background, jacobian, edges, moving)
+            for light, which in zip(shining, many, strict=True)
         ]
-        samples = self._samples(posed, 0)
-        found = [self._lit_by(sun, samples, posed, darkness, jacobian, edges, moving) for sun in suns]
         if self._ambient is not None:
-            picture, entries = self._lit_by(
-                self._ambient, self._samples(posed, 1), posed, self._background, jacobian, edges, moving
-            )
+            picture, entries = found.pop()
             found = [(p + picture, d + entries if jacobian else None) for p, d in found] or [
                 (picture, entries)
             ]

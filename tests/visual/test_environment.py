@@ -97,13 +97,16 @@ def picture_under(lights: ParallelLights | dict[str, Any], heights: Array, sampl
     if not isinstance(lights, ParallelLights):
         return rendered(scene, samples)
     params, total = mi.traverse(scene), np.zeros((SIDE, SIDE))
-    for toward, strength in zip(lights.toward, lights.irradiance.reshape(len(lights), -1), strict=True):
+    strengths = lights.irradiance.reshape(len(lights), -1).mean(1)
+    # A strong light's shadows are sharp and need more; the sampler takes squares.
+    sides = np.ceil(np.sqrt(16.0 + samples * strengths / strengths.sum())).astype(int)
+    for toward, strength, side in zip(lights.toward, strengths, sides, strict=True):
         aside = np.eye(3)[np.argmin(np.abs(toward))]
         params["light.to_world"] = mi.Transform4f().look_at(
             origin=[0, 0, 0], target=[float(-c) for c in toward], up=[float(c) for c in aside]
         )
         params.update()
-        total += strength.mean() * rendered(scene, 64)
+        total += strength * rendered(scene, int(side) ** 2)
     return total
 
 
@@ -116,7 +119,7 @@ def rendered(scene: Any, samples: int) -> Array:
 def picture_errors(mi: ModuleType, picture: Array, to_world: Array, counts: tuple[int, ...]) -> list[float]:
     """Mean difference of pictures under so many lights from Mitsuba's under the map, in % of its mean."""
     heights = hills()
-    truth = picture_under(envmap(mi, picture, to_world), heights, 128**2)
+    truth = picture_under(envmap(mi, picture, to_world), heights, 96**2)
     pictures = [picture_under(environment_lights(picture, to_world, k), heights) for k in counts]
     return [float(100.0 * np.abs(found - truth).mean() / truth.mean()) for found in pictures]
 
@@ -129,19 +132,20 @@ def test_the_plate_looks_as_under_mitsubas_own_map(mi: ModuleType, to_world: Arr
     heights = hills() if plate == "rough" else np.full((SIDE, SIDE), 0.5)
     picture = sky_map()
     truth = picture_under(envmap(mi, picture, to_world), heights)
-    ours = picture_under(environment_lights(picture, to_world, 128), heights)
+    ours = picture_under(environment_lights(picture, to_world, 64), heights)
     assert np.abs(ours - truth).mean() < 0.012 * truth.mean()
-    amiss = picture_under(environment_lights(picture[:, ::-1], to_world, 128), heights)
+    amiss = picture_under(environment_lights(picture[:, ::-1], to_world, 64), heights)
     assert plate == "flat" or np.abs(amiss - truth).mean() > 0.05 * truth.mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("sky", "allowed"), [(sky_map(), (3.0, 1.2, 0.6)), (sunny_map(), (1.5, 0.8, 0.6))], ids=["sky", "sun"]
+    ("sky", "allowed"), [(sky_map(), (3.5, 1.4, 0.7)), (sunny_map(), (2.0, 0.9, 0.7))], ids=["sky", "sun"]
 )
 def test_pictures_converge_with_the_number_of_lights(
     mi: ModuleType, sky: Array, allowed: tuple[float, float, float]
 ) -> None:
-    errors = picture_errors(mi, sky, UPRIGHT, (16, 64, 256))
+    errors = picture_errors(mi, sky, UPRIGHT, (8, 32, 128))
     assert errors[0] > errors[1] > errors[2]
     assert (np.array(errors) < allowed).all()
 
@@ -199,10 +203,10 @@ def test_directions_drawn_anew_are_right_on_average() -> None:
     cells = sky_cells(colours, TURNED)
     whole = ParallelLights(cells.toward, cells.irradiance)
     for normal in ((0.0, 0.0, 1.0), (0.48, -0.6, 0.64)):
-        draws = [irradiance(ready.lights(np.random.default_rng(seed)), normal) for seed in range(3000)]
+        draws = [irradiance(ready.lights(np.random.default_rng(seed)), normal) for seed in range(1500)]
         standard_error = np.std(draws, axis=0) / np.sqrt(len(draws))
         expected = irradiance(whole, normal)
-        assert (standard_error < 0.01 * expected).all()
+        assert (standard_error < 0.015 * expected).all()
         assert (np.abs(np.mean(draws, axis=0) - expected) < 4.0 * standard_error).all()
 
 

@@ -22,16 +22,14 @@ from tests.visual.scenes import (
     sun,
 )
 from visual import mesh
-from visual.lights import ParallelLights, ambient_lights
+from visual.lights import ambient_lights
 from visual.projection import from_above
 from visual.rays import plate_shape
 from visual.relief import relief
 from visual.samples import film_points, samples_from_above
 from visual.scene import Scene
 from visual.topview import face_at
-from visual.view import View
-
-NO_SUNS = ParallelLights(np.zeros((0, 3)), np.zeros(0))
+from visual.view import Illumination, View
 
 
 def ambient_view(heights: Array, seed: int, floor: bool = False) -> View:
@@ -47,8 +45,8 @@ def ambient_view(heights: Array, seed: int, floor: bool = False) -> View:
         (SIDE, SIDE),
         SIZE_MM,
         from_above(SIZE_MM, SIDE),
-        NO_SUNS,
-        ambient_lights(RADIANCE, 16, np.random.default_rng(seed)),
+        (),
+        Illumination(ambient_lights(RADIANCE, 16, np.random.default_rng(seed))),
         seed=seed,
     )
 
