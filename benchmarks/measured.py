@@ -94,18 +94,16 @@ def _summary() -> str:
 
 
 def _gradient_summary() -> str:
-    """Error of the picture gradient by light, ours beside Mitsuba's."""
-    rows = load("gradients")["rows"]
-    names = {"Retouch": "ours, explicit", "without shadow edges": "ours, explicit, no edges"}
+    """Error of the picture gradient over gravel, ours beside Mitsuba's."""
+    names = {"Retouch": "explicit", "without moving boundaries": "explicit, no boundaries"}
     names |= {"Mitsuba `direct`": "Mitsuba direct", "Mitsuba `prb`": "Mitsuba prb"}
     lines = []
-    for relief in dict.fromkeys(row["relief"] for row in rows):
-        for light in dict.fromkeys(row["light"] for row in rows):
-            by_method = {r["method"]: r for r in rows if (r["relief"], r["light"]) == (relief, light)}
-            told = light if light == "ambient" else f"{light}°"
-            errors = (100.0 * by_method[method]["error"] for method in names.values())
-            lines.append([relief, told, *(f"{error:.1f}" for error in errors)])
-    return table(("relief", "light", *names), lines) + "\n"
+    for key, case in load("gradients")["cases"].items():
+        relief, light, camera, material = key.split(", ")
+        if (relief, material) == (gradients.GRAVEL, "plastic"):
+            errors = (100.0 * case["methods"][method]["error"] for method in names.values())
+            lines.append([camera, light, *(f"{error:.1f}" for error in errors)])
+    return table(("camera", "light", *names), lines) + "\n"
 
 
 def _machine() -> str:
@@ -159,7 +157,7 @@ def _gradients() -> str:
 
 `python -m benchmarks.gradients`. {gradients.NOTES}
 
-{gradients.as_table(load("gradients")["rows"])}
+{gradients.as_table(load("gradients")["cases"])}
 """
 
 

@@ -9,15 +9,18 @@ from typing import TYPE_CHECKING
 from optimize.cli_options import add_mitsuba, console, count, seed
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
     from rich.table import Table
+
+    from visual.noise import Batches
 
 HELP = "render a scene, one picture for each light"
 DESCRIPTION = """\
 Renders every condition of a scene, that is each of its lights alone with the ambient light, into DIR as
 <condition>.exr (radiance, 32-bit float) and <condition>.png (sRGB; white is the radiance of a white plate
 that faces the light). Pictures of an earlier rendering are replaced.
+
+Each picture is the mean of a few rendered with fewer samples and other random numbers; how far these lie
+apart gives the standard error of a pixel, told in percent of the picture's mean.
 
 With --explain nothing is rendered and nothing written, whatever else is given: it tells what would be done,
 what is skipped because the scene does not need it, and whether `retouch optimize` can use the scene.
@@ -44,7 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MM",
         help="height of white above black in --texture (needed for PNG and TIFF; EXR and NPY hold mm)",
     )
-    parser.add_argument("--samples", type=count, metavar="N", help="a pixel (default: as the scene says)")
+    parser.add_argument(
+        "--samples", type=count, metavar="N", help="a pixel, 4 or more (default: as the scene says)"
+    )
     parser.add_argument(
         "--seed", type=seed, default=0, metavar="N", help="the same seed, the same picture (default: 0)"
     )
@@ -60,6 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     from optimize.pictures import write_pictures
     from optimize.words import duration
     from visual.errors import InputError
+    from visual.noise import batched
     from visual.scene import load_scene
 
     if arguments.relief_mm is not None and arguments.texture is None:
@@ -79,14 +85,15 @@ def run(arguments: argparse.Namespace) -> int:
         relief_mm=arguments.relief_mm,
     )
     start = time.perf_counter()
-    pictures = scene.render(samples=arguments.samples, seed=arguments.seed).numpy()
+    batches = batched(scene, samples=arguments.samples, seed=arguments.seed)
     seconds = time.perf_counter() - start
+    pictures = batches.mean
     files = write_pictures(out, scene.conditions, pictures, scene.white)
     rows, cols = pictures.shape[1:]
     screen = console()
-    screen.print(table(scene.conditions, files, pictures))
+    screen.print(table(scene.conditions, files, batches))
     screen.print(
-        f"{cols} x {rows} pixels, {arguments.samples or scene.samples} samples each, {scene.variant}, "
+        f"{cols} x {rows} pixels, {batches.samples} samples each, {scene.variant}, "
         f"{duration(seconds)} of rendering."
     )
     return 0
@@ -115,18 +122,20 @@ def _explain(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def table(conditions: Sequence[str], files: Sequence[Path], pictures: "NDArray[np.float32]") -> "Table":
-    """One row a condition: name, mean radiance, file."""
+def table(conditions: Sequence[str], files: Sequence[Path], batches: "Batches") -> "Table":
+    """One row a condition: name, mean radiance, standard error of a pixel in percent of that, file."""
     from rich.table import Table
     from rich.text import Text
 
-    from optimize.words import number
+    from optimize.words import number, percent
 
     rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False)
     rows.add_column("condition", overflow="fold")
     rows.add_column("mean radiance", justify="right", no_wrap=True)
+    rows.add_column("error of a pixel", justify="right", no_wrap=True)
     rows.add_column("files", overflow="fold")
-    for condition, file, picture in zip(conditions, files, pictures, strict=True):
-        mean = float(picture.mean(dtype="float64"))
-        rows.add_row(Text(condition), number(mean), Text(f"{file}.exr, .png"))
+    means, errors = batches.mean.mean(axis=(1, 2)), batches.relative_error
+    for condition, file, mean, error in zip(conditions, files, means, errors, strict=True):
+        told = number(float(mean)), percent(100.0 * float(error))
+        rows.add_row(Text(condition), *told, Text(f"{file}.exr, .png"))
     return rows

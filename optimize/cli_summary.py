@@ -1,11 +1,10 @@
 """The one screen that a run ends with."""
 
-import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from optimize.words import duration, number, percent
+from optimize.words import between, duration, number, percent, plus_minus
 from tactile.jnd import told_apart
 
 if TYPE_CHECKING:
@@ -52,18 +51,36 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
         (f"verified ({touch['verified_by']})", touch["verified_contact_area_mm2"]),
     ]
     yield "contact", f"{_known(area)} mm²; {100.0 * touch['contact_fraction']:.0f} % of the plate touches"
-    mean, rms = look["mean_change_percent_of_mean"], look["rms_change_percent_of_mean"]
-    yield "pictures", f"changed by {percent(mean)} (mean), {percent(rms)} (rms) of the mean picture"
-    each = look["rms_change_percent"]
-    mean = sum(look["pixel_change_percent"]) / len(each)
-    rms = math.hypot(*each) / math.sqrt(len(each))
-    yield "", f"and by {percent(mean)} (mean), {percent(rms)} (rms) of white"
+    yield from _pictures(look)
     times = dict(result["time_s"])
     total = duration(times.pop("total"))
     yield "time", f"{total}: " + ", ".join(f"{k.replace('_', '-')} {duration(s)}" for k, s in times.items())
     yield "report", str(run_dir / "report.html")
     if printable := [str(run_dir / name) for name in PRINTABLE if (run_dir / name).is_file()]:
         yield "to print", ", ".join(printable)
+
+
+def _pictures(look: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    noise = look["noise"]
+    if noise["certainty"] == "same":
+        yield "pictures", noise["message"]
+        return
+    of_mean, of_white = noise["change_percent_of_mean"], noise["change_percent_of_white"]
+    if noise["certainty"] == "within_noise":
+        yield "pictures", f"{noise['message']} Its mean is at most"
+        yield "", f"{percent(of_mean['mean'])} of the mean picture, {percent(of_white['mean'])} of white"
+    else:
+        yield "pictures", f"changed by {_change(of_mean)} of the mean picture"
+        yield "", f"and by {_change(of_white)} of white"
+    if noise["certainty"] == "coarse":
+        yield "", noise["message"]
+    if noise["certainty"] != "known":
+        yield "", f"{look['samples']} samples a pixel; more make it clearer (verify.samples)"
+
+
+def _change(change: Mapping[str, float]) -> str:
+    mean = between(max(0.0, change["mean_at_least"]), change["mean"])
+    return f"{plus_minus(change['rms_less_noise'], change['rms_error'])} % (rms), {mean} (mean)"
 
 
 def _known(values: list[tuple[str, float | None]]) -> str:

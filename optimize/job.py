@@ -180,7 +180,7 @@ def _measure(
     after = converged_pictures(problem, descent.best.heights, samples, seed)
     # Scaled to what the model that steers calls the target: it can be asked often.
     scaled = linear_scaling(replace(problem, targets=prepared.first_aim))
-    baseline = None if scaled is None else converged_pictures(problem, scaled, samples, seed)
+    baseline = None if scaled is None else converged_pictures(problem, scaled, samples, seed).mean
     return results.Outcome(
         descent=descent,
         initial_roughness=prepared.believed[0],

@@ -17,7 +17,11 @@ from optimize.problem import Targets
 Array = NDArray[np.float64]
 
 STALL = 0.02
-"""A fall of the picture change, or of the miss, by less than this share counts as none."""
+"""A fall of the picture change, or of the miss, by less than this share counts as none.
+
+Noise cannot feign one: the pictures of all steps, and those to keep, have the same samples. How far that
+change lies from the truth is for the verification to tell (`optimize.change`).
+"""
 
 HOPELESS_STEPS = 12
 """Steps without a better miss after which a target counts as out of reach."""

@@ -1,4 +1,4 @@
-"""How different two pictures are: mean and root mean square, DSSIM, FLIP."""
+"""How different two pictures are: mean and root mean square, DSSIM, FLIP; and the noise in that."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from optimize.change import change
+from visual.noise import Batches
 
 Array = NDArray[np.floating[Any]]
 
@@ -46,3 +49,33 @@ def flip(before: Array, after: Array, white: float) -> float:
         *images, "LDR", inputsRGB=True, applyMagma=False, parameters={"ppd": VIEWING_PIXELS_PER_DEGREE}
     )
     return float(mean)
+
+
+def look(before: Batches, after: Batches, white: float) -> dict[str, Any]:
+    """How far pictures changed and how well that is known: what `look` of result.json says of them.
+
+    Args:
+        white: radiance shown as full white.
+    """
+    pairs = list(zip(before.mean, after.mean, strict=True))
+    mean = float(before.mean.mean())
+    whole = change(before, after)
+    each = [change(before.condition(n), after.condition(n)) for n in range(len(pairs))]
+    return {
+        "pixel_change_percent": [100.0 * one.mean / white for one in each],
+        "rms_change_percent": [100.0 * one.rms / white for one in each],
+        "mean_change_percent_of_mean": 100.0 * whole.mean / mean,
+        "rms_change_percent_of_mean": 100.0 * whole.rms / mean,
+        "dssim": [dssim(b, a, white) for b, a in pairs],
+        "flip": [flip(b, a, white) for b, a in pairs],
+        "samples": before.samples,
+        "noise": {
+            "certainty": whole.certainty.name.lower(),
+            "message": whole.certainty.value,
+            "batches": len(before.pictures),
+            "standard_error_percent": [100.0 * float(error) for error in after.relative_error],
+            "change_percent_of_mean": whole.percent_of(mean),
+            "change_percent_of_white": whole.percent_of(white),
+            "conditions_percent_of_white": [one.percent_of(white) for one in each],
+        },
+    }

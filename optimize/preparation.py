@@ -15,7 +15,7 @@ from optimize.loop import WayDown
 from optimize.problem import Problem, Targets
 from optimize.progress import Progress
 from optimize.rounds import Plan, first_aim
-from optimize.verification import TouchMeasured, converged_pictures, measure_touch
+from optimize.verification import TouchMeasured, measure_touch
 from visual.errors import InputError
 from visual.scene import load_scene
 
@@ -81,8 +81,8 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
         samples=settings.look.samples or ADAM_SAMPLES,
         seed=settings.seed,
     )
-    glimpse = converged_pictures(untargeted, scene.heights, samples=1, seed=settings.seed)
-    if glimpse.mean() < BLACK * scene.white:
+    glimpse = scene.render(samples=1, seed=settings.seed)
+    if float(glimpse.mean()) < BLACK * scene.white:
         raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
     belief = measure_touch(untargeted, scene.heights, "layer")
     truth = None

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from optimize import report_figures as figures
 from optimize.export import write_atomically
-from optimize.words import duration, number, percent
+from optimize.words import between, duration, number, percent, plus_minus
 
 Array = NDArray[np.floating]
 
@@ -25,7 +25,7 @@ TOUCH_KEYS = (
     *("target_contact_area_mm2", "initial_contact_area_mm2", "contact_area_mm2", "contact_fraction"),
     *("verified_contact_area_mm2", "jnd_from_original"),
 )
-LOOK_KEYS = ("dssim", "flip")
+LOOK_KEYS = ("dssim", "flip", "samples", "noise")
 FILES = {
     "plate.stl": "triangles without a unit: tell the slicer millimetres",
     "plate.3mf": "states millimetres itself; the safer choice where the slicer takes it",
@@ -112,6 +112,7 @@ def write_report(run_dir: Path, report: Report) -> Path:
         lstrip_blocks=True,
     )
     environment.filters |= {"number": number, "percent": percent, "duration": duration}
+    environment.globals |= {"between": between, "plus_minus": plus_minus}
     script = environment.get_template("report.js").render()
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     page = environment.get_template("report.html.j2").render(

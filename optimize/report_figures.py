@@ -139,6 +139,8 @@ def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
         "change": picture_change(before, after, white),
         "looks": rows(after),
         **{key: look[key] or [None] * len(before) for key in ("dssim", "flip")},
+        "noise": look["noise"],
+        "samples": look["samples"],
         "difference_limit": limit,
         "exposure": white / exposed,
         "difference_bar": plots.colour_bar(

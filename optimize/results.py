@@ -22,6 +22,7 @@ from optimize.report import Baseline, Report, write_report
 from optimize.rounds import Round
 from optimize.verification import TouchMeasured
 from visual.heightmap import save_heights_exr, save_heights_png
+from visual.noise import Batches
 
 Array = NDArray[np.float64]
 
@@ -43,8 +44,9 @@ class Outcome:
         initial_roughness, initial_contact_area_mm2: of the original, by the model that steered the descent.
         touch_before, touch_after: of the original and of the best relief; by the verification, if any.
         rounds: of descent and verification; none if verification was not wanted.
-        pictures_before, pictures_after, baseline_pictures: (conditions, rows, cols) radiance, converged; of
-            the baseline None where linear scaling cannot reach the target.
+        pictures_before, pictures_after: converged, with the same random numbers batch by batch.
+        baseline_pictures: (conditions, rows, cols) radiance, converged; None where linear scaling cannot
+            reach the target.
     """
 
     descent: Descent
@@ -53,8 +55,8 @@ class Outcome:
     touch_before: TouchMeasured
     touch_after: TouchMeasured
     rounds: tuple[Round, ...]
-    pictures_before: Array
-    pictures_after: Array
+    pictures_before: Batches
+    pictures_after: Batches
     baseline_heights: Array | None
     baseline_pictures: Array | None
 
@@ -121,7 +123,8 @@ def write(
     for suffix in (".stl", ".3mf"):
         export_plate(run_dir / f"plate{suffix}", heights, problem.size_mm)
     conditions = problem.scene.conditions
-    for stage, pictures in (("before", outcome.pictures_before), ("after", outcome.pictures_after)):
+    before, after = outcome.pictures_before.mean, outcome.pictures_after.mean
+    for stage, pictures in (("before", before), ("after", after)):
         write_pictures(run_dir / "renders", conditions, pictures, problem.scene.white, suffix=stage)
     summary = summarise(settings, problem, outcome, times)
     write_atomically(run_dir / "result.json", (json.dumps(summary, indent=2) + "\n").encode())
@@ -134,8 +137,8 @@ def write(
             title=settings.texture.stem,
             result=summary,
             conditions=conditions,
-            pictures_before=outcome.pictures_before,
-            pictures_after=outcome.pictures_after,
+            pictures_before=before,
+            pictures_after=after,
             white=problem.scene.white,
             strain_before=outcome.touch_before.strain,
             strain_after=outcome.touch_after.strain,
@@ -163,9 +166,6 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
     if first.roughness > 0.0 and felt.roughness > 0.0:
         jnd = tactile.jnd_apart(felt.roughness, first.roughness)
     change = best.heights - problem.heights
-    before, after, white = outcome.pictures_before, outcome.pictures_after, problem.scene.white
-    mean = float(before.mean())
-    each = list(zip(before, after, strict=True))
     return {
         "stop": {
             "reason": reason.name.lower(),
@@ -197,13 +197,7 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
         },
         "look": {
             "conditions": list(problem.scene.conditions),
-            "pixel_change_percent": [100.0 * metrics.mean_change(b, a) / white for b, a in each],
-            "rms_change_percent": [100.0 * metrics.rms_change(b, a) / white for b, a in each],
-            "mean_change_percent_of_mean": 100.0 * metrics.mean_change(before, after) / mean,
-            "rms_change_percent_of_mean": 100.0 * metrics.rms_change(before, after) / mean,
-            "dssim": [metrics.dssim(b, a, white) for b, a in each],
-            "flip": [metrics.flip(b, a, white) for b, a in each],
-            "samples": settings.verify.samples,
+            **metrics.look(outcome.pictures_before, outcome.pictures_after, problem.scene.white),
         },
         "heights": {
             "min_mm": float(best.heights.min()),

@@ -2,7 +2,8 @@
 
 The descent follows one model of touch (its belief), the verification asks another (the truth). Where they
 differ, the target that the descent aims at is changed by their measured ratio, and it goes on from where it
-is. The ratio hardly changes over a small step, so that two or three rounds suffice.
+is. The ratio hardly changes over a small step, so that two or three rounds suffice. Which round is kept is
+decided by touch alone, in which there is no randomness; the noise of pictures has no say in it.
 """
 
 from __future__ import annotations

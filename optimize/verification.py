@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import tactile
 from optimize.problem import Problem
 from tactile.model import FEM_MESH, ModelName
+from visual.noise import Batches, batched
 
 Array = NDArray[np.float64]
 
@@ -55,7 +56,6 @@ def measure_touch(problem: Problem, heights: Array, by: ModelName, mesh: int = F
 
 def converged_pictures(
     problem: Problem, heights: Array, samples: int, seed: int, resolution: int | None = None
-) -> Array:
-    """Pictures of every condition by Mitsuba at many samples, (conditions, rows, cols)."""
-    rendered = problem.scene.render(heights, samples=samples, seed=seed, resolution=resolution)
-    return np.asarray(rendered.numpy())
+) -> Batches:
+    """Pictures of every condition by Mitsuba at many samples, in batches that tell their noise."""
+    return batched(problem.scene, heights, samples, seed, resolution=resolution)

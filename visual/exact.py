@@ -45,6 +45,12 @@ def _variant() -> str:
     return str(mi.variant())
 
 
+def _has_gradient(values: Any) -> bool:
+    import drjit as dr
+
+    return bool(dr.grad_enabled(values))
+
+
 @dataclass(frozen=True)
 class LightScene:
     """One light (or all that shine together) over the plate as a Mitsuba scene of its own.
@@ -73,9 +79,16 @@ class LightScene:
     variant: str = field(default_factory=_variant)
 
     def set_heights(self, heights: Array) -> None:
-        """Put (rows, cols) mm into the scene; its own variant is set from here on."""
+        """Put (rows, cols) mm into the scene; its own variant is set from here on.
+
+        Heights that it holds already are left: to make its acceleration structure anew takes longer than to
+        render a few samples.
+        """
         variants.use(self.variant)
-        mesh.set_heights(self.params, np.array(heights, dtype=np.float32).ravel())
+        wanted = np.array(heights, dtype=np.float32).ravel()
+        held = self.params[mesh.heights_key(self.params)]
+        if _has_gradient(held) or not np.array_equal(np.asarray(held), wanted):
+            mesh.set_heights(self.params, wanted)
 
 
 @dataclass(frozen=True)

@@ -121,7 +121,8 @@ def _pictures(description: Description, needs: Needs) -> str:
     if not needs.alone:
         count = "1 is" if needs.passes == 1 else f"{needs.passes} are"
         return f"{count} rendered, by ambient light alone"
-    count = f"{needs.passes} {'is' if needs.passes == 1 else 'are'} rendered: each light alone"
+    by = "" if len(needs.cameras) == 1 else "by each camera "
+    count = f"{needs.passes} {'is' if needs.passes == 1 else 'are'} rendered: {by}each light alone"
     if needs.around:
         return f"{count}, and ambient light once, which is added to every condition"
     return f"{count}; there is no ambient light, so none is looked for"

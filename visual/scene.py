@@ -155,6 +155,13 @@ class Scene:
             for camera in first.cameras
         )
 
+    def light_scenes(self, resolution: int | None = None) -> tuple[exact.LightScene, ...]:
+        """The Mitsuba scenes whose pictures `render` adds: each light alone, then all ambient light."""
+        groups = [(light,) for light in self._needs.alone] + (
+            [self._needs.around] if self._needs.around else []
+        )
+        return tuple(self._light_scene(group, resolution) for group in groups)
+
     def check_size(self, size_mm: float | None) -> None:
         """Raise InputError if a size is given that is not the plate's."""
         if size_mm is not None and abs(size_mm - self.size_mm) > 1e-6:

@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -20,10 +21,10 @@ from optimize import cli, cli_optimize, config, job, preparation
 from optimize.cli import main
 from optimize.cli_summary import summary
 from optimize.loop import StopReason
-from optimize.words import number
+from optimize.words import between, number, plus_minus
 from visual.heightmap import load_heights, save_heights_exr
 from visual.scene import Scene
-from visual.topview import TopView
+from visual.view import View
 
 ROOT = Path(__file__).resolve().parents[2]
 STUDIO = ROOT / "mitsuba_scenes" / "studio.xml"
@@ -193,6 +194,17 @@ def test_render_writes_a_picture_of_every_condition(capsys: pytest.CaptureFixtur
         assert float(line.split()[1]) == pytest.approx(radiance.mean(), rel=0.01)
 
 
+def test_render_tells_the_noise_of_each_picture(capsys: pytest.CaptureFixture[str]) -> None:
+    errors = []
+    for samples in ("16", "256"):
+        told = said(capsys, "render", str(STUDIO), *SMALL, "--samples", samples)
+        assert f"{samples} samples each" in told
+        (error,) = re.findall(r"light-10 +\S+ +(\S+)\s%", told)
+        errors.append(float(error))
+    # Strata make it fall faster than one over the root of the samples.
+    assert 4.0 < errors[0] / errors[1] < 16.0
+
+
 def test_render_shows_another_texture_and_repeats_itself(capsys: pytest.CaptureFixture[str]) -> None:
     save_heights_exr("flat.exr", np.zeros((32, 32)))
     same = ["render", str(STUDIO), *SMALL, "--samples", "4", "--seed", "5"]
@@ -331,9 +343,9 @@ def test_optimize_tells_everything_on_one_screen(waves: Path, capsys: pytest.Cap
 @pytest.mark.parametrize("method", ["gauss-newton", "adam"])
 def test_a_descent_renders_the_look_to_keep_once(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     targets = []
-    evaluate, render = TopView.evaluate, Scene.render
+    evaluate, render = View.evaluate, Scene.render
 
-    def counted_evaluate(view: TopView, heights: Any, jacobian: bool = True, edges: bool = True) -> Any:
+    def counted_evaluate(view: View, heights: Any, jacobian: bool = True, edges: bool = True) -> Any:
         targets.extend(["gauss-newton"] * (not jacobian))
         return evaluate(view, heights, jacobian, edges)
 
@@ -342,7 +354,7 @@ def test_a_descent_renders_the_look_to_keep_once(method: str, monkeypatch: pytes
         targets.extend(["adam"] * (steered and not heights.requires_grad))
         return render(scene, heights, *arguments, **options)
 
-    monkeypatch.setattr(TopView, "evaluate", counted_evaluate)
+    monkeypatch.setattr(View, "evaluate", counted_evaluate)
     monkeypatch.setattr(Scene, "render", counted_render)
     steps = ["--set", f"descent.method={method}", "--set", "verify.model=none", *FAST]
     main(["optimize", str(STUDIO), "--texture", "waves.exr", "--jnd", "0.3", "-q", *steps])
@@ -397,25 +409,55 @@ def lines(result: Mapping[str, Any]) -> str:
     return captured.get()
 
 
+CHANGE = {"mean": 2.04, "mean_at_least": 1.81, "rms_less_noise": 3.0, "rms_error": 0.12}
+
+
+RESULT: dict[str, Any] = {
+    "stop": {"message": "Done.", "steps": 4, "best_step": 3},
+    "touch": {
+        **{"target_roughness": None, "initial_roughness": 0.05, "roughness": 0.04},
+        **{"verified_roughness": None, "verified_by": None, "verified_contact_area_mm2": None},
+        "jnd_from_original": -1.28,
+        **{"target_contact_area_mm2": 45.0, "initial_contact_area_mm2": 40.0, "contact_area_mm2": 45.1},
+        "contact_fraction": 0.31,
+    },
+    "look": {
+        "samples": 256,
+        "noise": {
+            "certainty": "coarse",
+            "message": "Blurred.",
+            "change_percent_of_mean": CHANGE,
+            "change_percent_of_white": {name: 0.5 * value for name, value in CHANGE.items()},
+        },
+    },
+    "time_s": {"total": 100.0, "set_up": 1.0, "descent": 90.0, "verify": 9.0},
+}
+
+
 def test_the_screen_leaves_out_what_there_is_not() -> None:
-    result = {
-        "stop": {"message": "Done.", "steps": 4, "best_step": 3},
-        "touch": {
-            **{"target_roughness": None, "initial_roughness": 0.05, "roughness": 0.04},
-            **{"verified_roughness": None, "verified_by": None, "verified_contact_area_mm2": None},
-            "jnd_from_original": -1.28,
-            **{"target_contact_area_mm2": 45.0, "initial_contact_area_mm2": 40.0, "contact_area_mm2": 45.1},
-            "contact_fraction": 0.31,
-        },
-        "look": {
-            **{"mean_change_percent_of_mean": 2.0, "rms_change_percent_of_mean": 3.0},
-            **{"pixel_change_percent": [1.0, 2.0], "rms_change_percent": [3.0, 4.0]},
-        },
-        "time_s": {"total": 100.0, "set_up": 1.0, "descent": 90.0, "verify": 9.0},
-    }
-    screen = lines(result)
+    screen = lines(RESULT)
     assert "step 3 of 4" in screen
     assert "original 0.0500, achieved 0.0400 " in screen and "verified" not in screen
     assert "1.28 JND smoother" in screen and "told apart in 89 of 100 tries" in screen
     assert "original 40.0, target 45.0, achieved 45.1 mm²; 31 % of the plate" in screen
+    assert (
+        f"changed by {plus_minus(3.0, 0.12)} % (rms), {between(1.81, 2.04)} (mean) of the mean picture"
+        in screen
+    )
+    assert f"and by {plus_minus(1.5, 0.06)} % (rms), {between(0.905, 1.02)} (mean) of white" in screen
+    assert "Blurred." in screen and "256 samples a pixel; more make it clearer (verify.samples)" in screen
     assert "to print" not in screen
+
+
+def test_the_screen_says_if_the_pictures_are_the_same() -> None:
+    look = {"noise": {"certainty": "same", "message": "The pictures are the same."}}
+    screen = lines(RESULT | {"look": look})
+    assert re.search("^pictures +The pictures are the same.", screen, re.MULTILINE)
+    assert "of white" not in screen
+
+
+def test_the_screen_calls_nothing_a_change_that_noise_may_be() -> None:
+    noise = RESULT["look"]["noise"] | {"certainty": "within_noise", "message": "Lost in noise."}
+    screen = lines(RESULT | {"look": {"samples": 4, "noise": noise}})
+    assert "Lost in noise. Its mean is at most" in screen and "4 samples a pixel" in screen
+    assert "changed by" not in screen

@@ -36,7 +36,9 @@ def walk(problem: Problem, steps: int = STEPS) -> Descent:
 
 def change_of_look(problem: Problem, heights: np.ndarray) -> float:
     """Root mean square of the picture change, by Mitsuba, in % of the mean picture."""
-    before, after = (converged_pictures(problem, h, PICTURE_SAMPLES, 1) for h in (problem.heights, heights))
+    before, after = (
+        converged_pictures(problem, h, PICTURE_SAMPLES, 1).mean for h in (problem.heights, heights)
+    )
     return 100.0 * rms_change(before, after) / float(before.mean())
 
 

@@ -185,6 +185,57 @@ def test_it_tells_target_achieved_and_verified_roughness_and_the_odds(tmp_path: 
         assert words in text
 
 
+CHANGE = {
+    "mean": 2.4,
+    "mean_at_least": 2.22,
+    "noise_floor": 0.52,
+    "rms_less_noise": 4.317,
+    "rms_error": 0.005,
+}
+
+
+def noisy(certainty: str, message: str) -> Report:
+    """A report of pictures whose noise is told."""
+    report = plausible()
+    noise = {
+        **{"certainty": certainty, "message": message, "batches": 4},
+        "standard_error_percent": [1.4, 1.5, 1.6],
+        "change_percent_of_mean": CHANGE,
+        "conditions_percent_of_white": [CHANGE | {"rms_error": 0.01 * n} for n in (3, 4, 5)],
+    }
+    look = dict(report.result["look"]) | {"samples": 256, "noise": noise}
+    return replace(report, result=dict(report.result) | {"look": look})
+
+
+def test_the_noise_of_the_pictures_is_told_with_their_change(tmp_path: Path) -> None:
+    text = " ".join(Outline(page(tmp_path, noisy("known", "Small."))).text.split())
+    for words in (
+        "to the eye a change of",
+        "less noise: 2.2 to 2.4 %; rms 4.317 ± 0.005 %",
+        *("4.32 ± 0.03", "4.32 ± 0.04", "4.32 ± 0.05"),
+        "Small. Each picture is the mean of 4 with 64 samples a pixel",
+        "a standard error of 1.4 to 1.6 % of the mean picture",
+        "would read 0.52 % of the mean picture",
+    ):
+        assert words in text
+
+
+def test_a_change_that_noise_blurs_is_told_as_a_bound(tmp_path: Path) -> None:
+    text = " ".join(Outline(page(tmp_path, noisy("coarse", "Blurred."))).text.split())
+    assert "to the eye a change of at most" in text and "at most, of white, mean" in text
+
+
+def test_a_change_within_the_noise_is_not_called_one(tmp_path: Path) -> None:
+    text = " ".join(Outline(page(tmp_path, noisy("within_noise", "Lost in noise."))).text.split())
+    assert "to the eye a change no larger than the noise of the pictures" in text
+    assert "to the eye a change of" not in text and "Lost in noise." in text
+
+
+def test_the_same_pictures_are_called_the_same(tmp_path: Path) -> None:
+    text = " ".join(Outline(page(tmp_path, noisy("same", "The same."))).text.split())
+    assert "to the eye the same." in text and "less noise:" not in text
+
+
 def test_hostile_words_stay_words(tmp_path: Path) -> None:
     report = plausible()
     result = dict(report.result) | {"stop": {"reason": HOSTILE, "message": HOSTILE, "steps": 1}}

@@ -17,6 +17,7 @@ from optimize.results import History, Outcome
 from optimize.rounds import Round
 from optimize.verification import measure_touch
 from tests.optimize.conftest import ProblemWith
+from visual.noise import Batches
 
 TARGETS = Targets(0.1, None, 0.01)
 
@@ -104,19 +105,21 @@ def settings(studio: Path, texture: Path) -> Run:
 def outcome(problem: Problem, verified: bool) -> Outcome:
     """The relief lowered by a fifth, as a descent might have left it."""
     lower = 0.8 * problem.heights
-    pictures = np.random.default_rng(0).uniform(0.2, 0.5, (2, len(problem.scene.conditions), 16, 16))
+    random = np.random.default_rng(0)
+    true = random.uniform(0.2, 0.5, (2, 1, len(problem.scene.conditions), 16, 16))
+    before, after = (Batches(p + random.normal(0.0, 0.01, (4, *p.shape[1:])), 64) for p in true)
     best = iterate(3, lower)
-    before, after = (measure_touch(problem, h, "layer") for h in (problem.heights, lower))
-    rounds = (Round(0.1, None, 0.1, 60.0, after.roughness, after.contact_area_mm2, 0.2, 7),)
+    first, felt = (measure_touch(problem, h, "layer") for h in (problem.heights, lower))
+    rounds = (Round(0.1, None, 0.1, 60.0, felt.roughness, felt.contact_area_mm2, 0.2, 7),)
     return Outcome(
         descent=Descent(best, iterate(7, lower), StopReason.STEP_LIMIT),
-        initial_roughness=before.roughness,
-        initial_contact_area_mm2=before.contact_area_mm2,
-        touch_before=before,
-        touch_after=after,
+        initial_roughness=first.roughness,
+        initial_contact_area_mm2=first.contact_area_mm2,
+        touch_before=first,
+        touch_after=felt,
         rounds=rounds if verified else (),
-        pictures_before=pictures[0],
-        pictures_after=pictures[1],
+        pictures_before=before,
+        pictures_after=after,
         baseline_heights=None,
         baseline_pictures=None,
     )
@@ -155,14 +158,36 @@ def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, set
 def test_changes_of_the_look_are_in_percent_of_white_and_of_the_mean(problem: Problem, settings: Run) -> None:
     measured = outcome(problem, False)
     look = results.summarise(settings, problem, measured, {})["look"]
-    change = np.abs(measured.pictures_after - measured.pictures_before)
+    change = np.abs(measured.pictures_after.mean - measured.pictures_before.mean)
     np.testing.assert_allclose(
         look["pixel_change_percent"], 100.0 * change.mean((1, 2)) / problem.scene.white
     )
     assert look["mean_change_percent_of_mean"] == pytest.approx(
-        100.0 * change.mean() / measured.pictures_before.mean()
+        100.0 * change.mean() / measured.pictures_before.mean.mean()
     )
     assert [len(look[key]) for key in ("rms_change_percent", "dssim", "flip", "conditions")] == [3] * 4
+
+
+def test_the_noise_of_the_pictures_and_of_their_change_stands_beside_them(
+    problem: Problem, settings: Run
+) -> None:
+    measured = outcome(problem, False)
+    look = results.summarise(settings, problem, measured, {})["look"]
+    noise, of_mean = look["noise"], look["noise"]["change_percent_of_mean"]
+    assert (noise["certainty"], noise["batches"], look["samples"]) == ("known", 4, 64)
+    # Noise of a batch is 0.01, of the mean of four half of that, of their difference 2 ** 0.5 as much.
+    level = measured.pictures_before.mean.mean()
+    np.testing.assert_allclose(noise["standard_error_percent"], 0.5 / level, rtol=0.1)
+    assert of_mean["mean"] == look["mean_change_percent_of_mean"]
+    assert of_mean["rms"] == look["rms_change_percent_of_mean"]
+    lost = of_mean["rms"] ** 2 - of_mean["rms_less_noise"] ** 2
+    assert lost == pytest.approx(2.0 * (0.5 / level) ** 2, rel=0.1)
+    assert of_mean["mean_at_least"] < of_mean["mean"]
+    assert noise["change_percent_of_white"]["rms"] == pytest.approx(
+        of_mean["rms"] * level / problem.scene.white
+    )
+    each = [one["mean"] for one in noise["conditions_percent_of_white"]]
+    assert each == look["pixel_change_percent"]
 
 
 def test_a_result_says_how_the_descent_ended_and_which_step_is_kept(problem: Problem, settings: Run) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from optimize.words import duration, number
+from optimize.words import between, duration, number, plus_minus
 
 
 @pytest.mark.parametrize(
@@ -30,3 +30,27 @@ def test_numbers_have_three_digits(value: float | None, text: str) -> None:
 )
 def test_durations_read_as_spoken(seconds: float, text: str) -> None:
     assert duration(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (4.31684, 0.00529, "4.317 ± 0.005"),
+        (4.32282, 0.00977, "4.323 ± 0.010"),
+        (2.3, 0.0123, "2.300 ± 0.012"),
+        (-0.5, 0.2, "-0.5 ± 0.2"),
+        (31.4, 3.0, "31 ± 3"),
+        (1.0, 0.0, "1.00"),
+        (1.0, float("nan"), "1.00"),
+    ],
+)
+def test_a_value_has_the_digits_that_its_error_leaves(value: float, error: float, text: str) -> None:
+    told = plus_minus(value, error)
+    assert told == text.replace(" ", "\N{NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "text"), [(2.22, 2.4, "2.2 to 2.4"), (2.41, 2.42, "2.4"), (0.0, 0.5, "0.0 to 0.50")]
+)
+def test_a_range_is_one_number_where_its_ends_read_alike(low: float, high: float, text: str) -> None:
+    assert between(low, high) == f"{text}\N{NARROW NO-BREAK SPACE}%"

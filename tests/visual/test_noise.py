@@ -36,13 +36,6 @@ def test_a_black_picture_has_no_relative_error() -> None:
     assert (Batches(np.zeros((4, 2, 3, 3)), 4).relative_error == 0.0).all()
 
 
-def test_twice_the_samples_halve_the_variance() -> None:
-    once, again = made_up(0.3), made_up(0.3, seed=1)
-    both = once.merged(again)
-    assert both.samples == 2 * once.samples and both.pictures.shape == once.pictures.shape
-    np.testing.assert_allclose(both.relative_error, once.relative_error / np.sqrt(2.0), rtol=0.03)
-
-
 def test_one_condition_is_a_part_of_all() -> None:
     pictures = made_up(0.1)
     np.testing.assert_array_equal(pictures.condition(1).mean[0], pictures.mean[1])
