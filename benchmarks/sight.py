@@ -117,4 +117,5 @@ def scene_of(
         # Made while the files are there.
         scene.render(samples=1)
         scene.views()
+        scene.light_scenes()[0].lights(np.random.default_rng(0))
     return scene

@@ -19,6 +19,10 @@ from visual.shading import Shading, unshadowed
 
 Array = NDArray[np.float64]
 
+OUTLINE_SAMPLES = 4
+"""Along each edge that moves in a picture. Seen at 45 degrees, under light at 35, one gradient of gravel is
+8.7 % off with 1, 5.9 with 2, 2.5 with 4."""
+
 Background = Callable[[Array], Array]
 """Radiance (rays,) that comes along unit directions (rays, 3) in which the camera sees no plate."""
 
@@ -55,17 +59,17 @@ class Jitter:
 
     Attributes:
         shadows: (edges, samples) in [0, 1), of the edges that cast shadows.
-        outlines: (edges,) in [0, 1), of all edges as the camera sees them.
+        outlines: (edges, samples) in [0, 1), of all edges as the camera sees them.
     """
 
     shadows: Array
     outlines: Array
 
 
-def edge_jitter(plate: Relief, generator: np.random.Generator) -> Jitter:
-    """Random positions for every edge."""
+def edge_jitter(plate: Relief, generator: np.random.Generator, shadows: int = EDGE_SAMPLES) -> Jitter:
+    """Random positions for every edge, so many along each that casts a shadow."""
     edges = len(plate.edge_start)
-    return Jitter(generator.uniform(size=(edges, EDGE_SAMPLES)), generator.uniform(size=edges))
+    return Jitter(generator.uniform(size=(edges, shadows)), generator.uniform(size=(edges, OUTLINE_SAMPLES)))
 
 
 def seen_outlines(posed: Posed, camera: Projection, jitter: Jitter) -> Outlines | None:

@@ -30,8 +30,9 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Entries = tuple[Index, Index, Array]
 
-EDGE_SAMPLES = 2
-"""Along each silhouette edge; its noise then lies below that of the pictures' own samples."""
+EDGE_SAMPLES = 8
+"""Along each silhouette edge. Under lights at 10 and 20 degrees one gradient of gravel is 8.4 and 7.0 % off
+with 2, 6.2 and 3.6 with 4, 3.0 and 1.7 with 8."""
 
 
 @dataclass(frozen=True)
@@ -101,11 +102,12 @@ def shadow_edges(posed: Posed, lights: ParallelLights, jitter: Array) -> ShadowE
     origin[:, 2] += LIFT_MM
     toward = lights.toward[light]
 
+    alive = np.flatnonzero(~blocked(scene, origin, toward))
+    light, start, end = (v[alive] for v in (light, start, end))
+    t, origin, toward = t[alive], origin[alive], toward[alive]
     face, distance = first_hits(scene, origin, -toward)
     alive = np.flatnonzero(face >= 0)
-    alive = alive[~blocked(scene, origin[alive], toward[alive])]
-    light, start, end, face = (v[alive] for v in (light, start, end, face))
-    t = t[alive]
+    light, start, end, face, t = (v[alive] for v in (light, start, end, face, t))
     toward = toward[alive]
     point = origin[alive] - distance[alive, None] * toward
     normal = np.stack((-slope_x[face], -slope_y[face], np.ones(len(face))), axis=1)

@@ -63,11 +63,14 @@ def outlines(posed: Posed, camera: Projection, jitter: Array) -> Outlines:
     """Sample the edges that move in a picture.
 
     Args:
-        jitter: (edges,) in [0, 1): fixed positions along the edges.
+        jitter: (edges, samples) in [0, 1): stratified positions along each edge, fixed.
     """
     plate, positions = posed.plate, posed.vertices
-    edge = _worth_a_look(posed, camera)
-    start, end, t = plate.edge_start[edge], plate.edge_end[edge], jitter[edge, None]
+    per_edge = jitter.shape[1]
+    edge = np.repeat(_worth_a_look(posed, camera), per_edge)
+    stratum = np.tile(np.arange(per_edge), len(edge) // per_edge)
+    start, end = plate.edge_start[edge], plate.edge_end[edge]
+    t = ((stratum + jitter[edge, stratum]) / per_edge)[:, None]
     point = (1.0 - t) * positions[start] + t * positions[end]
     film, jacobian = camera.project(point), camera.jacobian(point)
     tangent = np.einsum("sij,sj->si", jacobian, positions[end] - positions[start])
@@ -88,7 +91,7 @@ def outlines(posed: Posed, camera: Projection, jitter: Array) -> Outlines:
     # An edge that hides behind a hill has neither of its faces beside it.
     seen = ((face[:, None] == neighbours) & (neighbours >= 0)).any((0, 1))
     keep = np.flatnonzero(seen & (face[0] != face[1]))
-    moved = np.einsum("si,si->s", jacobian[keep, :, 2], aside[keep]) * length[keep]
+    moved = np.einsum("si,si->s", jacobian[keep, :, 2], aside[keep]) * (length[keep] / per_edge)
     growth = moved[:, None] * np.stack((1.0 - t[keep], t[keep]), axis=1)
     vertices = np.stack((start[keep], end[keep]), axis=1)
     seen_along = directions.reshape(2, -1, 3)[:, keep]

@@ -15,6 +15,7 @@ from visual import exact, heightmap, variants
 from visual.boundaries import darkness, surroundings
 from visual.check import CheckedScene, check_scene, instantiate
 from visual.describe import PARALLEL, Description, Light, Plate, describe
+from visual.edges import EDGE_SAMPLES
 from visual.errors import InputError
 from visual.lights import LUMINANCE, Quadrature, parallel_obstacle, prepare
 from visual.needs import casts_shadows, met_by_chance, needs_of
@@ -120,13 +121,21 @@ class Scene:
         each = [exact.pictures(suns, ambient, relief, self.size_mm, exposure) for relief in reliefs]
         return torch.stack(each).reshape(*field.shape[:-2], *each[0].shape)
 
-    def views(self, resolution: int | None = None, seed: int = 0, strata: int = 4) -> tuple[View, ...]:
+    def views(
+        self,
+        resolution: int | None = None,
+        seed: int = 0,
+        strata: int = 4,
+        edge_samples: int = EDGE_SAMPLES,
+    ) -> tuple[View, ...]:
         """For each camera its pictures with explicit Jacobians, by fixed samples; for Gauss-Newton steps.
 
         The conditions of a view are those of its camera, in the order of `conditions`.
 
         Args:
             resolution: pixels along the film's longer side instead of its own.
+            strata: samples along a pixel's side.
+            edge_samples: along each edge that casts a shadow.
 
         Raises:
             InputError: this scene or variant has no gradients.
@@ -151,6 +160,7 @@ class Scene:
                 strata,
                 # Many directions share a pixel's samples: each needs fewer.
                 max(1, strata // 2),
+                edge_samples,
             )
             for camera in first.cameras
         )

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from visual.boundaries import Background, boundary_entries, darkness, edge_jitter, seen_outlines
-from visual.edges import Entries, shadow_edges
+from visual.edges import EDGE_SAMPLES, Entries, shadow_edges
 from visual.lights import ParallelLights
 from visual.outlines import Outlines
 from visual.posed import Posed
@@ -66,6 +66,7 @@ class View:
         seed: int = 0,
         strata: int = 4,
         ambient_strata: int = 2,
+        edge_samples: int = EDGE_SAMPLES,
     ) -> None:
         """Fix the samples.
 
@@ -77,6 +78,7 @@ class View:
             alone: one condition each; with none, the one condition is ambient light alone.
             ambient: added to every condition; None if there is none.
             strata, ambient_strata: samples along a pixel's side where one light shines, and for each of many.
+            edge_samples: along each edge that casts a shadow.
         """
         generator = np.random.default_rng(seed)
         self._scene, self._bsdf, self._set_heights = scene, bsdf, set_heights
@@ -85,7 +87,7 @@ class View:
         self._alone, self._ambient = alone, ambient
         self._strata = strata, ambient_strata
         self._film = [film_points(camera, count, generator) for count in self._strata]
-        self._jitter = edge_jitter(self._plate, generator)
+        self._jitter = edge_jitter(self._plate, generator, edge_samples)
         self._from_above: list[PictureSamples] = []
         if camera.overhead:
             self._from_above = [
@@ -154,7 +156,10 @@ class View:
         columns = plate.sample[plate.faces[face]].ravel()
         parts: list[Entries] = [(np.repeat(samples.pair_pixel, 3), columns, values.ravel())]
         if edges:
-            shadows = shadow_edges(posed, lights, self._jitter.shadows)
+            # Of many lights each adds a small share of the picture: fewer samples of an edge do for it.
+            jitter = self._jitter.shadows
+            per_edge = jitter.shape[1] if len(lights) == 1 else max(1, jitter.shape[1] // 2)
+            shadows = shadow_edges(posed, lights, jitter[:, :per_edge])
             parts += boundary_entries(
                 posed, self.camera, self._bsdf, lights, shading, background, shadows, moving
             )
