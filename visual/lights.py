@@ -100,13 +100,6 @@ class Quadrature:
         return ParallelLights(np.concatenate(toward), np.concatenate([np.zeros((0, 3)), *colours]))
 
 
-def quadrature(
-    lights: Sequence[Light], size_mm: float, count: int, generator: np.random.Generator | None = None
-) -> ParallelLights:
-    """Lights of any kind as parallel lights that shine together; once, see `prepare` for more than once."""
-    return prepare(lights, size_mm, count).lights(generator)
-
-
 def prepare(lights: Sequence[Light], size_mm: float, count: int) -> Quadrature:
     """Make lights of any kind ready to be drawn as parallel lights.
 
@@ -159,7 +152,8 @@ def _area_obstacle(light: Light, size_mm: float) -> str | None:
 def _source(light: Light, count: int) -> Callable[[np.random.Generator | None], ParallelLights]:
     # The other kinds of light are made of this file's.
     from visual.area_light import area_lights
-    from visual.environment import environment, environment_picture
+    from visual.environment import environment
+    from visual.environment_picture import environment_picture
 
     if light.kind == ENVIRONMENT:
         return environment(environment_picture(light), light.to_world, count).lights

@@ -15,7 +15,8 @@ from tests.visual.scenes import ALBEDO, SIDE, SIZE_MM, Array, hills, write_scene
 from visual import heightfield
 from visual.check import check_scene
 from visual.describe import Light, describe
-from visual.environment import environment, environment_lights, environment_picture, sky_cells
+from visual.environment import environment, environment_lights, sky_cells
+from visual.environment_picture import environment_picture
 from visual.errors import InputError
 from visual.lights import LOWEST, LUMINANCE, ParallelLights
 

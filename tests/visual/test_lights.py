@@ -18,7 +18,6 @@ from visual.lights import (
     off_horizon,
     parallel_obstacle,
     prepare,
-    quadrature,
 )
 
 
@@ -103,17 +102,17 @@ def write_sky(folder: Path) -> None:
 def test_lights_of_every_kind_shine_together(mi: ModuleType, tmp_path: Path) -> None:
     write_sky(tmp_path)
     lights = lights_of(tmp_path, sun(35, irradiance="1, 2, 3"), sky(), ENVMAP.format(""), lamp())
-    together = quadrature(lights, 10.0, 64)
+    together = prepare(lights, 10.0, 64).lights()
     assert together.irradiance.shape == (1 + 3 * 64, 3)
     up = np.maximum(together.toward[:, 2], 0.0) @ together.irradiance
     ambient = np.pi * (0.3 + np.array([0.1, 0.2, 0.4])) + np.pi * 9.0 / 500.0**2
     expected = np.sin(np.radians(35.0)) * np.array([1.0, 2.0, 3.0]) + ambient
     np.testing.assert_allclose(up, expected, rtol=5e-3)
     (own,) = (light for light in lights if light.kind == "directional")
-    alone = quadrature([own], 10.0, 64)
+    alone = prepare([own], 10.0, 64).lights()
     np.testing.assert_allclose(alone.toward, [toward(35)], atol=1e-6)
     np.testing.assert_allclose(alone.irradiance, [[1.0, 2.0, 3.0]], rtol=1e-6)
-    assert len(quadrature([], 10.0, 64)) == 0
+    assert len(prepare([], 10.0, 64).lights()) == 0
 
 
 def test_lights_are_made_ready_once_and_drawn_often(mi: ModuleType, tmp_path: Path) -> None:
@@ -170,4 +169,4 @@ def test_some_lights_have_no_quadrature(
     assert found is not None
     assert found.startswith(reason)
     with pytest.raises(InputError, match=reason):
-        quadrature([light], 10.0, 4)
+        prepare([light], 10.0, 4)
