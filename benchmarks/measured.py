@@ -167,8 +167,8 @@ def _views() -> str:
     return f"""## How many views keep the look
 
 `python -m benchmarks.views`: gravel, 64 x 64, +2 JND, kept from above, from above and the south, from above
-and four sides at 45 degrees, as in the paper's figure 19 (there all results lie within 2.1 %). Mean change of the
-pictures in % of the mean picture, by Mitsuba at 256 samples a pixel; seconds of descent.
+and four sides at 45 degrees, as in the paper's figure 19 (there all results lie within 2.1 %). Mean change
+of the pictures in % of the mean picture, by Mitsuba at 256 samples a pixel; seconds of descent.
 
 {views.as_table(found["runs"], found["apart"])}
 """
