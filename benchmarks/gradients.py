@@ -10,7 +10,7 @@ import argparse
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,26 +40,45 @@ fields. Error: norm of the difference over norm of the truth, median of three se
 where the truth is over three standard errors from 0. "explicit" is our explicit Jacobian (4 x 4 samples
 a pixel, 8 along an edge that casts a shadow, 16 fixed directions for soft light), "rendered" what Adam uses
 (Mitsuba at 64 samples a pixel and our boundaries, soft light by 8 directions drawn anew); Mitsuba's own also
-take 64. Mitsuba's projective integrators know perspective cameras alone. Seconds are of one loss gradient,
-beside other work."""
+take 64. Mitsuba's projective integrators know perspective cameras alone. "bounces": light goes from face to
+face of the plate too (a sixth of the picture); the explicit Jacobian is of direct light alone, "rendered"
+leaves out the boundaries that such light moves. Seconds are of one loss gradient."""
 
 
-def cases() -> Iterator[tuple[str, str, str, str]]:
-    """Relief, light, camera, material: every light over gravel, some over the rest."""
+class Case(NamedTuple):
+    """A row of the table, by names of `benchmarks.sight`."""
+
+    relief: str
+    light: str
+    camera: str
+    material: str
+    bounces: int = 1
+
+    @property
+    def key(self) -> str:
+        """Its name in the results."""
+        return ", ".join(self[:4]) + (f", {self.bounces} bounces" if self.bounces > 1 else "")
+
+
+def cases() -> Iterator[Case]:
+    """Every light over gravel, some over the rest."""
     for camera in CAMERAS:
         for light in LIGHTS:
-            yield GRAVEL, light, camera, "plastic"
+            yield Case(GRAVEL, light, camera, "plastic")
     # The only kind of camera that Mitsuba's projective integrators know.
     for light in ("35°", "2-degree sun"):
-        yield GRAVEL, light, "perspective", "plastic"
+        yield Case(GRAVEL, light, "perspective", "plastic")
     for relief in reliefs():
         for camera in CAMERAS:
             for light in ("10°", "35°", "ambient") if relief != GRAVEL else ():
-                yield relief, light, camera, "plastic"
+                yield Case(relief, light, camera, "plastic")
     for material in ("matte", "bronze"):
         for camera in CAMERAS:
             for light in ("35°", "ambient"):
-                yield GRAVEL, light, camera, material
+                yield Case(GRAVEL, light, camera, material)
+    for light in ("35°", "ambient"):
+        for bounces in (2, 5):
+            yield Case(GRAVEL, light, "above", "matte", bounces)
 
 
 def main() -> None:
@@ -70,18 +89,17 @@ def main() -> None:
     again = parser.parse_args().again
     results = {} if again else load("gradients").get("cases", {})
     for case in cases():
-        key = ", ".join(case)
-        if key in results:
+        if case.key in results:
             continue
-        results[key] = measure(*case)
+        results[case.key] = measure(case)
         save("gradients", {"machine": machine(), "cases": results})
-        print(f"\n{as_table({key: results[key]})}", flush=True)
+        print(f"\n{as_table({case.key: results[case.key]})}", flush=True)
 
 
-def measure(relief: str, light: str, camera: str, material: str) -> dict[str, Any]:
+def measure(case: Case) -> dict[str, Any]:
     """Truth and every method in one case."""
-    heights = reliefs()[relief]
-    scene = scene_of(heights, light, camera, material)
+    heights, soft = reliefs()[case.relief], case.light in SOFT
+    scene = scene_of(heights, case.light, case.camera, case.material, depth=case.bounces + 1)
 
     def picture(at: Array, seed: int) -> Array:
         return np.asarray(scene.render(at, samples=TRUTH_SAMPLES, seed=seed).numpy()[0])
@@ -89,7 +107,7 @@ def measure(relief: str, light: str, camera: str, material: str) -> dict[str, An
     other = gaussian_filter(np.random.default_rng(5).standard_normal(heights.shape), SMOOTHNESS)
     target = picture(0.85 * heights + 0.05 * other / np.abs(other).max(), 77)
     adjoint = (picture(heights, 78) - target) / target.size
-    ways, step = directions(heights), STEP_MM[light in SOFT]
+    ways, step = directions(heights), STEP_MM[soft]
     truths = []
     for seed in range(SEEDS):
         ends = [[picture(heights + s * step * d, seed) for s in (1, -1)] for d in ways]
@@ -98,7 +116,7 @@ def measure(relief: str, light: str, camera: str, material: str) -> dict[str, An
     truth, error = np.mean(truths, axis=0), np.std(truths, axis=0, ddof=1) / np.sqrt(SEEDS)
     size = float(np.linalg.norm(truth))
     found: dict[str, Any] = {}
-    for name, method in methods(scene, light in SOFT).items():
+    for name, method in methods(scene, soft, case.bounces).items():
         try:
             estimates, seconds = [], []
             for repeat in range(REPEATS):
@@ -129,7 +147,7 @@ def directions(heights: Array) -> list[Array]:
     return found
 
 
-def methods(scene: Scene, soft: bool) -> dict[str, Callable[[Array, Array, int], Array]]:
+def methods(scene: Scene, soft: bool, bounces: int) -> dict[str, Callable[[Array, Array, int], Array]]:
     """Every way to a gradient (rows, cols) from heights, adjoint picture and seed."""
     light = scene.light_scenes()[0]
     views = [scene.views(seed=seed)[0] for seed in range(REPEATS)]
@@ -156,12 +174,12 @@ def methods(scene: Scene, soft: bool) -> dict[str, Callable[[Array, Array, int],
 
         settings: dict[str, Any] = {"type": kind}
         if kind.startswith("prb"):
-            settings["max_depth"] = 2
+            settings["max_depth"] = bounces + 1
         elif kind == "direct":
             settings |= {"emitter_samples": 1, "bsdf_samples": int(soft)}
         return replace(light, gradient_integrator=mi.load_dict(settings))
 
-    theirs = ("direct", "prb", "direct_projective", "prb_projective")
+    theirs = ("direct", "prb", "direct_projective", "prb_projective")[(bounces > 1) :: 1 + (bounces > 1)]
     return {
         "explicit": explicit(True),
         "explicit, no boundaries": explicit(False),

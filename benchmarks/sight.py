@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,8 @@ Array = NDArray[np.float64]
 SIZE_MM, SIDE = 10.0, 128
 SMOOTHNESS = 4.0
 AZIMUTH = 10.0
+AMBIENT_RADIANCE = 0.2294
+"""On a flat plate 40 % of the irradiance of a light at 35 degrees, as in the studio."""
 
 MATERIALS = {
     "plastic": """<bsdf type="roughplastic">
@@ -32,6 +35,7 @@ CAMERAS = {
     "above": '<scale x="5" y="5"/><lookat origin="0, 0, 20" target="0, 0, 0" up="0, 1, 0"/>',
     "45 degrees": '<scale x="5.2" y="5.2"/><lookat origin="-15, 0, 15" target="0, 0, 0" up="0, 0, 1"/>',
     "perspective": '<lookat origin="-15, 0, 15" target="0, 0, 0" up="0, 0, 1"/>',
+    "perspective above": '<lookat origin="0, 0, 15" target="0, 0, 0" up="0, 1, 0"/>',
 }
 SUN_DISTANCE_MM = 500.0
 
@@ -47,29 +51,29 @@ def reliefs() -> dict[str, Array]:
     }
 
 
-def toward(elevation: float) -> Array:
+def toward(elevation: float, azimuth: float = AZIMUTH) -> Array:
     """Unit vector toward a light so many degrees above the plate."""
-    up, turn = np.radians((elevation, AZIMUTH))
+    up, turn = np.radians((elevation, azimuth))
     return np.array([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)])
 
 
-def light(name: str, folder: Path) -> str:
+def light(name: str, folder: Path, azimuth: float = AZIMUTH) -> str:
     """A light as XML: an elevation in degrees, "ambient", "map" or "2-degree sun"."""
     if name == "ambient":
-        return '<emitter type="constant"><float name="radiance" value="0.3"/></emitter>'
+        return f'<emitter type="constant"><float name="radiance" value="{AMBIENT_RADIANCE}"/></emitter>'
     if name == "map":
         _sky(folder / "sky.exr")
         return """<emitter type="envmap"><string name="filename" value="sky.exr"/>
             <transform name="to_world"><rotate x="1" angle="90"/></transform></emitter>"""
     if name == "2-degree sun":
-        origin = ", ".join(str(c) for c in SUN_DISTANCE_MM * toward(35.0))
+        origin = ", ".join(str(c) for c in SUN_DISTANCE_MM * toward(35.0, azimuth))
         radius = SUN_DISTANCE_MM * np.tan(np.radians(1.0))
         radiance = 1.0 / np.tan(np.radians(1.0)) ** 2
         return f"""<shape type="disk"><transform name="to_world">
                 <scale x="{radius}" y="{radius}"/><lookat origin="{origin}" target="0, 0, 0" up="0, 0, 1"/>
             </transform>
             <emitter type="area"><float name="radiance" value="{radiance}"/></emitter></shape>"""
-    x, y, z = -toward(float(name.removesuffix("°")))
+    x, y, z = -toward(float(name.removesuffix("°")), azimuth)
     return f"""<emitter type="directional"><vector name="direction" x="{x}" y="{y}" z="{z}"/>
         <float name="irradiance" value="{np.pi}"/></emitter>"""
 
@@ -85,14 +89,20 @@ def _sky(path: Path) -> None:
 
 
 def scene_of(
-    heights: Array, shining: str, camera: str, material: str, side: int = SIDE, depth: int = 2
+    heights: Array,
+    shining: str | Sequence[tuple[str, float]],
+    camera: str,
+    material: str,
+    side: int = SIDE,
+    depth: int = 2,
 ) -> Scene:
-    """A scene of one light, one camera and one material, by their names above."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    """A scene of a light (or several, each with its azimuth), one camera and one material, by names above."""
+    lights = [(shining, AZIMUTH)] if isinstance(shining, str) else shining
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
         np.save(folder / "heights.npy", heights)
         path = folder / "scene.xml"
-        kind = "perspective" if camera == "perspective" else "orthographic"
+        kind = "perspective" if camera.startswith("perspective") else "orthographic"
         path.write_text(
             f"""<scene version="3.9.1">
             <integrator type="path"><integer name="max_depth" value="{depth}"/></integrator>
@@ -105,7 +115,7 @@ def scene_of(
                     <string name="component_format" value="float32"/><rfilter type="box"/>
                 </film>
             </sensor>
-            {light(shining, folder)}
+            {" ".join(light(name, folder, azimuth) for name, azimuth in lights)}
             <shape type="heightfield">
                 <string name="filename" value="heights.npy"/><float name="size_mm" value="{SIZE_MM}"/>
                 {MATERIALS[material]}
@@ -117,5 +127,6 @@ def scene_of(
         # Made while the files are there.
         scene.render(samples=1)
         scene.views()
-        scene.light_scenes()[0].lights(np.random.default_rng(0))
+        for alone in scene.light_scenes():
+            alone.lights(np.random.default_rng(0))
     return scene

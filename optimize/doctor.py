@@ -20,7 +20,7 @@ from tactile.cache import cache_folder
 from tactile.sparse import has_pardiso
 from visual import llvm
 from visual.errors import InputError
-from visual.variants import choose_variant
+from visual.variants import choose_variant, is_differentiable
 
 OLDEST_PYTHON = (3, 11)
 MEMORY_GIB = 8.0
@@ -122,7 +122,7 @@ def _variants() -> Finding:
     detail = f"{mitsuba.__version__}: {', '.join(usable)}"
     return Finding(
         "Mitsuba",
-        "llvm_ad_mono" in usable,
+        any(is_differentiable(name) for name in usable),
         detail,
         f"no gradients of pictures without libLLVM; {llvm.REMEDY}",
     )

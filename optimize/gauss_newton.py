@@ -42,8 +42,9 @@ LARGEST_SHARE, LEAST_SHARE = 0.2, 0.002
 """Of a target's current value, by one step."""
 MISSED, HIT = 0.5, 0.25
 """Damping grows when targets miss the prediction by the first share of the step, falls within the second."""
-RAISED, EASED = 4.0, 0.25
-"""Times the damping then. Eased by 0.5 the last and smallest changes of brick took two more steps."""
+RAISED, EASED = 8.0, 0.25
+"""Times the damping then; raised in proportion to the miss, by so much where it is as large as the step.
+Eased by 0.5 the last and smallest changes of brick took two more steps."""
 REFUSED, ATTEMPTS = 0.75, 4
 """A step that misses its prediction by more than this share is tried again, shorter, so many times in all."""
 LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e4
@@ -54,6 +55,8 @@ CLOSE, PRESSES = 0.25, 5
 """The forces on the targets are corrected until these are met but for the first share of the step (roughness
 alone: until the step that arrives is within tolerance), by at most so many presses; each costs a fifth of the
 step's linear solve."""
+DIVERGED = 2.0
+"""Times the least miss so far, that of a correction after which the step is rather tried again, shorter."""
 LARGEST_CORRECTION = 3.0
 """Times the last force by which one correction may change it."""
 
@@ -64,10 +67,15 @@ class Trust(NamedTuple):
     damping: float
     share: float
 
-    def after(self, miss: float) -> Trust:
-        """What the next step is trusted with, by the share of its length that this one's outcome missed."""
-        damping = self.damping * (RAISED if miss > MISSED else EASED if miss < HIT else 1.0)
-        share = self.share * (0.5 if miss > MISSED else 1.5 if miss < HIT else 1.0)
+    def after(self, miss: float, tried: float) -> Trust:
+        """What the next step is trusted with.
+
+        Args:
+            miss: share of its length that this step's outcome missed.
+            tried: the largest share of a target that it meant to change.
+        """
+        damping = self.damping * (RAISED * miss if miss > MISSED else EASED if miss < HIT else 1.0)
+        share = 0.5 * tried if miss > MISSED else self.share * (1.5 if miss < HIT else 1.0)
         return Trust(
             float(np.clip(damping, LEAST_DAMPING, MOST_DAMPING)),
             float(np.clip(share, LEAST_SHARE, LARGEST_SHARE)),
@@ -99,7 +107,7 @@ class _Standing(NamedTuple):
 class GaussNewton:
     """The way down of this module; see `optimize.loop.WayDown`."""
 
-    patience: int | None = 2
+    patience: int | None = 1
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
@@ -127,7 +135,7 @@ class GaussNewton:
         for attempt in range(ATTEMPTS):
             response = _response(system, trust.damping, feel.gradients)
             heights, felt, miss = self._step(iterate.heights, feel, response, trust.share)
-            trust = trust.after(miss)
+            trust = trust.after(miss, min(trust.share, _way_left(*_targets(self._problem, feel))))
             if miss <= REFUSED or attempt == ATTEMPTS - 1:
                 break
         if felt.gradients.size == 0:
@@ -167,6 +175,8 @@ class GaussNewton:
             # On its way roughness follows its slope well enough; only the step that arrives has to be exact.
             near = not arriving or left <= problem.targets.tolerance
             if scale < 1.0 or (near if problem.targets.contact_area_mm2 is None else miss <= CLOSE):
+                break
+            if miss > DIVERGED * best[2]:
                 break
             if before is not None:
                 # Broyden's update: the slopes as the last two presses show them.
@@ -236,6 +246,11 @@ def _targets(problem: Problem, feel: Feel) -> tuple[Array, Array]:
     ]
     given = [(value, goal) for value, goal in pairs if goal is not None]
     return np.array([value for value, _ in given]), np.array([goal for _, goal in given])
+
+
+def _way_left(values: Array, goals: Array) -> float:
+    """The largest change that a target still needs, as a share of its value."""
+    return float(np.max(np.abs(goals - values) / np.abs(values)))
 
 
 @lru_cache(maxsize=4)

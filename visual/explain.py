@@ -131,9 +131,13 @@ def _pictures(description: Description, needs: Needs) -> str:
 def _bounces(needs: Needs) -> str:
     if needs.direct:
         return "one (max_depth 2): light goes from lamp to plate to camera, no longer paths are traced"
+    followed = (
+        "gradients follow them but for the shadows they move; Gauss-Newton steps see direct light alone"
+    )
     if needs.max_depth is None:
-        return "without limit (no max_depth): whole paths of light are traced"
-    return f"at most {max(0, needs.max_depth - 1)} (max_depth {needs.max_depth}): paths of light are traced"
+        return f"without limit (no max_depth): whole paths of light are traced; {followed}"
+    count = f"at most {max(0, needs.max_depth - 1)} (max_depth {needs.max_depth})"
+    return f"{count}: paths of light are traced; {followed}"
 
 
 def _random_rays(needs: Needs) -> str:

@@ -91,7 +91,7 @@ def needs_of(description: Description) -> Needs:
         colour=not description.grey,
         matte=set(description.plate.material) <= set(MATTE),
         top_view=top_view,
-        obstacles=tuple(dict.fromkeys(_obstacles(description, direct, all(top_view)))),
+        obstacles=tuple(dict.fromkeys(_obstacles(description, all(top_view)))),
     )
 
 
@@ -124,15 +124,16 @@ def _shines(light: Light) -> bool:
     return light.strength is None or any(light.strength)
 
 
-def _obstacles(description: Description, direct: bool, from_above: bool) -> Iterator[str]:
+def _obstacles(description: Description, from_above: bool) -> Iterator[str]:
     lights, size_mm = description.lights, description.plate.size_mm
     shining = {light.shape.node for light in lights if light.shape is not None}
     for light in lights:
         obstacle = parallel_obstacle(light, size_mm)
         if obstacle is not None:
             yield obstacle
-    if not direct:
-        yield f"integrator: max_depth: gradients are only there for {DIRECT_DEPTH} (direct light)"
+    depth = description.max_depth
+    if depth is not None and depth < DIRECT_DEPTH:
+        yield f"integrator: max_depth: {depth}; the plate is seen from {DIRECT_DEPTH} on"
     if not from_above and description.shapes > 1 + len(shining):
         yield "shape: beside other shapes the plate has gradients only in a view from above that it fills"
 

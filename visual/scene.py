@@ -259,6 +259,8 @@ class Scene:
         if self._needs.direct:
             return mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": bsdf_samples})
         depth = self._needs.max_depth
+        # Not "prb": it divides by the cosine at which light leaves for the next face, which in the furrows of
+        # a relief is small. Its gradients of gravel by two bounces are 150 to 700 % off, "path"'s 4 to 7.
         return mi.load_dict({"type": "path", "max_depth": -1 if depth is None else depth})
 
 

@@ -29,7 +29,8 @@ def choose_variant(colour: bool, variant: str | None = None) -> Variant:
     """The variant for a scene, without setting it.
 
     `colour` says whether any material or light of the scene is not grey; `variant` is the user's own choice
-    and wins. Without a libLLVM that works the choice is `scalar_rgb`, which gives pictures and no gradients.
+    and wins. A CUDA device is taken where there is one, else the processor. With neither such a device nor a
+    libLLVM that works the choice is `scalar_rgb`, which gives pictures and no gradients.
     Raises `InputError` for a variant that Mitsuba does not have or that cannot run on this machine.
     """
     missing = ""
@@ -39,17 +40,26 @@ def choose_variant(colour: bool, variant: str | None = None) -> Variant:
         missing = str(error)
     if variant is not None:
         return _asked(variant, missing)
+    channels = "rgb" if colour else "mono"
+    reason = "a material or a light has colour" if colour else "every material and light is grey"
+    if has_cuda():
+        return Variant(f"cuda_ad_{channels}", True, f"{reason}; on the CUDA device")
     if missing:
         return Variant(WITHOUT_LLVM, False, f"pictures only, without gradients: {missing}")
-    if colour:
-        return Variant("llvm_ad_rgb", True, "a material or a light has colour")
-    return Variant("llvm_ad_mono", True, "every material and light is grey")
+    return Variant(f"llvm_ad_{channels}", True, reason)
+
+
+def has_cuda() -> bool:
+    """Whether Dr.Jit can compute on a CUDA device of this machine."""
+    # Only after libLLVM has been chosen.
+    import drjit
+
+    return bool(drjit.has_backend(drjit.JitBackend.CUDA))
 
 
 def _asked(name: str, missing: str) -> Variant:
     """The user's own choice, checked; `missing` is the line about libLLVM, empty if there is one."""
-    # Here and below: only after libLLVM has been chosen.
-    import drjit
+    # Only after libLLVM has been chosen.
     import mitsuba
 
     known = mitsuba.variants()
@@ -58,7 +68,7 @@ def _asked(name: str, missing: str) -> Variant:
         raise InputError(f"variant: {name!r} is not a variant of Mitsuba; the nearest is {nearest[0]!r}")
     if name.startswith("llvm_") and missing:
         raise InputError(f"variant: {name!r} cannot run here: {missing}")
-    if name.startswith("cuda_") and not drjit.has_backend(drjit.JitBackend.CUDA):
+    if name.startswith("cuda_") and not has_cuda():
         raise InputError(f"variant: {name!r} cannot run here: there is no usable CUDA device")
     return Variant(name, is_differentiable(name), "asked for")
 

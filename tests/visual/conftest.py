@@ -8,7 +8,21 @@ from typing import Any
 import pytest
 
 from tests.visual.scenes import Array, hills, write_scene
+from visual import variants
 from visual.scene import Scene, load_scene
+
+VARIANTS = ("llvm_ad_mono", "llvm_ad_rgb", "cuda_ad_mono", "cuda_ad_rgb", "scalar_rgb")
+
+
+@pytest.fixture(params=VARIANTS)
+def variant(request: pytest.FixtureRequest, mi: ModuleType) -> str:
+    """Each of Mitsuba's variants that this machine can run; a test marked `gradients` has those with some."""
+    name: str = request.param
+    if name.startswith("cuda_") and not variants.has_cuda():
+        pytest.skip("no CUDA device")
+    if not variants.is_differentiable(name) and request.node.get_closest_marker("gradients"):
+        pytest.skip("no gradients in scalar variants")
+    return name
 
 
 @pytest.fixture

@@ -143,7 +143,9 @@ def test_the_ray_that_is_not_sent_after_a_point_light_changes_nothing(
 
 
 @pytest.mark.parametrize(
-    ("depth", "traced"), [(2, "direct"), (1, "path"), (3, "path"), (-1, "path")], ids=str
+    ("depth", "traced"),
+    [(2, "direct"), (1, "path"), (3, "path"), (-1, "path")],
+    ids=str,
 )
 def test_paths_are_traced_only_for_more_than_one_bounce(
     scene_of: Callable[..., Scene], mi: ModuleType, counted: Count, depth: int, traced: str
@@ -256,7 +258,7 @@ def test_what_it_would_have_added_is_nothing(scene_of: Callable[..., Scene], cou
     [
         ([sun(35), sky()], {}, []),
         ([sun(35), POINT, POINT.replace("bulb", "lamp")], {}, ["point: gradients"]),
-        ([POINT], {"max_depth": 3, "rows": 2 * SIDE}, ["point", "integrator: max_depth"]),
+        ([POINT], {"max_depth": 1, "rows": 2 * SIDE}, ["point", "integrator: max_depth"]),
         ([sun(35), SPECTRAL], {"pixel_format": "rgb"}, ["constant: radiance: gradients"]),
     ],
     ids=["nothing", "a light", "all", "a spectrum"],
@@ -337,7 +339,7 @@ def test_what_a_richer_scene_takes_is_told_too(mi: ModuleType, tmp_path: Path) -
     assert "roughplastic" in rich["highlights"]
     assert rich["colour"].startswith("three channels")
     assert "not followed" in rich["shadow edges"]
-    assert all(f"{part}: " in rich["gradients"] for part in ("point", "max_depth"))
+    assert "point: " in rich["gradients"]
 
 
 def test_a_variant_without_gradients_is_an_obstacle_too(mi: ModuleType, tmp_path: Path) -> None:

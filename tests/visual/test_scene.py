@@ -120,14 +120,10 @@ OBLIQUE = '<scale x="5" y="5"/><lookat origin="0, -10, 20" target="0, 0, 0" up="
     [
         (sun(35), {"camera": OBLIQUE, "more": FLOOR}, "shape"),
         (POINT, {}, "point"),
-        (sun(35), {"max_depth": 3}, "max_depth"),
-        (sun(35), {"max_depth": -1}, "max_depth"),
     ],
     ids=[
         "a table in view",
         "point",
-        "two bounces",
-        "any bounces",
     ],
 )
 def test_gradients_that_would_be_wrong_are_refused_in_one_line_and_pictures_are_not(

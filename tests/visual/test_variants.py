@@ -4,7 +4,7 @@ from types import ModuleType
 
 import pytest
 
-from visual import llvm
+from visual import llvm, variants
 from visual.errors import InputError
 from visual.variants import choose_variant, load_mitsuba, require_gradients
 
@@ -21,6 +21,19 @@ def test_a_grey_scene_needs_one_channel_and_a_coloured_one_three() -> None:
     assert choose_variant(colour=False).name == "llvm_ad_mono"
     assert choose_variant(colour=True).name == "llvm_ad_rgb"
     assert choose_variant(colour=True).differentiable
+
+
+@pytest.mark.parametrize("llvm_too", [True, False], ids=["with libLLVM", "without"])
+def test_a_cuda_device_is_taken_where_there_is_one(
+    monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest, llvm_too: bool
+) -> None:
+    if not llvm_too:
+        request.getfixturevalue("no_llvm")
+    monkeypatch.setattr(variants, "has_cuda", lambda: True)
+    for colour, name in ((False, "cuda_ad_mono"), (True, "cuda_ad_rgb")):
+        chosen = choose_variant(colour)
+        assert (chosen.name, chosen.differentiable) == (name, True)
+        assert "CUDA" in chosen.reason
 
 
 def test_the_users_variant_wins() -> None:

@@ -1,0 +1,87 @@
+"""Run time against error of every gradient of pictures, from the results of `benchmarks.look`.
+
+python -m benchmarks.look_figure          # writes docs/images/look-models.png
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+from matplotlib import pyplot
+from matplotlib.axes import Axes
+
+from benchmarks.common import load
+
+PICTURE = Path("docs/images/look-models.png")
+INK, GRID, FAINT = "#26262b", "#dcdad4", "#8a877f"
+WAYS = {
+    "explicit": ("ours, explicit Jacobian (samples along a pixel, along a shadow's edge)", "#c4532d", "o"),
+    "rendered": ("ours, Mitsuba's pictures and moving boundaries (samples a pixel)", "#2d6a8e", "s"),
+    "Mitsuba direct": ("Mitsuba direct", "#7a7a7a", "^"),
+    "Mitsuba prb": ("Mitsuba prb", "#26262b", "v"),
+    "Mitsuba direct_projective": ("Mitsuba direct_projective", "#6f8f3a", "D"),
+    "Mitsuba prb_projective": ("Mitsuba prb_projective", "#b8862b", "P"),
+}
+
+
+def main() -> None:
+    scenes = load("look")["cost"]
+    pyplot.rcParams.update(
+        {"font.size": 9, "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": GRID}
+    )
+    figure, axes = pyplot.subplots(1, len(scenes), figsize=(10.5, 5.0), sharey=True, layout="constrained")
+    for axis, (name, found) in zip(axes, scenes.items(), strict=True):
+        draw(axis, found)
+        axis.set_title(name, fontsize=10, loc="left")
+    axes[0].set_ylabel("error of the gradient, %")
+    shown: dict[str, Any] = {}
+    for axis in axes:
+        shown |= dict(zip(*reversed(axis.get_legend_handles_labels()), strict=True))
+    figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=2, frameon=False)
+    PICTURE.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(PICTURE, dpi=160)
+    print(PICTURE)
+
+
+def draw(axis: Axes, found: dict[str, Any]) -> None:
+    """One scene: every way a line, every number of samples a point."""
+    for way, (name, colour, mark) in WAYS.items():
+        rows = [row for row in found["rows"] if row["way"] == way]
+        if not rows:
+            continue
+        x, y = [row["seconds"] for row in rows], [row["error"] for row in rows]
+        axis.plot(x, y, color=colour, marker=mark, markersize=5, linewidth=1, label=name)
+        for row in (rows[0], rows[-1]):
+            axis.annotate(
+                row["samples"],
+                (row["seconds"], row["error"]),
+                xytext=(4, 5),
+                textcoords="offset points",
+                color=colour,
+                fontsize=7.5,
+            )
+    axis.axhline(found["own_error"], color=GRID, linestyle="--", zorder=0)
+    axis.annotate(
+        "finite differences' own error",
+        (0.0, found["own_error"]),
+        xycoords=("axes fraction", "data"),
+        xytext=(4, -10),
+        textcoords="offset points",
+        color=FAINT,
+        fontsize=8,
+    )
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.set_xlabel("seconds of pictures and gradient, two cores")
+    axis.grid(True, which="major", color=GRID, linewidth=0.6)
+    for side in ("top", "right"):
+        axis.spines[side].set_visible(False)
+
+
+if __name__ == "__main__":
+    main()

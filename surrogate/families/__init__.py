@@ -1,0 +1,69 @@
+"""Procedural textures, by name: each a family of heights that a generator draws one of."""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surrogate.families.bumps import bumps, hammered
+from surrogate.families.cells import cracked, leather
+from surrogate.families.crumpled import crumpled
+from surrogate.families.dots import chequer_plate, dots
+from surrogate.families.fibres import fibres
+from surrogate.families.gaussian import gaussian
+from surrogate.families.gratings import crossed, grating
+from surrogate.families.knit import knit
+from surrogate.families.pores import pores
+from surrogate.families.ripples import ripples
+from surrogate.families.scales import scales
+from surrogate.families.scratches import brushed, scratches
+from surrogate.families.steps import blocks, terraces
+from surrogate.families.stones import gravel, pebbles
+from surrogate.families.terrain import terrain
+from surrogate.families.tiles import tiles
+from surrogate.families.turing import turing
+from surrogate.families.weave import weave
+from surrogate.families.wood import bark, wood
+
+Family = Callable[[np.random.Generator, int], NDArray[np.float64]]
+"""From a generator and the samples a side to heights (size, size) that fill [0, 1], of a plate of 10 x 10 mm.
+
+What is drawn depends on the generator alone; parameters are in mm, whatever the samples.
+"""
+
+FAMILIES: Mapping[str, Family] = MappingProxyType(
+    {
+        family.__name__: family
+        for family in (
+            bark,
+            blocks,
+            brushed,
+            bumps,
+            chequer_plate,
+            cracked,
+            crossed,
+            crumpled,
+            dots,
+            fibres,
+            gaussian,
+            grating,
+            gravel,
+            hammered,
+            knit,
+            leather,
+            pebbles,
+            pores,
+            ripples,
+            scales,
+            scratches,
+            terraces,
+            terrain,
+            tiles,
+            turing,
+            weave,
+            wood,
+        )
+    }
+)
+"""The families by name, in the order of the alphabet, on which what a corpus draws depends."""

@@ -1,0 +1,60 @@
+"""Straight ribs and crossed ribs: corduroy, combed plaster, knurled metal, waffles."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from surrogate.families.fields import (
+    Field,
+    any_direction,
+    coordinates,
+    dome,
+    log_uniform,
+    smooth_noise,
+    smoothstep,
+    turned,
+    unit,
+)
+
+
+def _ribs(rng: np.random.Generator) -> Callable[[Field], Field]:
+    """A profile over one period: from a place in [0, 1) to a height in [0, 1], continuous around."""
+    duty = rng.uniform(0.3, 0.7)
+    edge = rng.uniform(0.12, 0.25)
+    peak = rng.uniform(0.1, 0.9)
+    sharpness = log_uniform(rng, 0.5, 4.0)
+    profiles: list[Callable[[Field], Field]] = [
+        lambda t: 0.5 + 0.5 * np.cos(2 * np.pi * t),
+        lambda t: (0.5 + 0.5 * np.cos(2 * np.pi * t)) ** sharpness,
+        lambda t: np.where(t < peak, t / peak, (1 - t) / (1 - peak)),
+        lambda t: smoothstep((duty / 2 - np.abs(t - 0.5)) / edge + 0.5),
+        lambda t: dome((t - 0.5) / max(duty, 0.45)),
+    ]
+    return profiles[rng.integers(len(profiles))]
+
+
+def grating(rng: np.random.Generator, size: int) -> Field:
+    """Ribs of period 0.6-5 mm in any direction: sinusoidal, sharp, triangular, flat-topped or round.
+
+    Some wander by up to a third of a period.
+    """
+    period = log_uniform(rng, 0.6, 5.0)
+    across, _ = turned(*coordinates(size), any_direction(rng))
+    place = across / period + rng.random()
+    if rng.random() < 0.4:
+        place = place + rng.uniform(0.05, 0.3) * smooth_noise(rng, size, rng.uniform(1.0, 2.5))
+    return unit(_ribs(rng)(place % 1.0))
+
+
+def crossed(rng: np.random.Generator, size: int) -> Field:
+    """Two gratings of period 0.6-3 mm, 60-90 degrees apart: pyramids, waffles, knurls, studs."""
+    angle = any_direction(rng)
+    period = log_uniform(rng, 0.6, 3.0)
+    second_period = period if rng.random() < 0.6 else log_uniform(rng, 0.6, 3.0)
+    second_angle = angle + (np.pi / 2 if rng.random() < 0.6 else rng.uniform(np.pi / 3, np.pi / 2))
+    x, y = coordinates(size)
+    profile = _ribs(rng)
+    first = profile((turned(x, y, angle)[0] / period + rng.random()) % 1.0)
+    second = profile((turned(x, y, second_angle)[0] / second_period + rng.random()) % 1.0)
+    together = [np.minimum(first, second), np.maximum(first, second), first * second, first + second]
+    return unit(together[rng.integers(len(together))])

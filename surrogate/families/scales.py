@@ -1,0 +1,25 @@
+"""Scales that overlap: fish skin, shingles."""
+
+import numpy as np
+
+from surrogate.families.fields import Field, any_direction, coordinates, log_uniform, smoothstep, turned, unit
+
+
+def scales(rng: np.random.Generator, size: int) -> Field:
+    """Rows of scales 1-3.5 mm wide, each rising toward a free edge that is round, pointed or straight."""
+    wide = log_uniform(rng, 1.0, 3.5)
+    step = wide * rng.uniform(0.4, 0.6)
+    roundness = rng.choice([1.2, 2.0, 6.0])
+    arch = rng.uniform(0.0, 0.5)
+    u, v = turned(*coordinates(size), any_direction(rng))
+    u, v = u / wide + rng.random(), v / step + rng.random()
+    heights = np.zeros_like(u)
+    row = np.floor(v)
+    for shift in range(3):
+        of_row = row + shift
+        across = (u + 0.5 * (of_row % 2)) % 1.0 * 2 - 1
+        down = (of_row - v) / 2
+        rim = 1 - np.abs(across) ** roundness - np.maximum(down, 0.0) ** roundness
+        rise = 0.3 + 0.7 * down - arch * across**2 * 0.5
+        heights = np.maximum(heights, rise * smoothstep(rim / 0.25))
+    return unit(heights)

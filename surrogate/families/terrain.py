@@ -1,0 +1,63 @@
+"""Eroded ground: mountains with valleys cut by water."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surrogate.families.fields import Field, log_uniform, rough_noise, unit
+
+_ROUNDS = 10
+_NEIGHBOURS = tuple((i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0))
+
+
+def terrain(rng: np.random.Generator, size: int) -> Field:
+    """Hills 4-10 mm wide under running water, with valleys that branch down to the size of a sample.
+
+    The law of stream power (K. X. Whipple and G. E. Tucker, J. Geophys. Res. 104, 1999): a place wears as its
+    slope times the square root of the area that drains through it; then slopes creep.
+    """
+    ground = unit(rough_noise(rng, size, log_uniform(rng, 4.0, 10.0), rng.uniform(2.2, 2.8)))
+    strength = rng.uniform(0.06, 0.2)
+    creep = rng.uniform(0.02, 0.1)
+    for _ in range(_ROUNDS):
+        target, drop = _downhill(ground)
+        ground = ground - np.minimum(strength * np.sqrt(_drained(target)) * drop, 0.8 * drop)
+        ground = ground + creep * _spread(ground)
+    return unit(ground)
+
+
+def _downhill(ground: Field) -> tuple[NDArray[np.intp], Field]:
+    """Number of the neighbour down the steepest way (in a pit, of the place itself), and the drop to it."""
+    rows, cols = ground.shape
+    padded = np.pad(ground, 1, mode="edge")
+    numbers = np.pad(np.arange(rows * cols).reshape(rows, cols), 1, mode="edge")
+    target = numbers[1:-1, 1:-1].copy()
+    drop, steepest = np.zeros_like(ground), np.zeros_like(ground)
+    for i, j in _NEIGHBOURS:
+        window = np.s_[1 + i : 1 + i + rows, 1 + j : 1 + j + cols]
+        fall = ground - padded[window]
+        slope = fall / np.hypot(i, j)
+        better = slope > steepest
+        steepest[better], drop[better] = slope[better], fall[better]
+        target[better] = numbers[window][better]
+    return target, drop
+
+
+def _drained(target: NDArray[np.intp]) -> Field:
+    """Samples that drain through each, itself included; every round doubles the way that is counted."""
+    flow = np.ones(target.size)
+    place = np.arange(target.size)
+    ends = target.ravel() == place
+    # A pit must not pass its flow on to itself: one more place takes it and is dropped.
+    onward = np.append(np.where(ends, target.size, target.ravel()), target.size)
+    flow = np.append(flow, 0.0)
+    while (onward[:-1] != target.size).any():
+        flow[:-1] += np.bincount(onward[:-1], flow[:-1], target.size + 1)[:-1]
+        onward = onward[onward]
+    return flow[:-1].reshape(target.shape)
+
+
+def _spread(ground: Field) -> Field:
+    """Sum of the differences to the four neighbours; nothing crosses the rim."""
+    padded = np.pad(ground, 1, mode="edge")
+    around = padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]
+    return around - 4 * ground
