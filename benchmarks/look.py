@@ -24,6 +24,7 @@ from benchmarks.common import load, machine, median_seconds, save, table
 from benchmarks.gradients import GRAVEL, directions
 from benchmarks.sight import SIZE_MM, SMOOTHNESS, reliefs, scene_of
 from visual import exact
+from visual.boundaries import EdgeSamples
 from visual.heightmap import load_heights
 from visual.scene import Scene
 
@@ -36,7 +37,7 @@ SUNS = (10.0, 130.0, 250.0)
 TRUTH_SAMPLES, TRUTH_SEEDS, STEP_MM = 576, 3, 0.015
 REPEATS = 3
 EXPLICIT = ((1, 1), (1, 2), (2, 2), (2, 4), (3, 8), (4, 8), (6, 16))
-"""Samples along a pixel's side and along an edge that casts a shadow."""
+"""Samples along a pixel's side and along an edge that casts a shadow or moves in the picture."""
 RENDERED = (1, 4, 16, 64, 256)
 MITSUBA = {
     STUDIO: ("direct", "prb"),
@@ -152,7 +153,10 @@ def methods(name: str, scene: Scene) -> Iterator[tuple[str, str, Method]]:
 
 def explicit(scene: Scene, strata: int, along: int) -> Method:
     """Pictures with explicit Jacobians; samples that are drawn once for a descent are not in its seconds."""
-    views = [scene.views(seed=seed, strata=strata, edge_samples=along)[0] for seed in range(REPEATS + 1)]
+    views = [
+        scene.views(seed=seed, strata=strata, edge_samples=EdgeSamples(along, along))[0]
+        for seed in range(REPEATS + 1)
+    ]
 
     def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
         found = views[seed].evaluate(heights)

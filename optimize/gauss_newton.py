@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from optimize.loop import Iterate
 from optimize.problem import Feel, Problem, within_limits
 from tactile.sparse import factorised
+from visual.boundaries import EdgeSamples
 from visual.view import Pictures
 
 Array = NDArray[np.float64]
@@ -36,8 +37,8 @@ LARGEST_STEP_MM = 0.2
 REFINEMENT, STRATA = 2, 2
 """Pictures of a step have twice the film's resolution (waves of two pixels show there) and 2 x 2 samples a
 pixel: as many rays as 4 x 4 at the film's own, a sparser system to solve, and a look that holds at both."""
-EDGE_SAMPLES = 2
-"""Along each edge that casts a shadow: the noise of its motion then lies about at that of these pictures."""
+EDGE_SAMPLES = EdgeSamples(shadows=2, outlines=4)
+"""The noise of the edges' motion then lies about at that of these pictures."""
 LARGEST_SHARE, LEAST_SHARE = 0.2, 0.002
 """Of a target's current value, by one step."""
 MISSED, HIT = 0.5, 0.25

@@ -20,7 +20,14 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from visual import mesh, variants
-from visual.boundaries import Background, boundary_entries, darkness, edge_jitter, seen_outlines
+from visual.boundaries import (
+    Background,
+    EdgeSamples,
+    boundary_entries,
+    darkness,
+    edge_jitter,
+    seen_outlines,
+)
 from visual.edges import shadow_edges
 from visual.lights import LUMINANCE, ParallelLights
 from visual.posed import Posed
@@ -239,7 +246,9 @@ def edge_gradient(
     generator = np.random.default_rng(_seed(exposure, shot, 1))
     lights = light.lights(generator)
     posed = Posed(light.scene, relief(*heights.shape, size_mm), heights)
-    jitter = edge_jitter(posed.plate, generator)
+    jitter = edge_jitter(posed.plate, generator, EdgeSamples())
+    if len(lights) > 1:
+        jitter = jitter.of_many()
     shadows = shadow_edges(posed, lights, jitter.shadows)
     moving = seen_outlines(posed, camera, jitter)
     if len(shadows.light) == 0 and moving is None:

@@ -12,10 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from visual import exact, heightmap, variants
-from visual.boundaries import darkness, surroundings
+from visual.boundaries import EdgeSamples, darkness, surroundings
 from visual.check import CheckedScene, check_scene, instantiate
 from visual.describe import PARALLEL, Description, Light, Plate, describe
-from visual.edges import EDGE_SAMPLES
 from visual.errors import InputError
 from visual.lights import LUMINANCE, Quadrature, parallel_obstacle, prepare
 from visual.needs import casts_shadows, met_by_chance, needs_of
@@ -126,7 +125,7 @@ class Scene:
         resolution: int | None = None,
         seed: int = 0,
         strata: int = 4,
-        edge_samples: int = EDGE_SAMPLES,
+        edge_samples: EdgeSamples | None = None,
     ) -> tuple[View, ...]:
         """For each camera its pictures with explicit Jacobians, by fixed samples; for Gauss-Newton steps.
 
@@ -135,7 +134,7 @@ class Scene:
         Args:
             resolution: pixels along the film's longer side instead of its own.
             strata: samples along a pixel's side.
-            edge_samples: along each edge that casts a shadow.
+            edge_samples: along edges whose motion changes the pictures.
 
         Raises:
             InputError: this scene or variant has no gradients.

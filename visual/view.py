@@ -10,14 +10,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from visual.boundaries import Background, boundary_entries, darkness, edge_jitter, seen_outlines
-from visual.edges import EDGE_SAMPLES, Entries, shadow_edges
+from visual.boundaries import (
+    Background,
+    EdgeSamples,
+    Jitter,
+    boundary_entries,
+    darkness,
+    edge_jitter,
+    seen_outlines,
+)
+from visual.edges import Entries, shadow_edges
 from visual.lights import ParallelLights
 from visual.outlines import Outlines
 from visual.posed import Posed
@@ -50,6 +58,14 @@ class Illumination:
     background: Background = darkness
 
 
+class _Sight(NamedTuple):
+    """What one light, or lights of many directions, are seen by."""
+
+    samples: PictureSamples
+    jitter: Jitter
+    moving: Outlines | None
+
+
 class View:
     """A plate before one camera, lit by one light (or several together) at a time and ambient light."""
 
@@ -66,7 +82,7 @@ class View:
         seed: int = 0,
         strata: int = 4,
         ambient_strata: int = 2,
-        edge_samples: int = EDGE_SAMPLES,
+        edge_samples: EdgeSamples | None = None,
     ) -> None:
         """Fix the samples.
 
@@ -78,7 +94,7 @@ class View:
             alone: one condition each; with none, the one condition is ambient light alone.
             ambient: added to every condition; None if there is none.
             strata, ambient_strata: samples along a pixel's side where one light shines, and for each of many.
-            edge_samples: along each edge that casts a shadow.
+            edge_samples: along edges whose motion changes the pictures; fewer under many lights.
         """
         generator = np.random.default_rng(seed)
         self._scene, self._bsdf, self._set_heights = scene, bsdf, set_heights
@@ -87,7 +103,7 @@ class View:
         self._alone, self._ambient = alone, ambient
         self._strata = strata, ambient_strata
         self._film = [film_points(camera, count, generator) for count in self._strata]
-        self._jitter = edge_jitter(self._plate, generator, edge_samples)
+        self._jitter = edge_jitter(self._plate, generator, edge_samples or EdgeSamples())
         self._from_above: list[PictureSamples] = []
         if camera.overhead:
             self._from_above = [
@@ -105,12 +121,11 @@ class View:
         """
         self._set_heights(heights)
         posed, camera = Posed(self._scene, self._plate, heights), self.camera
-        moving = seen_outlines(posed, camera, self._jitter) if jacobian and edges else None
         shining = (*self._alone, *(() if self._ambient is None else (self._ambient,)))
         many = [len(light.lights) > 1 for light in shining]
-        samples = {which: self._samples(posed, which) for which in set(many)}
+        sights = {which: self._sight(posed, which, jacobian and edges) for which in set(many)}
         found = [
-            self._lit_by(light.lights, samples[which], posed, light.background, jacobian, edges, moving)
+            self._lit_by(light, sights[which], posed, jacobian, edges)
             for light, which in zip(shining, many, strict=True)
         ]
         if self._ambient is not None:
@@ -121,30 +136,26 @@ class View:
         pictures = np.stack([p.reshape(camera.rows, camera.cols) for p, _ in found])
         return Pictures(pictures, tuple(d for _, d in found) if jacobian else ())
 
-    def _samples(self, posed: Posed, which: int) -> PictureSamples:
+    def _sight(self, posed: Posed, many: bool, edges: bool) -> _Sight:
         if self._from_above:
-            return self._from_above[which]
-        return samples_by_rays(posed, self.camera, self._film[which], self._strata[which] ** 2)
+            samples = self._from_above[many]
+        else:
+            samples = samples_by_rays(posed, self.camera, self._film[many], self._strata[many] ** 2)
+        jitter = self._jitter.of_many() if many else self._jitter
+        return _Sight(samples, jitter, seen_outlines(posed, self.camera, jitter) if edges else None)
 
     def _lit_by(
-        self,
-        lights: ParallelLights,
-        samples: PictureSamples,
-        posed: Posed,
-        background: Background,
-        jacobian: bool,
-        edges: bool,
-        moving: Outlines | None,
+        self, light: Illumination, sight: _Sight, posed: Posed, jacobian: bool, edges: bool
     ) -> tuple[Array, Any]:
         """Picture (pixels,) and Jacobian (pixels, heights) under a set of lights that shine together."""
-        plate, pixels = self._plate, self.camera.pixels
+        plate, pixels, lights, samples = self._plate, self.camera.pixels, light.lights, sight.samples
         shading = shade(self._bsdf, *posed.slopes, lights, self.camera.toward(posed.centres))
         lit = _lit_shares(lights, samples, posed)
 
         def gather(values: Array) -> Array:
             return np.einsum("lp,lp->p", lit, values[:, samples.pair_face])
 
-        behind = background(samples.missed_direction) / samples.per_pixel
+        behind = light.background(samples.missed_direction) / samples.per_pixel
         picture: Array = np.zeros(pixels)
         picture += np.bincount(samples.pair_pixel, gather(shading.radiance), minlength=pixels)
         picture += np.bincount(samples.missed_pixel, behind, minlength=pixels)
@@ -156,12 +167,9 @@ class View:
         columns = plate.sample[plate.faces[face]].ravel()
         parts: list[Entries] = [(np.repeat(samples.pair_pixel, 3), columns, values.ravel())]
         if edges:
-            # Of many lights each adds a small share of the picture: fewer samples of an edge do for it.
-            jitter = self._jitter.shadows
-            per_edge = jitter.shape[1] if len(lights) == 1 else max(1, jitter.shape[1] // 2)
-            shadows = shadow_edges(posed, lights, jitter[:, :per_edge])
+            shadows = shadow_edges(posed, lights, sight.jitter.shadows)
             parts += boundary_entries(
-                posed, self.camera, self._bsdf, lights, shading, background, shadows, moving
+                posed, self.camera, self._bsdf, lights, shading, light.background, shadows, sight.moving
             )
         r, c, v = (np.concatenate(p) for p in zip(*parts, strict=True))
         return picture, sp.csr_matrix((v, (r, c)), shape=(pixels, plate.rows * plate.cols))
