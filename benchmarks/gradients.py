@@ -30,23 +30,23 @@ CAMERAS = ("above", "45 degrees")
 STEP_MM = {False: 0.01, True: 0.03}
 """Of the differences under parallel and under soft light, whose renders are noisier."""
 STEEP, STEEP_SHARE, STEEP_SEEDS = "steps 3 mm", 0.3, 6
-"""On terraces all lie at one height: shadows begin where one rises, and with the steps above one derivative of
-five is 2.5 times too large. They are shorter there, with more seeds."""
+"""On terraces all lie at one height: shadows begin where one rises, and with the steps above one derivative
+of five is 2.5 times too large. They are shorter there, with more seeds."""
 TRUTH_SAMPLES, SEEDS, DIRECTIONS, REPEATS = 576, 2, 5, 3
 SAMPLES = 64
 
 NOTES = """\
 The loss is 1/2 mean (I - I_target)^2 of one picture (128 pixels), the target that of the relief scaled to
 85 % plus a little other relief. Truth: central differences of Mitsuba renders (576 samples a pixel, common
-random numbers, two seeds or more, whose spread gives its own error) along the relief itself and four smooth random
-fields. Error: norm of the difference over norm of the truth, median of three seeds. Wrong signs: of five,
-where the truth is over three standard errors from 0. "explicit" is our explicit Jacobian (4 x 4 samples
+random numbers, two seeds or more, whose spread gives its own error) along the relief itself and four smooth
+random fields. Error: norm of the difference over norm of the truth, median of three seeds. Wrong signs: of
+five, where the truth is over three standard errors from 0. "explicit" is our explicit Jacobian (4 x 4 samples
 a pixel, 8 along an edge that casts a shadow, 16 along one that moves in the picture, 16 fixed directions for
-soft light), "rendered" what Adam uses
-(Mitsuba at 64 samples a pixel and our boundaries, soft light by 8 directions drawn anew); Mitsuba's own also
-take 64. Mitsuba's projective integrators know perspective cameras alone. "bounces": light goes from face to
-face of the plate too (a sixth of the picture); the explicit Jacobian is of direct light alone, "rendered"
-leaves out the boundaries that such light moves. Seconds are of one loss gradient."""
+soft light), "rendered" what Adam uses (Mitsuba at 64 samples a pixel and our boundaries, soft light by 8
+directions drawn anew); Mitsuba's own also take 64. Mitsuba's projective integrators know perspective cameras
+alone. "bounces": light goes from face to face of the plate too (a sixth of it all); the explicit Jacobian
+is of direct light alone, "rendered" leaves out the boundaries that such light moves. Seconds are of one loss
+gradient, beside other work."""
 
 
 class Case(NamedTuple):
