@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from benchmarks import contact, gradients, runs, verified, views
+from benchmarks import contact, gradients, look, runs, verified, views
 from benchmarks.common import load, table
 
 DOC = Path("docs/measured.md")
@@ -62,6 +62,7 @@ def main() -> None:
         _runs(),
         _verified(),
         _gradients(),
+        _look(),
         _views(),
         _models(),
         _touch(),
@@ -159,6 +160,17 @@ def _gradients() -> str:
 `python -m benchmarks.gradients`. {gradients.NOTES}
 
 {gradients.as_table(load("gradients")["cases"])}
+"""
+
+
+def _look() -> str:
+    return f"""## Pictures: seconds against error
+
+`python -m benchmarks.look`, `python -m benchmarks.look_figure`.
+
+![Seconds against error of every gradient of pictures](images/look-models.png)
+
+{look.as_text(load("look"))}
 """
 
 

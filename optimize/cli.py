@@ -13,7 +13,15 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from optimize import cli_doctor, cli_evaluate, cli_export, cli_optimize, cli_render, cli_resume
+from optimize import (
+    cli_dataset,
+    cli_doctor,
+    cli_evaluate,
+    cli_export,
+    cli_optimize,
+    cli_render,
+    cli_resume,
+)
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -35,6 +43,7 @@ VERBS = {
     "evaluate": cli_evaluate,
     "render": cli_render,
     "export": cli_export,
+    "dataset": cli_dataset,
     "doctor": cli_doctor,
 }
 
@@ -80,13 +89,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     except UsageError as error:
         return _refuse(str(error))
     # Only now, because torch comes with it.
+    import surrogate.errors
     from visual.errors import InputError
 
     try:
         run: Callable[[argparse.Namespace], int] = VERBS[arguments.verb].run
         status = run(arguments)
         sys.stdout.flush()
-    except InputError as error:
+    except (InputError, surrogate.errors.InputError) as error:
         return _refuse(str(error))
     except BrokenPipeError:
         # The interpreter flushes stdout once more at its end, and would complain.

@@ -2,7 +2,7 @@
 
 import argparse
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,18 +23,23 @@ def define(text: str) -> tuple[str, str]:
 
 def count(text: str) -> int:
     """A number of samples, from 1 to 65536. Raises ArgumentTypeError."""
-    return _whole(text, 1, 65536)
+    return whole_number(1, 65536)(text)
 
 
 def seed(text: str) -> int:
     """A seed, from 0 to 2**31 - 1. Raises ArgumentTypeError."""
-    return _whole(text, 0, 2**31 - 1)
+    return whole_number(0, 2**31 - 1)(text)
 
 
-def _whole(text: str, lowest: int, highest: int) -> int:
-    if not (text.isdecimal() and lowest <= int(text) <= highest):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {lowest} to {highest}")
-    return int(text)
+def whole_number(lowest: int, highest: int) -> Callable[[str], int]:
+    """What reads a number in a range, both ends included, and raises ArgumentTypeError for anything else."""
+
+    def read(text: str) -> int:
+        if not (text.isdecimal() and lowest <= int(text) <= highest):
+            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {lowest} to {highest}")
+        return int(text)
+
+    return read
 
 
 def add_plate(parser: argparse._ActionsContainer, size_default: str, relief_default: str) -> None:

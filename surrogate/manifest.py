@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +59,7 @@ def write_manifest(path: Path, entries: Iterable[Entry]) -> None:
     with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent) as scratch:
         partial = Path(scratch) / path.name
         with partial.open("w", encoding="utf-8", newline="\n") as file:
-            file.writelines(json.dumps(asdict(line)) + "\n" for line in entries)
+            file.writelines(text_of(line) + "\n" for line in entries)
         os.replace(partial, path)
 
 
@@ -76,7 +76,7 @@ def read_manifest(path: Path) -> Iterator[Entry]:
             number = 0
             while text := file.readline(LONGEST_LINE + 1):
                 number += 1
-                yield _entry(text, f"{path}: line {number}")
+                yield parse_entry(text, f"{path}: line {number}")
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from error
 
@@ -108,13 +108,19 @@ def read(line: Entry, folder: Path, sources: Mapping[str, Source] | None = None)
     return found
 
 
-def _entry(text: bytes, where: str) -> Entry:
+def text_of(line: Entry) -> str:
+    """An entry as JSON, without the end of the line."""
+    return json.dumps(asdict(line))
+
+
+def parse_entry(text: bytes, where: str) -> Entry:
+    """An entry from JSON, checked. Raises: InputError that begins with ``where``; see `read_manifest`."""
     if len(text) > LONGEST_LINE:
         raise InputError(f"{where}: is longer than {LONGEST_LINE} bytes")
     try:
         line = _LINE.validate_json(text)
     except ValidationError as error:
-        raise InputError(f"{where}: {_first(error.errors(include_url=False)[0])}") from error
+        raise InputError(f"{where}: {parse_problem(error)}") from error
     texture = line.texture
     place, _, name = texture.source.partition("/")
     if place not in _SOURCES or not _SOURCES[place].fullmatch(name):
@@ -126,8 +132,9 @@ def _entry(text: bytes, where: str) -> Entry:
     return line
 
 
-def _first(problem: Any) -> str:
-    """What pydantic found, as the field's place and a few words."""
+def parse_problem(error: ValidationError) -> str:
+    """What pydantic found first, as the field's place and a few words."""
+    problem = error.errors(include_url=False)[0]
     place = ".".join(str(part) for part in problem["loc"] if part not in ("recipe", "optimised"))
     message = " ".join(problem["msg"].split())
     return f"{place}: {message}" if place else message

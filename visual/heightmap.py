@@ -3,7 +3,7 @@
 import os
 import tempfile
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,8 @@ HIGHEST_MM = 3.0
 TOLERANCE_MM = 1e-6
 """Heights this far outside [0, HIGHEST_MM] are rounding, not mistakes."""
 LARGEST_SIDE = 4096
+LARGEST_FIELD_SIDE = 8192
+"""Of what textures are cut from."""
 SMALLEST_SIDE = 16
 MOST_CHANNELS = 16
 """A file with more channels than this is no height map; each costs memory to open."""
@@ -25,6 +27,10 @@ MOST_CHANNELS = 16
 _HEIGHT_CHANNELS = ("Y", "Z", "R")
 _GREY_8, _GREY_16 = ("L",), ("I;16", "I;16B", "I;16L")
 _COLOUR_8 = ("LA", "RGB", "RGBA")
+_FLOAT = "F"
+
+Check = Callable[[tuple[int, ...], Path], None]
+"""Raises InputError for a shape that is not to be read."""
 
 
 def load_heights(path: str | os.PathLike[str], *, relief_mm: float | None = None) -> NDArray[np.float64]:
@@ -41,6 +47,26 @@ def load_heights(path: str | os.PathLike[str], *, relief_mm: float | None = None
     path = Path(path)
     if relief_mm is not None and not (np.isfinite(relief_mm) and relief_mm > 0):
         raise InputError(f"{path}: relief_mm: {relief_mm} is not a height above 0 mm")
+    reader = _reader(path)
+    if reader is _read_picture and relief_mm is None:
+        raise InputError(f"{path}: relief_mm: missing; a picture needs the height of white above black in mm")
+    values = reader(path, _check_shape)
+    return check_heights(values if relief_mm is None else values * relief_mm, path)
+
+
+def load_field(path: str | os.PathLike[str]) -> NDArray[np.float64]:
+    """Read heights of any unit and range, such as an elevation model or a picture to cut textures from.
+
+    The files are those of `load_heights`; grey comes in [0, 1], float TIFF, EXR and NPY as they hold it.
+
+    Returns values of shape (rows, cols), row 0 the top; they may be anything, even not finite. Raises
+    InputError, in one line, for a file that is missing or damaged, or larger than 8192 samples a side.
+    """
+    return _reader(Path(path))(Path(path), _check_extent)
+
+
+def _reader(path: Path) -> Callable[[Path, Check], NDArray[np.float64]]:
+    """What reads a file of this name. Raises InputError if nothing does, or if there is no such file."""
     readers = {
         ".png": _read_picture,
         ".tif": _read_picture,
@@ -53,10 +79,7 @@ def load_heights(path: str | os.PathLike[str], *, relief_mm: float | None = None
         raise InputError(f"{path}: not a height map: expected one of {', '.join(readers)}")
     if not path.is_file():
         raise InputError(f"{path}: no such file")
-    if reader is _read_picture and relief_mm is None:
-        raise InputError(f"{path}: relief_mm: missing; a picture needs the height of white above black in mm")
-    values = reader(path)
-    return check_heights(values if relief_mm is None else values * relief_mm, path)
+    return reader
 
 
 def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[np.float64]:
@@ -124,7 +147,12 @@ def _check_shape(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
         raise InputError(f"{name}: {cols} x {rows} samples; at most {LARGEST_SIDE} a side are read")
 
 
-def _read_picture(path: Path) -> NDArray[np.float64]:
+def _check_extent(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
+    if len(shape) != 2 or max(shape) > LARGEST_FIELD_SIDE:
+        raise InputError(f"{name}: shape {shape}; two sides of at most {LARGEST_FIELD_SIDE} samples are read")
+
+
+def _read_picture(path: Path, check: Check) -> NDArray[np.float64]:
     """Grey values of a PNG or TIFF in [0, 1]."""
     from PIL import Image, UnidentifiedImageError
 
@@ -133,16 +161,19 @@ def _read_picture(path: Path) -> NDArray[np.float64]:
             warnings.simplefilter("ignore")
             image = Image.open(path, formats=["PNG", "TIFF"])
         with image:
-            _check_shape((image.height, image.width), path)
+            check((image.height, image.width), path)
             if image.mode in _GREY_8 and _bits(image) == 8:
                 return np.asarray(image, dtype=np.float64) / 255
             if image.mode in _GREY_16:
                 return np.asarray(image).astype(np.float64) / 65535
+            if image.mode == _FLOAT:
+                return np.asarray(image, dtype=np.float64)
             if image.mode in _COLOUR_8 and _bits(image) == 8:
                 return _grey_of_colour(np.asarray(image), path) / 255
             raise InputError(f"{path}: pixel format {image.mode} is not 8 or 16 bit grey")
     except Image.DecompressionBombError as error:
-        raise InputError(f"{path}: at most {LARGEST_SIDE} samples a side are read") from error
+        largest = f"{LARGEST_SIDE} samples a side are read, {LARGEST_FIELD_SIDE} to cut textures from"
+        raise InputError(f"{path}: at most {largest}") from error
     except UnidentifiedImageError as error:
         raise InputError(f"{path}: not a readable PNG or TIFF") from error
     except InputError:
@@ -172,7 +203,7 @@ def _grey_of_colour(pixels: NDArray[np.uint8], path: Path) -> NDArray[np.float64
     return pixels[..., 0].astype(np.float64)
 
 
-def _read_exr(path: Path) -> NDArray[np.float64]:
+def _read_exr(path: Path, check: Check) -> NDArray[np.float64]:
     import OpenEXR
 
     try:
@@ -180,7 +211,7 @@ def _read_exr(path: Path) -> NDArray[np.float64]:
             header = file.parts[0].header
             low, high = header["dataWindow"]
             names = [channel.name for channel in header["channels"]]
-            _check_shape((int(high[1]) - int(low[1]) + 1, int(high[0]) - int(low[0]) + 1), path)
+            check((int(high[1]) - int(low[1]) + 1, int(high[0]) - int(low[0]) + 1), path)
             if len(names) > MOST_CHANNELS:
                 raise InputError(f"{path}: {len(names)} channels; a height map has one")
             wanted = next(
@@ -196,14 +227,14 @@ def _read_exr(path: Path) -> NDArray[np.float64]:
         raise InputError(f"{path}: damaged or not an EXR: {_line(error)}") from error
 
 
-def _read_npy(path: Path) -> NDArray[np.float64]:
+def _read_npy(path: Path, check: Check) -> NDArray[np.float64]:
     try:
         values = np.load(path, mmap_mode="r", allow_pickle=False)
     except (OSError, ValueError, EOFError, SyntaxError) as error:
         raise InputError(f"{path}: damaged or not an NPY array: {_line(error)}") from error
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu":
         raise InputError(f"{path}: does not hold one array of real numbers")
-    _check_shape(values.shape, path)
+    check(values.shape, path)
     return np.array(values, dtype=np.float64)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from visual.errors import InputError
-from visual.heightmap import load_heights, save_heights_exr, save_heights_png
+from visual.heightmap import load_field, load_heights, save_heights_exr, save_heights_png
 
 SIDE = 32
 
@@ -199,3 +199,28 @@ def png_header(width: int, height: int, *, bits: int, colour: int, rows: bytes) 
         + chunk(b"IDAT", zlib.compress(rows))
         + chunk(b"IEND", b"")
     )
+
+
+def test_fields_to_cut_textures_from_are_of_any_shape_and_unit(tmp_path: Path) -> None:
+    hills = np.linspace(-400.0, 1800.0, 24 * 40).reshape(24, 40)
+    np.save(tmp_path / "hills.npy", hills)
+    Image.fromarray(hills.astype(np.float32)).save(tmp_path / "hills.tif")
+    grey = np.rint(np.linspace(0, 65535, 24 * 40)).astype(np.uint16).reshape(24, 40)
+    Image.fromarray(grey).save(tmp_path / "grey.png")
+    OpenEXR.File(
+        {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage},
+        {"Y": hills.astype(np.float32)},
+    ).write(str(tmp_path / "hills.exr"))
+    np.testing.assert_array_equal(load_field(tmp_path / "hills.npy"), hills)
+    for name in ("hills.tif", "hills.exr"):
+        np.testing.assert_allclose(load_field(tmp_path / name), hills, rtol=1e-6)
+    np.testing.assert_allclose(load_field(tmp_path / "grey.png"), grey / 65535)
+
+
+def test_fields_too_large_or_of_too_many_sides_are_refused(tmp_path: Path) -> None:
+    for shape in ((2, 8193), (16, 16, 3)):
+        np.save(tmp_path / "a.npy", np.zeros(shape, np.uint8))
+        with pytest.raises(InputError, match=r"a\.npy: shape"):
+            load_field(tmp_path / "a.npy")
+    with pytest.raises(InputError, match="no such file"):
+        load_field(tmp_path / "b.png")
