@@ -41,7 +41,7 @@ The loss is 1/2 mean (I - I_target)^2 of one picture (128 pixels), the target th
 random numbers, two seeds or more, whose spread gives its own error) along the relief itself and four smooth
 random fields. Error: norm of the difference over norm of the truth, median of three seeds. Wrong signs: of
 five, where the truth is over three standard errors from 0. "explicit" is our explicit Jacobian (4 x 4 samples
-a pixel, 8 along an edge that casts a shadow, 16 along one that moves in the picture, 16 fixed directions for
+a pixel, 8 along an edge that casts a shadow, 16 along one that moves in the picture, 24 fixed directions for
 soft light), "rendered" what Adam uses (Mitsuba at 64 samples a pixel and our boundaries, soft light by 8
 directions drawn anew); Mitsuba's own also take 64. Mitsuba's projective integrators know perspective cameras
 alone. "bounces": light goes from face to face of the plate too (a sixth of it all); the explicit Jacobian
@@ -81,8 +81,7 @@ def cases() -> Iterator[Case]:
             for light in ("35°", "ambient"):
                 yield Case(GRAVEL, light, camera, material)
     for light in ("35°", "ambient"):
-        for bounces in (2, 5):
-            yield Case(GRAVEL, light, "above", "matte", bounces)
+        yield Case(GRAVEL, light, "above", "matte", bounces=2)
 
 
 def main() -> None:
@@ -133,10 +132,11 @@ def measure(case: Case) -> dict[str, Any]:
         except Exception as problem:  # Mitsuba raises no narrower class where an integrator cannot run
             found[name] = {"note": str(problem).splitlines()[0][:80]}
             continue
-        significant = np.abs(truth) > 3.0 * error
+        wrong = (np.sign(estimates[0]) != np.sign(truth)) & (np.abs(truth) > 3.0 * error)
         found[name] = {
             "error": float(np.median([np.linalg.norm(e - truth) / size for e in estimates])),
-            "signs": int(((np.sign(estimates[0]) != np.sign(truth)) & significant).sum()),
+            "signs": int(wrong.sum()),
+            "largest of wrong sign": float(np.abs(truth[wrong]).max() / size) if wrong.any() else 0.0,
             "seconds": float(np.median(seconds)),
         }
     return {"truth_error": float(np.linalg.norm(error) / size), "methods": found}

@@ -39,6 +39,8 @@ REFINEMENT, STRATA = 2, 2
 pixel: as many rays as 4 x 4 at the film's own, a sparser system to solve, and a look that holds at both."""
 EDGE_SAMPLES = EdgeSamples(shadows=2, outlines=4)
 """The noise of the edges' motion then lies about at that of these pictures."""
+DIRECTIONS = 16
+"""That stand for ambient light and other light that is not parallel."""
 LARGEST_SHARE, LEAST_SHARE = 0.2, 0.002
 """Of a target's current value, by one step."""
 MISSED, HIT = 0.5, 0.25
@@ -113,7 +115,7 @@ class GaussNewton:
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
         resolution = REFINEMENT * max(problem.scene.resolution)
-        self._views = problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES)
+        self._views = problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
         # With the Jacobian, because the first step mostly starts here.
         self._original = self._evaluate(problem.heights)
         target = np.concatenate([of_view.pictures for of_view in self._original])

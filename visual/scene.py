@@ -23,8 +23,9 @@ from visual.view import Illumination, View
 
 Array = NDArray[np.float64]
 
-STEP_DIRECTIONS = 16
-"""Fixed directions that stand for each light that is not parallel in `Scene.views`."""
+FIXED_DIRECTIONS = 24
+"""Directions that stand for each light that is not parallel in `Scene.views`. Under ambient light gradients
+of gravel in bronze are 6.9 % off with 16, 4.1 with 24, 2.8 with 64; in plastic 2.1 with 16."""
 DIRECTIONS = 8
 """The same where the gradient of `Scene.render` follows shadows; drawn anew each time."""
 
@@ -126,6 +127,7 @@ class Scene:
         seed: int = 0,
         strata: int = 4,
         edge_samples: EdgeSamples | None = None,
+        directions: int = FIXED_DIRECTIONS,
     ) -> tuple[View, ...]:
         """For each camera its pictures with explicit Jacobians, by fixed samples; for Gauss-Newton steps.
 
@@ -135,15 +137,16 @@ class Scene:
             resolution: pixels along the film's longer side instead of its own.
             strata: samples along a pixel's side.
             edge_samples: along edges whose motion changes the pictures.
+            directions: that stand for each light that is not parallel.
 
         Raises:
             InputError: this scene or variant has no gradients.
         """
         variants.use(self.variant)
         self._require_gradients()
-        alone = [self._illumination((light,), resolution) for light in self._needs.alone]
+        alone = [self._illumination((light,), resolution, directions) for light in self._needs.alone]
         around = self._needs.around
-        ambient = self._illumination(around, resolution) if around else None
+        ambient = self._illumination(around, resolution, directions) if around else None
         first = self._light_scene(self._needs.alone[:1] or self._needs.around, resolution)
         return tuple(
             View(
@@ -183,7 +186,7 @@ class Scene:
             if light.kind == PARALLEL and light.strength is not None:
                 strengths.append(float(LUMINANCE @ np.array(light.strength)) / np.pi)
             elif light.kind != PARALLEL and parallel_obstacle(light, self.size_mm) is None:
-                around = self._quadrature((light,), STEP_DIRECTIONS).lights()
+                around = self._quadrature((light,), FIXED_DIRECTIONS).lights()
                 facing = around.irradiance.T @ np.maximum(around.toward[:, 2], 0.0)
                 strengths.append(float(LUMINANCE @ facing) / np.pi)
         # What a point or a near surface gives depends on the place; pictures then count as they are.
@@ -228,9 +231,9 @@ class Scene:
             by_light,
         )
 
-    def _illumination(self, lights: tuple[Light, ...], resolution: int | None) -> Illumination:
+    def _illumination(self, lights: tuple[Light, ...], resolution: int | None, count: int) -> Illumination:
         """Fixed parallel lights that stand for these."""
-        fixed = self._quadrature(lights, STEP_DIRECTIONS).lights()
+        fixed = self._quadrature(lights, count).lights()
         seen = all(light.kind == PARALLEL for light in lights)
         background = darkness if seen else surroundings(self._light_scene(lights, resolution).scene)
         return Illumination(fixed, background)
