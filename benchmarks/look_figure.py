@@ -34,7 +34,10 @@ def main() -> None:
     pyplot.rcParams.update(
         {"font.size": 9, "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": GRID}
     )
-    figure, axes = pyplot.subplots(1, len(scenes), figsize=(10.5, 5.0), sharey=True, layout="constrained")
+    width = 5.25 * len(scenes)
+    figure, (axes,) = pyplot.subplots(
+        1, len(scenes), figsize=(width, 5.0), sharey=True, squeeze=False, layout="constrained"
+    )
     for axis, (name, found) in zip(axes, scenes.items(), strict=True):
         draw(axis, found)
         axis.set_title(name, fontsize=10, loc="left")
@@ -42,7 +45,7 @@ def main() -> None:
     shown: dict[str, Any] = {}
     for axis in axes:
         shown |= dict(zip(*reversed(axis.get_legend_handles_labels()), strict=True))
-    figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=2, frameon=False)
+    figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=len(scenes), frameon=False)
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(PICTURE, dpi=160)
     print(PICTURE)

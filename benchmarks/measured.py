@@ -100,11 +100,13 @@ def _gradient_summary() -> str:
     names = {"Retouch": "explicit", "without moving boundaries": "explicit, no boundaries"}
     names |= {"Mitsuba `direct`": "Mitsuba direct", "Mitsuba `prb`": "Mitsuba prb"}
     lines = []
-    for key, case in load("gradients")["cases"].items():
-        relief, light, camera, material = key.split(", ")
-        if (relief, material) == (gradients.GRAVEL, "plastic"):
-            errors = (100.0 * case["methods"][method]["error"] for method in names.values())
-            lines.append([camera, light, *(f"{error:.1f}" for error in errors)])
+    found = load("gradients")["cases"]
+    for case in gradients.cases():
+        of_gravel = (case.relief, case.material, case.bounces) == (gradients.GRAVEL, "plastic", 1)
+        if of_gravel and case.key in found:
+            measured = found[case.key]["methods"]
+            errors = (100.0 * measured[method]["error"] for method in names.values())
+            lines.append([case.camera, case.light, *(f"{error:.1f}" for error in errors)])
     return table(("camera", "light", *names), lines) + "\n"
 
 
@@ -155,11 +157,13 @@ def _ratios(rows: dict[str, Any]) -> str:
 
 
 def _gradients() -> str:
+    found = load("gradients")["cases"]
+    in_order = {case.key: found[case.key] for case in gradients.cases() if case.key in found}
     return f"""## Gradients of pictures
 
 `python -m benchmarks.gradients`. {gradients.NOTES}
 
-{gradients.as_table(load("gradients")["cases"])}
+{gradients.as_table(in_order)}
 """
 
 
