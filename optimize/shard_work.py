@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
@@ -69,8 +70,7 @@ def run_shard(task: Task) -> bytes:
     for name, wanted in asked.versions.items():
         if here.get(name) != wanted:
             raise InputError(f"{name}: the data set is made by version {wanted}, this is {here.get(name)}")
-    with _ONE_AT_A_TIME:
-        _keep_to_one_thread(asked)
+    with _ONE_AT_A_TIME, _one_thread(asked):
         return _run(task)
 
 
@@ -157,18 +157,39 @@ def _lit(asked: Asked, heights: Array) -> dict[str, Array]:
     return {"toward": toward, **picture_fields(heights, toward, asked.strata, seed)}
 
 
-def _keep_to_one_thread(asked: Asked) -> None:
+@contextmanager
+def _one_thread(asked: Asked) -> Iterator[None]:
     """Sums are added in one order; several processes share the cores better than threads do."""
     import torch
 
+    before = torch.get_num_threads()
     torch.set_num_threads(1)
-    if asked.lights != "none":
-        from visual import llvm
+    try:
+        with _one_thread_of_drjit() if asked.lights != "none" else nullcontext():
+            yield
+    finally:
+        torch.set_num_threads(before)
 
-        try:
-            llvm.prepare()
-        except llvm.LLVMMissing as error:
-            raise InputError(f"pictures: {error}") from error
-        import drjit as dr
 
-        dr.set_thread_count(1)
+@contextmanager
+def _one_thread_of_drjit() -> Iterator[None]:
+    from visual import llvm
+
+    try:
+        llvm.prepare()
+    except llvm.LLVMMissing as error:
+        raise InputError(f"pictures: {error}") from error
+    import drjit as dr
+
+    from optimize.fields import VARIANT
+    from visual.variants import load_mitsuba
+
+    # First, as it sees to the threads of a process once.
+    load_mitsuba(colour=False, variant=VARIANT)
+    before = dr.thread_count()
+    dr.set_thread_count(1)
+    try:
+        yield
+    finally:
+        # With a single thread Mitsuba would wait for ever for the next EXR file that it reads.
+        dr.set_thread_count(before)

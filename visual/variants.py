@@ -2,6 +2,7 @@
 
 import difflib
 from dataclasses import dataclass
+from functools import cache
 from types import ModuleType
 
 from visual import llvm
@@ -9,6 +10,8 @@ from visual.errors import InputError
 
 WITHOUT_LLVM = "scalar_rgb"
 """The variant that needs no libLLVM; its pictures have three channels, grey scenes too."""
+FEWEST_THREADS = 2
+"""Of Dr.Jit, also on a machine with one core."""
 
 
 @dataclass(frozen=True)
@@ -78,9 +81,19 @@ def load_mitsuba(colour: bool, variant: str | None = None) -> ModuleType:
     chosen = choose_variant(colour, variant)
     import mitsuba
 
+    _have_threads()
     use(chosen.name)
     module: ModuleType = mitsuba
     return module
+
+
+@cache
+def _have_threads() -> None:
+    """With a single thread Mitsuba 3.9 waits for ever for the EXR files that it reads; looked at once."""
+    import drjit
+
+    if drjit.thread_count() < FEWEST_THREADS:
+        drjit.set_thread_count(FEWEST_THREADS)
 
 
 def use(name: str) -> None:

@@ -1,12 +1,18 @@
 """The variant follows the scene and the machine, and says so."""
 
+import subprocess
+import sys
+from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 from visual import llvm, variants
 from visual.errors import InputError
 from visual.variants import choose_variant, load_mitsuba, require_gradients
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture
@@ -62,6 +68,23 @@ def test_without_llvm_pictures_are_rendered_and_nothing_more() -> None:
     assert "apt install" in chosen.reason
     with pytest.raises(InputError, match=r"'llvm_ad_mono' cannot run here.*apt install"):
         choose_variant(colour=False, variant="llvm_ad_mono")
+
+
+def test_with_one_core_exr_files_are_read(mi: ModuleType, tmp_path: Path) -> None:
+    mi.Bitmap(np.ones((5, 8, 3), dtype=np.float32)).write(str(tmp_path / "sky.exr"))
+    script = f"""
+import sys; sys.path.insert(0, {str(ROOT)!r})
+from visual.variants import llvm
+llvm.prepare()
+import drjit
+drjit.set_thread_count(1)
+from visual.variants import load_mitsuba
+print(load_mitsuba(colour=True).Bitmap("sky.exr").size())
+"""
+    read = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True
+    )
+    assert read.stdout.strip() == "[8, 5]"
 
 
 def test_gradients_are_there_with_llvm(mi: ModuleType) -> None:
