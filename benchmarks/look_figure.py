@@ -8,17 +8,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
+from benchmarks.charts import FAINT, GRID, frame, style
 from benchmarks.common import load
 
 PICTURE = Path("docs/images/look-models.png")
-INK, GRID, FAINT = "#26262b", "#dcdad4", "#8a877f"
 WAYS = {
     "explicit": ("ours, explicit Jacobian (samples along a pixel, along a shadow's edge)", "#c4532d", "o"),
     "rendered": ("ours, Mitsuba's pictures and moving boundaries (samples a pixel)", "#2d6a8e", "s"),
@@ -31,9 +27,7 @@ WAYS = {
 
 def main() -> None:
     scenes = load("look")["cost"]
-    pyplot.rcParams.update(
-        {"font.size": 9, "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": GRID}
-    )
+    style()
     width = 5.25 * len(scenes)
     figure, (axes,) = pyplot.subplots(
         1, len(scenes), figsize=(width, 5.0), sharey=True, squeeze=False, layout="constrained"
@@ -81,9 +75,7 @@ def draw(axis: Axes, found: dict[str, Any]) -> None:
     axis.set_xscale("log")
     axis.set_yscale("log")
     axis.set_xlabel("seconds of pictures and gradient, two cores")
-    axis.grid(True, which="major", color=GRID, linewidth=0.6)
-    for side in ("top", "right"):
-        axis.spines[side].set_visible(False)
+    frame(axis)
 
 
 if __name__ == "__main__":

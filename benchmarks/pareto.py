@@ -8,17 +8,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
+from benchmarks.charts import GRID, frame, style
 from benchmarks.common import load
 
 PICTURE = Path("docs/images/touch-models.png")
-INK, GRID = "#26262b", "#dcdad4"
 FAMILIES = {
     "hybrid": ("elastic layer, coarse elements for the sides (nc)", "nc", "#c4532d", "o"),
     "meshes": ("reference: exact layer and elements (nodes a side)", "nodes a side", "#2d6a8e", "s"),
@@ -41,9 +37,7 @@ DEFAULTS = {"hybrid": 32, "meshes": 64}
 
 def main() -> None:
     results = load("contact")
-    pyplot.rcParams.update(
-        {"font.size": 9, "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": GRID}
-    )
+    style()
     figure, axes = pyplot.subplots(1, 2, figsize=(10.5, 4.6), sharex=True, layout="constrained")
     for axis, key, name in zip(axes, ("V", "A"), ("roughness V", "contact area A"), strict=True):
         draw(axis, results, key)
@@ -94,9 +88,7 @@ def draw(axis: Axes, results: dict[str, Any], key: str) -> None:
     )
     axis.set_yscale("log")
     axis.set_xlabel("seconds a texture, alone, operators built")
-    axis.grid(True, which="major", color=GRID, linewidth=0.6)
-    for side in ("top", "right"):
-        axis.spines[side].set_visible(False)
+    frame(axis)
 
 
 if __name__ == "__main__":

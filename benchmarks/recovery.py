@@ -19,10 +19,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-
 import numpy as np
 import scipy.sparse as sp
 import torch
@@ -30,6 +26,7 @@ from matplotlib import pyplot
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, zoom
 
+from benchmarks.charts import frame, style
 from benchmarks.common import load, machine, save, table
 from optimize.gauss_newton import laplacian
 from tactile.sparse import factorised
@@ -44,7 +41,6 @@ SIDE, RELIEF_MM, BLUR, STEPS, GAUSS_NEWTON_STEPS = 64, 1.2, 2.0, 100, 40
 SMOOTHING, LEAST_DAMPING = 10.0, 1e-5
 RATE_MM, SAMPLES, CHECK_SAMPLES, CHECK_SEED = 0.02, 16, 64, 1000
 COLOURS = {"explicit": "#c4532d", "ours": "#2d6a8e", "no moving shadows": "#7a7a7a", "Mitsuba prb": "#6f8f3a"}
-INK, GRID = "#26262b", "#dcdad4"
 
 
 def main() -> None:
@@ -148,9 +144,7 @@ def by_adam(
 
 def draw(runs: dict[str, list[dict[str, float]]]) -> None:
     """Error of heights and pictures over seconds and over steps."""
-    pyplot.rcParams.update(
-        {"font.size": 9, "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": GRID}
-    )
+    style()
     figure, axes = pyplot.subplots(
         2, 2, figsize=(10.0, 6.0), sharex="col", sharey="row", layout="constrained"
     )
@@ -160,10 +154,8 @@ def draw(runs: dict[str, list[dict[str, float]]]) -> None:
             for name, steps in runs.items():
                 x, y = [s[over] for s in steps], [s[key] for s in steps]
                 axis.plot(x, y, color=COLOURS[name], label=name)
-            axis.grid(True, color=GRID, linewidth=0.6)
+            frame(axis)
             axis.set_ylim(bottom=0.0)
-            for side in ("top", "right"):
-                axis.spines[side].set_visible(False)
             axis.set_xlabel(over if key == "picture_percent" else "")
         row[0].set_title(label, fontsize=10, loc="left")
     handles, names = axes[0][0].get_legend_handles_labels()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,24 @@ def reliefs() -> dict[str, Array]:
         "gravel 1.5 mm": load_heights("mitsuba_scenes/textures/gravel.png", relief_mm=1.5),
         "steps 3 mm": 3.0 * np.floor(6.0 * smooth).clip(0.0, 5.0) / 5.0,
     }
+
+
+def altered(heights: Array) -> Array:
+    """The relief scaled to 85 %, plus a little other relief: what target pictures are taken of."""
+    other = gaussian_filter(np.random.default_rng(5).standard_normal(heights.shape), SMOOTHNESS)
+    return np.asarray(0.85 * heights + 0.05 * other / np.abs(other).max())
+
+
+def mitsubas_integrator(kind: str, soft: bool, bounces: int = 1) -> Any:
+    """One of Mitsuba's, such as "direct" or "prb_projective"; soft light is also met by chance."""
+    import mitsuba as mi
+
+    settings: dict[str, Any] = {"type": kind}
+    if kind.startswith("prb"):
+        settings["max_depth"] = bounces + 1
+    elif kind == "direct":
+        settings |= {"emitter_samples": 1, "bsdf_samples": int(soft)}
+    return mi.load_dict(settings)
 
 
 def toward(elevation: float, azimuth: float = AZIMUTH) -> Array:

@@ -252,8 +252,9 @@ def _targets(problem: Problem, feel: Feel) -> tuple[Array, Array]:
 
 
 def _way_left(values: Array, goals: Array) -> float:
-    """The largest change that a target still needs, as a share of its value."""
-    return float(np.max(np.abs(goals - values) / np.abs(values)))
+    """The largest change that a target still needs, as a share of its value; 1 at most, as of zero."""
+    left = np.abs(goals - values)
+    return float(np.max(left / np.maximum(np.maximum(np.abs(values), left), np.finfo(float).tiny)))
 
 
 @lru_cache(maxsize=4)

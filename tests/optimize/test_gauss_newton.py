@@ -12,7 +12,7 @@ import pytest
 import tactile
 from optimize import gauss_newton
 from optimize.baselines import linear_scaling
-from optimize.gauss_newton import GaussNewton
+from optimize.gauss_newton import GaussNewton, _way_left
 from optimize.loop import Descent, StopReason, descend
 from optimize.metrics import rms_change
 from optimize.problem import HEIGHT_LIMIT_MM, Feel, Problem, Targets
@@ -140,3 +140,9 @@ def test_where_small_changes_leave_the_feel_alone_the_target_is_out_of_reach(
     low = replace(problem, heights=0.02 * problem.heights)
     assert low.feel(low.heights).contact_fraction == 1.0
     assert walk(low).reason is StopReason.UNREACHABLE
+
+
+def test_what_a_target_still_needs_is_told_of_values_of_zero_too() -> None:
+    assert _way_left(np.array([2.0]), np.array([1.5])) == pytest.approx(0.25)
+    assert _way_left(np.zeros(2), np.array([0.0, 0.3])) == 1.0
+    assert _way_left(np.zeros(1), np.zeros(1)) == 0.0
