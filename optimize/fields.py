@@ -40,8 +40,8 @@ def touch_fields(
         heights: (n, s, s) mm.
 
     Returns:
-        strain, gap, pressure: (n, s, s) float32, as of `tactile.Touch`. roughness (the full sum), contact_area_mm2,
-        contact_fraction: (n,) float64.
+        strain, gap, pressure: (n, s, s) float32, as of `tactile.Touch`. roughness (the full sum),
+        contact_area_mm2, contact_fraction: (n,) float64.
 
     Raises:
         tactile.ContactError: a contact did not converge.

@@ -17,7 +17,7 @@ Press = Callable[[Tensor], Touch]
 """Presses heights (batch, n, n) in mm."""
 
 LEAST_ROUGHNESS = 0.003
-"""Smoother textures are a tenth of a just-noticeable difference from flat; their relative error says nothing."""
+"""Of smoother textures, a thirtieth of a rough one, a relative error says nothing."""
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ their outermost values, because beyond a plate's rim there is nothing rather tha
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated, ClassVar
 
 import torch
@@ -56,7 +57,7 @@ class UNet(nn.Module):
         widths, pixels = shape.widths, shape.block**2
         self.enter = _convolution(pixels * shape.inputs, widths[0])
         self.first = Residual(widths[0], widths[0])
-        steps = list(zip(widths, widths[1:], strict=False))
+        steps = list(pairwise(widths))
         self.down = nn.ModuleList(Residual(fine, coarse) for fine, coarse in steps)
         self.up = nn.ModuleList(Residual(coarse + fine, fine) for fine, coarse in steps)
         self.leave = _convolution(widths[0], pixels * shape.outputs)

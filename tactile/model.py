@@ -135,7 +135,7 @@ def touch_model(
     # Only here: the shape of a net and the check of its file are of no use to the other models.
     from tactile.net import GRADIENT_TOLERANCE, net_solver
 
-    solver = net_solver(skin, samples, size_mm, dtype)
+    solver = net_solver(skin, samples, size_mm)
     return replace(known, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE)
 
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 
 import torch
@@ -24,6 +23,7 @@ from surrogate.unet import UNet
 from surrogate.weights import FOLDER, Card, load_net
 from tactile.contact import Compliance, ContactState, approach_contact
 from tactile.errors import InputError
+from tactile.hybrid import HybridOperator, hybrid_operator
 from tactile.skin import Skin
 
 KIND = "touch"
@@ -84,13 +84,14 @@ def pressure(net: nn.Module, maps: Tensor, guess: Tensor, mean_pressure: float) 
 
 @dataclass(frozen=True, eq=False)
 class NetSolver:
-    """A `tactile.contact.Solver` that is done after a fixed number of steps.
+    """A `tactile.contact.Solver` that is done after a fixed number of steps, all in single precision.
 
     Attributes:
-        net: in the precision of the heights.
+        operator: of the skin, in single precision.
     """
 
     net: UNet
+    operator: HybridOperator
 
     def __call__(
         self, body: Compliance, heights: Tensor, mean_pressure: float, start: Tensor | None
@@ -98,32 +99,33 @@ class NetSolver:
         """Pressures, gaps and approach of reliefs (..., n, n) in mm.
 
         Args:
+            body: not asked; it is the operator in the precision of the heights.
             start: ignored, so that the same relief feels the same whatever was pressed before.
 
         Raises:
             InputError: a relief is taller than what the net was trained for.
         """
-        flat = heights.detach().reshape(-1, *heights.shape[-2:])
+        flat = heights.detach().reshape(-1, *heights.shape[-2:]).to(self.operator.symbol.dtype)
         tallest = float((flat.amax((-2, -1)) - flat.amin((-2, -1))).max())
         allowed = TALLEST_MM * mean_pressure / TRAINED_PRESSURE
         if tallest > allowed:
             raise InputError(
-                f"heights: a relief of {tallest:.2f} mm is more than the {allowed:.2f} mm that the net has seen "
-                f"in proportion to force over modulus"
+                f"heights: a relief of {tallest:.2f} mm is more than the net has seen: {allowed:.2f} mm, in "
+                "proportion to force over modulus"
             )
         with torch.no_grad():
-            guess = first_guess(body, flat, mean_pressure)
-            maps = inputs(body, flat, guess, mean_pressure)
+            guess = first_guess(self.operator, flat, mean_pressure)
+            maps = inputs(self.operator, flat, guess, mean_pressure)
             predicted = pressure(self.net, maps, guess.pressure, mean_pressure)
-            state = approach_contact(body, flat, mean_pressure, predicted, STEPS_AFTER)
+            state = approach_contact(self.operator, flat, mean_pressure, predicted, STEPS_AFTER)
         # A skin that is pressed touches: what gap is left there is what the solver had no time to close.
         gap = torch.where(state.pressure > 0.0, 0.0, state.gap.clamp_min(0.0))
-        batch = heights.shape[:-2]
+        batch, felt = heights.shape[:-2], state.pressure.to(heights.dtype)
         return replace(
             state,
-            pressure=state.pressure.view(heights.shape),
-            gap=gap.view(heights.shape),
-            approach=state.approach.view(batch),
+            pressure=(felt * (mean_pressure / felt.mean((-2, -1), keepdim=True))).view(heights.shape),
+            gap=gap.to(heights.dtype).view(heights.shape),
+            approach=state.approach.to(heights.dtype).view(batch),
             converged=state.converged.view(batch),
         )
 
@@ -144,21 +146,18 @@ def validity(skin: Skin, samples: int, size_mm: float) -> dict[str, float]:
     }
 
 
-def net_solver(
-    skin: Skin, samples: int, size_mm: float, dtype: torch.dtype, folder: Path = FOLDER
-) -> NetSolver:
+def net_solver(skin: Skin, samples: int, size_mm: float, folder: Path = FOLDER) -> NetSolver:
     """The solver of the trained net that lies in a folder.
 
     Raises:
         InputError: there is no such net, or it holds for another skin or grid.
     """
-    net, card = _loaded(folder, dtype)
+    net, card = _loaded(folder)
     _check(card.valid, validity(skin, samples, size_mm))
-    return NetSolver(net)
+    return NetSolver(net, hybrid_operator(skin, samples, size_mm, torch.float32))
 
 
-@lru_cache(maxsize=4)
-def _loaded(folder: Path, dtype: torch.dtype) -> tuple[UNet, Card]:
+def _loaded(folder: Path) -> tuple[UNet, Card]:
     try:
         net, card = load_net(KIND, folder)
     except SurrogateInputError as error:
@@ -168,7 +167,7 @@ def _loaded(folder: Path, dtype: torch.dtype) -> tuple[UNet, Card]:
             f"touch.model: {folder}: shape: {card.shape.inputs} maps in and {card.shape.outputs} out, "
             f"expected {CHANNELS} and 1"
         )
-    return net.to(dtype), card
+    return net, card
 
 
 def _check(trained: Mapping[str, float], asked: Mapping[str, float]) -> None:
