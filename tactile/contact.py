@@ -197,8 +197,13 @@ def press(
 
     The gradient is that of a fixed contact set, which is exact wherever no pixel is just touching: one
     conjugate-gradient solve restricted to the pixels in contact, nothing unrolled.
+
+    Args:
+        solve: what finds the contact.
+        gradient_tolerance: relative residual of that solve; default by precision.
     """
-    pressure, gap, approach = _Press.apply(heights, body, mean_pressure, start)
+    tolerance = GRADIENT_TOLERANCE[heights.dtype] if gradient_tolerance is None else gradient_tolerance
+    pressure, gap, approach = _Press.apply(heights, body, mean_pressure, start, solve, tolerance)
     return pressure, gap, approach
 
 
