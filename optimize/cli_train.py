@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--widths",
         type=_widths,
         metavar="A,B,...",
-        help="channels of the net's levels, finest first (default: 16,32,48,64)",
+        help="channels of the net's levels, finest first (default: 24,48,72,96)",
     )
     parser.add_argument(
         "--device",

@@ -36,8 +36,9 @@ TESTED_GRADIENTS = 64
 """Of them, those whose gradients are compared."""
 SAMPLE_SEED, SAMPLES = 0, 4
 """Textures that a card tells figures of, without pictures."""
-WIDTHS = (16, 32, 48, 64)
-"""Channels of the net by default."""
+WIDTHS, BLOCK = (24, 48, 72, 96), 4
+"""Channels of the net's levels by default, and the side of the squares of pixels that it works on: squares of
+2 x 2 take three times as long for little (docs/measured.md)."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ def train_touch(order: Order, tell: Callable[[Epoch], None] = lambda epoch: None
         InputError: the data set is no good, `out` holds another training, or there is none to resume.
     """
     data = open_fieldset(order.data)
-    shape = Shape(CHANNELS, 1, order.widths)
+    shape = Shape(CHANNELS, 1, order.widths, BLOCK)
     side = data.asked.samples
     if side % shape.multiple:
         raise InputError(f"{order.data}: samples: {side} is no multiple of {shape.multiple}")

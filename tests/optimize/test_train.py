@@ -144,7 +144,7 @@ def test_what_is_wrong_is_told_in_one_line(
     assert "begun with" in refusal(capsys, *data, "-o", str(trained.out), "--resume", "--seed", "7")
     assert "--minutes" in refusal(capsys, *data, "-o", new, "--minutes", "-1")
     assert "--widths" in refusal(capsys, *data, "-o", new, "--widths", "8,x")
-    assert "multiple of 64" in refusal(capsys, *data, "-o", new, "--widths", "2,2,2,2,2,2")
+    assert "multiple of 128" in refusal(capsys, *data, "-o", new, "--widths", "2,2,2,2,2,2")
     if not torch.cuda.is_available():
         assert "--device" in refusal(capsys, *data, "-o", new, "--device", "cuda")
     assert not (tmp_path / "new").exists()
