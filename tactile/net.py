@@ -28,7 +28,7 @@ from tactile.skin import Skin
 
 KIND = "touch"
 CHANNELS = 6
-STEPS_BEFORE, STEPS_AFTER = 3, 2
+STEPS_BEFORE, STEPS_AFTER = 2, 1
 """Solver steps before and after the net: the fewest with which contact area errs by less than 2 %."""
 GRADIENT_TOLERANCE = 1e-2
 """Relative residual of the adjoint: tighter ones change a gradient less than the contact set's error does."""
