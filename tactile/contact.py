@@ -9,7 +9,7 @@ converged.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import torch
@@ -149,6 +149,16 @@ def approach_contact(
     return ContactState(
         result_p.view(shape), result_g.view(shape), result_a.view(batch), steps, done.view(batch)
     )
+
+
+def closed(state: ContactState) -> ContactState:
+    """A contact that was cut short, its gap as it must be: none where there is pressure, and never negative.
+
+    What gap is left under pressure is what the solver had no time to close, and contact area, which falls by
+    half at 0.0125 mm, would take it for parted.
+    """
+    gap = torch.where(state.pressure > 0.0, 0.0, state.gap.clamp_min(0.0))
+    return replace(state, gap=gap)
 
 
 Solver = Callable[[Compliance, Tensor, float, Tensor | None], ContactState]

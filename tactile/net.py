@@ -21,7 +21,7 @@ from torch.nn import functional
 from surrogate.errors import InputError as SurrogateInputError
 from surrogate.unet import UNet
 from surrogate.weights import FOLDER, Card, load_net
-from tactile.contact import Compliance, ContactState, approach_contact
+from tactile.contact import Compliance, ContactState, approach_contact, closed
 from tactile.errors import InputError
 from tactile.hybrid import HybridOperator, hybrid_operator
 from tactile.skin import Skin
@@ -39,6 +39,8 @@ GAP_MM = 0.01
 """Gap at which inputs turn from linear to logarithmic, per unit of mean pressure over modulus."""
 SHARPNESS = 4.0
 """Of the soft corner that keeps pressures above zero; 1/4 of the mean pressure wide."""
+PARTED = 0.05
+"""Predicted pressures below this part of the mean are none: a net knows no exact zero."""
 OUTSIDE = -0.5
 """Where a pixel without pressure stands below the corner, in units of the mean pressure."""
 
@@ -117,14 +119,13 @@ class NetSolver:
             guess = first_guess(self.operator, flat, mean_pressure)
             maps = inputs(self.operator, flat, guess, mean_pressure)
             predicted = pressure(self.net, maps, guess.pressure, mean_pressure)
-            state = approach_contact(self.operator, flat, mean_pressure, predicted, STEPS_AFTER)
-        # A skin that is pressed touches: what gap is left there is what the solver had no time to close.
-        gap = torch.where(state.pressure > 0.0, 0.0, state.gap.clamp_min(0.0))
+            predicted = torch.where(predicted > PARTED * mean_pressure, predicted, 0.0)
+            state = closed(approach_contact(self.operator, flat, mean_pressure, predicted, STEPS_AFTER))
         batch, felt = heights.shape[:-2], state.pressure.to(heights.dtype)
         return replace(
             state,
             pressure=(felt * (mean_pressure / felt.mean((-2, -1), keepdim=True))).view(heights.shape),
-            gap=gap.to(heights.dtype).view(heights.shape),
+            gap=state.gap.to(heights.dtype).view(heights.shape),
             approach=state.approach.to(heights.dtype).view(batch),
             converged=state.converged.view(batch),
         )
