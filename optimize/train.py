@@ -38,7 +38,7 @@ SAMPLE_SEED, SAMPLES = 0, 4
 """Textures that a card tells figures of, without pictures."""
 WIDTHS, BLOCK = (24, 48, 72, 96), 4
 """Channels of the net's levels by default, and the side of the squares of pixels that it works on: squares of
-2 x 2 take three times as long for little (docs/measured.md)."""
+2 x 2 take more than twice as long (docs/learned.md)."""
 
 
 @dataclass(frozen=True)
