@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -95,6 +96,9 @@ def train_touch(order: Order, tell: Callable[[Epoch], None] = lambda epoch: None
 
     there = task.to(torch.device(order.device))
     training = train(net, there, examples, validation, order.settings, start, keep)
+    best = training.best_epoch
+    if best is None or not math.isfinite(best.error):
+        raise InputError(f"{order.out}: the training went astray; try a smaller --learning-rate")
     card = _card(order, data, net.cpu().requires_grad_(False), begun, training)
     save_net(order.out, net, card)
     return card

@@ -134,6 +134,15 @@ def test_the_command_trains_and_tells(
     assert json.loads((tmp_path / "touch.json").read_text(encoding="utf-8"))["versions"]["reference"] == "fem"
 
 
+def test_a_training_that_goes_astray_leaves_no_net(
+    trained: Order, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = str(tmp_path / "astray")
+    arguments = ["--widths", "4,4", "--epochs", "2", "--learning-rate", "1e30", "-q"]
+    assert "--learning-rate" in refusal(capsys, "--data", str(trained.data), "-o", out, *arguments)
+    assert not weights_path("touch", Path(out)).exists()
+
+
 def test_what_is_wrong_is_told_in_one_line(
     trained: Order, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
