@@ -21,6 +21,7 @@ from optimize import (
     cli_optimize,
     cli_render,
     cli_resume,
+    cli_train,
 )
 
 BAD_INPUT = 2
@@ -44,6 +45,7 @@ VERBS = {
     "render": cli_render,
     "export": cli_export,
     "dataset": cli_dataset,
+    "train": cli_train,
     "doctor": cli_doctor,
 }
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tactile import Skin
 
 SIZE_MM = 10.0
-MODELS = {"layer": "Elastic layer with free sides", "fem": "Finite elements"}
+MODELS = {"layer": "Elastic layer with free sides", "fem": "Finite elements", "net": "Trained net"}
 SMOOTH = 1e-6
 """Roughness that is nothing but rounding; no number of just-noticeable differences leads to or from it."""
 
@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--model",
         choices=tuple(MODELS),
         default="layer",
-        help="model of touch: layer (default) or fem, finite elements with a node at every pixel centre",
+        help="model of touch: layer (default); fem, finite elements; net, trained, where its weights are",
     )
     skin = parser.add_argument_group("the skin")
     for flag, default, told in (

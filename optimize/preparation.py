@@ -61,10 +61,6 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
         relief_mm=settings.relief_mm,
     )
     touch, descent = settings.touch, settings.descent
-    if touch.model != "layer":
-        raise InputError(
-            f'touch.model: the "{touch.model}" model is not shipped in this version; use "layer"'
-        )
     if np.ptp(scene.heights) == 0.0:
         raise InputError(
             f"{settings.texture}: {_asked(touch)}: the texture is flat; there is no relief to change"
@@ -80,11 +76,12 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
         shadow_edges=descent.shadow_edges,
         samples=settings.look.samples or ADAM_SAMPLES,
         seed=settings.seed,
+        touch=touch.model,
     )
     glimpse = scene.render(samples=1, seed=settings.seed)
     if float(glimpse.mean()) < BLACK * scene.white:
         raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
-    belief = measure_touch(untargeted, scene.heights, "layer")
+    belief = measure_touch(untargeted, scene.heights, touch.model)
     truth = None
     if settings.verify.model == "fem":
         show.note(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import tactile
 from tactile.area import GAP_WEIGHT_PER_MM
+from tactile.model import ModelName
 from visual.scene import Scene
 
 Array = NDArray[np.float64]
@@ -77,6 +78,7 @@ class Problem:
         shadow_edges: whether picture gradients follow shadow boundaries.
         samples: a pixel, of pictures rendered by Mitsuba during descent.
         seed: of everything random.
+        touch: the model that steers the descent.
     """
 
     heights: Array
@@ -89,10 +91,11 @@ class Problem:
     shadow_edges: bool = True
     samples: int = 16
     seed: int = 0
+    touch: ModelName = "layer"
     model: tactile.TouchModel = field(init=False)
 
     def __post_init__(self) -> None:
-        model = tactile.touch_model(self.skin, self.heights.shape[0], self.size_mm, torch.float64)
+        model = tactile.touch_model(self.skin, self.heights.shape[0], self.size_mm, torch.float64, self.touch)
         object.__setattr__(self, "model", model)
 
     def feel(

@@ -57,7 +57,7 @@ class Asked:
     versions: Mapping[str, str]
     """Of the packages that made the fields."""
     shard_size: Annotated[int, Field(ge=1, le=MOST_TEXTURES)] = SHARD_SIZE
-    format: Literal[1] = 1
+    format: Literal[2] = 2
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", strict=True)
 

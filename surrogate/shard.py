@@ -69,14 +69,15 @@ _TOLD = TypeAdapter(_Told)
 def layout(asked: Asked, count: int) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
     """Shape and type of every tensor in a shard of `count` textures.
 
-    heights, mm; strain, the flat plate's subtracted, compression negative; gap, mm; roughness, the full sum;
-    contact_area_mm2; contact_fraction. pictures: radiance under each light alone, irradiance pi on a plane
-    that faces it, from the unit vectors `toward`; ambient: radiance under ambient light of radiance 1.
+    heights, mm; strain, the flat plate's subtracted, compression negative; gap, mm; pressure, MPa;
+    roughness, the full sum; contact_area_mm2; contact_fraction. pictures: radiance under each light alone,
+    irradiance pi on a plane that faces it, from the unit vectors `toward`; ambient: radiance under ambient
+    light of radiance 1.
     """
     side = asked.samples
     tensors: dict[str, tuple[tuple[int, ...], np.dtype[Any]]] = {"heights": ((count, side, side), SINGLE)}
     if asked.touch != "none":
-        tensors |= dict.fromkeys(("strain", "gap"), ((count, side, side), SINGLE))
+        tensors |= dict.fromkeys(("strain", "gap", "pressure"), ((count, side, side), SINGLE))
         tensors |= dict.fromkeys(("roughness", "contact_area_mm2", "contact_fraction"), ((count,), DOUBLE))
     if asked.lights != "none":
         lights = asked.directions

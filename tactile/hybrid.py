@@ -118,11 +118,11 @@ class HybridOperator:
             result = result + torch.stack(parts, dim=-3)
         return result
 
-    def to(self, dtype: torch.dtype) -> HybridOperator:
-        """The same operator in another precision."""
+    def to(self, dtype: torch.dtype, device: torch.device | None = None) -> HybridOperator:
+        """The same operator in another precision, or on another device."""
 
         def cast(value: Any) -> Any:
-            return value.to(dtype) if isinstance(value, Tensor) else value
+            return value.to(device, dtype) if isinstance(value, Tensor) else value
 
         blocks = tuple(replace(b, **{k: cast(v) for k, v in vars(b).items()}) for b in self.blocks)
         return replace(self, **{k: cast(v) for k, v in vars(self).items() if k != "blocks"}, blocks=blocks)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, Protocol, get_args
 
@@ -11,7 +11,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from tactile.contact import Compliance, solve_contact
+from tactile.contact import Compliance, Solver, solve_contact
 from tactile.contact import press as press_contact
 from tactile.errors import InputError
 from tactile.hybrid import HybridOperator, hybrid_operator
@@ -19,7 +19,7 @@ from tactile.reference import ReferenceOperator, reference_operator
 from tactile.skin import Skin
 from tactile.strain import smallest_eigenvalue
 
-ModelName = Literal["layer", "fem"]
+ModelName = Literal["layer", "fem", "net"]
 MODELS: tuple[str, ...] = get_args(ModelName)
 MIN_SAMPLES, MAX_SAMPLES = 16, 1024
 FEM_MESH = 64
@@ -59,11 +59,18 @@ class SkinOperator(Compliance, Protocol):
 
 @dataclass(frozen=True)
 class TouchModel:
-    """The operator of one skin, grid and precision, with the flat plate's strain."""
+    """The operator of one skin, grid and precision, with the flat plate's strain.
+
+    Attributes:
+        solve: what finds the contact.
+        gradient_tolerance: of the gradient's linear solve; None for the default of the precision.
+    """
 
     skin: Skin
     operator: SkinOperator
     flat_strain: Tensor
+    solve: Solver = solve_contact
+    gradient_tolerance: float | None = None
 
     def press(self, heights: Tensor, start: Tensor | None = None) -> Touch:
         """Press the skin on a batch of reliefs.
@@ -75,7 +82,12 @@ class TouchModel:
         modulus = self.skin.young_modulus_mpa
         mean = self.skin.mean_pressure_mpa(self.operator.size_mm) / modulus
         pressure, gap, approach = press_contact(
-            self.operator, heights, mean, None if start is None else start / modulus
+            self.operator,
+            heights,
+            mean,
+            None if start is None else start / modulus,
+            self.solve,
+            self.gradient_tolerance,
         )
         strain = smallest_eigenvalue(self.operator.strain(pressure)) - self.flat_strain
         fraction = (pressure.detach() > 0.0).to(pressure.dtype).mean((-2, -1))
@@ -98,7 +110,7 @@ def touch_model(
         mesh: nodes a side of the finite elements; without meaning for the layer.
 
     Raises:
-        InputError: an unknown model; `samples`, `size_mm` or `mesh` out of range.
+        InputError: an unknown model; `samples`, `size_mm` or `mesh` out of range; no net for them.
     """
     if model not in MODELS:
         raise InputError(f'touch.model: "{model}" is not one of {", ".join(MODELS)}')
@@ -117,7 +129,14 @@ def touch_model(
     mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
     pressure = solve_contact(operator, flat, mean).pressure
     flat_strain = smallest_eigenvalue(operator.strain(pressure))
-    return TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))
+    known = TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))
+    if model != "net":
+        return known
+    # Only here: the shape of a net and the check of its file are of no use to the other models.
+    from tactile.net import GRADIENT_TOLERANCE, net_solver
+
+    solver = net_solver(skin, samples, size_mm)
+    return replace(known, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE)
 
 
 def press(
@@ -135,8 +154,9 @@ def press(
         size_mm: side of the patch.
         skin: its parameters.
         model: "layer", the elastic layer with free sides; "fem", finite elements (the first press of a skin
-            waits for them to be built: 9 s with 64 nodes a side, 90 s with 128).
-        start: pressures (MPa) to start from.
+            waits for them to be built: 9 s with 64 nodes a side, 90 s with 128); "net", the layer with a
+            trained net in the place of most solver steps, for the grid and skin it was trained for.
+        start: pressures (MPa) to start from; of no use to the net.
         mesh: nodes a side of the finite elements.
 
     Raises:

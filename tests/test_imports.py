@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 FORBIDDEN = {
-    "tactile": {"visual", "optimize", "surrogate", "mitsuba", "drjit"},
+    "tactile": {"visual", "optimize", "mitsuba", "drjit"},
     "visual": {"tactile", "optimize", "surrogate"},
     "surrogate": {"tactile", "visual", "optimize", "mitsuba", "drjit"},
 }

@@ -90,7 +90,7 @@ BAD: Sequence[tuple[str, Sequence[str]]] = [
     ("evaluate plate.exr --force-n -1", ["force_n"]),
     ("evaluate plate.exr --young-modulus-mpa inf", ["young_modulus_mpa"]),
     ("evaluate plate.exr --poisson-ratio 0.5", ["poisson_ratio"]),
-    ("evaluate plate.exr --model net", ["--model", "layer", "fem"]),
+    ("evaluate plate.exr --model net", ["touch.model", "net"]),
     ("optimize run.toml --set verify.resolution=33", ["run.toml", "verify.resolution", "33"]),
     ("optimize run.toml --set verify.resolution=1000", ["run.toml", "verify.resolution", "160"]),
     ("optimize", ["RUN.toml"]),

@@ -47,7 +47,7 @@ def test_reliefs_in_batches_are_felt_as_each_alone(reliefs: np.ndarray, model: s
 def test_single_precision_is_for_the_fields_only(reliefs: np.ndarray) -> None:
     touched = touch_fields(reliefs.astype(np.float32), SIZE, SKIN, "layer")
     assert {name: values.dtype for name, values in touched.items()} == {
-        **dict.fromkeys(("strain", "gap"), np.float32),
+        **dict.fromkeys(("strain", "gap", "pressure"), np.float32),
         **dict.fromkeys(("roughness", "contact_area_mm2", "contact_fraction"), np.float64),
     }
 

@@ -194,7 +194,7 @@ def test_values_that_are_not_finite_are_refused_when_read(folder: Path) -> None:
 
 SETTINGS: dict[str, tuple[Any, str]] = {
     "text for a number": ({"seed": "4"}, "seed"),
-    "another format": ({"format": 2}, "format"),
+    "another format": ({"format": 1}, "format"),
     "an unknown key": ({"colour": 1}, "colour"),
     "an unknown model": ({"touch": "net"}, "touch"),
     "shards without end": ({"shard_size": 10**9}, "shard_size"),

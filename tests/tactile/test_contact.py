@@ -5,7 +5,7 @@ import torch
 
 import tactile.contact
 from tactile import ContactError, Skin, press, roughness
-from tactile.contact import TOLERANCE, ContactState, solve_contact
+from tactile.contact import TOLERANCE, ContactState, approach_contact, solve_contact
 from tactile.hybrid import HybridOperator, hybrid_operator
 from tests.tactile.reliefs import EIGHT, SIZE, bumps, grating, manufactured, moved, waves
 
@@ -179,3 +179,20 @@ def test_a_contact_that_does_not_converge_is_an_error(
     monkeypatch.setattr(tactile.contact, "MAX_STEPS", 3)
     with pytest.raises(ContactError, match="1 of 2 reliefs"):
         solved(operator, torch.stack((RELIEFS["waves"], RELIEFS["flat"] + 0.0)), tolerance=1e-3)
+
+
+def test_a_contact_cut_short_is_where_the_solver_stood_then(operator: HybridOperator) -> None:
+    relief = waves(SAMPLES, 0.8)
+    begun = approach_contact(operator, relief, MEAN_PRESSURE, None, 0)
+    torch.testing.assert_close(begun.pressure, torch.full_like(relief, MEAN_PRESSURE))
+    assert not bool(begun.converged)
+    whole = solve_contact(operator, relief, MEAN_PRESSURE)
+    same = approach_contact(operator, relief, MEAN_PRESSURE, None, whole.steps)
+    assert torch.equal(same.pressure, whole.pressure) and bool(same.converged)
+    misses = [
+        float(
+            (approach_contact(operator, relief, MEAN_PRESSURE, None, steps).pressure - whole.pressure).norm()
+        )
+        for steps in (1, 3, 6)
+    ]
+    assert misses[0] > misses[1] > misses[2] > 0.0

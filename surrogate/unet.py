@@ -1,0 +1,103 @@
+"""A compact U-Net: maps of a relief in, maps of the same size out.
+
+Residual blocks with pre-activation (He et al., ECCV 2016) in the arrangement of Ronneberger et al. (MICCAI
+2015). It works on blocks of pixels rather than pixels (`Shape.block`), which costs a quarter; borders repeat
+their outermost values, because beyond a plate's rim there is nothing rather than zero height.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated, ClassVar
+
+import torch
+from pydantic import ConfigDict, Field
+from torch import Tensor, nn
+from torch.nn import functional
+
+MOST_CHANNELS, MOST_WIDTH, MOST_LEVELS = 64, 512, 6
+"""Of a net from a file: more is no compact net, and could be meant to fill the memory."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """All that decides the parameters of a net but their values.
+
+    Attributes:
+        inputs, outputs: maps that go in and come out.
+        widths: channels of each level, finest first; each level has half the resolution of the last.
+        block: pixels along a side of the squares that the finest level works on.
+    """
+
+    inputs: Annotated[int, Field(ge=1, le=MOST_CHANNELS)]
+    outputs: Annotated[int, Field(ge=1, le=MOST_CHANNELS)]
+    widths: Annotated[
+        tuple[Annotated[int, Field(ge=1, le=MOST_WIDTH)], ...], Field(min_length=1, max_length=MOST_LEVELS)
+    ] = (16, 32, 48, 64)
+    block: Annotated[int, Field(ge=1, le=4)] = 2
+
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
+
+    @property
+    def multiple(self) -> int:
+        """What the side of a map must be a multiple of."""
+        return int(self.block * 2 ** (len(self.widths) - 1))
+
+
+class UNet(nn.Module):
+    """(batch, inputs, n, n) to (batch, outputs, n, n); n a multiple of ``shape.multiple``.
+
+    Its last layer begins at zero: an untrained net adds nothing to what its user starts from.
+    """
+
+    def __init__(self, shape: Shape) -> None:
+        super().__init__()
+        self.shape = shape
+        widths, pixels = shape.widths, shape.block**2
+        self.enter = _convolution(pixels * shape.inputs, widths[0])
+        self.first = Residual(widths[0], widths[0])
+        steps = list(pairwise(widths))
+        self.down = nn.ModuleList(Residual(fine, coarse) for fine, coarse in steps)
+        self.up = nn.ModuleList(Residual(coarse + fine, fine) for fine, coarse in steps)
+        self.leave = _convolution(widths[0], pixels * shape.outputs)
+        nn.init.zeros_(self.leave.weight)
+        if self.leave.bias is not None:
+            nn.init.zeros_(self.leave.bias)
+
+    def forward(self, maps: Tensor) -> Tensor:
+        if maps.shape[-1] % self.shape.multiple or maps.shape[-2] % self.shape.multiple:
+            raise ValueError(f"maps of {tuple(maps.shape[-2:])} are no multiple of {self.shape.multiple}")
+        x = self.first(self.enter(functional.pixel_unshuffle(maps, self.shape.block)))
+        kept = []
+        for block in self.down:
+            kept.append(x)
+            x = block(functional.avg_pool2d(x, 2))
+        for block in reversed(self.up):
+            wide = functional.interpolate(x, scale_factor=2, mode="bilinear", align_corners=False)
+            x = block(torch.cat((wide, kept.pop()), dim=1))
+        return functional.pixel_shuffle(self.leave(functional.silu(x)), self.shape.block)
+
+
+class Residual(nn.Module):
+    """Two convolutions beside a shortcut."""
+
+    def __init__(self, inputs: int, outputs: int) -> None:
+        super().__init__()
+        self.one = _convolution(inputs, outputs)
+        self.two = _convolution(outputs, outputs)
+        self.shortcut = nn.Conv2d(inputs, outputs, 1) if inputs != outputs else nn.Identity()
+
+    def forward(self, x: Tensor) -> Tensor:
+        inner: Tensor = self.two(functional.silu(self.one(functional.silu(x))))
+        shortcut: Tensor = self.shortcut(x)
+        return shortcut + inner
+
+
+def _convolution(inputs: int, outputs: int) -> nn.Conv2d:
+    return nn.Conv2d(inputs, outputs, 3, padding=1, padding_mode="replicate")
+
+
+def parameters(net: nn.Module) -> int:
+    """How many numbers a net has."""
+    return sum(values.numel() for values in net.parameters())

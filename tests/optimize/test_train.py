@@ -1,0 +1,159 @@
+"""`retouch train` makes of a data set a net that errs less than what it started from, and says how much."""
+
+import json
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+import tactile
+from optimize.cli import main
+from optimize.dataset import make, plan
+from optimize.touch_accuracy import errors, felt
+from optimize.touch_task import examples_of, touch_task
+from optimize.train import CURVES_PAGE, Order, train_touch
+from optimize.workers import run_here
+from surrogate.augment import SYMMETRIES
+from surrogate.fieldset import open_fieldset
+from surrogate.training import Settings
+from surrogate.training import errors as errors_of
+from surrogate.training_file import CURVES, NAME
+from surrogate.unet import UNet
+from surrogate.weights import load_net, weights_path
+from tactile.net import CHANNELS
+from tests.tactile.reliefs import SIZE
+
+SIDE = 32
+SETTINGS = Settings(seed=1, epochs=12, batch=8, warmup=5)
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A corpus of which a net can be trained in seconds."""
+    folder = tmp_path_factory.mktemp("data")
+    wanted = plan(5, 96, (), touch="layer", lights="none", samples=SIDE)
+    assert not make(wanted, folder, partial(run_here, workers=1), lambda made: None)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def order(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Order:
+    out = tmp_path_factory.mktemp("out")
+    return Order(data, out, SETTINGS, widths=(8, 12, 16), tested=6, reference="layer")
+
+
+@pytest.fixture(scope="module")
+def trained(order: Order) -> Order:
+    train_touch(order)
+    return order
+
+
+def test_a_net_errs_less_than_the_solver_steps_that_it_starts_from(trained: Order) -> None:
+    """The configuration that continuous integration trains: under a minute on one core."""
+    data = open_fieldset(trained.data)
+    task = touch_task(tactile.Skin(), SIDE, SIZE)
+    validation = examples_of(data, "validation", task)
+    net, card = load_net("touch", trained.out)
+    untrained = float(errors_of(UNet(net.shape), task, validation).mean())
+    error = float(errors_of(net, task, validation).mean())
+    assert error < 0.8 * untrained and error < 0.35
+    assert card.training["best validation error"] == pytest.approx(error, rel=1e-5)
+
+
+def test_its_card_tells_what_it_is_and_how_far_it_errs(trained: Order) -> None:
+    _, card = load_net("touch", trained.out)
+    assert card.shape.inputs == CHANNELS and card.shape.widths == (8, 12, 16)
+    assert card.valid["samples"] == SIDE and card.valid["poisson_ratio"] == 0.48
+    assert card.data["train textures"] == open_fieldset(trained.data).count("train")
+    assert card.training["seed"] == 1 and card.training["epochs done"] == 12
+    assert 0.0 < card.errors["roughness_median_percent"] < 15.0
+    assert 0.5 < card.errors["gradient_cosine_median"] <= 1.0
+    assert card.versions["torch"].startswith(torch.__version__.partition("+")[0])
+    assert len(card.sample) == 4
+
+
+def test_it_leaves_curves(trained: Order) -> None:
+    assert len((trained.out / CURVES).read_text(encoding="utf-8").splitlines()) == 12
+    page = (trained.out / CURVES_PAGE).read_text(encoding="utf-8")
+    assert "<svg" in page and "12 epochs" in page and "http" not in page
+
+
+def test_a_training_that_was_stopped_ends_at_the_same_file(trained: Order, tmp_path: Path) -> None:
+    again = replace(trained, out=tmp_path)
+
+    def stop(epoch: object) -> None:
+        if getattr(epoch, "number", 0) == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train_touch(again, stop)
+    assert (tmp_path / NAME).is_file() and not weights_path("touch", tmp_path).exists()
+    train_touch(replace(again, resume=True))
+    assert weights_path("touch", tmp_path).read_bytes() == weights_path("touch", trained.out).read_bytes()
+
+
+def test_the_task_is_as_symmetric_as_the_square(trained: Order) -> None:
+    task = touch_task(tactile.Skin(), SIDE, SIZE)
+    validation = examples_of(open_fieldset(trained.data), "validation", task)
+    net, _ = load_net("touch", trained.out)
+    blind = UNet(net.shape)
+    for symmetry in range(SYMMETRIES):
+        found = task.errors(blind, task.moved(validation, symmetry))
+        torch.testing.assert_close(found, task.errors(blind, validation), rtol=1e-3, atol=1e-5)
+
+
+def test_a_model_compared_with_itself_has_no_error() -> None:
+    reliefs = np.random.default_rng(0).uniform(0.0, 0.5, (3, SIDE, SIDE)).astype(np.float32)
+    reliefs[2] = 0.0
+    found = felt(partial(tactile.press, size_mm=SIZE), reliefs, SIZE, torch.float64, 2)
+    same = errors(found, found)
+    assert same["textures"] == 3 and same["textures_with_roughness"] == 2
+    assert same["roughness_mean_percent"] == same["contact_area_95th_percent"] == 0.0
+    assert same["gradient_cosine_5th"] == pytest.approx(1.0)
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(["train", "touch", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.startswith("retouch: ") and err.count("\n") == 1
+    return err
+
+
+def test_the_command_trains_and_tells(
+    trained: Order, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Against finite elements, on few textures."""
+    arguments = ["--data", str(trained.data), "-o", str(tmp_path), "--epochs", "1", "--widths", "4,4"]
+    assert main(["train", "touch", *arguments]) == 0
+    told, shown = capsys.readouterr()
+    assert shown.startswith("epoch 1: loss ") and "all of 1 epochs are done" in told
+    assert "roughness median percent: " in told
+    assert json.loads((tmp_path / "touch.json").read_text(encoding="utf-8"))["versions"]["reference"] == "fem"
+
+
+def test_a_training_that_goes_astray_leaves_no_net(
+    trained: Order, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = str(tmp_path / "astray")
+    arguments = ["--widths", "4,4", "--epochs", "2", "--learning-rate", "1e30", "-q"]
+    assert "--learning-rate" in refusal(capsys, "--data", str(trained.data), "-o", out, *arguments)
+    assert not weights_path("touch", Path(out)).exists()
+
+
+def test_what_is_wrong_is_told_in_one_line(
+    trained: Order, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data, new = ["--data", str(trained.data)], str(tmp_path / "new")
+    assert "dataset.json" in refusal(capsys, "--data", new, "-o", new)
+    assert "--resume" in refusal(capsys, *data, "-o", str(trained.out))
+    assert "nothing to go on from" in refusal(capsys, *data, "-o", new, "--resume")
+    assert "begun with" in refusal(capsys, *data, "-o", str(trained.out), "--resume", "--seed", "7")
+    assert "--minutes" in refusal(capsys, *data, "-o", new, "--minutes", "-1")
+    assert "--widths" in refusal(capsys, *data, "-o", new, "--widths", "8,x")
+    assert "multiple of 128" in refusal(capsys, *data, "-o", new, "--widths", "2,2,2,2,2,2")
+    if not torch.cuda.is_available():
+        assert "--device" in refusal(capsys, *data, "-o", new, "--device", "cuda")
+    assert not (tmp_path / "new").exists()
