@@ -8,7 +8,8 @@ from optimize.cli_options import seed, whole_number
 HELP = "train the learned models on a data set"
 DESCRIPTION = """\
 Trains a net on the fields that `retouch dataset` made, stops when validation gets no better, and measures it
-against finite elements on textures that it has not seen. DIR gets the weights, the card that says what they
+on textures that it has not seen: touch, the contact of the skin, against finite elements; look, ambient light,
+against horizons. DIR gets the weights, the card that says what they
 are and how far they err, and the curves. After every epoch there is a checkpoint: with --resume the same
 command goes on from it, and ends at the same weights.
 """
@@ -17,6 +18,7 @@ examples:
   retouch dataset -o data --count 6300 --lights none
   retouch train touch --data data -o nets/touch
   retouch train touch --data data -o nets/touch --resume
+  retouch train look --data data -o nets/look        (a data set with pictures)
 
 What is trained, and how good it is, is told in docs/learned.md.
 """
@@ -24,7 +26,7 @@ MOST_EPOCHS = 100_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("net", choices=("touch",), help="which net")
+    parser.add_argument("net", choices=("touch", "look"), help="which net")
     parser.add_argument(
         "--data", type=Path, required=True, metavar="FOLDER", help="data set of `retouch dataset`"
     )
@@ -61,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     import torch
 
-    from optimize.train import Order, train_touch
+    from optimize.train import Order, train_net
     from surrogate.training import Settings
     from visual.errors import InputError
 
@@ -81,12 +83,13 @@ def run(arguments: argparse.Namespace) -> int:
         **({} if arguments.widths is None else {"widths": arguments.widths}),
     )
     if arguments.quiet:
-        train_touch(order)
+        train_net(arguments.net, order)
         return 0
     from rich.console import Console
 
     told = Console(highlight=False, stderr=True)
-    card = train_touch(
+    card = train_net(
+        arguments.net,
         order,
         lambda e: told.print(
             f"epoch {e.number}: loss {e.loss:.4f}, validation {e.error:.4f}, {e.seconds:.0f} s"

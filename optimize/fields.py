@@ -117,3 +117,13 @@ def _studio(samples: int, strata: int) -> Relit:
 
     checked = check_scene(STUDIO, {"resolution": str(samples)})
     return Relit(Scene(checked, np.zeros((samples, samples)), VARIANT), strata)
+
+
+def studio_material() -> Any:
+    """The Mitsuba BSDF of the plate in the paper's studio."""
+    from visual.check import check_scene
+    from visual.exact import plate_bsdf
+    from visual.scene import Scene
+
+    scene = Scene(check_scene(STUDIO, {"resolution": "16"}), np.zeros((16, 16)), VARIANT)
+    return plate_bsdf(scene.light_scenes()[0].scene)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import torch
 from torch import Tensor, nn
 
@@ -130,17 +129,6 @@ def examples_of(data: Fieldset, split: Split, task: TouchTask) -> dict[str, Tens
     if not parts:
         raise InputError(f"{data.folder}: no texture with fields is for {split}")
     return {name: torch.cat([part[name] for part in parts]) for name in parts[0]}
-
-
-def reliefs_of(data: Fieldset, split: Split, count: int) -> np.ndarray:
-    """(at most count, n, n) the first heights, mm, of a split."""
-    reliefs: list[np.ndarray] = []
-    for shard in data.shards:
-        if len(reliefs) >= count:
-            break
-        reliefs += list(shard.read("heights", shard.places(split)))
-    side = data.asked.samples
-    return np.stack(reliefs[:count]) if reliefs else np.zeros((0, side, side), np.float32)
 
 
 def skin_of(data: Fieldset) -> tactile.Skin:

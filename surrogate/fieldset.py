@@ -8,13 +8,16 @@ import json
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from surrogate.asked import Asked, read_asked
 from surrogate.errors import InputError
 from surrogate.manifest import parse_problem
-from surrogate.shard import Failure, Shard, open_shard
+from surrogate.shard import Failure, Shard, layout, open_shard
 from surrogate.splits import Split
 
 SHARDS = "shards"
@@ -90,3 +93,14 @@ def read_failures(folder: Path) -> Iterator[Failure]:
         raise InputError(f"{path}: {error.strerror}") from error
     except ValidationError as error:
         raise InputError(f"{path}: {parse_problem(error)}") from error
+
+
+def first_of(data: Fieldset, name: str, split: Split, count: int) -> NDArray[Any]:
+    """(at most count, ...) the first values of a tensor, by the order of the shards, of a split."""
+    values: list[NDArray[Any]] = []
+    for shard in data.shards:
+        if len(values) >= count:
+            break
+        values += list(shard.read(name, shard.places(split)))
+    shape, kind = layout(data.asked, 1)[name]
+    return np.stack(values[:count]) if values else np.zeros((0, *shape[1:]), kind)

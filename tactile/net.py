@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import torch
 from torch import Tensor, nn
@@ -26,7 +27,7 @@ from tactile.errors import InputError
 from tactile.hybrid import HybridOperator, hybrid_operator
 from tactile.skin import Skin
 
-KIND = "touch"
+KIND: Literal["touch"] = "touch"
 CHANNELS = 6
 STEPS_BEFORE, STEPS_AFTER = 2, 1
 """Solver steps before and after the net: the fewest found with which contact area errs by less than 2 %."""

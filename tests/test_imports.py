@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 
 FORBIDDEN = {
     "tactile": {"visual", "optimize", "mitsuba", "drjit"},
-    "visual": {"tactile", "optimize", "surrogate"},
+    "visual": {"tactile", "optimize"},
     "surrogate": {"tactile", "visual", "optimize", "mitsuba", "drjit"},
 }
 

@@ -7,11 +7,9 @@ some parallel ones stand for, constant light from all around, direct light only,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
@@ -19,7 +17,6 @@ from torch import Tensor
 from visual import swept
 from visual.sky import Sky
 from visual.slope_table import SlopeTable
-from visual.view import Pictures
 
 Array = NDArray[np.float64]
 
@@ -49,7 +46,7 @@ class QuickLook:
     def pictures(self, heights: Tensor) -> Tensor:
         """(..., conditions, n, n) radiance of heights (..., n, n) in mm, differentiable by them."""
         flat = heights.reshape(-1, *heights.shape[-2:])
-        each = torch.stack([_pooled(self._quarters(relief)) for relief in flat])
+        each = torch.stack([swept.pooled(self._quarters(relief)) for relief in flat])
         return each.view(*heights.shape[:-2], *each.shape[1:])
 
     def _quarters(self, heights: Tensor) -> Tensor:
@@ -62,24 +59,13 @@ class QuickLook:
             for toward, condition, faces in zip(self.toward, self.condition, radiance, strict=True):
                 way = swept.sweep(self.samples, self.size_mm, toward, heights.dtype)
                 shares = swept.lit_shares(way.clearance(fine))
-                pictures[condition] = pictures[condition] + _added(shares * swept.of_quarters(faces))
+                pictures[condition] = pictures[condition] + swept.shown(shares * swept.of_quarters(faces))
         if self.sky is not None:
-            unhidden = _added(swept.of_quarters(self.sky.table.to(heights.dtype)(*slopes)[0]))
-            openness = self.sky.openness(heights, self.size_mm, _pooled(unhidden))
+            unhidden = swept.shown(swept.of_quarters(self.sky.table.to(heights.dtype)(*slopes)[0]))
+            openness = self.sky.openness(heights, self.size_mm, swept.pooled(unhidden))
             around = unhidden * _spread(openness)
             pictures = [picture + around for picture in pictures]
         return torch.stack(pictures)
-
-
-def _added(triangles: Tensor) -> Tensor:
-    """(..., 2n, 2n): a quarter of a pixel is two triangles of equal size."""
-    return triangles.mean(-3)
-
-
-def _pooled(quarters: Tensor) -> Tensor:
-    """(..., n, n): a pixel is four quarters."""
-    side = quarters.shape[-1] // 2
-    return quarters.view(*quarters.shape[:-2], side, 2, side, 2).mean((-3, -1))
 
 
 def _spread(pixels: Tensor) -> Tensor:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import torch
 from torch import Tensor, nn
@@ -23,7 +24,7 @@ from surrogate.weights import FOLDER, load_net
 from visual.errors import InputError
 from visual.slope_table import SlopeTable
 
-KIND = "look"
+KIND: Literal["look"] = "look"
 REACHES = (3, 9, 27)
 """Sides, in pixels, of the squares over which heights are averaged for the net to compare with."""
 CHANNELS = 5 + len(REACHES)

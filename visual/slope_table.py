@@ -52,11 +52,10 @@ class SlopeTable:
 def light_table(bsdf: Any, lights: ParallelLights, entries: int = ENTRIES) -> SlopeTable:
     """Of a Mitsuba BSDF under each of some parallel lights."""
     slope_x, slope_y = _slopes(entries)
+    single = zip(lights.toward, lights.irradiance, strict=True)
     radiance = [
-        unshadowed(
-            bsdf, slope_x, slope_y, ParallelLights(lights.toward[k : k + 1], lights.irradiance[k : k + 1]), ABOVE
-        )
-        for k in range(len(lights))
+        unshadowed(bsdf, slope_x, slope_y, ParallelLights(toward[None], irradiance[None]), ABOVE)
+        for toward, irradiance in single
     ]
     return SlopeTable(torch.from_numpy(np.concatenate(radiance).reshape(-1, entries, entries)))
 

@@ -1,4 +1,4 @@
-"""Shadows of parallel lights on a relief seen from straight above, without a ray: one running maximum a light.
+"""Shadows of parallel lights on a relief seen from straight above: one running maximum a light, and no ray.
 
 Walk away from the light, and add to every height what the light's way has come down by then. A point is lit
 exactly if nothing on the way was higher in that measure, and by how much it is higher, or lower, is its
@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import torch
@@ -26,8 +27,8 @@ from torch.nn import functional
 
 NOWHERE = -1e4
 """Height, mm, beside the plate: nothing there casts a shadow."""
-import os
-DENSITY = int(os.environ.get("DENS","1"))
+DENSITY = 1
+"""Lines a row of corners. Pictures of gravel err by 1.9 % of their mean with 1, 1.6 with 2, 1.5 with 4."""
 
 
 def framed(heights: Tensor) -> Tensor:
@@ -65,12 +66,12 @@ class Sweep:
     counted from the light's side of the plate.
 
     Attributes:
-        below, above: (lines, columns) corners between which a line crosses a column, as flat numbers; one past
-            the last for nowhere.
+        below, above: (lines, columns) corners between which a line crosses a column, as flat numbers; one
+            past the last for nowhere.
         part: (lines, columns) weight of the corners above.
         rise: (columns,) mm by which the light's way lies lower there than at the first column.
-        nearer, farther: (corners,) place among the lines, in the column before a corner's own, of the two lines
-            beside the corner, as flat numbers of (lines, columns + 1): before the first column lies nothing.
+        nearer, farther: (corners,) the two lines beside a corner, in the column before its own, as flat
+            numbers of (lines, columns + 1): before the first column lies nothing.
         share: (corners,) weight of `farther`.
         raised: (corners,) the same at corners, mm.
     """
@@ -85,7 +86,7 @@ class Sweep:
     raised: Tensor
 
     def clearance(self, fine: Tensor) -> Tensor:
-        """(m, m) mm by which corners of heights (m, m) stand above the shadow cast on them; negative in it."""
+        """(m, m) mm by which corners of heights (m, m) stand above the shadow that falls there, or below."""
         flat = fine.reshape(-1)
         known = torch.cat((flat, flat.new_full((1,), NOWHERE)))
         lines = torch.lerp(known[self.below], known[self.above], self.part) + self.rise
@@ -131,7 +132,7 @@ def sweep(samples: int, size_mm: float, toward: tuple[float, float, float], dtyp
     def whole(values: NDArray[np.int64]) -> Tensor:
         return torch.from_numpy(np.ascontiguousarray(values))
 
-    def real(values: NDArray[np.float64]) -> Tensor:
+    def real(values: NDArray[Any]) -> Tensor:
         return torch.from_numpy(np.ascontiguousarray(values)).to(dtype)
 
     near = (before * (side + 1) + column).ravel()[order]
@@ -159,7 +160,8 @@ def lit_shares(clearance: Tensor) -> Tensor:
     diagonal = above[:-1, 1:] + above[1:, :-1]
     count = torch.stack((above[:-1, :-1], above[1:, 1:])) + diagonal
     cut = torch.nonzero((count == 1) | (count == 2), as_tuple=True)
-    first, second, third = torch.stack((upper, lower), dim=1)[:, *cut]
+    which, row, column = cut
+    first, second, third = torch.stack((upper, lower), dim=1)[:, which, row, column]
     share = (count == 3).to(clearance.dtype)
     return share.index_put(cut, _positive_part(first, second, third))
 
@@ -176,7 +178,7 @@ def _positive_part(first: Tensor, second: Tensor, third: Tensor) -> Tensor:
 
 
 def of_quarters(faces: Tensor) -> Tensor:
-    """(..., 2, 2n, 2n) values of triangles of quarters of pixels, of faces (..., 2, n + 1, n + 1) of cells."""
+    """(..., 2, 2n, 2n) values of triangles of quarters of pixels, of faces (..., 2, n + 1, n + 1)."""
     n = faces.shape[-1] - 1
     first, second = faces.unbind(-3)
     fine = faces.new_empty(*faces.shape[:-2], 2 * n, 2 * n)
@@ -187,3 +189,14 @@ def of_quarters(faces: Tensor) -> Tensor:
     fine[..., 1, 1::2, 0::2] = second[..., 1:, :-1]
     fine[..., 1::2, 1::2] = first[..., None, 1:, 1:]
     return fine
+
+
+def shown(triangles: Tensor) -> Tensor:
+    """(..., 2n, 2n) of quarters of pixels, each of which is two triangles (..., 2, 2n, 2n) of equal size."""
+    return triangles.mean(-3)
+
+
+def pooled(quarters: Tensor) -> Tensor:
+    """(..., n, n): a pixel is four quarters (..., 2n, 2n)."""
+    side = quarters.shape[-1] // 2
+    return quarters.view(*quarters.shape[:-2], side, 2, side, 2).mean((-3, -1))

@@ -14,7 +14,7 @@ from optimize.cli import main
 from optimize.dataset import make, plan
 from optimize.touch_accuracy import errors, felt
 from optimize.touch_task import examples_of, touch_task
-from optimize.train import CURVES_PAGE, Order, train_touch
+from optimize.train import CURVES_PAGE, Order, train_net
 from optimize.workers import run_here
 from surrogate.augment import SYMMETRIES
 from surrogate.fieldset import open_fieldset
@@ -47,7 +47,7 @@ def order(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Order:
 
 @pytest.fixture(scope="module")
 def trained(order: Order) -> Order:
-    train_touch(order)
+    train_net("touch", order)
     return order
 
 
@@ -89,9 +89,9 @@ def test_a_training_that_was_stopped_ends_at_the_same_file(trained: Order, tmp_p
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train_touch(again, stop)
+        train_net("touch", again, stop)
     assert (tmp_path / NAME).is_file() and not weights_path("touch", tmp_path).exists()
-    train_touch(replace(again, resume=True))
+    train_net("touch", replace(again, resume=True))
     assert weights_path("touch", tmp_path).read_bytes() == weights_path("touch", trained.out).read_bytes()
 
 
