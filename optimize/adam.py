@@ -68,7 +68,11 @@ class AdamDescent:
     def _pictures(self, heights: Tensor) -> Tensor:
         problem = self._problem
         pictures = problem.scene.render(
-            heights, samples=problem.samples, seed=problem.seed, shadow_edges=problem.shadow_edges
+            heights,
+            samples=problem.samples,
+            seed=problem.seed,
+            model=problem.look,
+            shadow_edges=problem.shadow_edges,
         )
         return pictures * self._unit
 

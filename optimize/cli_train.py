@@ -8,10 +8,10 @@ from optimize.cli_options import seed, whole_number
 HELP = "train the learned models on a data set"
 DESCRIPTION = """\
 Trains a net on the fields that `retouch dataset` made, stops when validation gets no better, and measures it
-on textures that it has not seen: touch, the contact of the skin, against finite elements; look, ambient light,
-against horizons. DIR gets the weights, the card that says what they
-are and how far they err, and the curves. After every epoch there is a checkpoint: with --resume the same
-command goes on from it, and ends at the same weights.
+on textures that it has not seen: touch, the contact of the skin, against finite elements; look, ambient
+light, against horizons. DIR gets the weights, the card that says what they are and how far they err, and the
+curves. After every epoch there is a checkpoint: with --resume the same command goes on from it, and ends at
+the same weights.
 """
 EPILOG = """\
 examples:

@@ -75,13 +75,6 @@ class Look(_Section):
     weight: NotNegative = 1.0
     samples: Samples | None = None
 
-    @field_validator("model")
-    @classmethod
-    def _shipped(cls, model: str) -> str:
-        if model == "net":
-            raise ValueError("the rendering net is not shipped in this version; use exact")
-        return model
-
 
 class Descent(_Section):
     """``[descent]``: the way down, its largest number of steps, and when the target counts as reached.

@@ -23,7 +23,8 @@ from optimize.loop import Iterate
 from optimize.problem import Feel, Problem, within_limits
 from tactile.sparse import factorised
 from visual.boundaries import EdgeSamples
-from visual.view import Pictures
+from visual.quick_view import QuickView
+from visual.view import Pictures, View
 
 Array = NDArray[np.float64]
 
@@ -114,8 +115,7 @@ class GaussNewton:
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
-        resolution = REFINEMENT * max(problem.scene.resolution)
-        self._views = problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
+        self._views = _views(problem)
         # With the Jacobian, because the first step mostly starts here.
         self._original = self._evaluate(problem.heights)
         target = np.concatenate([of_view.pictures for of_view in self._original])
@@ -233,6 +233,14 @@ class GaussNewton:
             load -= weight * (weighted.T @ (picture * self._unit - target).ravel())
         damping = 2.0 * (sp.identity(heights.size, format="csr") + SMOOTHING * differences)
         return _System(matrix, damping, load)
+
+
+def _views(problem: Problem) -> tuple[View | QuickView, ...]:
+    """What the pictures of steps and their Jacobians come from."""
+    if problem.look == "net":
+        return (QuickView(problem.scene.quick_look()),)
+    resolution = REFINEMENT * max(problem.scene.resolution)
+    return problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
 
 
 def _response(system: _System, damping: float, gradients: Array) -> _Response:

@@ -50,7 +50,7 @@ def look_lesson(data: Fieldset, tested: int) -> Lesson:
 @lru_cache(maxsize=1)
 def studio_sky() -> SlopeTable:
     """The studio's material under a sky of radiance 1."""
-    return sky_table(studio_material(), 1.0)
+    return sky_table(studio_material(), np.ones(3))
 
 
 def measure_look_net(

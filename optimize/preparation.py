@@ -77,6 +77,7 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
         samples=settings.look.samples or ADAM_SAMPLES,
         seed=settings.seed,
         touch=touch.model,
+        look=settings.look.model,
     )
     glimpse = scene.render(samples=1, seed=settings.seed)
     if float(glimpse.mean()) < BLACK * scene.white:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import tactile
 from tactile.area import GAP_WEIGHT_PER_MM
 from tactile.model import ModelName
-from visual.scene import Scene
+from visual.scene import LookModel, Scene
 
 Array = NDArray[np.float64]
 
@@ -78,7 +78,7 @@ class Problem:
         shadow_edges: whether picture gradients follow shadow boundaries.
         samples: a pixel, of pictures rendered by Mitsuba during descent.
         seed: of everything random.
-        touch: the model that steers the descent.
+        touch, look: the models that steer the descent.
     """
 
     heights: Array
@@ -92,6 +92,7 @@ class Problem:
     samples: int = 16
     seed: int = 0
     touch: ModelName = "layer"
+    look: LookModel = "exact"
     model: tactile.TouchModel = field(init=False)
 
     def __post_init__(self) -> None:

@@ -7,18 +7,20 @@ some parallel ones stand for, constant light from all around, direct light only,
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from visual import swept
 from visual.sky import Sky
 from visual.slope_table import SlopeTable
 
-Array = NDArray[np.float64]
+EVERY = -1
+"""Condition of a light that shines in all of them."""
+OVERHEAD = 1e-6
+"""Horizontal part of the direction toward a light straight above, which casts no shadow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +30,9 @@ class QuickLook:
     Attributes:
         samples: height samples a side, and pixels.
         size_mm: side of the plate.
-        toward: (lights, 3) unit vectors toward parallel lights.
-        condition: (lights,) the picture that each of them shines in.
-        conditions: how many there are.
+        toward: unit vectors toward parallel lights.
+        condition: for each of them the number of the picture that it shines in, or `EVERY`.
+        conditions: how many pictures there are.
         table: radiance of faces under each light; None without lights.
         sky: light from all around; None without.
     """
@@ -44,30 +46,39 @@ class QuickLook:
     sky: Sky | None
 
     def pictures(self, heights: Tensor) -> Tensor:
-        """(..., conditions, n, n) radiance of heights (..., n, n) in mm, differentiable by them."""
-        flat = heights.reshape(-1, *heights.shape[-2:])
-        each = torch.stack([swept.pooled(self._quarters(relief)) for relief in flat])
-        return each.view(*heights.shape[:-2], *each.shape[1:])
+        """(..., conditions, n, n) radiance of heights (..., n, n) in mm, differentiable by them.
 
-    def _quarters(self, heights: Tensor) -> Tensor:
-        """(conditions, 2n, 2n) radiance of the quarters of pixels."""
+        All in single precision, whatever that of the heights.
+        """
+        flat = heights.reshape(-1, *heights.shape[-2:])
+        each = torch.stack([self._pictures(relief.float()) for relief in flat])
+        return each.view(*heights.shape[:-2], *each.shape[1:]).to(heights.dtype)
+
+    def _pictures(self, heights: Tensor) -> Tensor:
         slopes = swept.slopes(heights, self.size_mm)
-        fine = swept.refined(heights)
-        pictures = [heights.new_zeros(2 * self.samples, 2 * self.samples)] * self.conditions
+        alone: list[list[Tensor]] = [[] for _ in range(self.conditions)]
         if self.table is not None:
+            fine = swept.refined(heights)
             radiance = self.table.to(heights.dtype)(*slopes)
             for toward, condition, faces in zip(self.toward, self.condition, radiance, strict=True):
-                way = swept.sweep(self.samples, self.size_mm, toward, heights.dtype)
-                shares = swept.lit_shares(way.clearance(fine))
-                pictures[condition] = pictures[condition] + swept.shown(shares * swept.of_quarters(faces))
+                triangles = swept.of_quarters(faces)
+                if math.hypot(*toward[:2]) > OVERHEAD:
+                    way = swept.sweep(self.samples, self.size_mm, toward, heights.dtype)
+                    triangles = swept.lit_shares(way.clearance(fine)) * triangles
+                picture = swept.pooled(swept.shown(triangles))
+                for shining in alone if condition == EVERY else alone[condition : condition + 1]:
+                    shining.append(picture)
         if self.sky is not None:
-            unhidden = swept.shown(swept.of_quarters(self.sky.table.to(heights.dtype)(*slopes)[0]))
-            openness = self.sky.openness(heights, self.size_mm, swept.pooled(unhidden))
-            around = unhidden * _spread(openness)
-            pictures = [picture + around for picture in pictures]
-        return torch.stack(pictures)
+            faces = self.sky.table.to(heights.dtype)(*slopes)[0]
+            quarters = swept.shown(swept.of_quarters(faces))
+            unhidden = swept.pooled(quarters)
+            around = unhidden * self.sky.openness(heights, self.size_mm, unhidden)
+            for shining in alone:
+                shining.append(around)
+        dark = heights.new_zeros(heights.shape)
+        return torch.stack([sum(shining, dark) for shining in alone])
 
 
-def _spread(pixels: Tensor) -> Tensor:
+def shared(pixels: Tensor) -> Tensor:
     """(2n, 2n): every pixel's value on its quarters."""
     return pixels.repeat_interleave(2, 0).repeat_interleave(2, 1)

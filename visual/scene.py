@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 import torch
@@ -16,12 +16,17 @@ from visual.boundaries import EdgeSamples, darkness, surroundings
 from visual.check import CheckedScene, check_scene, instantiate
 from visual.describe import PARALLEL, Description, Light, Plate, describe
 from visual.errors import InputError
-from visual.lights import LUMINANCE, Quadrature, parallel_obstacle, prepare
+from visual.lights import LUMINANCE, ParallelLights, Quadrature, parallel_obstacle, prepare
 from visual.needs import casts_shadows, met_by_chance, needs_of
 from visual.projection import from_above, projection_of
 from visual.view import Illumination, View
 
+if TYPE_CHECKING:
+    from visual.quick_look import QuickLook
+
 Array = NDArray[np.float64]
+LookModel = Literal["exact", "net"]
+MODELS: tuple[str, ...] = get_args(LookModel)
 
 FIXED_DIRECTIONS = 24
 """Directions that stand for each light that is not parallel in `Scene.views`. Under ambient light gradients
@@ -67,6 +72,7 @@ class Scene:
         self.weights = np.array(self._needs.weights)
         self._loaded: dict[tuple[int, ...], exact.LightScene] = {}
         self._quadratures: dict[tuple[int, ...], Quadrature] = {}
+        self._quick: QuickLook | None = None
         self.white = self._white()
 
     def render(
@@ -75,7 +81,7 @@ class Scene:
         size_mm: float | None = None,
         samples: int | None = None,
         seed: int = 0,
-        model: Literal["exact"] = "exact",
+        model: LookModel = "exact",
         *,
         resolution: int | None = None,
         shadow_edges: bool = True,
@@ -87,7 +93,8 @@ class Scene:
             size_mm: must agree with the scene's plate if given.
             samples: a pixel; default as the scene file says.
             seed: the same seed, the same pictures.
-            model: "exact", Mitsuba with shadow edges in its gradient.
+            model: "exact", Mitsuba with shadow edges in its gradient; "net", `visual.quick_look`, which takes
+                no samples, no seed and no other resolution.
             resolution: pixels along the film's longer side instead of its own.
             shadow_edges: whether the gradient follows shadow boundaries.
 
@@ -98,8 +105,8 @@ class Scene:
             InputError: heights of another shape or not finite; a gradient is asked for that this scene or
             variant has not.
         """
-        if model != "exact":
-            raise InputError(f'look.model: "{model}" is not one of "exact"')
+        if model not in MODELS:
+            raise InputError(f'look.model: "{model}" is not one of {", ".join(MODELS)}')
         self.check_size(size_mm)
         variants.use(self.variant)
         field = torch.as_tensor(self.heights if heights is None else heights)
@@ -111,6 +118,8 @@ class Scene:
             )
         if not bool(torch.isfinite(field).all()):
             raise InputError("heights: not every value is finite")
+        if model == "net":
+            return self.quick_look().pictures(field)
         if field.requires_grad:
             self._require_gradients()
         suns = tuple(self._light_scene((light,), resolution) for light in self._needs.alone)
@@ -173,6 +182,23 @@ class Scene:
             [self._needs.around] if self._needs.around else []
         )
         return tuple(self._light_scene(group, resolution) for group in groups)
+
+    def quick_look(self) -> QuickLook:
+        """What makes these pictures quickly and roughly, made once; it needs Mitsuba no longer.
+
+        Raises:
+            InputError: what of this scene it cannot show, or that it has no net for its ambient light.
+        """
+        if self._quick is None:
+            from visual.quick_scene import quick_look
+
+            variants.use(self.variant)
+            self._quick = quick_look(self._checked.path, self, self._needs, self._description.ambient)
+        return self._quick
+
+    def illumination(self, light: Light, directions: int = FIXED_DIRECTIONS) -> ParallelLights:
+        """Fixed parallel lights that stand for one of the scene's."""
+        return self._quadrature((light,), directions).lights()
 
     def check_size(self, size_mm: float | None) -> None:
         """Raise InputError if a size is given that is not the plate's."""

@@ -1,14 +1,16 @@
 """Ambient light by a trained net: how much of the sky each pixel of a relief sees, as its material counts it.
 
-    radiance = that of the pixel's faces under a sky that nothing hides * openness
+    radiance = that of the pixel's faces under a sky that nothing hides * openness * the net's correction
 
-The first factor is exact (`visual.slope_table`). The second is a net's, from heights and lengths alone: no
-unit, no light and no strength of it is in it, and a square turned or mirrored gives the same turned or
-mirrored. It holds for the kind of material that it was trained with (`material_figures`).
+The first factor is exact (`visual.slope_table`). Openness is what rough horizons in eight directions leave of
+the light on a level matte face; the net mends it, from heights and lengths alone: no unit, no light and no
+strength of it is in it, and a square turned or mirrored gives the same turned or mirrored. It holds for the
+kind of material that it was trained with (`material_figures`).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,16 +29,68 @@ from visual.slope_table import SlopeTable
 KIND: Literal["look"] = "look"
 REACHES = (3, 9, 27)
 """Sides, in pixels, of the squares over which heights are averaged for the net to compare with."""
-CHANNELS = 5 + len(REACHES)
+WAYS = ((0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1))
+"""Rows and columns a step, of the directions of horizons."""
+DISTANCES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
+"""Steps at which a horizon is looked for."""
+CHANNELS = 6 + len(REACHES) + len(WAYS)
 OPEN = 0.5413
-"""softplus of it is 1: an untrained net sees all of the sky."""
+"""softplus of it is 1: an untrained net mends nothing."""
 MATERIAL_ANGLES = (0.5, 1.0, 1.4)
 """Radians between a face's normal and the vertical at which materials are compared."""
 MATERIAL_TOLERANCE = 0.05
 
 
+def horizons(lengths: Tensor) -> Tensor:
+    """(batch, WAYS, n, n) tangents of how high the relief stands in each direction, at least 0.
+
+    Looked for at a few distances only; beyond the plate there is nothing.
+
+    Args:
+        lengths: (batch, n, n) heights in units of the distance between samples.
+    """
+    n, reach = lengths.shape[-1], max(DISTANCES)
+    beside = functional.pad(lengths, (reach,) * 4, value=-1e4)
+    place = torch.arange(n)[:, None] * (n + 2 * reach) + torch.arange(n)
+    with torch.no_grad():
+        # What stands out is looked for first, and only that is differentiated.
+        steps = []
+        for row, col in WAYS:
+            steepest, farthest = torch.zeros_like(lengths), torch.zeros_like(place).expand_as(lengths)
+            for step in DISTANCES:
+                top, left = reach + step * row, reach + step * col
+                there = beside[:, top : top + n, left : left + n]
+                rise = (there - lengths) / (step * math.hypot(row, col))
+                farthest = torch.where(rise > steepest, step, farthest)
+                steepest = torch.maximum(steepest, rise)
+            steps.append(farthest)
+    distance = torch.stack(steps, dim=1)
+    way = torch.tensor(WAYS, device=lengths.device)[:, :, None, None]
+    corner = (place.to(lengths.device) + reach * (n + 2 * reach + 1)) + distance * (
+        way[:, 0] * (n + 2 * reach) + way[:, 1]
+    )
+    found = beside.flatten(1).gather(1, corner.flatten(1)).view_as(distance)
+    length = (distance * way.float().square().sum(1).sqrt()).clamp_min(1.0)
+    return (found - lengths[:, None]) / length
+
+
+def roughly_open(horizon: Tensor, slope_x: Tensor, slope_y: Tensor) -> Tensor:
+    """(batch, n, n) share of an unhidden sky's light on faces of these slopes that horizons leave.
+
+    Of light from a direction on a level matte face, the share above an elevation is its cosine squared.
+
+    Args:
+        horizon: (batch, WAYS, n, n) tangents.
+    """
+    way = torch.tensor(WAYS, dtype=horizon.dtype, device=horizon.device)[:, :, None, None]
+    way = way / way.square().sum(1, keepdim=True).sqrt()
+    own = (way[:, 1] * slope_x[:, None] - way[:, 0] * slope_y[:, None]).clamp_min(0.0)
+    left = (1.0 / (1.0 + torch.maximum(horizon, own).square())).sum(1)
+    return left / (1.0 / (1.0 + own.square())).sum(1)
+
+
 def inputs(heights: Tensor, size_mm: float, unhidden: Tensor) -> Tensor:
-    """What the net sees: (batch, CHANNELS, n, n), all of order 1.
+    """What the net sees: (batch, CHANNELS, n, n), all of order 1; first the rough openness that it mends.
 
     Args:
         heights: (batch, n, n) mm.
@@ -47,14 +101,16 @@ def inputs(heights: Tensor, size_mm: float, unhidden: Tensor) -> Tensor:
     lengths = heights * (n / size_mm)
     ring = functional.pad(lengths[:, None], (1, 1, 1, 1), mode="replicate")[:, 0]
     away = ((torch.arange(n, dtype=heights.dtype, device=heights.device) + 0.5) * (2.0 / n) - 1.0).abs()
-    means = [
-        functional.avg_pool2d(lengths[:, None], reach, 1, reach // 2, count_include_pad=False)[:, 0]
-        for reach in REACHES
-    ]
+    means = [_mean_around(lengths, reach) for reach in REACHES]
+    slope_x = 0.5 * (ring[:, 1:-1, 2:] - ring[:, 1:-1, :-2])
+    slope_y = 0.5 * (ring[:, :-2, 1:-1] - ring[:, 2:, 1:-1])
+    horizon = horizons(lengths)
     return torch.stack(
         (
-            torch.asinh(0.5 * (ring[:, 1:-1, 2:] - ring[:, 1:-1, :-2])),
-            torch.asinh(0.5 * (ring[:, 2:, 1:-1] - ring[:, :-2, 1:-1])),
+            roughly_open(horizon, slope_x, slope_y),
+            torch.asinh(slope_x),
+            torch.asinh(slope_y),
+            *torch.atan(horizon).unbind(1),
             *(torch.asinh(lengths - mean) for mean in means),
             unhidden / unhidden.mean((-2, -1), keepdim=True) - 1.0,
             away.expand_as(heights),
@@ -64,9 +120,15 @@ def inputs(heights: Tensor, size_mm: float, unhidden: Tensor) -> Tensor:
     )
 
 
+def _mean_around(lengths: Tensor, reach: int) -> Tensor:
+    """Over squares of so many samples a side, without what lies beside the plate."""
+    rows = functional.avg_pool2d(lengths[:, None], (reach, 1), 1, (reach // 2, 0), count_include_pad=False)
+    return functional.avg_pool2d(rows, (1, reach), 1, (0, reach // 2), count_include_pad=False)[:, 0]
+
+
 def openness(net: nn.Module, maps: Tensor) -> Tensor:
     """(batch, n, n), not negative."""
-    return functional.softplus(net(maps)[:, 0] + OPEN)
+    return maps[:, 0] * functional.softplus(net(maps)[:, 0] + OPEN)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
@@ -54,19 +55,23 @@ def light_table(bsdf: Any, lights: ParallelLights, entries: int = ENTRIES) -> Sl
     slope_x, slope_y = _slopes(entries)
     single = zip(lights.toward, lights.irradiance, strict=True)
     radiance = [
-        unshadowed(bsdf, slope_x, slope_y, ParallelLights(toward[None], irradiance[None]), ABOVE)
+        unshadowed(bsdf, slope_x, slope_y, ParallelLights(toward[None], np.asarray(irradiance)[None]), ABOVE)
         for toward, irradiance in single
     ]
     return SlopeTable(torch.from_numpy(np.concatenate(radiance).reshape(-1, entries, entries)))
 
 
-def sky_table(bsdf: Any, radiance: float, entries: int = SKY_ENTRIES) -> SlopeTable:
-    """Of a Mitsuba BSDF under a sky of constant radiance that nothing hides, down to the horizon."""
+def sky_table(bsdf: Any, radiance: NDArray[np.float64], entries: int = SKY_ENTRIES) -> SlopeTable:
+    """Of a Mitsuba BSDF under a sky of constant radiance that nothing hides, down to the horizon.
+
+    Args:
+        radiance: red, green and blue.
+    """
     index = np.arange(SKY_DIRECTIONS)
     z = (index + 0.5) / SKY_DIRECTIONS
     planar = np.sqrt(1.0 - z * z)
     toward = np.stack((planar * np.cos(GOLDEN_ANGLE * index), planar * np.sin(GOLDEN_ANGLE * index), z), 1)
-    share = np.full(SKY_DIRECTIONS, 2.0 * np.pi / SKY_DIRECTIONS * radiance)
+    share = np.outer(np.full(SKY_DIRECTIONS, 2.0 * np.pi / SKY_DIRECTIONS), radiance)
     slope_x, slope_y = _slopes(entries)
     total = np.zeros(entries * entries)
     for first in range(0, SKY_DIRECTIONS, 64):

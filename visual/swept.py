@@ -87,12 +87,17 @@ class Sweep:
 
     def clearance(self, fine: Tensor) -> Tensor:
         """(m, m) mm by which corners of heights (m, m) stand above the shadow that falls there, or below."""
+        return self.traced(fine)[0]
+
+    def traced(self, fine: Tensor) -> tuple[Tensor, Tensor]:
+        """Clearance, and (lines, columns) the column of what is highest up to each column of a line."""
         flat = fine.reshape(-1)
         known = torch.cat((flat, flat.new_full((1,), NOWHERE)))
         lines = torch.lerp(known[self.below], known[self.above], self.part) + self.rise
-        highest = functional.pad(lines.cummax(1).values, (1, 0), value=NOWHERE).reshape(-1)
+        highest, where = lines.cummax(1)
+        highest = functional.pad(highest, (1, 0), value=NOWHERE).reshape(-1)
         cleared = torch.lerp(highest[self.nearer], highest[self.farther], self.share)
-        return (flat + self.raised - cleared).view(fine.shape)
+        return (flat + self.raised - cleared).view(fine.shape), where
 
 
 @lru_cache(maxsize=64)
@@ -154,19 +159,26 @@ def lit_shares(clearance: Tensor) -> Tensor:
     First the triangles at the upper left of each quarter of a pixel, then those at the lower right. Clearance
     is linear on each; what of it is positive has a closed form.
     """
-    upper = torch.stack((clearance[:-1, :-1], clearance[:-1, 1:], clearance[1:, :-1]))
-    lower = torch.stack((clearance[1:, 1:], clearance[:-1, 1:], clearance[1:, :-1]))
+    cut, corners = cut_triangles(clearance)
+    first, second, third = clearance.reshape(-1)[corners]
+    share = (_corners_above(clearance) == 3).to(clearance.dtype)
+    return share.index_put(cut, positive_part(first, second, third))
+
+
+def cut_triangles(clearance: Tensor) -> tuple[tuple[Tensor, Tensor, Tensor], Tensor]:
+    """Triangles partly in light: places (2, m - 1, m - 1), and corners (3, cut) as flat numbers."""
+    count, side = _corners_above(clearance), clearance.shape[0]
+    which, row, col = torch.nonzero((count == 1) | (count == 2), as_tuple=True)
+    own = (row + which) * side + col + which
+    return (which, row, col), torch.stack((own, row * side + col + 1, (row + 1) * side + col))
+
+
+def _corners_above(clearance: Tensor) -> Tensor:
     above = (clearance.detach() > 0.0).to(torch.uint8)
-    diagonal = above[:-1, 1:] + above[1:, :-1]
-    count = torch.stack((above[:-1, :-1], above[1:, 1:])) + diagonal
-    cut = torch.nonzero((count == 1) | (count == 2), as_tuple=True)
-    which, row, column = cut
-    first, second, third = torch.stack((upper, lower), dim=1)[:, which, row, column]
-    share = (count == 3).to(clearance.dtype)
-    return share.index_put(cut, _positive_part(first, second, third))
+    return torch.stack((above[:-1, :-1], above[1:, 1:])) + above[:-1, 1:] + above[1:, :-1]
 
 
-def _positive_part(first: Tensor, second: Tensor, third: Tensor) -> Tensor:
+def positive_part(first: Tensor, second: Tensor, third: Tensor) -> Tensor:
     """Share of a triangle where a linear function is positive that is so at one or two of its corners."""
     one, two, three = first > 0.0, second > 0.0, third > 0.0
     # The corner on its own side of the cut, which leaves it a triangle: two ratios along two sides.

@@ -135,7 +135,7 @@ def test_an_overridden_path_is_relative_to_the_working_directory(
         ("jnd = 1\nroughness = 0.1", "exclude each other"),
         ("contact_area_mm2 = 40\ncontact_area_scale = 0.8", "exclude each other"),
         ("", "a target is missing"),
-        ('jnd = 1\n[look]\nmodel = "net"', "not shipped in this version"),
+        ('jnd = 1\n[look]\nmodel = "fast"', "look.model"),
         ("jnd = 1\n[look]\nweight = -1", "look.weight"),
         ("jnd = 1\n[look]\nsamples = 0", "look.samples"),
         ("jnd = 1\n[descent]\nsteps = 0", "descent.steps"),
