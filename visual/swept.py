@@ -7,6 +7,9 @@ the point and those of what it clears. Boundaries are cut through the triangles 
 clearance at their corners, so that the lit share of a pixel is continuous in the heights, and its gradient
 follows the shadow.
 
+Just behind a crest clearance jumps, from what the crest clears to nothing. The triangles there are turned
+away from the light, and dark whatever their share.
+
 The relief is that of the renderer, triangle by triangle. Two things are interpolated: the running maximum
 between lines half a sample apart, and the height of what casts a shadow between columns half a sample apart.
 What that costs stands in docs/sight.md.

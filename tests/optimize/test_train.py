@@ -12,19 +12,24 @@ import torch
 import tactile
 from optimize.cli import main
 from optimize.dataset import make, plan
+from optimize.look_lesson import studio_sky
+from optimize.look_task import LookTask
+from optimize.look_task import examples_of as look_examples
 from optimize.touch_accuracy import errors, felt
 from optimize.touch_task import examples_of, touch_task
 from optimize.train import CURVES_PAGE, Order, train_net
 from optimize.workers import run_here
 from surrogate.augment import SYMMETRIES
+from surrogate.errors import InputError
 from surrogate.fieldset import open_fieldset
 from surrogate.training import Settings
 from surrogate.training import errors as errors_of
 from surrogate.training_file import CURVES, NAME
-from surrogate.unet import UNet
+from surrogate.unet import Shape, UNet
 from surrogate.weights import load_net, weights_path
 from tactile.net import CHANNELS
 from tests.tactile.reliefs import SIZE
+from visual import sky
 
 SIDE = 32
 SETTINGS = Settings(seed=1, epochs=12, batch=8, warmup=5)
@@ -157,3 +162,43 @@ def test_what_is_wrong_is_told_in_one_line(
     if not torch.cuda.is_available():
         assert "--device" in refusal(capsys, *data, "-o", new, "--device", "cuda")
     assert not (tmp_path / "new").exists()
+
+
+@pytest.fixture(scope="module")
+def looked_at(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small corpus with pictures under ambient light."""
+    folder = tmp_path_factory.mktemp("looked_at")
+    wanted = plan(6, 48, (), touch="none", lights="random", directions=1, samples=SIDE)
+    assert not make(wanted, folder, partial(run_here, workers=1), lambda made: None)
+    return folder
+
+
+def test_the_rendering_net_mends_what_rough_horizons_tell(looked_at: Path, tmp_path: Path) -> None:
+    order = Order(looked_at, tmp_path, SETTINGS, widths=(8, 12, 16), tested=6)
+    card = train_net("look", order)
+    net, read = load_net("look", tmp_path)
+    assert read == card and card.valid["samples"] == SIDE and net.shape.inputs == sky.CHANNELS
+    data, task = open_fieldset(looked_at), LookTask(SIZE)
+    seen, validation = (look_examples(data, split, studio_sky()) for split in ("train", "validation"))
+    untrained, trained = (float(errors_of(n, task, seen).mean()) for n in (UNet(net.shape), net))
+    assert trained < 0.85 * untrained and trained < 0.05
+    best = float(errors_of(net, task, validation).mean())
+    assert card.training["best validation error"] == pytest.approx(best, rel=1e-4)
+    assert best <= float(errors_of(UNet(net.shape), task, validation).mean())
+    assert 0.0 < card.errors["ambient_mean_percent"] < 15.0
+    assert {sample.figures["mean_openness"] for sample in card.sample} > set()
+
+
+def test_its_pictures_turn_with_the_relief(looked_at: Path) -> None:
+    examples = look_examples(open_fieldset(looked_at), "train", studio_sky())
+    task, net = LookTask(SIZE), UNet(Shape(sky.CHANNELS, 1, (4, 4), 2))
+    few = {name: values[:2] for name, values in examples.items()}
+    errors = [errors_of(net, task, task.moved(few, symmetry)) for symmetry in range(SYMMETRIES)]
+    for error in errors[1:]:
+        # Faces turn along: only the diagonal that cells are cut along does not.
+        torch.testing.assert_close(error, errors[0], rtol=0.05, atol=0.002)
+
+
+def test_the_rendering_net_needs_pictures(data: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="lights: none"):
+        train_net("look", Order(data, tmp_path, SETTINGS))
