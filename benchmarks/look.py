@@ -269,7 +269,8 @@ def as_text(results: dict[str, Any]) -> str:
     texts = [NOTES]
     for name, found in results.get("cost", {}).items():
         rows = found["rows"]
-        texts.append(f"{name} (truth's own error {found['own_error']:.1f} %)")
+        own = f" (truth's own error {found['own_error']:.1f} %)" if "own_error" in found else ""
+        texts.append(name + own)
         texts.append(table(("way", "samples", "s", "error %"), [tuple(row.values()) for row in rows]))
         ours = [row for row in rows if not row["way"].startswith("Mitsuba")]
         theirs = [row for row in rows if row["way"].startswith("Mitsuba")]

@@ -144,7 +144,7 @@ def _pardiso() -> Finding:
 def _weights() -> Finding:
     folder = Path(str(importlib.resources.files("surrogate"))) / "weights"
     nets = sorted(path.stem for path in folder.glob("*.safetensors"))
-    detail = ", ".join(nets) or "nets are not shipped in this version"
+    detail = ", ".join(nets) or "none: the nets are not here"
     return Finding("weights", bool(nets), detail, 'use model = "layer" and model = "exact"', needed=False)
 
 
