@@ -113,7 +113,7 @@ def _moved(way: swept.Sweep, clearance: Tensor, shading: Tensor, radiance: Tenso
     corner = corners.reshape(-1)
     weight = torch.cat([lit * w for w in weights])
     entries = [(quarter, corner, weight)]
-    for line, share in ((way.nearer, 1.0 - way.share), (way.farther, way.share)):
+    for line, share in ((way.before, 1.0 - way.share), (way.after, way.share)):
         number = line[corner].div(side + 1, rounding_mode="floor")
         column = line[corner] - number * (side + 1) - 1
         there = column >= 0

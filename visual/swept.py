@@ -12,7 +12,7 @@ away from the light, and dark whatever their share.
 
 The relief is that of the renderer, triangle by triangle. Two things are interpolated: the running maximum
 between lines half a sample apart, and the height of what casts a shadow between columns half a sample apart.
-What that costs stands in docs/sight.md.
+What that costs stands in docs/learned.md.
 """
 
 from __future__ import annotations
@@ -73,18 +73,18 @@ class Sweep:
             past the last for nowhere.
         part: (lines, columns) weight of the corners above.
         rise: (columns,) mm by which the light's way lies lower there than at the first column.
-        nearer, farther: (corners,) the two lines beside a corner, in the column before its own, as flat
+        before, after: (corners,) the two lines beside a corner, up to the column before its own, as flat
             numbers of (lines, columns + 1): before the first column lies nothing.
-        share: (corners,) weight of `farther`.
-        raised: (corners,) the same at corners, mm.
+        share: (corners,) weight of `after`.
+        raised: (corners,) `rise` at corners, mm.
     """
 
     below: Tensor
     above: Tensor
     part: Tensor
     rise: Tensor
-    nearer: Tensor
-    farther: Tensor
+    before: Tensor
+    after: Tensor
     share: Tensor
     raised: Tensor
 
@@ -99,11 +99,11 @@ class Sweep:
         lines = torch.lerp(known[self.below], known[self.above], self.part) + self.rise
         highest, where = lines.cummax(1)
         highest = functional.pad(highest, (1, 0), value=NOWHERE).reshape(-1)
-        cleared = torch.lerp(highest[self.nearer], highest[self.farther], self.share)
+        cleared = torch.lerp(highest[self.before], highest[self.after], self.share)
         return (flat + self.raised - cleared).view(fine.shape), where
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=32)
 def sweep(samples: int, size_mm: float, toward: tuple[float, float, float], dtype: torch.dtype) -> Sweep:
     """The lines toward a light.
 
