@@ -27,7 +27,8 @@ from surrogate import corpus
 from surrogate.pictures import bundled, by_name
 from surrogate.weights import has_weights
 from tactile.contact import Compliance, ContactState, approach_contact, closed
-from tactile.net import GRADIENT_TOLERANCE, KIND
+from tactile.net import KIND
+from tactile.quick import GRADIENT_TOLERANCE
 
 SIZE_MM, SEED = 10.0, 8
 TEXTURES, GRADIENTS = 320, 48

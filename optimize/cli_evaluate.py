@@ -16,7 +16,12 @@ if TYPE_CHECKING:
     from tactile import Skin
 
 SIZE_MM = 10.0
-MODELS = {"layer": "Elastic layer with free sides", "fem": "Finite elements", "net": "Trained net"}
+MODELS = {
+    "layer": "Elastic layer with free sides",
+    "quick": "Elastic layer, few steps of the solver",
+    "fem": "Finite elements",
+    "net": "Trained net",
+}
 SMOOTH = 1e-6
 """Roughness that is nothing but rounding; no number of just-noticeable differences leads to or from it."""
 

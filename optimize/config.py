@@ -49,7 +49,7 @@ class Touch(_Section):
     jnd: Annotated[float, Field(ge=-LARGEST_JND, le=LARGEST_JND)] | None = None
     contact_area_mm2: Positive | None = None
     contact_area_scale: Positive | None = None
-    model: Literal["layer", "net"] = "layer"
+    model: Literal["layer", "quick", "net"] = "layer"
     young_modulus_mpa: Positive = 0.5
     poisson_ratio: Annotated[float, Field(gt=0, lt=0.5)] = 0.48
     force_n: Positive = 10.0

@@ -96,7 +96,9 @@ class Problem:
     model: tactile.TouchModel = field(init=False)
 
     def __post_init__(self) -> None:
-        model = tactile.touch_model(self.skin, self.heights.shape[0], self.size_mm, torch.float64, self.touch)
+        # The fast models find contact in single precision; the rest of them then gains nothing by double.
+        dtype = torch.float64 if self.touch in ("layer", "fem") else torch.float32
+        model = tactile.touch_model(self.skin, self.heights.shape[0], self.size_mm, dtype, self.touch)
         object.__setattr__(self, "model", model)
 
     def feel(
@@ -114,8 +116,9 @@ class Problem:
             gradients: whether those of the targets are wanted.
             gap_weight: 1/mm, of the contact area whose gradient is given; its value is the paper's.
         """
-        field_ = torch.as_tensor(heights).clone().requires_grad_(gradients)
-        touch = self.model.press(field_, None if start is None else torch.as_tensor(start))
+        dtype = self.model.flat_strain.dtype
+        field_ = torch.as_tensor(heights, dtype=dtype).clone().requires_grad_(gradients)
+        touch = self.model.press(field_, None if start is None else torch.as_tensor(start, dtype=dtype))
         asked = []
         roughness = None
         if self.targets.roughness is not None:
@@ -125,7 +128,8 @@ class Problem:
             asked.append(tactile.contact_area(touch.gap, self.size_mm, gap_weight))
         rows = []
         if gradients:
-            rows = [torch.autograd.grad(a, field_, retain_graph=True)[0].numpy().ravel() for a in asked]
+            each = [torch.autograd.grad(a, field_, retain_graph=True)[0] for a in asked]
+            rows = [gradient.double().numpy().ravel() for gradient in each]
         with torch.no_grad():
             strain, gap = touch.strain.detach(), touch.gap.detach()
             roughness = tactile.roughness(strain, self.size_mm) if roughness is None else roughness
@@ -134,8 +138,8 @@ class Problem:
             float(roughness.detach()),
             float(area),
             float(touch.contact_fraction),
-            strain.numpy(),
-            touch.pressure.detach().numpy(),
+            strain.double().numpy(),
+            touch.pressure.detach().double().numpy(),
             np.array(rows).reshape(len(rows), heights.size),
         )
 

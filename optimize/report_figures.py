@@ -25,7 +25,12 @@ SHOWN_SIDE = 512  # pixels; a picture is shown at about 360 points
 PROFILE_SIDE = 256  # samples along an edge of the heights that the page carries
 PERCENTILE = 99.5  # of a map's values that its colour scale spans
 
-MODEL_NAMES = {"fem": "finite elements", "layer": "elastic layer", "net": "learned net"}
+MODEL_NAMES = {
+    "fem": "finite elements",
+    "layer": "elastic layer",
+    "quick": "elastic layer, few steps",
+    "net": "learned net",
+}
 
 
 @dataclass(frozen=True)

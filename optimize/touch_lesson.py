@@ -17,7 +17,8 @@ from surrogate.unet import UNet
 from surrogate.weights import Sample
 from tactile.hybrid import hybrid_operator
 from tactile.model import TouchModel
-from tactile.net import CHANNELS, GRADIENT_TOLERANCE, KIND, NetSolver, validity
+from tactile.net import CHANNELS, KIND, NetSolver, validity
+from tactile.quick import GRADIENT_TOLERANCE
 
 TESTED_GRADIENTS = 64
 """Textures whose gradients are compared."""

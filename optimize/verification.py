@@ -39,7 +39,7 @@ def measure_touch(problem: Problem, heights: Array, by: ModelName, mesh: int = F
 
     Args:
         heights: (rows, cols) mm.
-        by: "layer", "fem" or "net".
+        by: "layer", "quick", "net" or "fem".
         mesh: nodes a side of the finite elements.
     """
     touch = tactile.press(torch.as_tensor(heights), problem.size_mm, problem.skin, by, mesh=mesh)

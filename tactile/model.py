@@ -15,11 +15,12 @@ from tactile.contact import Compliance, Solver, solve_contact
 from tactile.contact import press as press_contact
 from tactile.errors import InputError
 from tactile.hybrid import HybridOperator, hybrid_operator
+from tactile.quick import GRADIENT_TOLERANCE, QuickSolver
 from tactile.reference import ReferenceOperator, reference_operator
 from tactile.skin import Skin
 from tactile.strain import smallest_eigenvalue
 
-ModelName = Literal["layer", "fem", "net"]
+ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)
 MIN_SAMPLES, MAX_SAMPLES = 16, 1024
 FEM_MESH = 64
@@ -130,12 +131,16 @@ def touch_model(
     pressure = solve_contact(operator, flat, mean).pressure
     flat_strain = smallest_eigenvalue(operator.strain(pressure))
     known = TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))
-    if model != "net":
+    if model in ("layer", "fem"):
         return known
-    # Only here: the shape of a net and the check of its file are of no use to the other models.
-    from tactile.net import GRADIENT_TOLERANCE, net_solver
+    solver: Solver
+    if model == "quick":
+        solver = QuickSolver(hybrid_operator(skin, samples, size_mm, torch.float32))
+    else:
+        # Only here: the shape of a net and the check of its file are of no use to the other models.
+        from tactile.net import net_solver
 
-    solver = net_solver(skin, samples, size_mm)
+        solver = net_solver(skin, samples, size_mm)
     return replace(known, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE)
 
 
@@ -154,9 +159,10 @@ def press(
         size_mm: side of the patch.
         skin: its parameters.
         model: "layer", the elastic layer with free sides; "fem", finite elements (the first press of a skin
-            waits for them to be built: 9 s with 64 nodes a side, 90 s with 128); "net", the layer with a
-            trained net in the place of most solver steps, for the grid and skin it was trained for.
-        start: pressures (MPa) to start from; of no use to the net.
+            waits for them to be built: 9 s with 64 nodes a side, 90 s with 128); "quick", the layer after a
+            few steps of the solver; "net", with a trained net in the place of some of those, for the grid
+            and skin it was trained for.
+        start: pressures (MPa) to start from; of no use to "quick" and "net".
         mesh: nodes a side of the finite elements.
 
     Raises:

@@ -11,7 +11,7 @@ all, as long as the relief, in proportion, is no taller than what it has seen.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -25,14 +25,13 @@ from surrogate.weights import FOLDER, Card, load_net
 from tactile.contact import Compliance, ContactState, approach_contact, closed
 from tactile.errors import InputError
 from tactile.hybrid import HybridOperator, hybrid_operator
+from tactile.quick import as_asked, in_rows
 from tactile.skin import Skin
 
 KIND: Literal["touch"] = "touch"
 CHANNELS = 6
 STEPS_BEFORE, STEPS_AFTER = 2, 1
 """Solver steps before and after the net: the fewest found with which contact area errs by less than 2 %."""
-GRADIENT_TOLERANCE = 1e-2
-"""Relative residual of the adjoint: tighter ones change a gradient less than the contact set's error does."""
 TALLEST_MM = 4.0
 """Relief, in proportion to force over modulus, above which the net is refused; it has seen up to 3 mm."""
 
@@ -109,7 +108,7 @@ class NetSolver:
         Raises:
             InputError: a relief is taller than what the net was trained for.
         """
-        flat = heights.detach().reshape(-1, *heights.shape[-2:]).to(self.operator.symbol.dtype)
+        flat = in_rows(heights, self.operator)
         tallest = float((flat.amax((-2, -1)) - flat.amin((-2, -1))).max())
         allowed = TALLEST_MM * mean_pressure / TRAINED_PRESSURE
         if tallest > allowed:
@@ -123,14 +122,7 @@ class NetSolver:
             predicted = pressure(self.net, maps, guess.pressure, mean_pressure)
             predicted = torch.where(predicted > PARTED * mean_pressure, predicted, 0.0)
             state = closed(approach_contact(self.operator, flat, mean_pressure, predicted, STEPS_AFTER))
-        batch, felt = heights.shape[:-2], state.pressure.to(heights.dtype)
-        return replace(
-            state,
-            pressure=(felt * (mean_pressure / felt.mean((-2, -1), keepdim=True))).view(heights.shape),
-            gap=state.gap.to(heights.dtype).view(heights.shape),
-            approach=state.approach.to(heights.dtype).view(batch),
-            converged=state.converged.view(batch),
-        )
+        return as_asked(state, heights, mean_pressure)
 
 
 TRAINED_PRESSURE = Skin().mean_pressure_mpa(10.0) / Skin().young_modulus_mpa

@@ -14,7 +14,6 @@ from tactile.hybrid import hybrid_operator
 from tactile.model import TouchModel
 from tactile.net import (
     CHANNELS,
-    GRADIENT_TOLERANCE,
     KIND,
     TALLEST_MM,
     NetSolver,
@@ -24,6 +23,7 @@ from tactile.net import (
     pressure,
     validity,
 )
+from tactile.quick import GRADIENT_TOLERANCE
 from tests.tactile.reliefs import EIGHT, SIZE, grating, moved, waves
 
 SAMPLES = 32
