@@ -1,6 +1,7 @@
 """The quick look against converged renders, on textures that its net has not seen: error against time.
 
-    python -m benchmarks.quick_look [TEXTURES]
+    python -m benchmarks.quick_look [--textures N] [--optimised FOLDER]
+    python -m benchmarks.quick_look --times
 
 The paper's studio: three pictures, one light and ambient light in each. Reference: Mitsuba's shadow rays,
 24 x 24 a pixel, and ambient light by horizons in 32 azimuths (both converge to Mitsuba's renders).
@@ -12,10 +13,10 @@ forward / forward and gradient, on one and on two threads.
 
 from __future__ import annotations
 
-import itertools
 import statistics
-import sys
 import time
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,9 +25,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from benchmarks.common import load, machine, save, table
+from benchmarks.unseen import Reliefs, arguments, kept, sets, spread, unseen
 from optimize.fields import STUDIO
-from surrogate import corpus
-from surrogate.pictures import bundled, by_name
 from visual.boundaries import EdgeSamples
 from visual.quick_look import QuickLook
 from visual.relit import Relit
@@ -34,7 +34,8 @@ from visual.scene import Scene, load_scene
 
 Array = NDArray[np.float64]
 
-TEXTURES, GRADIENTS, SEED = 320, 24, 8
+GRADIENTS = 24
+"""Textures of each set whose gradients are compared."""
 STRATA, AZIMUTHS = 24, 32
 GRADIENT_STRATA, ALONG, DIRECTIONS = 6, EdgeSamples(16, 16), 64
 ALTERED = 0.85
@@ -45,68 +46,74 @@ TIMED = 9
 
 def main() -> None:
     torch.set_num_threads(1)
+    asked = arguments(__doc__ or "")
     scene = load_scene(STUDIO)
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else TEXTURES
-    reliefs = unseen(count)
     look = scene.quick_look()
-    errors = picture_errors(scene, look, reliefs)
-    cosines = gradient_cosines(scene, look, reliefs[:GRADIENTS])
-    times = {threads: milliseconds(look, reliefs[:TIMED], threads) for threads in (1, 2)}
-    found = {
-        "textures": count,
-        "pixel_error_percent": {name: spread(values) for name, values in errors.items()},
-        "gradient_cosine": {"median": float(np.median(cosines)), "5th": float(np.percentile(cosines, 5))},
-        "milliseconds": {str(threads): list(both) for threads, both in times.items()},
-    }
-    save("quick_look", {"machine": machine(), **found})
+    if not asked.times:
+        for of, reliefs in sets(asked).items():
+            found = picture_errors(scene, look, reliefs, asked.references)
+            found["gradient_cosine"] = gradient_cosines(scene, look, reliefs[:GRADIENTS], asked.references)
+            told = {name: [float(f"{value:.4g}") for value in values] for name, values in found.items()}
+            save("quick_look", {**load("quick_look"), of: told})
+    times = {threads: milliseconds(look, unseen(TIMED), threads) for threads in (1, 2)}
+    told_times = {str(threads): list(both) for threads, both in times.items()}
+    save("quick_look", {**load("quick_look"), "milliseconds": told_times, "machine": machine()})
     print(as_text(load("quick_look")))
 
 
-def unseen(count: int) -> Array:
-    """Heights (count, n, n), mm: textures of the test split of another corpus than the net's."""
-    sources = bundled()
-    drawn = (corpus.recipe(SEED, index, sources) for index in itertools.count())
-    tests = itertools.islice((texture for texture in drawn if texture.split == "test"), count)
-    return np.stack([corpus.heights(texture, by_name(sources)) for texture in tests]).astype(np.float64)
-
-
-def picture_errors(scene: Scene, look: QuickLook, reliefs: Array) -> dict[str, Array]:
-    """(textures,) mean error of the pixels, in % of the mean: of lights alone, of all light, of the sky."""
-    relit = Relit(scene, STRATA)
+def picture_errors(scene: Scene, look: QuickLook, reliefs: Reliefs, folder: Path) -> dict[str, list[float]]:
+    """Mean error of the pixels of each texture, in % of the mean: lights alone, all light, the sky."""
     toward = np.array(look.toward)
     assert look.sky is not None
     alone = QuickLook(
         look.samples, look.size_mm, look.toward, look.condition, look.conditions, look.table, None
     )
     found: dict[str, list[float]] = {"lights alone": [], "studio": [], "ambient": []}
-    for number, heights in enumerate(reliefs):
-        lights = relit.sunlit(heights, toward)
-        around = AMBIENT * relit.skylit(heights, number, AZIMUTHS)
+    for number, relief in enumerate(reliefs):
+        truth = reference_pictures(scene, toward, relief, folder)
+        lights, around = truth["lights"], AMBIENT * truth["ambient"]
         with torch.no_grad():
-            ours, bare = (model.pictures(torch.as_tensor(heights)).numpy() for model in (look, alone))
+            ours, bare = (model.pictures(torch.as_tensor(relief)).double().numpy() for model in (look, alone))
         found["lights alone"].append(_error(bare, lights))
         found["studio"].append(_error(ours, lights + around))
         found["ambient"].append(_error((ours - bare)[0], around))
         print(number, *(f"{values[-1]:.2f}" for values in found.values()), flush=True)
-    return {name: np.array(values) for name, values in found.items()}
+    return found
+
+
+def reference_pictures(scene: Scene, toward: Array, relief: Reliefs, folder: Path) -> dict[str, Array]:
+    """Pictures (lights, n, n) by each light alone and (n, n) by a sky of radiance 1, converged."""
+    heights = relief.astype(np.float64)
+
+    def make() -> dict[str, Array]:
+        relit = Relit(scene, STRATA)
+        return {"lights": relit.sunlit(heights, toward), "ambient": relit.skylit(heights, 0, AZIMUTHS)}
+
+    return kept(folder, f"studio-{STRATA}-{AZIMUTHS}", relief, make)
 
 
 def _error(ours: Array, reference: Array) -> float:
     return float(100.0 * np.abs(ours - reference).mean() / reference.mean())
 
 
-def gradient_cosines(scene: Scene, look: QuickLook, reliefs: Array) -> Array:
-    """(textures,) of the gradient of a loss with that of the explicit Jacobian from many samples."""
+def gradient_cosines(scene: Scene, look: QuickLook, reliefs: Reliefs, folder: Path) -> list[float]:
+    """Of the gradient of a loss with that of the explicit Jacobian from many samples, for each texture."""
     (view,) = scene.views(None, 0, GRADIENT_STRATA, ALONG, DIRECTIONS)
     cosines = []
-    for heights in reliefs:
-        here, there = view.evaluate(heights), view.evaluate(ALTERED * heights, jacobian=False)
-        change = here.pictures - there.pictures
-        reference = sum(j.T @ d.ravel() for j, d in zip(here.jacobians, change, strict=True))
+    for relief in reliefs:
+        heights = relief.astype(np.float64)
+
+        def make(heights: Array = heights) -> dict[str, Array]:
+            here, there = view.evaluate(heights), view.evaluate(ALTERED * heights, jacobian=False)
+            change = here.pictures - there.pictures
+            parts = [j.T @ d.ravel() for j, d in zip(here.jacobians, change, strict=True)]
+            return {"gradient": np.sum(parts, axis=0)}
+
+        reference = kept(folder, f"gradient-{GRADIENT_STRATA}-{DIRECTIONS}", relief, make)["gradient"]
         gradient = _gradient(look, torch.as_tensor(heights)).numpy().ravel()
         size = np.linalg.norm(gradient) * np.linalg.norm(reference)
         cosines.append(float(gradient @ reference / size) if size else 1.0)
-    return np.array(cosines)
+    return cosines
 
 
 def _gradient(look: QuickLook, heights: Tensor) -> Tensor:
@@ -116,7 +123,7 @@ def _gradient(look: QuickLook, heights: Tensor) -> Tensor:
     return torch.autograd.grad(0.5 * (look.pictures(field) - target).square().sum(), field)[0]
 
 
-def milliseconds(look: QuickLook, reliefs: Array, threads: int) -> tuple[float, float]:
+def milliseconds(look: QuickLook, reliefs: Reliefs, threads: int) -> tuple[float, float]:
     """Median time of the pictures, and of pictures and gradient."""
     torch.set_num_threads(threads)
     forward, both = [], []
@@ -134,34 +141,24 @@ def milliseconds(look: QuickLook, reliefs: Array, threads: int) -> tuple[float, 
     return 1e3 * statistics.median(forward), 1e3 * statistics.median(both)
 
 
-def spread(values: Array) -> dict[str, float]:
-    """Median, mean and 95th percentile."""
-    return {
-        "median": float(np.median(values)),
-        "mean": float(np.mean(values)),
-        "95th": float(np.percentile(values, 95)),
-    }
-
-
-def as_text(results: dict[str, Any]) -> str:
+def as_text(results: Mapping[str, Any]) -> str:
     """The tables."""
-    errors, cosine = results["pixel_error_percent"], results["gradient_cosine"]
-    rows = [
-        [name, *(f"{found[which]:.2f}" for which in ("median", "mean", "95th"))]
-        for name, found in errors.items()
-    ]
-    times = results["milliseconds"]
-    return "\n\n".join(
-        (
-            f"{results['textures']} textures, error of pixels in % of the mean",
-            table(["pictures", "median", "mean", "95th percentile"], rows),
-            f"cosine of the gradient: median {cosine['median']:.4f}, 5th percentile {cosine['5th']:.3f}",
-            table(
-                ["threads", "ms forward", "ms with gradient"],
-                [[threads, *(f"{t:.0f}" for t in both)] for threads, both in times.items()],
-            ),
-        )
-    )
+    parts = []
+    for of in ("unseen", "optimised"):
+        if of in results:
+            found = {name: values for name, values in results[of].items() if name != "gradient_cosine"}
+            rows = [
+                [name, *(f"{spread(values)[which]:.2f}" for which in ("median", "mean", "95th"))]
+                for name, values in found.items()
+            ]
+            count = len(found["studio"])
+            head = [f"{of}, {count}: error of pixels, % of the mean", "median", "mean", "95th percentile"]
+            cosine = results[of]["gradient_cosine"]
+            told = f"cosine of the gradient: median {np.median(cosine):.4f}, "
+            parts += [table(head, rows), told + f"5th percentile {np.percentile(cosine, 5):.3f}"]
+    rows = [[n, *(f"{t:.0f}" for t in both)] for n, both in results["milliseconds"].items()]
+    parts.append(table(["threads", "ms forward", "ms with gradient"], rows))
+    return "\n\n".join(parts)
 
 
 if __name__ == "__main__":

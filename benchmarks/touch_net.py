@@ -1,48 +1,77 @@
 """Fast models of touch against finite elements, on textures that no net has seen: error against time.
 
-    python -m benchmarks.touch_net [TEXTURES]
+    python -m benchmarks.touch_net [--textures N] [--optimised FOLDER]
+    python -m benchmarks.touch_net --times
 
-The layer, cut short after so many solver steps or not, and the net that comes with the package, if there is
-one. Errors in percent (median / mean / 95th percentile) of roughness and contact area; cosine of the gradient
-of roughness with that of the reference (median / 5th percentile); milliseconds for one texture in single
-precision, forward / forward and gradient of roughness, on one and on two threads.
+The layer, cut short after so many solver steps or not, and the net of the package, if there is one. Errors in
+percent (median / mean / 95th percentile) of roughness and contact area; cosine of the gradient of roughness
+with that of the reference (median / 5th percentile); milliseconds for one texture in single precision,
+forward / forward and gradient of roughness, on one and on two threads.
 """
 
 from __future__ import annotations
 
-import itertools
-import sys
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 import tactile
-from optimize.touch_accuracy import Felt, Press, errors, felt
+from benchmarks.common import load, machine, save, table
+from benchmarks.unseen import Reliefs, arguments, kept, sets, spread, unseen
+from optimize.touch_accuracy import LEAST_ROUGHNESS, Felt, Press, cosines, felt
 from surrogate import corpus
-from surrogate.pictures import bundled, by_name
 from surrogate.weights import has_weights
 from tactile.contact import Compliance, ContactState, approach_contact, closed
 from tactile.net import KIND
-from tactile.quick import GRADIENT_TOLERANCE
+from tactile.quick import GRADIENT_TOLERANCE, STEPS
 
-SIZE_MM, SEED = 10.0, 8
-TEXTURES, GRADIENTS = 320, 48
-STEPS = (2, 3, 4, 5, 6, 8)
+SIZE_MM = 10.0
+GRADIENTS = 48
+"""Textures of each set whose gradients are compared."""
+CUTS = (2, 3, 4, 5, 6, 8)
 TIMED = 7
 """Textures that are timed, twice each."""
 
 
-def unseen(count: int) -> NDArray[np.float32]:
-    """Heights (count, n, n), mm: textures of the test split of another corpus than the nets'."""
-    sources = bundled()
-    drawn = (corpus.recipe(SEED, index, sources) for index in itertools.count())
-    tests = itertools.islice((texture for texture in drawn if texture.split == "test"), count)
-    return np.stack([corpus.heights(texture, by_name(sources)) for texture in tests])
+def main() -> None:
+    torch.set_num_threads(1)
+    asked = arguments(__doc__ or "")
+    models = known_models()
+    if not asked.times:
+        reliefs = sets(asked)
+        references = {name: reference(asked.references, values) for name, values in reliefs.items()}
+        for name, press in models.items():
+            for of, values in reliefs.items():
+                save_row(name, of, accuracy(press, values, references[of]))
+                print(name, of, flush=True)
+    timed = unseen(TIMED)
+    for name, press in models.items():
+        ms = {str(threads): milliseconds(press, timed, threads) for threads in (1, 2)}
+        save_row(name, "milliseconds", ms)
+    print(as_text(load("touch_net")))
+
+
+def save_row(model: str, part: str, found: Mapping[str, Any]) -> None:
+    """Add to the results what a part of the benchmark found of a model."""
+    results = load("touch_net") or {"models": {}}
+    results["models"].setdefault(model, {})[part] = dict(found)
+    save("touch_net", {**results, "machine": machine()})
+
+
+def known_models() -> dict[str, Press]:
+    """By name."""
+    models: dict[str, Press] = {"layer, converged": partial(tactile.press, size_mm=SIZE_MM)}
+    models |= {f"layer, {steps} steps": cut_short(steps) for steps in CUTS}
+    if has_weights(KIND):
+        models["net"] = partial(tactile.press, size_mm=SIZE_MM, model="net")
+    return models
 
 
 def cut_short(steps: int) -> Press:
@@ -55,11 +84,38 @@ def cut_short(steps: int) -> Press:
     return replace(model, solve=solve, gradient_tolerance=GRADIENT_TOLERANCE).press
 
 
-def milliseconds(press: Press, reliefs: NDArray[np.float32], threads: int) -> tuple[float, float]:
+def reference(folder: Path, reliefs: Reliefs) -> Felt:
+    """What finite elements make of reliefs, and the gradients of the first of them."""
+    press = partial(tactile.press, size_mm=SIZE_MM, model="fem")
+    fields = []
+    for number, relief in enumerate(reliefs):
+        grads = int(number < GRADIENTS)
+
+        def make(relief: Any = relief, grads: int = grads) -> dict[str, Any]:
+            found = felt(press, relief[None], SIZE_MM, torch.float64, grads)
+            return {"roughness": found.roughness, "area": found.area, "gradients": found.gradients}
+
+        fields.append(kept(folder, f"fem-{grads}", relief, make))
+    return Felt(*(np.concatenate([f[name] for f in fields]) for name in ("roughness", "area", "gradients")))
+
+
+def accuracy(press: Press, reliefs: Reliefs, truth: Felt) -> dict[str, list[float]]:
+    """Errors of each texture in percent (of roughness where there is any), and cosines of gradients."""
+    found = felt(press, reliefs, SIZE_MM, torch.float32, len(truth.gradients))
+    rough = truth.roughness >= LEAST_ROUGHNESS
+    errors = {
+        "roughness_percent": (100.0 * np.abs(found.roughness / truth.roughness - 1.0))[rough],
+        "contact_area_percent": 100.0 * np.abs(found.area / truth.area - 1.0),
+        "gradient_cosine": cosines(found.gradients, truth.gradients),
+    }
+    return {name: [float(f"{value:.4g}") for value in values] for name, values in errors.items()}
+
+
+def milliseconds(press: Press, reliefs: Reliefs, threads: int) -> tuple[float, float]:
     """Median time of a press, and of a press with the gradient of roughness."""
     torch.set_num_threads(threads)
     forward, both = [], []
-    for relief in np.concatenate((reliefs[:TIMED], reliefs[:TIMED])):
+    for relief in np.concatenate((reliefs, reliefs)):
         heights = torch.as_tensor(relief)
         began = time.perf_counter()
         press(heights)
@@ -72,31 +128,31 @@ def milliseconds(press: Press, reliefs: NDArray[np.float32], threads: int) -> tu
     return 1e3 * float(np.median(forward)), 1e3 * float(np.median(both))
 
 
-def row(name: str, press: Press, reliefs: NDArray[np.float32], reference: Felt) -> str:
-    """A line of the table."""
-    found = errors(felt(press, reliefs, SIZE_MM, torch.float32, len(reference.gradients)), reference)
+def as_text(results: Mapping[str, Any]) -> str:
+    """A table for each set of textures."""
+    parts = []
+    for of in ("unseen", "optimised"):
+        rows = [
+            [f"**{name}**" if name == f"layer, {STEPS} steps" else name, *_cells(found[of], found)]
+            for name, found in results["models"].items()
+            if of in found
+        ]
+        if rows:
+            count = max(len(found[of]["contact_area_percent"]) for found in results["models"].values())
+            head = (f"{of}, {count}", "V, %", "A, %", "cosine of dV/dh", "ms, 1 thread", "ms, 2 threads")
+            parts.append(table(head, rows))
+    return "\n\n".join(parts)
+
+
+def _cells(errors: Mapping[str, list[float]], found: Mapping[str, Any]) -> list[str]:
     cells = [
-        " / ".join(f"{found[f'{what}_{which}_percent']:.2f}" for which in ("median", "mean", "95th"))
+        " / ".join(f"{spread(errors[f'{what}_percent'])[which]:.2f}" for which in ("median", "mean", "95th"))
         for what in ("roughness", "contact_area")
     ]
-    cells.append(f"{found['gradient_cosine_median']:.4f} / {found['gradient_cosine_5th']:.3f}")
-    cells += [" / ".join(f"{t:.0f}" for t in milliseconds(press, reliefs, threads)) for threads in (1, 2)]
-    return f"| {name} | {' | '.join(cells)} |"
-
-
-def main() -> None:
-    torch.set_num_threads(1)
-    reliefs = unseen(int(sys.argv[1]) if len(sys.argv) > 1 else TEXTURES)
-    fem = partial(tactile.press, size_mm=SIZE_MM, model="fem")
-    reference = felt(fem, reliefs, SIZE_MM, torch.float64, min(GRADIENTS, len(reliefs)))
-    models: dict[str, Press] = {"layer, converged": partial(tactile.press, size_mm=SIZE_MM)}
-    models |= {f"layer, {steps} steps": cut_short(steps) for steps in STEPS}
-    if has_weights(KIND):
-        models["net"] = partial(tactile.press, size_mm=SIZE_MM, model="net")
-    print("| model | V, % | A, % | cosine of dV/dh | ms, 1 thread | ms, 2 threads |")
-    print("|---|---|---|---|---|---|")
-    for name, press in models.items():
-        print(row(name, press, reliefs, reference), flush=True)
+    cosine = errors["gradient_cosine"]
+    cells.append(f"{np.median(cosine):.4f} / {np.percentile(cosine, 5):.3f}")
+    times = found.get("milliseconds", {})
+    return cells + [" / ".join(f"{t:.0f}" for t in times.get(n, ())) or "-" for n in ("1", "2")]
 
 
 if __name__ == "__main__":

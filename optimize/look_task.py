@@ -59,8 +59,7 @@ def unhidden_pictures(heights: Tensor, size_mm: float, table: SlopeTable) -> Ten
 
 
 def _unhidden(heights: Tensor, size_mm: float, table: SlopeTable) -> Tensor:
-    faces = table(*swept.slopes(heights, size_mm))[0]
-    return swept.pooled(swept.shown(swept.of_quarters(faces)))
+    return swept.pooled_faces(None, table(*swept.slopes(heights, size_mm))[0])
 
 
 def examples_of(data: Fieldset, split: Split, table: SlopeTable) -> dict[str, Tensor]:

@@ -61,14 +61,14 @@ def errors(model: Felt, reference: Felt) -> dict[str, float]:
             found[f"{name}_mean_percent"] = float(np.mean(values))
             found[f"{name}_95th_percent"] = float(np.percentile(values, 95))
     if len(model.gradients):
-        cosines = _cosines(model.gradients, reference.gradients)
-        found["gradients"] = float(len(cosines))
-        found["gradient_cosine_median"] = float(np.median(cosines))
-        found["gradient_cosine_5th"] = float(np.percentile(cosines, 5))
+        agreement = cosines(model.gradients, reference.gradients)
+        found["gradients"] = float(len(agreement))
+        found["gradient_cosine_median"] = float(np.median(agreement))
+        found["gradient_cosine_5th"] = float(np.percentile(agreement, 5))
     return found
 
 
-def _cosines(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+def cosines(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
     """Between the fields of two stacks; 1 where both vanish."""
     product = (one * other).sum((-2, -1))
     sizes = np.sqrt((one**2).sum((-2, -1)) * (other**2).sum((-2, -1)))

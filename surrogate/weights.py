@@ -73,7 +73,7 @@ class Card:
     errors: Mapping[Text, Finite]
     versions: Mapping[Text, Text]
     sample: Annotated[tuple[Sample, ...], Field(max_length=64)]
-    format: Literal[1] = 1
+    format: Literal[2] = 2
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 

@@ -61,17 +61,14 @@ class QuickLook:
             fine = swept.refined(heights)
             radiance = self.table.to(heights.dtype)(*slopes)
             for toward, condition, faces in zip(self.toward, self.condition, radiance, strict=True):
-                triangles = swept.of_quarters(faces)
+                way = None
                 if math.hypot(*toward[:2]) > OVERHEAD:
                     way = swept.sweep(self.samples, self.size_mm, toward, heights.dtype)
-                    triangles = swept.lit_shares(way.clearance(fine)) * triangles
-                picture = swept.pooled(swept.shown(triangles))
+                picture = swept.lit_picture(fine, faces, way)
                 for shining in alone if condition == EVERY else alone[condition : condition + 1]:
                     shining.append(picture)
         if self.sky is not None:
-            faces = self.sky.table.to(heights.dtype)(*slopes)[0]
-            quarters = swept.shown(swept.of_quarters(faces))
-            unhidden = swept.pooled(quarters)
+            unhidden = swept.pooled_faces(None, self.sky.table.to(heights.dtype)(*slopes)[0])
             around = unhidden * self.sky.openness(heights, self.size_mm, unhidden)
             for shining in alone:
                 shining.append(around)

@@ -55,9 +55,9 @@ class QuickView:
             if math.hypot(*toward[:2]) > OVERHEAD:
                 way = swept.sweep(look.samples, look.size_mm, toward, field.dtype)
                 clearance, shading = way.traced(fine)
-                shares = swept.lit_shares(clearance)
+                shares, cuts = swept.lit_shares(clearance)
                 if jacobian and edges:
-                    moved = _moved(way, clearance, shading, radiance)
+                    moved = _moved(way, cuts, shading, radiance)
             pictures[where] += swept.shown(shares * radiance)
             if jacobian:
                 for of_slope, change in zip(by_slope, tilted, strict=True):
@@ -102,30 +102,22 @@ def _with_slopes(table: SlopeTable, slopes: tuple[Tensor, Tensor]) -> tuple[Tens
     return radiance.detach(), by_x, by_y
 
 
-def _moved(way: swept.Sweep, clearance: Tensor, shading: Tensor, radiance: Tensor) -> sp.csr_matrix:
+def _moved(way: swept.Sweep, cuts: swept.Cuts, where: Tensor, radiance: Tensor) -> sp.csr_matrix:
     """(quarters, corners) how quarters of pixels change as shadows move with the heights of corners."""
-    (triangle, row, col), corners = swept.cut_triangles(clearance)
-    side = clearance.shape[0]
-    values = [c.detach().requires_grad_() for c in clearance.reshape(-1)[corners]]
-    weights = torch.autograd.grad(swept.positive_part(*values).sum(), values)
-    lit = 0.5 * radiance[triangle, row, col]
-    quarter = (row * (side - 1) + col).repeat(3)
-    corner = corners.reshape(-1)
-    weight = torch.cat([lit * w for w in weights])
-    entries = [(quarter, corner, weight)]
-    for line, share in ((way.before, 1.0 - way.share), (way.after, way.share)):
-        number = line[corner].div(side + 1, rounding_mode="floor")
-        column = line[corner] - number * (side + 1) - 1
-        there = column >= 0
-        number = number[there]
-        at = shading[number, column[there]]
-        taken = -weight[there] * share[corner][there]
-        part = way.part[number, at]
-        entries.append((quarter[there], way.below[number, at], taken * (1.0 - part)))
-        entries.append((quarter[there], way.above[number, at], taken * part))
-    rows, cols, found = (torch.cat(parts).numpy() for parts in zip(*entries, strict=True))
-    known = cols < side * side
-    return sp.csr_matrix((found[known], (rows[known], cols[known])), shape=((side - 1) ** 2, side * side))
+    side = radiance.shape[-1]
+    corners = (side + 1) ** 2
+    weight = 0.5 * radiance.reshape(-1)[cuts.triangle] * cuts.by
+    quarter = (cuts.triangle % side**2).expand_as(cuts.corners)
+    by_clearance = _matrix(quarter, cuts.corners, weight, (side * side, corners))
+    shaded = torch.unique(cuts.corners)
+    shading, part = way.shading(where, shaded)
+    cleared = _matrix(shaded.expand_as(shading), shading, part, (corners, corners + 1))
+    return sp.csr_matrix(by_clearance - by_clearance @ cleared[:, :corners])
+
+
+def _matrix(rows: Tensor, columns: Tensor, values: Tensor, shape: tuple[int, int]) -> sp.csr_matrix:
+    flat = (values.reshape(-1).numpy(), (rows.reshape(-1).numpy(), columns.reshape(-1).numpy()))
+    return sp.csr_matrix(flat, shape=shape)
 
 
 def _by_face(values: Array, n: int) -> sp.csr_matrix:

@@ -13,8 +13,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import torch
 from torch import Tensor, nn
@@ -33,6 +34,7 @@ WAYS = ((0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1))
 """Rows and columns a step, of the directions of horizons."""
 DISTANCES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 """Steps at which a horizon is looked for."""
+REACH = max(DISTANCES)
 CHANNELS = 6 + len(REACHES) + len(WAYS)
 OPEN = 0.5413
 """softplus of it is 1: an untrained net mends nothing."""
@@ -49,29 +51,49 @@ def horizons(lengths: Tensor) -> Tensor:
     Args:
         lengths: (batch, n, n) heights in units of the distance between samples.
     """
-    n, reach = lengths.shape[-1], max(DISTANCES)
-    beside = functional.pad(lengths, (reach,) * 4, value=-1e4)
-    place = torch.arange(n)[:, None] * (n + 2 * reach) + torch.arange(n)
-    with torch.no_grad():
-        # What stands out is looked for first, and only that is differentiated.
-        steps = []
-        for row, col in WAYS:
-            steepest, farthest = torch.zeros_like(lengths), torch.zeros_like(place).expand_as(lengths)
+    found: Tensor = _Horizons.apply(lengths)
+    return found
+
+
+class _Horizons(torch.autograd.Function):
+    """Where what stands out stands is kept only for a gradient."""
+
+    @staticmethod
+    def forward(ctx: Any, lengths: Tensor) -> Tensor:
+        n, tracked = lengths.shape[-1], ctx.needs_input_grad[0]
+        beside = functional.pad(lengths, (REACH,) * 4, value=-1e4)
+        steepest = lengths.new_zeros(len(WAYS), len(lengths), n, n)
+        step_of = torch.zeros_like(steepest) if tracked else steepest
+        rise, steeper = torch.empty_like(lengths), torch.empty_like(lengths, dtype=torch.bool)
+        for (row, col), most, its_step in zip(WAYS, steepest, step_of, strict=True):
             for step in DISTANCES:
-                top, left = reach + step * row, reach + step * col
-                there = beside[:, top : top + n, left : left + n]
-                rise = (there - lengths) / (step * math.hypot(row, col))
-                farthest = torch.where(rise > steepest, step, farthest)
-                steepest = torch.maximum(steepest, rise)
-            steps.append(farthest)
-    distance = torch.stack(steps, dim=1)
-    way = torch.tensor(WAYS, device=lengths.device)[:, :, None, None]
-    corner = (place.to(lengths.device) + reach * (n + 2 * reach + 1)) + distance * (
-        way[:, 0] * (n + 2 * reach) + way[:, 1]
-    )
-    found = beside.flatten(1).gather(1, corner.flatten(1)).view_as(distance)
-    length = (distance * way.float().square().sum(1).sqrt()).clamp_min(1.0)
-    return (found - lengths[:, None]) / length
+                top, left = REACH + step * row, REACH + step * col
+                torch.sub(beside[:, top : top + n, left : left + n], lengths, out=rise)
+                rise.mul_(1.0 / (step * math.hypot(row, col)))
+                if tracked:
+                    torch.gt(rise, most, out=steeper)
+                    its_step.masked_fill_(steeper, step)
+                torch.maximum(most, rise, out=most)
+        if tracked:
+            ctx.save_for_backward(step_of)
+        return steepest.transpose(0, 1)
+
+    @staticmethod
+    def backward(ctx: Any, gradient: Tensor) -> Tensor:
+        (step_of,) = ctx.saved_tensors
+        items, n = step_of.shape[1:3]
+        width = n + 2 * REACH
+        place = torch.arange(n, device=gradient.device) + REACH
+        item = torch.arange(items, device=gradient.device)[:, None, None] * width**2
+        own = item + place[:, None] * width + place
+        to_beside = gradient.new_zeros(items * width * width)
+        for (row, col), its_step, g in zip(WAYS, step_of, gradient.transpose(0, 1), strict=True):
+            taken = torch.where(its_step > 0.0, g / (its_step * math.hypot(row, col)), 0.0)
+            there = own + its_step.long() * (row * width + col)
+            to_beside.index_add_(0, there.view(-1), taken.view(-1))
+            to_beside.index_add_(0, own.view(-1), taken.view(-1), alpha=-1)
+        inside = slice(REACH, REACH + n)
+        return to_beside.view(items, width, width)[:, inside, inside]
 
 
 def roughly_open(horizon: Tensor, slope_x: Tensor, slope_y: Tensor) -> Tensor:
@@ -108,10 +130,10 @@ def inputs(heights: Tensor, size_mm: float, unhidden: Tensor) -> Tensor:
     return torch.stack(
         (
             roughly_open(horizon, slope_x, slope_y),
-            torch.asinh(slope_x),
-            torch.asinh(slope_y),
+            functional.softsign(slope_x),
+            functional.softsign(slope_y),
             *torch.atan(horizon).unbind(1),
-            *(torch.asinh(lengths - mean) for mean in means),
+            *(functional.softsign(lengths - mean) for mean in means),
             unhidden / unhidden.mean((-2, -1), keepdim=True) - 1.0,
             away.expand_as(heights),
             away[:, None].expand_as(heights),
@@ -122,8 +144,16 @@ def inputs(heights: Tensor, size_mm: float, unhidden: Tensor) -> Tensor:
 
 def _mean_around(lengths: Tensor, reach: int) -> Tensor:
     """Over squares of so many samples a side, without what lies beside the plate."""
-    rows = functional.avg_pool2d(lengths[:, None], (reach, 1), 1, (reach // 2, 0), count_include_pad=False)
-    return functional.avg_pool2d(rows, (1, reach), 1, (0, reach // 2), count_include_pad=False)[:, 0]
+    rows = _mean_of_row(lengths.shape[-1], reach).to(lengths)
+    return rows @ lengths @ rows.T
+
+
+@lru_cache(maxsize=8)
+def _mean_of_row(n: int, reach: int) -> Tensor:
+    """(n, n) matrix of running means."""
+    place = torch.arange(n)
+    near = ((place[:, None] - place).abs() <= reach // 2).float()
+    return near / near.sum(1, keepdim=True)
 
 
 def openness(net: nn.Module, maps: Tensor) -> Tensor:

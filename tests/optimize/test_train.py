@@ -202,3 +202,33 @@ def test_its_pictures_turn_with_the_relief(looked_at: Path) -> None:
 def test_the_rendering_net_needs_pictures(data: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="lights: none"):
         train_net("look", Order(data, tmp_path, SETTINGS))
+
+
+SEEDS = (1, 2, 3)
+
+
+@pytest.mark.slow
+def test_three_seeds_make_touch_nets_that_err_alike(data: Path, tmp_path: Path) -> None:
+    """What is told of a net is no luck: the smallest configuration, from three beginnings."""
+    found = []
+    for seed in SEEDS:
+        settings = replace(SETTINGS, seed=seed)
+        order = Order(data, tmp_path / str(seed), settings, widths=(8, 12, 16), tested=12, reference="layer")
+        card = train_net("touch", order)
+        assert card.errors["roughness_mean_percent"] < 6.0
+        assert card.errors["contact_area_mean_percent"] < 6.0
+        found.append(float(card.training["best validation error"]))
+    assert max(found) < 0.4 and max(found) < 1.3 * min(found)
+
+
+@pytest.mark.slow
+def test_three_seeds_make_rendering_nets_that_err_alike(looked_at: Path, tmp_path: Path) -> None:
+    found = []
+    for seed in SEEDS:
+        settings = replace(SETTINGS, seed=seed)
+        card = train_net(
+            "look", Order(looked_at, tmp_path / str(seed), settings, widths=(8, 12, 16), tested=6)
+        )
+        found.append(float(card.training["best validation error"]))
+        assert card.errors["ambient_mean_percent"] < 8.0
+    assert max(found) < 0.02 and max(found) < 1.3 * min(found)

@@ -32,12 +32,6 @@ def test_an_untrained_net_adds_nothing() -> None:
     assert not UNet(SHAPE)(torch.randn(2, 3, 16, 16)).any()
 
 
-def test_beyond_the_rim_there_is_more_of_the_same() -> None:
-    """With zeros for padding an even map would come out with a frame."""
-    out = alive(Shape(1, 1, (4, 6), block=1))(torch.full((1, 1, 16, 16), 0.7))
-    torch.testing.assert_close(out, out[..., :1, :1].expand_as(out))
-
-
 @pytest.mark.parametrize("symmetry", range(SYMMETRIES))
 def test_a_net_with_symmetric_filters_sees_every_symmetry_alike(symmetry: int) -> None:
     """Nothing but the filters tells left from right: neither padding nor up- and downsampling does."""

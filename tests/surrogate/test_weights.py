@@ -98,7 +98,7 @@ CARDS: dict[str, tuple[dict[str, Any], str]] = {
     "another kind": ({"kind": "look"}, "kind"),
     "an unknown kind": ({"kind": "smell"}, "kind"),
     "an unknown key": ({"colour": 1}, "colour"),
-    "another format": ({"format": 2}, "format"),
+    "another format": ({"format": 1}, "format"),
     "no checksum": ({"sha256": "x"}, "sha256"),
     "a net without end": ({"shape": {"inputs": 2, "outputs": 1, "widths": [10**9], "block": 2}}, "shape"),
     "a net of no width": ({"shape": {"inputs": 2, "outputs": 1, "widths": [], "block": 2}}, "shape.widths"),

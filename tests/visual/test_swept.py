@@ -26,8 +26,7 @@ def lit(heights: torch.Tensor, light: tuple[float, float, float]) -> torch.Tenso
     way = swept.sweep(heights.shape[0], SIZE, light, heights.dtype)
     slope_x, slope_y = swept.slopes(heights.detach(), SIZE)
     facing = (light[2] - slope_x * light[0] - slope_y * light[1] > 0.0).to(heights.dtype)
-    shares = swept.lit_shares(way.clearance(swept.refined(heights)))
-    return swept.pooled(swept.shown(shares * swept.of_quarters(facing)))
+    return swept.lit_picture(swept.refined(heights), facing, way)
 
 
 def centres_of_triangles() -> tuple[np.ndarray, np.ndarray]:
@@ -136,11 +135,38 @@ def test_gradients_are_those_of_small_changes() -> None:
 
 def test_lit_shares_are_areas() -> None:
     """Against the share of many points of a triangle where a linear function is positive."""
-    values = torch.tensor([[0.3, -0.5, -0.1], [-0.2, 0.6, 0.9], [0.4, 0.1, -1.0]], dtype=DOUBLE)
-    found = swept.positive_part(*values.T)
+    values = torch.tensor([[0.3, -0.5, -0.1], [-0.2, 0.6, 0.9], [-1.0, 0.4, 0.1]], dtype=DOUBLE)
+    found, _ = swept.positive_part(values.T)
     count = 1500
     row, col = np.mgrid[:count, :count]
     inside = row + col < count
     u, v = (col[inside] + 1 / 3) / count, (row[inside] + 1 / 3) / count
     for (a, b, c), share in zip(values.numpy(), found.numpy(), strict=True):
         assert share == pytest.approx(np.mean(a + (b - a) * u + (c - a) * v > 0.0), abs=2e-3)
+
+
+def test_derivatives_of_shares_are_those_of_small_changes() -> None:
+    values = torch.tensor([[0.3, -0.5, -0.1], [-0.2, 0.6, 0.9], [-1.0, 0.4, 0.1]], dtype=DOUBLE).T
+    _, by = swept.positive_part(values)
+    for corner in range(3):
+        change = torch.zeros_like(values)
+        change[corner] = 1e-6
+        (up, _), (down, _) = swept.positive_part(values + change), swept.positive_part(values - change)
+        torch.testing.assert_close(by[corner], (up - down) / 2e-6, rtol=1e-7, atol=1e-9)
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 40.0, 205.0, 270.0])
+def test_what_shades_a_corner_is_what_its_clearance_changes_with(azimuth: float) -> None:
+    """`Sweep.shading` against finite differences of `Sweep.clearance`."""
+    fine = swept.refined(waves(SIDE, 2.0))
+    way = swept.sweep(SIDE, SIZE, toward(20.0, azimuth), DOUBLE)
+    clearance, where = way.traced(fine)
+    corners = torch.arange(7, fine.numel(), 101)
+    found, weights = way.shading(where, corners)
+    along = torch.as_tensor(np.random.default_rng(1).normal(size=fine.shape))
+    moved = (way.clearance(fine + 1e-6 * along) - clearance) / 1e-6
+    known = torch.cat((along.flatten(), torch.zeros(1, dtype=DOUBLE)))
+    expected = along.flatten()[corners] - (weights * known[found]).sum(0)
+    close = (moved.flatten()[corners] - expected).abs() < 1e-4
+    # Where the highest place itself changes, the difference is none of either side.
+    assert close.double().mean() > 0.95
