@@ -1,0 +1,109 @@
+"""The demo runs steered by the fast models, beside the same runs steered by the exact ones.
+
+python -m benchmarks.fast_runs            # every case that is not in the results yet
+python -m benchmarks.fast_runs --again
+
+Six targets (gravel, brick and grass, rougher and smoother by two just-noticeable differences), all verified
+by finite elements and told by converged pictures of Mitsuba's, whatever steered. Seconds of descent and of
+the whole run, with set-up, verification, final pictures and report. Run it on a quiet machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.common import load, machine, save, table
+from benchmarks.runs import RELIEFS
+from benchmarks.verified import measure
+from optimize.config import load_run
+from surrogate.weights import has_weights
+
+WAYS = {
+    "exact": {"touch.model": "layer", "look.model": "exact"},
+    "quick touch, exact look": {"touch.model": "quick", "look.model": "exact"},
+    "exact touch, net look": {"touch.model": "layer", "look.model": "net"},
+    "quick touch, net look": {"touch.model": "quick", "look.model": "net"},
+    "nets alone": {"touch.model": "net", "look.model": "net"},
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--again", action="store_true")
+    again = parser.parse_args().again
+    results = load("fast_runs") or {"rows": {}}
+    results["machine"] = machine()
+    for texture in RELIEFS:
+        for jnd in (-2, 2):
+            for way, models in WAYS.items():
+                name = f"{texture} {jnd:+d}, {way}"
+                if (name in results["rows"] and not again) or (
+                    way == "nets alone" and not has_weights("touch")
+                ):
+                    continue
+                asked = [f"touch.jnd={jnd}", *(f'{key}="{model}"' for key, model in models.items())]
+                run = load_run(f"mitsuba_scenes/{texture}.toml", asked)
+                with tempfile.TemporaryDirectory() as folder:
+                    found = measure(run, Path(folder) / "out")
+                results["rows"][name] = {"way": way, "case": f"{texture} {jnd:+d} JND", **found}
+                save("fast_runs", results)
+                print(name, found["seconds"], flush=True)
+    print(as_text(results))
+
+
+def as_text(results: Mapping[str, Any]) -> str:
+    """A table of the ways, means over the cases; one of the cases."""
+    rows = list(results["rows"].values())
+    ways = [way for way in WAYS if any(row["way"] == way for row in rows)]
+    lines: list[list[Any]] = []
+    for way in ways:
+        mine = [row for row in rows if row["way"] == way]
+        lines.append(
+            [
+                way,
+                sum(row["steps"] for row in mine),
+                *(float(np.mean([row["seconds"][part] for row in mine])) for part in ("descent", "total")),
+                float(np.mean([abs(row["roughness_miss_percent"]) for row in mine])),
+                float(np.max([abs(row["first_miss_percent"]) for row in mine])),
+                *(
+                    float(np.mean([row[f"picture_{kind}_percent"] for row in mine]))
+                    for kind in ("mean", "rms")
+                ),
+            ]
+        )
+    head = (
+        "steered by",
+        "steps, all",
+        "descent, s",
+        "whole run, s",
+        "V off, %",
+        "before correction, at most",
+        "pictures mean, %",
+        "rms, %",
+    )
+    of_case = [
+        [
+            case,
+            *(
+                f"{r['picture_rms_percent']:.2f} / {r['seconds']['descent']:.1f}"
+                for way in ways
+                for r in rows
+                if (r["way"], r["case"]) == (way, case)
+            ),
+        ]
+        for case in dict.fromkeys(row["case"] for row in rows)
+    ]
+    cases = table(("pictures rms, % / descent, s", *ways), of_case)
+    return f"{table(head, lines)}\n\n{cases}"
+
+
+if __name__ == "__main__":
+    main()
