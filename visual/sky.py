@@ -35,6 +35,10 @@ WAYS = ((0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1))
 DISTANCES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 """Steps at which a horizon is looked for."""
 REACH = max(DISTANCES)
+BITS = 15
+"""Of a number in single precision that may tell something else: a tangent is exact to 2e-6 without them."""
+LEVEL = 1e-20
+"""Tangent of a horizon that nothing stands out of."""
 CHANNELS = 6 + len(REACHES) + len(WAYS)
 OPEN = 0.5413
 """softplus of it is 1: an untrained net mends nothing."""
@@ -51,49 +55,65 @@ def horizons(lengths: Tensor) -> Tensor:
     Args:
         lengths: (batch, n, n) heights in units of the distance between samples.
     """
-    found: Tensor = _Horizons.apply(lengths)
-    return found
+    found: Tensor = _Horizons.apply(lengths.float().contiguous())
+    return found.to(lengths.dtype)
 
 
 class _Horizons(torch.autograd.Function):
-    """Where what stands out stands is kept only for a gradient."""
+    """Where what stands out stands is kept only for a gradient: in the last bits of how steep it is."""
 
     @staticmethod
     def forward(ctx: Any, lengths: Tensor) -> Tensor:
         n, tracked = lengths.shape[-1], ctx.needs_input_grad[0]
         beside = functional.pad(lengths, (REACH,) * 4, value=-1e4)
-        steepest = lengths.new_zeros(len(WAYS), len(lengths), n, n)
-        step_of = torch.zeros_like(steepest) if tracked else steepest
-        rise, steeper = torch.empty_like(lengths), torch.empty_like(lengths, dtype=torch.bool)
-        for (row, col), most, its_step in zip(WAYS, steepest, step_of, strict=True):
-            for step in DISTANCES:
+        steepest = lengths.new_full((len(WAYS), len(lengths), n, n), LEVEL)
+        steepest.view(torch.int32).bitwise_and_(~BITS)
+        rise = torch.empty_like(lengths)
+        bits = rise.view(torch.int32)
+        for (row, col), most in zip(WAYS, steepest, strict=True):
+            for number, step in enumerate(DISTANCES, 1):
                 top, left = REACH + step * row, REACH + step * col
                 torch.sub(beside[:, top : top + n, left : left + n], lengths, out=rise)
                 rise.mul_(1.0 / (step * math.hypot(row, col)))
                 if tracked:
-                    torch.gt(rise, most, out=steeper)
-                    its_step.masked_fill_(steeper, step)
+                    bits.bitwise_and_(~BITS).bitwise_or_(number)
                 torch.maximum(most, rise, out=most)
         if tracked:
-            ctx.save_for_backward(step_of)
+            ctx.save_for_backward(steepest)
         return steepest.transpose(0, 1)
 
     @staticmethod
     def backward(ctx: Any, gradient: Tensor) -> Tensor:
-        (step_of,) = ctx.saved_tensors
-        items, n = step_of.shape[1:3]
+        (steepest,) = ctx.saved_tensors
+        items, n = steepest.shape[1:3]
         width = n + 2 * REACH
-        place = torch.arange(n, device=gradient.device) + REACH
-        item = torch.arange(items, device=gradient.device)[:, None, None] * width**2
+        device = gradient.device
+        way = torch.arange(len(WAYS), device=device)[:, None, None, None] * (BITS + 1)
+        found = (steepest.view(torch.int32).bitwise_and(BITS) + way).view(-1)
+        per_length, offset = (known.to(device) for known in _by_step(width))
+        taken = gradient.transpose(0, 1) * per_length.index_select(0, found).view(steepest.shape)
+        place = torch.arange(n, device=device) + REACH
+        item = torch.arange(items, device=device)[:, None, None] * width**2
         own = item + place[:, None] * width + place
+        there = own + offset.index_select(0, found).view(steepest.shape)
         to_beside = gradient.new_zeros(items * width * width)
-        for (row, col), its_step, g in zip(WAYS, step_of, gradient.transpose(0, 1), strict=True):
-            taken = torch.where(its_step > 0.0, g / (its_step * math.hypot(row, col)), 0.0)
-            there = own + its_step.long() * (row * width + col)
-            to_beside.index_add_(0, there.view(-1), taken.view(-1))
-            to_beside.index_add_(0, own.view(-1), taken.view(-1), alpha=-1)
+        to_beside.index_add_(0, there.view(-1), taken.reshape(-1))
         inside = slice(REACH, REACH + n)
-        return to_beside.view(items, width, width)[:, inside, inside]
+        return to_beside.view(items, width, width)[:, inside, inside] - taken.sum(0)
+
+
+@lru_cache(maxsize=4)
+def _by_step(width: int) -> tuple[Tensor, Tensor]:
+    """By way and number of a distance (ways * (BITS + 1),): 1 over its length, and its step in a flat map.
+
+    Number 0, of what nothing stands out of, has neither.
+    """
+    per_length, offset = torch.zeros(len(WAYS), BITS + 1), torch.zeros(len(WAYS), BITS + 1, dtype=torch.int64)
+    for way, (row, col) in enumerate(WAYS):
+        for number, step in enumerate(DISTANCES, 1):
+            per_length[way, number] = 1.0 / (step * math.hypot(row, col))
+            offset[way, number] = step * (row * width + col)
+    return per_length.view(-1), offset.view(-1)
 
 
 def roughly_open(horizon: Tensor, slope_x: Tensor, slope_y: Tensor) -> Tensor:
