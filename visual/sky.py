@@ -124,11 +124,39 @@ def roughly_open(horizon: Tensor, slope_x: Tensor, slope_y: Tensor) -> Tensor:
     Args:
         horizon: (batch, WAYS, n, n) tangents.
     """
-    way = torch.tensor(WAYS, dtype=horizon.dtype, device=horizon.device)[:, :, None, None]
-    way = way / way.square().sum(1, keepdim=True).sqrt()
-    own = (way[:, 1] * slope_x[:, None] - way[:, 0] * slope_y[:, None]).clamp_min(0.0)
-    left = (1.0 / (1.0 + torch.maximum(horizon, own).square())).sum(1)
-    return left / (1.0 / (1.0 + own.square())).sum(1)
+    slopes = torch.stack((slope_x, slope_y), 1).flatten(2)
+    own = (_ways().to(slopes) @ slopes).view(horizon.shape).clamp_min(0.0)
+    share: Tensor = _Share.apply(horizon, own)
+    return share
+
+
+@lru_cache(maxsize=1)
+def _ways() -> Tensor:
+    """(WAYS, 2) unit vectors of the ways, x and y."""
+    return torch.tensor([(col / math.hypot(row, col), -row / math.hypot(row, col)) for row, col in WAYS])
+
+
+class _Share(torch.autograd.Function):
+    """Sum over ways of 1 / (1 + max(horizon, own)²) over that of 1 / (1 + own²)."""
+
+    @staticmethod
+    def forward(ctx: Any, horizon: Tensor, own: Tensor) -> Tensor:
+        most = torch.maximum(horizon, own)
+        left = most.square().add_(1.0).reciprocal_()
+        whole = own.square().add_(1.0).reciprocal_()
+        total = whole.sum(1)
+        share = left.sum(1) / total
+        ctx.save_for_backward(horizon, own, most, left, whole, total, share)
+        return share
+
+    @staticmethod
+    def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, Tensor]:
+        horizon, own, most, left, whole, total, share = ctx.saved_tensors
+        scaled = (-2.0 * gradient / total)[:, None]
+        by_most = most.mul(left).mul_(left).mul_(scaled)
+        to_horizon = by_most * (horizon > own)
+        by_whole = own.mul(whole).mul_(whole).mul_(scaled * share[:, None])
+        return to_horizon, by_most.sub_(to_horizon).sub_(by_whole)
 
 
 def inputs(heights: Tensor, size_mm: float, unhidden: Tensor) -> Tensor:

@@ -165,8 +165,9 @@ def test_the_gradient_of_ambient_light_is_that_of_small_changes() -> None:
     field = heights.clone().requires_grad_()
     (gradient,) = torch.autograd.grad(bright(field), field)
     with torch.no_grad():
-        up, down = (float(bright(heights + s * 1e-6 * way)) for s in (1, -1))
-    assert (up - down) / 2e-6 == pytest.approx(float((gradient * way).sum()), rel=1e-4)
+        # Horizons are of single precision.
+        up, down = (float(bright(heights + s * 3e-5 * way)) for s in (1, -1))
+    assert (up - down) / 6e-5 == pytest.approx(float((gradient * way).sum()), rel=2e-2)
 
 
 @pytest.mark.parametrize(
