@@ -30,6 +30,7 @@ a run file (.toml), or a scene (.xml) with a texture and a target. Options win o
 EPILOG = f"""\
 examples:
   retouch optimize mitsuba_scenes/gravel.toml
+  retouch optimize mitsuba_scenes/gravel.toml --fast
   retouch optimize mitsuba_scenes/gravel.toml --jnd 1 --set descent.tolerance=0.005 -o runs/gravel-1
   retouch optimize mitsuba_scenes/studio.xml --texture stone.png --relief-mm 1.2 --jnd 2
 
@@ -48,6 +49,10 @@ _SETTINGS = {
     "contact_area_scale": "touch.contact_area_scale",
 }
 """Options that stand for a number in the run file, and its key there."""
+
+
+FAST = ('touch.model="quick"', 'look.model="net"')
+"""What ``--fast`` sets; ``--set`` wins over it."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -92,6 +97,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         help="any key of the run file, as in descent.steps=20; may be given several times",
     )
+    details.add_argument(
+        "--fast",
+        action="store_true",
+        help="steer by the fast models (touch quick, look net); what verifies the result stays as it is",
+    )
     details.add_argument("--seed", type=seed, metavar="N", help="of all random numbers (default: 0)")
     add_mitsuba(details)
 
@@ -121,7 +131,7 @@ def load(arguments: argparse.Namespace) -> "Run":
     if arguments.texture is None:
         raise InputError(f"{source}: a scene needs --texture as well; a run file ends in .toml")
     settings = overrides(arguments)
-    if not any(setting.strip().startswith("touch.") for setting in settings):
+    if not any(setting.strip().startswith("touch.") for setting in settings if setting not in FAST):
         raise InputError(f"{source}: no target: give --roughness, --jnd, or one for the contact area")
     return config.run_from_scene(source, arguments.texture, settings)
 
@@ -136,6 +146,8 @@ def overrides(arguments: argparse.Namespace) -> Sequence[str]:
     if arguments.texture is not None:
         given.append(f"texture={_quoted(str(arguments.texture))}")
     given += [f"define.{key}={_quoted(value)}" for key, value in arguments.defines]
+    if arguments.fast:
+        given += FAST
     return [*given, *arguments.settings]
 
 

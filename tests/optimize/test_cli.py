@@ -300,6 +300,19 @@ def options(*argv: str) -> config.Run:
     return cli_optimize.load(cli.parse(["optimize", *argv]))
 
 
+def test_fast_chooses_the_fast_models_and_set_wins_over_it() -> None:
+    gravel = str(ROOT / "mitsuba_scenes" / "gravel.toml")
+    run = options(gravel, "--fast")
+    assert (run.touch.model, run.look.model) == ("quick", "net")
+    mixed = options(gravel, "--fast", "--set", "look.model=exact")
+    assert (mixed.touch.model, mixed.look.model) == ("quick", "exact")
+
+
+def test_fast_is_no_target(waves: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["optimize", str(STUDIO), "--texture", str(waves), "--fast"]) == 2
+    assert "no target" in capsys.readouterr().err
+
+
 def test_options_win_over_the_run_file() -> None:
     run_file = str(STUDIO.with_name("gravel.toml"))
     assert options(run_file).touch.jnd == 2.0

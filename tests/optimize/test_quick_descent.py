@@ -1,5 +1,6 @@
 """Descents by the quick look reach the feel, and Mitsuba, which they do not ask, finds the look kept."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -50,6 +51,14 @@ def test_gauss_newton_keeps_the_look_better_than_scaling(problem: Problem) -> No
     scaled = linear_scaling(problem)
     assert scaled is not None
     assert 2.3 * change_of_look(problem, descent.best.heights) < change_of_look(problem, scaled)
+
+
+def test_a_descent_by_both_fast_models_arrives_where_the_layer_finds_it(problem: Problem) -> None:
+    fast = replace(problem, touch="quick")
+    descent = walk(fast, GaussNewton(fast), 20)
+    assert descent.reason is StopReason.CONVERGED
+    felt = problem.feel(descent.best.heights, gradients=False)
+    assert problem.targets.miss(felt.roughness, 0.0) <= 3.0 * TOLERANCE
 
 
 def test_adam_goes_down_by_it(problem: Problem) -> None:
