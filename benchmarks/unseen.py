@@ -39,6 +39,7 @@ def arguments(what: str) -> argparse.Namespace:
         metavar="FOLDER",
         help="where reference fields are kept",
     )
+    parser.add_argument("--again", action="store_true", help="also what is in the results")
     parser.add_argument("--times", action="store_true", help="measure times only, on a quiet machine")
     return parser.parse_args()
 
