@@ -105,7 +105,8 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
             return measure_touch(problem, heights, "layer")
         return measure_touch(problem, heights, "fem", settings.verify.resolution)
 
-    believed = belief.roughness, belief.contact_area_mm2
+    steering = untargeted.feel(scene.heights, gradients=False)
+    believed = steering.roughness, steering.contact_area_mm2
     return Prepared(
         settings,
         problem,

@@ -1,5 +1,7 @@
 """What a descent works on: how far off a feel is, what raises it, and which heights are allowed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -53,6 +55,17 @@ def test_a_warm_start_changes_the_time_not_the_feel(problem_with: ProblemWith) -
     warm = problem.feel(problem.heights, nearby.pressure)
     assert warm.roughness == pytest.approx(cold.roughness, rel=1e-6)
     assert warm.contact_area_mm2 == pytest.approx(cold.contact_area_mm2, rel=1e-6)
+
+
+def test_a_fast_model_feels_about_the_same_in_double_precision(problem_with: ProblemWith) -> None:
+    exact = problem_with(Targets(0.1, 50.0, 0.01))
+    fast = replace(exact, touch="quick")
+    one, other = (problem.feel(exact.heights) for problem in (exact, fast))
+    assert other.roughness == pytest.approx(one.roughness, rel=0.05)
+    assert other.contact_area_mm2 == pytest.approx(one.contact_area_mm2, rel=0.05)
+    assert other.gradients.dtype == other.strain.dtype == other.pressure.dtype == np.float64
+    for ours, theirs in zip(other.gradients, one.gradients, strict=True):
+        assert ours @ theirs > 0.9 * np.linalg.norm(ours) * np.linalg.norm(theirs)
 
 
 @pytest.mark.parametrize("offset", [-1.0, -0.4, 0.0, 0.5, 2.5])
