@@ -31,7 +31,7 @@ KIND: Literal["look"] = "look"
 REACHES = (3, 9, 27)
 """Sides, in pixels, of the squares over which heights are averaged for the net to compare with."""
 WAYS = ((0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1))
-"""Rows and columns a step, of the directions of horizons."""
+"""Rows and columns a step, of the directions of horizons; the second half is opposite to the first."""
 DISTANCES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 """Steps at which a horizon is looked for."""
 REACH = max(DISTANCES)
@@ -65,19 +65,25 @@ class _Horizons(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, lengths: Tensor) -> Tensor:
         n, tracked = lengths.shape[-1], ctx.needs_input_grad[0]
-        beside = functional.pad(lengths, (REACH,) * 4, value=-1e4)
-        steepest = lengths.new_full((len(WAYS), len(lengths), n, n), LEVEL)
+        beside, half = functional.pad(lengths, (REACH,) * 4, value=-1e4), len(WAYS) // 2
+        width = beside.shape[-1]
+        # Two opposite ways at once: what lies there differs by a fixed step in memory.
+        steepest = lengths.new_full((half, 2, len(lengths), n, n), LEVEL)
         steepest.view(torch.int32).bitwise_and_(~BITS)
-        rise = torch.empty_like(lengths)
-        bits = rise.view(torch.int32)
-        for (row, col), most in zip(WAYS, steepest, strict=True):
+        rise = torch.empty_like(steepest[0])
+        bits, middle = rise.view(torch.int32), REACH * (width + 1)
+        for (row, col), most in zip(WAYS[:half], steepest, strict=True):
             for number, step in enumerate(DISTANCES, 1):
-                top, left = REACH + step * row, REACH + step * col
-                torch.sub(beside[:, top : top + n, left : left + n], lengths, out=rise)
+                away = step * abs(row * width + col)
+                there = beside.as_strided(rise.shape, (2 * away, width * width, width, 1), middle - away)
+                torch.sub(there, lengths, out=rise)
                 rise.mul_(1.0 / (step * math.hypot(row, col)))
                 if tracked:
                     bits.bitwise_and_(~BITS).bitwise_or_(number)
                 torch.maximum(most, rise, out=most)
+            if row * width + col > 0:
+                most.copy_(most.flip(0))
+        steepest = steepest.transpose(0, 1).reshape(len(WAYS), len(lengths), n, n)
         if tracked:
             ctx.save_for_backward(steepest)
         return steepest.transpose(0, 1)

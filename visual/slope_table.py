@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -46,8 +47,14 @@ class SlopeTable:
         return found.view(len(self.values), *slope_x.shape)
 
     def to(self, dtype: torch.dtype) -> SlopeTable:
-        """The same in another precision."""
-        return SlopeTable(self.values.to(dtype))
+        """The same in another precision; the one in single precision is kept."""
+        if dtype == self.values.dtype:
+            return self
+        return self._single if dtype == torch.float32 else SlopeTable(self.values.to(dtype))
+
+    @cached_property
+    def _single(self) -> SlopeTable:
+        return SlopeTable(self.values.float())
 
 
 def light_table(bsdf: Any, lights: ParallelLights, entries: int = ENTRIES) -> SlopeTable:
