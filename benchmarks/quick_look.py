@@ -17,6 +17,7 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -89,10 +90,16 @@ def reference_pictures(scene: Scene, toward: Array, relief: Reliefs, folder: Pat
     heights = relief.astype(np.float64)
 
     def make() -> dict[str, Array]:
-        relit = Relit(scene, STRATA)
+        relit = _relit(scene)
         return {"lights": relit.sunlit(heights, toward), "ambient": relit.skylit(heights, 0, AZIMUTHS)}
 
     return kept(folder, f"studio-{STRATA}-{AZIMUTHS}", relief, make)
+
+
+@lru_cache(maxsize=1)
+def _relit(scene: Scene) -> Relit:
+    """Dear to make: it sorts the shadow rays of all pixels."""
+    return Relit(scene, STRATA)
 
 
 def _error(ours: Array, reference: Array) -> float:
