@@ -21,6 +21,8 @@ from benchmarks import (
     views,
 )
 from benchmarks.common import load, table
+from benchmarks.unseen import spread
+from tactile.quick import STEPS
 
 DOC = Path("docs/measured.md")
 README = Path("README.md")
@@ -62,7 +64,8 @@ MODELS = {
 
 def main() -> None:
     readme = README.read_text(encoding="utf-8")
-    for name, text in (("runs", _summary()), ("gradients", _gradient_summary())):
+    summaries = (("runs", _summary()), ("gradients", _gradient_summary()), ("fast", _fast_summary()))
+    for name, text in summaries:
         before, rest = readme.split(START.format(name), 1)
         _, after = rest.split(END.format(name), 1)
         readme = before + START.format(name) + text + END.format(name) + after
@@ -104,6 +107,25 @@ def _summary() -> str:
         *("texture and target", "scaled in height", "without shadow edges", "Retouch"),
         *("off target by finite elements, %", "seconds"),
     )
+    return table(head, lines) + "\n"
+
+
+def _fast_summary() -> str:
+    """Errors of the fast models beside those of the paper's nets."""
+    touch, look = load("touch_net")["models"], load("quick_look")
+
+    def told(values: list[float]) -> str:
+        found = spread(values)
+        return f"{found['median']:.2f} / {found['mean']:.2f}"
+
+    lines: list[list[Any]] = [["the paper's nets", "5.3 / 8.0", "- / 2.7", "- / 2.2 to 2.4", None]]
+    for name, model in ((f"layer, {STEPS} steps", "`touch.model`: quick"), ("net", "`touch.model`: net")):
+        errors, times = touch[name]["unseen"], touch[name]["milliseconds"]["2"]
+        felt = (told(errors[what]) for what in ("roughness_percent", "contact_area_percent"))
+        lines.append([model, *felt, None, " / ".join(f"{t:.0f}" for t in times)])
+    shown = " / ".join(f"{t:.0f}" for t in look["milliseconds"]["2"])
+    lines.append(["`look.model`: net", None, None, told(look["unseen"]["studio"]), shown])
+    head = ("model", "V off, %", "A off, %", "pixels off, %", "ms, with gradient")
     return table(head, lines) + "\n"
 
 

@@ -22,7 +22,7 @@ from visual.shading import unshadowed
 
 ENTRIES, SKY_ENTRIES = 384, 96
 """A side. Light after light: within 0.1 % of the material on gravel."""
-SKY_DIRECTIONS = 1024
+SKY_DIRECTIONS = 512
 STEEPEST = 1e4
 """Slope of the table's outermost entries."""
 ABOVE = np.array([0.0, 0.0, 1.0])
