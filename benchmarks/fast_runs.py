@@ -38,8 +38,6 @@ from surrogate.weights import has_weights
 
 WAYS = {
     "exact": {"touch.model": "layer", "look.model": "exact"},
-    "quick touch, exact look": {"touch.model": "quick", "look.model": "exact"},
-    "exact touch, net look": {"touch.model": "layer", "look.model": "net"},
     "quick touch, net look": {"touch.model": "quick", "look.model": "net"},
     "nets alone": {"touch.model": "net", "look.model": "net"},
 }
