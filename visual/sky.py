@@ -37,7 +37,7 @@ DISTANCES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
 REACH = max(DISTANCES)
 BITS = 15
 """Of a number in single precision that may tell something else: a tangent is exact to 2e-6 without them."""
-LEVEL = 1e-20
+LEVEL = 1e-6
 """Tangent of a horizon that nothing stands out of."""
 CHANNELS = 6 + len(REACHES) + len(WAYS)
 OPEN = 0.5413
