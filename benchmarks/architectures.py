@@ -149,6 +149,17 @@ class WithoutHorizons(LookTask):
 class LightTask(LookTask):
     """A picture under one parallel light, its direction given: what unshadowed radiance is to be times."""
 
+    def loss(self, net: nn.Module, examples: Examples) -> Tensor:
+        """In parts of what the picture would be without shadows: nearly black ones must not decide."""
+        part = examples["picture"].mean((-2, -1)) / examples["bare"].mean((-2, -1))
+        scaled = self._difference(net, examples) * part[:, None, None]
+        return scaled.square().mean((-2, -1)).add(1e-8).sqrt().mean()
+
+    def errors(self, net: nn.Module, examples: Examples) -> Tensor:
+        """As the loss, by which the best net is chosen."""
+        part = examples["picture"].mean((-2, -1)) / examples["bare"].mean((-2, -1))
+        return super().errors(net, examples) * part
+
     def _difference(self, net: nn.Module, examples: Examples) -> Tensor:
         heights, bare = examples["heights"], examples["bare"]
         toward = examples["toward"][:, :, None, None].expand(-1, -1, *heights.shape[-2:])
@@ -187,12 +198,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", type=Path)
     parser.add_argument("--minutes", type=float, default=MINUTES)
+    parser.add_argument("--only", default="", metavar="TEXT", help="candidates whose name begins with it")
     parser.add_argument("--times", action="store_true", help="measure times only, on a quiet machine")
     asked = parser.parse_args()
     data = open_fieldset(asked.data)
     candidates = known(data)
     kinds: dict[str, dict[Split, Examples]] = {}
     for name, candidate in candidates.items():
+        if not name.startswith(asked.only):
+            continue
         if not asked.times:
             if candidate.kind not in kinds:
                 kinds = {candidate.kind: examples(data, candidate.kind)}
@@ -220,7 +234,7 @@ def known(data: Fieldset) -> dict[str, Candidate]:
         return lambda net, some: _roughness_error(way.strain(net, some), some, size)
 
     def pixels(way: LookTask) -> Callable[[nn.Module, Examples], Tensor]:
-        return lambda net, some: 100.0 * way.errors(net, some)
+        return lambda net, some: 100.0 * LookTask.errors(way, net, some)
 
     hidden = tuple(range(1, 4))
     return {

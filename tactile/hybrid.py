@@ -11,7 +11,6 @@ unit Young's modulus: pressures are in units of E, so that one set serves every 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -38,25 +37,59 @@ COARSE_LAYER_MM = 0.27
 """No layer of the coarse mesh is thicker."""
 
 
+SOURCES = tuple(
+    tuple(2 * (row ^ is_odd(pair, 0)) + (column ^ is_odd(pair, 1)) for row in (0, 1) for column in (0, 1))
+    for pair in STRAIN_COMPONENTS
+)
+"""For each strain component, and each parity of it in the order of `PARITIES`, the place there of the parity
+of the pressure that it comes from."""
+
+
 @dataclass(frozen=True)
-class ParityBlock:
-    """The free-sides correction of one parity.
+class FreeSides:
+    """What free sides add, for pressures of all four parities at once.
 
     Attributes:
-        row_hats, column_hats: (samples, nodes) coarse hat functions of this parity at the pixel centres.
-        compliance: (nodes², nodes²) dC.
-        strain: (6 * elements², nodes²) dE.
-        row_interpolation, column_interpolation: (2, samples, elements) from coarse strains to pixels, for
-            strains that are even [0] or odd [1] in that axis.
+        hats: (samples, 2 * nodes) coarse hat functions at the pixel centres, even ones and then odd ones.
+        compliance: (4, nodes², nodes²) dC of each parity, in the order of `PARITIES`.
+        strain: (4, nodes², 6 * elements²) transposed dE.
+        interpolation: (samples, 2 * elements) from coarse strains to pixels, even ones and then odd ones.
     """
 
-    parity: Parity
-    row_hats: Tensor
-    column_hats: Tensor
+    hats: Tensor
     compliance: Tensor
     strain: Tensor
-    row_interpolation: Tensor
-    column_interpolation: Tensor
+    interpolation: Tensor
+
+    def displacement(self, rows: Tensor) -> Tensor:
+        """What `hats` times it is to be added (..., 2 * nodes, n), by the hats' products with pressures."""
+        nodes = self.hats.shape[1] // 2
+        found = _by_parity(rows @ self.hats, self.compliance).unflatten(-1, (nodes, nodes))
+        return _side_by_side(found) @ self.hats.T
+
+    def strains(self, rows: Tensor) -> Tensor:
+        """(..., 6, n, n), by the hats' products (..., 2 * nodes, n) with pressures."""
+        elements = self.interpolation.shape[1] // 2
+        coarse = _by_parity(rows @ self.hats, self.strain).unflatten(-1, (6, elements, elements))
+        placed = torch.stack(
+            [coarse[..., list(sources), number, :, :] for number, sources in enumerate(SOURCES)], dim=-4
+        )
+        return self.interpolation @ _side_by_side(placed) @ self.interpolation.T
+
+
+def _by_parity(nodal: Tensor, matrices: Tensor) -> Tensor:
+    """(..., 4, b): every quarter of (..., 2m, 2m), flat, times its matrix (4, m², b)."""
+    m = nodal.shape[-1] // 2
+    quarters = nodal.unflatten(-2, (2, m)).unflatten(-1, (2, m)).transpose(-3, -2)
+    flat = quarters.reshape(-1, 4, m * m).transpose(0, 1)
+    return torch.bmm(flat, matrices).transpose(0, 1).reshape(*nodal.shape[:-2], 4, matrices.shape[-1])
+
+
+def _side_by_side(quarters: Tensor) -> Tensor:
+    """(..., 2m, 2m) of four quarters (..., 4, m, m)."""
+    m = quarters.shape[-1]
+    square = quarters.unflatten(-3, (2, 2)).transpose(-3, -2)
+    return square.reshape(*quarters.shape[:-3], 2 * m, 2 * m)
 
 
 @dataclass(frozen=True)
@@ -72,7 +105,7 @@ class HybridOperator:
             orthonormal.
         symbol: (n, n) layer compliance per mode, mm.
         strain_symbols: (6, n, n) layer strain at depth per mode.
-        blocks: the free-sides correction.
+        free_sides: their correction; None where sides slide.
     """
 
     samples: int
@@ -81,7 +114,7 @@ class HybridOperator:
     sines: Tensor
     symbol: Tensor
     strain_symbols: Tensor
-    blocks: tuple[ParityBlock, ...]
+    free_sides: FreeSides | None
 
     @property
     def pixel_area_mm2(self) -> float:
@@ -90,11 +123,10 @@ class HybridOperator:
     def displacement(self, pressure: Tensor) -> Tensor:
         """Normal displacement of the skin, mm, away from the texture: C p."""
         modes = self.cosines.T @ pressure @ self.cosines
-        result = self.cosines @ (self.symbol * modes) @ self.cosines.T
-        for block in self.blocks:
-            nodal = (block.row_hats.T @ pressure @ block.column_hats).flatten(-2) @ block.compliance
-            nodal = nodal.unflatten(-1, (block.row_hats.shape[1], block.column_hats.shape[1]))
-            result = result + block.row_hats @ nodal @ block.column_hats.T
+        result = self.cosines @ ((self.symbol * modes) @ self.cosines.T)
+        if self.free_sides is not None:
+            hats = self.free_sides.hats
+            result = result + hats @ self.free_sides.displacement(hats.T @ pressure)
         return result
 
     def precondition(self, residual: Tensor) -> Tensor:
@@ -106,16 +138,8 @@ class HybridOperator:
         """Strain at receptor depth: (..., 6, n, n), components as in `tactile.block.STRAIN_COMPONENTS`."""
         amplitudes = self.cosines.T @ pressure @ self.cosines
         result = strain_from_modes(amplitudes, self.strain_symbols, self.cosines, self.sines)
-        for block in self.blocks:
-            elements = block.row_interpolation.shape[2]
-            nodal = (block.row_hats.T @ pressure @ block.column_hats).flatten(-2)
-            coarse = (nodal @ block.strain.T).unflatten(-1, (6, elements, elements))
-            parts = []
-            for number, pair in enumerate(STRAIN_COMPONENTS):
-                row = block.row_interpolation[int(block.parity[0] != is_odd(pair, 0))]
-                column = block.column_interpolation[int(block.parity[1] != is_odd(pair, 1))]
-                parts.append(row @ coarse[..., number, :, :] @ column.T)
-            result = result + torch.stack(parts, dim=-3)
+        if self.free_sides is not None:
+            result = result + self.free_sides.strains(self.free_sides.hats.T @ pressure)
         return result
 
     def to(self, dtype: torch.dtype, device: torch.device | None = None) -> HybridOperator:
@@ -124,8 +148,11 @@ class HybridOperator:
         def cast(value: Any) -> Any:
             return value.to(device, dtype) if isinstance(value, Tensor) else value
 
-        blocks = tuple(replace(b, **{k: cast(v) for k, v in vars(b).items()}) for b in self.blocks)
-        return replace(self, **{k: cast(v) for k, v in vars(self).items() if k != "blocks"}, blocks=blocks)
+        def all_cast(fields: Any) -> dict[str, Any]:
+            return {name: cast(value) for name, value in vars(fields).items()}
+
+        sides = None if self.free_sides is None else replace(self.free_sides, **all_cast(self.free_sides))
+        return replace(self, **(all_cast(self) | {"free_sides": sides}))
 
 
 def hybrid_operator(
@@ -171,7 +198,7 @@ def _operator(
     def tensor(array: Array) -> Tensor:
         return torch.as_tensor(np.ascontiguousarray(array)).to(dtype)
 
-    blocks: tuple[ParityBlock, ...] = ()
+    sides = None
     if free_sides:
         key = {
             "version": VERSION,
@@ -185,7 +212,17 @@ def _operator(
             "free-sides", key, lambda: _free_sides_correction(nu, thickness, depth, size, coarse)
         )
         area = (size / n) ** 2
-        blocks = tuple(_parity_block(p, corrections, position, size, coarse, area, tensor) for p in PARITIES)
+        names = [_parity_name(parity) for parity in PARITIES]
+        hats, interpolation = (
+            np.concatenate([make(position, coarse, odd) for odd in (False, True)], axis=1)
+            for make in (_parity_hats, _strain_interpolation)
+        )
+        sides = FreeSides(
+            tensor(hats),
+            tensor(np.stack([corrections[f"compliance_{name}"] * area for name in names])),
+            tensor(np.stack([corrections[f"strain_{name}"].T * area for name in names])),
+            tensor(interpolation),
+        )
     return HybridOperator(
         n,
         size,
@@ -193,7 +230,7 @@ def _operator(
         tensor(sines),
         tensor(surface),
         tensor(strains),
-        blocks,
+        sides,
     )
 
 
@@ -215,23 +252,6 @@ def _free_sides_correction(nu: float, thickness: float, depth: float, size: floa
 
 def _parity_name(parity: Parity) -> str:
     return "".join("odd" if odd else "even" for odd in parity)
-
-
-def _parity_block(
-    parity: Parity,
-    corrections: Arrays,
-    position: Array,
-    size: float,
-    coarse: int,
-    pixel_area: float,
-    tensor: Callable[[Array], Tensor],
-) -> ParityBlock:
-    name = _parity_name(parity)
-    hats = [tensor(_parity_hats(position, coarse, odd)) for odd in parity]
-    interpolation = tensor(np.stack([_strain_interpolation(position, coarse, odd) for odd in (False, True)]))
-    compliance = tensor(corrections[f"compliance_{name}"] * pixel_area)
-    strain = tensor(corrections[f"strain_{name}"] * pixel_area)
-    return ParityBlock(parity, hats[0], hats[1], compliance, strain, interpolation, interpolation)
 
 
 def _parity_hats(position: Array, coarse: int, odd: bool) -> Array:
