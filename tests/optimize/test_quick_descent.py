@@ -1,5 +1,6 @@
 """Descents by the quick look reach the feel, and Mitsuba, which they do not ask, finds the look kept."""
 
+import sys
 from dataclasses import replace
 from functools import partial
 
@@ -59,6 +60,18 @@ def test_a_descent_by_both_fast_models_arrives_where_the_layer_finds_it(problem:
     assert descent.reason is StopReason.CONVERGED
     felt = problem.feel(descent.best.heights, gradients=False)
     assert problem.targets.miss(felt.roughness, 0.0) <= 3.0 * TOLERANCE
+
+
+def test_its_steps_import_no_mitsuba(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tables of its material are Mitsuba's; after that it is not asked again."""
+    fast = replace(problem, touch="quick")
+    way = GaussNewton(fast)
+    for name in [name for name in sys.modules if name.partition(".")[0] in ("mitsuba", "drjit")]:
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(ImportError):
+        import mitsuba  # noqa: F401
+    descent = walk(fast, way, 3)
+    assert descent.last.step == 3 and descent.last.picture_rms > 0.0
 
 
 def test_adam_goes_down_by_it(problem: Problem) -> None:
