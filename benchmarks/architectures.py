@@ -164,7 +164,8 @@ class LightTask(LookTask):
         heights, bare = examples["heights"], examples["bare"]
         toward = examples["toward"][:, :, None, None].expand(-1, -1, *heights.shape[-2:])
         maps = sky.inputs(heights, self.size_mm, bare.clamp_min(1e-6))[:, 1:]
-        found = bare * torch.sigmoid(net(torch.cat((maps, toward), 1))[:, 0] + 2.0)
+        # A sigmoid in its place ends where all is lit, and learns nothing from there.
+        found = bare * (1.0 + net(torch.cat((maps, toward), 1))[:, 0])
         return (found - examples["picture"]) / examples["picture"].mean((-2, -1), keepdim=True)
 
     def moved(self, examples: Examples, symmetry: int) -> Examples:
