@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 import torch
-from torch import Tensor
 
 import tactile
 from benchmarks.common import load, machine, save, table
@@ -28,9 +27,9 @@ from benchmarks.unseen import Reliefs, arguments, kept, sets, spread, unseen
 from optimize.touch_accuracy import LEAST_ROUGHNESS, Felt, Press, cosines, felt
 from surrogate import corpus
 from surrogate.weights import has_weights
-from tactile.contact import Compliance, ContactState, approach_contact, closed
+from tactile.hybrid import hybrid_operator
 from tactile.net import KIND
-from tactile.quick import GRADIENT_TOLERANCE, STEPS
+from tactile.quick import GRADIENT_TOLERANCE, STEPS, QuickSolver
 
 SIZE_MM = 10.0
 GRADIENTS = 48
@@ -80,11 +79,9 @@ def known_models() -> dict[str, Press]:
 def cut_short(steps: int) -> Press:
     """The layer after so many steps of the solver."""
 
-    def solve(body: Compliance, heights: Tensor, mean: float, start: Tensor | None) -> ContactState:
-        return closed(approach_contact(body, heights, mean, start, steps))
-
     model = tactile.touch_model(tactile.Skin(), corpus.SAMPLES, SIZE_MM, torch.float32)
-    return replace(model, solve=solve, gradient_tolerance=GRADIENT_TOLERANCE).press
+    solver = QuickSolver(hybrid_operator(model.skin, corpus.SAMPLES, SIZE_MM, torch.float32), steps)
+    return replace(model, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE).press
 
 
 def reference(folder: Path, reliefs: Reliefs) -> Felt:

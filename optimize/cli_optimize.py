@@ -49,7 +49,7 @@ _SETTINGS = {
     "contact_area_scale": "touch.contact_area_scale",
 }
 """Options that stand for a number in the run file, and its key there."""
-
+TARGETS = frozenset(key for key in _SETTINGS.values() if key.startswith("touch."))
 
 FAST = ('touch.model="quick"', 'look.model="net"')
 """What ``--fast`` sets; ``--set`` wins over it."""
@@ -131,7 +131,7 @@ def load(arguments: argparse.Namespace) -> "Run":
     if arguments.texture is None:
         raise InputError(f"{source}: a scene needs --texture as well; a run file ends in .toml")
     settings = overrides(arguments)
-    if not any(setting.strip().startswith("touch.") for setting in settings if setting not in FAST):
+    if not any(setting.partition("=")[0].strip() in TARGETS for setting in settings):
         raise InputError(f"{source}: no target: give --roughness, --jnd, or one for the contact area")
     return config.run_from_scene(source, arguments.texture, settings)
 

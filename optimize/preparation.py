@@ -82,7 +82,6 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
     glimpse = scene.render(samples=1, seed=settings.seed)
     if float(glimpse.mean()) < BLACK * scene.white:
         raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
-    belief = measure_touch(untargeted, scene.heights, touch.model)
     truth = None
     if settings.verify.model == "fem":
         show.note(
@@ -90,7 +89,7 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
             "(built once per skin, then kept)"
         )
         truth = measure_touch(untargeted, scene.heights, "fem", settings.verify.resolution)
-    original = truth or belief
+    original = truth or measure_touch(untargeted, scene.heights, touch.model)
     targets = _targets(settings, original.roughness, original.contact_area_mm2)
     problem = replace(untargeted, targets=targets)
 

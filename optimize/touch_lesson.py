@@ -17,7 +17,7 @@ from surrogate.unet import UNet
 from surrogate.weights import Sample
 from tactile.hybrid import hybrid_operator
 from tactile.model import TouchModel
-from tactile.net import CHANNELS, KIND, NetSolver, validity
+from tactile.net import CHANNELS, KIND, solver_of, validity
 from tactile.quick import GRADIENT_TOLERANCE
 
 TESTED_GRADIENTS = 64
@@ -90,5 +90,5 @@ def net_figures(net: UNet, skin: tactile.Skin, samples: int, size_mm: float) -> 
 
 def _net_model(net: UNet, skin: tactile.Skin, samples: int, size_mm: float) -> TouchModel:
     layer = tactile.touch_model(skin, samples, size_mm, torch.float32)
-    solver = NetSolver(net, hybrid_operator(skin, samples, size_mm, torch.float32))
+    solver = solver_of(net, hybrid_operator(skin, samples, size_mm, torch.float32))
     return TouchModel(skin, layer.operator, layer.flat_strain, solver, GRADIENT_TOLERANCE)

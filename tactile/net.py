@@ -22,10 +22,10 @@ from torch.nn import functional
 from surrogate.errors import InputError as SurrogateInputError
 from surrogate.unet import UNet
 from surrogate.weights import FOLDER, Card, load_net
-from tactile.contact import Compliance, ContactState, approach_contact, closed
+from tactile.contact import Compliance, ContactState, approach_contact
 from tactile.errors import InputError
 from tactile.hybrid import HybridOperator, hybrid_operator
-from tactile.quick import as_asked, in_rows
+from tactile.quick import QuickSolver
 from tactile.skin import Skin
 
 KIND: Literal["touch"] = "touch"
@@ -86,8 +86,8 @@ def pressure(net: nn.Module, maps: Tensor, guess: Tensor, mean_pressure: float) 
 
 
 @dataclass(frozen=True, eq=False)
-class NetSolver:
-    """A `tactile.contact.Solver` that is done after a fixed number of steps, all in single precision.
+class NetGuess:
+    """A `tactile.quick.Guess` by a net.
 
     Attributes:
         operator: of the skin, in single precision.
@@ -96,33 +96,29 @@ class NetSolver:
     net: UNet
     operator: HybridOperator
 
-    def __call__(
-        self, body: Compliance, heights: Tensor, mean_pressure: float, start: Tensor | None
-    ) -> ContactState:
-        """Pressures, gaps and approach of reliefs (..., n, n) in mm.
-
-        Args:
-            body: not asked; it is the operator in the precision of the heights.
-            start: ignored, so that the same relief feels the same whatever was pressed before.
+    @torch.no_grad()
+    def __call__(self, heights: Tensor, mean_pressure: float) -> Tensor:
+        """Pressures (batch, n, n) in units of E, of reliefs in mm.
 
         Raises:
             InputError: a relief is taller than what the net was trained for.
         """
-        flat = in_rows(heights, self.operator)
-        tallest = float((flat.amax((-2, -1)) - flat.amin((-2, -1))).max())
+        tallest = float((heights.amax((-2, -1)) - heights.amin((-2, -1))).max())
         allowed = TALLEST_MM * mean_pressure / TRAINED_PRESSURE
         if tallest > allowed:
             raise InputError(
                 f"heights: a relief of {tallest:.2f} mm is more than the net has seen: {allowed:.2f} mm, in "
                 "proportion to force over modulus"
             )
-        with torch.no_grad():
-            guess = first_guess(self.operator, flat, mean_pressure)
-            maps = inputs(self.operator, flat, guess, mean_pressure)
-            predicted = pressure(self.net, maps, guess.pressure, mean_pressure)
-            predicted = torch.where(predicted > PARTED * mean_pressure, predicted, 0.0)
-            state = closed(approach_contact(self.operator, flat, mean_pressure, predicted, STEPS_AFTER))
-        return as_asked(state, heights, mean_pressure)
+        guess = first_guess(self.operator, heights, mean_pressure)
+        maps = inputs(self.operator, heights, guess, mean_pressure)
+        predicted = pressure(self.net, maps, guess.pressure, mean_pressure)
+        return torch.where(predicted > PARTED * mean_pressure, predicted, 0.0)
+
+
+def solver_of(net: UNet, operator: HybridOperator) -> QuickSolver:
+    """The solver of a net, all in single precision, as the operator is."""
+    return QuickSolver(operator, STEPS_AFTER, NetGuess(net, operator))
 
 
 TRAINED_PRESSURE = Skin().mean_pressure_mpa(10.0) / Skin().young_modulus_mpa
@@ -141,7 +137,7 @@ def validity(skin: Skin, samples: int, size_mm: float) -> dict[str, float]:
     }
 
 
-def net_solver(skin: Skin, samples: int, size_mm: float, folder: Path = FOLDER) -> NetSolver:
+def net_solver(skin: Skin, samples: int, size_mm: float, folder: Path = FOLDER) -> QuickSolver:
     """The solver of the trained net that lies in a folder.
 
     Raises:
@@ -149,7 +145,7 @@ def net_solver(skin: Skin, samples: int, size_mm: float, folder: Path = FOLDER) 
     """
     net, card = _loaded(folder)
     _check(card.valid, validity(skin, samples, size_mm))
-    return NetSolver(net, hybrid_operator(skin, samples, size_mm, torch.float32))
+    return solver_of(net, hybrid_operator(skin, samples, size_mm, torch.float32))
 
 
 def _loaded(folder: Path) -> tuple[UNet, Card]:

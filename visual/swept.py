@@ -281,10 +281,9 @@ class _LitPicture(torch.autograd.Function):
             to_faces = _to_faces(shares, gradient)
         if ctx.needs_input_grad[0]:
             way, cuts, n = ctx.way, ctx.cuts, gradient.shape[-1]
-            pixel, face = _places(n)
-            weight = (
-                0.125 * gradient.reshape(-1)[pixel[cuts.triangle]] * faces.reshape(-1)[face[cuts.triangle]]
-            )
+            pixel, face = (places.index_select(0, cuts.triangle) for places in _places(n))
+            weight = 0.125 * gradient.reshape(-1).index_select(0, pixel)
+            weight = weight * faces.reshape(-1).index_select(0, face)
             to_fine = faces.new_zeros((2 * n + 1) ** 2 + 1)
             to_fine.index_add_(0, cuts.corners.view(-1), (weight * cuts.by).view(-1))
             corners = torch.from_numpy(np.flatnonzero(to_fine.numpy()))
@@ -315,17 +314,21 @@ def pooled_faces(shares: Tensor | None, faces: Tensor) -> Tensor:
     Args:
         shares: (2, 2n, 2n); None for 1.
     """
+    own = _own_faces(faces)
+    if shares is None:
+        return 0.125 * (2.0 * (own[0] + own[5]) + own[1] + own[2] + own[3] + own[4])
+    first, *others = (share * face for share, face in zip(_pooled_shares(shares), own, strict=True))
+    return 0.125 * sum(others, first)
+
+
+def _own_faces(faces: Tensor) -> tuple[Tensor, ...]:
+    """(n, n) views of the six faces that pixels see: first and last fill a quarter, the others half."""
     first, second = faces
-    own = (second[:-1, :-1], first[:-1, 1:], second[:-1, 1:], first[1:, :-1], second[1:, :-1], first[1:, 1:])
-    counted = (2.0, 1.0, 1.0, 1.0, 1.0, 2.0) if shares is None else _pooled_shares(shares)
-    total = counted[0] * own[0]
-    for share, face in zip(counted[1:], own[1:], strict=True):
-        total = total + share * face
-    return 0.125 * total
+    return second[:-1, :-1], first[:-1, 1:], second[:-1, 1:], first[1:, :-1], second[1:, :-1], first[1:, 1:]
 
 
 def _pooled_shares(shares: Tensor) -> tuple[Tensor, ...]:
-    """(n, n) shares of each of the six faces that a pixel sees, in the order of `pooled_faces`."""
+    """(n, n) shares of those six faces."""
     one, two = shares
     return (
         one[0::2, 0::2] + two[0::2, 0::2],
@@ -341,9 +344,7 @@ def _to_faces(shares: Tensor, gradient: Tensor) -> Tensor:
     """(2, n + 1, n + 1): the transpose of `pooled_faces` for its second argument."""
     gradient, n = 0.125 * gradient, gradient.shape[-1]
     both = gradient.new_zeros(2, n + 1, n + 1)
-    first, second = both
-    own = (second[:-1, :-1], first[:-1, 1:], second[:-1, 1:], first[1:, :-1], second[1:, :-1], first[1:, 1:])
-    for share, face in zip(_pooled_shares(shares), own, strict=True):
+    for share, face in zip(_pooled_shares(shares), _own_faces(both), strict=True):
         face.addcmul_(share, gradient)
     return both
 

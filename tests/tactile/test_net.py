@@ -16,11 +16,12 @@ from tactile.net import (
     CHANNELS,
     KIND,
     TALLEST_MM,
-    NetSolver,
+    NetGuess,
     first_guess,
     inputs,
     net_solver,
     pressure,
+    solver_of,
     validity,
 )
 from tactile.quick import GRADIENT_TOLERANCE
@@ -40,7 +41,7 @@ def net(noise: float) -> UNet:
 
 def model(noise: float, dtype: torch.dtype = torch.float64, skin: Skin = SKIN) -> TouchModel:
     layer = tactile.touch_model(skin, SAMPLES, SIZE, dtype)
-    solver = NetSolver(net(noise), hybrid_operator(skin, SAMPLES, SIZE, torch.float32))
+    solver = solver_of(net(noise), hybrid_operator(skin, SAMPLES, SIZE, torch.float32))
     return TouchModel(skin, layer.operator, layer.flat_strain, solver, GRADIENT_TOLERANCE)
 
 
@@ -150,7 +151,8 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_a_net_is_found_in_its_folder(folder: Path) -> None:
-    assert net_solver(SKIN, SAMPLES, SIZE, folder).net.shape == Shape(CHANNELS, 1, (4, 6))
+    guess = net_solver(SKIN, SAMPLES, SIZE, folder).guess
+    assert isinstance(guess, NetGuess) and guess.net.shape == Shape(CHANNELS, 1, (4, 6))
     # Modulus, force and depth make no difference to the relation of relief to pressure that is not known.
     net_solver(Skin(young_modulus_mpa=0.3, force_n=5.0, depth_mm=1.0), SAMPLES, SIZE, folder)
 
@@ -177,7 +179,7 @@ def test_without_weights_the_model_is_refused_in_one_line(tmp_path: Path) -> Non
 
 
 def test_the_solver_cut_short_tells_that_it_has_not_converged() -> None:
-    state = NetSolver(net(0.0), hybrid_operator(SKIN, SAMPLES, SIZE, torch.float32))(
+    state = solver_of(net(0.0), hybrid_operator(SKIN, SAMPLES, SIZE, torch.float32))(
         hybrid_operator(SKIN, SAMPLES, SIZE), RELIEFS, MEAN / SKIN.young_modulus_mpa, None
     )
     assert not bool(state.converged.all())
