@@ -44,7 +44,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@echo "Installing into .venv; the first time takes some minutes."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check \
 	    -c constraints.txt $(if $(TORCH_INDEX),--extra-index-url $(TORCH_INDEX)) $(PIP_EXTRA) -e '.[dev]'
-	@$(BIN)/python -m visual.llvm > /dev/null 2>&1 || $(MAKE) --no-print-directory llvm
+	@$(BIN)/python -m visual.backend.llvm > /dev/null 2>&1 || $(MAKE) --no-print-directory llvm
 	@touch $@
 
 # Without the package, the probe's own line says what to install; what needs no gradients of pictures works all the same.
@@ -53,7 +53,7 @@ llvm:
 	if command -v apt-get > /dev/null && $$as_root true 2> /dev/null; then \
 	    $$as_root apt-get -q update && $$as_root apt-get -q install -y --no-install-recommends libllvm19; \
 	fi; \
-	$(BIN)/python -m visual.llvm || true
+	$(BIN)/python -m visual.backend.llvm || true
 
 demo: setup  ## make the gravel plate of the README rougher, into runs/gravel
 	$(BIN)/retouch optimize mitsuba_scenes/gravel.toml -o runs/gravel --force
@@ -67,7 +67,7 @@ lint: setup  ## ruff and mypy
 	$(BIN)/mypy
 
 textures: setup  ## make the input textures anew
-	$(BIN)/python -m surrogate.textures
+	$(BIN)/python -m surrogate.corpus.bundled_textures
 
 clean:  ## remove what make has made, except runs/
 	rm -rf .venv build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache

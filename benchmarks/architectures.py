@@ -32,25 +32,26 @@ from torch.nn import functional
 import tactile
 from benchmarks.common import load, machine, save, table
 from benchmarks.unseen import spread
-from optimize.fields import studio_material
-from optimize.look_lesson import studio_sky
-from optimize.look_task import LookTask
-from optimize.look_task import examples_of as look_examples
-from optimize.touch_accuracy import LEAST_ROUGHNESS
-from optimize.touch_task import LEAST_STRAIN, TouchTask, skin_of, touch_task
-from optimize.touch_task import examples_of as touch_examples
-from surrogate.augment import moved, moved_vectors
-from surrogate.fieldset import Fieldset, open_fieldset
-from surrogate.splits import Split
-from surrogate.training import Examples, Settings, train
-from surrogate.unet import Shape, UNet, parameters
+from optimize.training.fields import studio_material
+from optimize.training.look_loss import LookTask
+from optimize.training.look_loss import examples_of as look_examples
+from optimize.training.look_setup import studio_sky
+from optimize.training.touch_accuracy import LEAST_ROUGHNESS
+from optimize.training.touch_loss import LEAST_STRAIN, TouchTask, skin_of, touch_task
+from optimize.training.touch_loss import examples_of as touch_examples
+from surrogate.corpus.splits import Split
+from surrogate.data.field_set import Fieldset, open_fieldset
+from surrogate.nets.augmentation import moved, moved_vectors
+from surrogate.nets.training import Examples, Settings, train
+from surrogate.nets.unet import Shape, UNet, parameters
 from tactile.contact import ContactState
 from tactile.net import CHANNELS, inputs, pressure
 from tactile.strain import smallest_eigenvalue
-from visual import sky, swept
-from visual.lights import ParallelLights
-from visual.shading import unshadowed
-from visual.slope_table import ABOVE
+from visual.exact.shading import unshadowed
+from visual.fast import ambient_net as sky
+from visual.fast import shadow_sweep as swept
+from visual.fast.bsdf_table import ABOVE
+from visual.lights.parallel import ParallelLights
 
 MINUTES, SEED = 3.0, 0
 WIDTHS = (24, 48, 72, 96)

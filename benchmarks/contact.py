@@ -31,8 +31,8 @@ from benchmarks.half_space import half_space
 from benchmarks.pressing import SKIN, Array, Measured, compared, measure, resampled, stacked
 from benchmarks.reliefs import SIDE, SIZE_MM, many, twelve
 from benchmarks.unstructured import fingertips, tetrahedra
-from tactile.hybrid import hybrid_operator
-from tactile.reference import reference_operator
+from tactile.elastic_layer import hybrid_operator
+from tactile.finite_elements import reference_operator
 
 MESHES = (16, 32, 48, 64, 96, 128)
 FINEST = MESHES[-1]

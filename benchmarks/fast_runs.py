@@ -27,14 +27,14 @@ import optimize
 from benchmarks.common import load, machine, save, table
 from benchmarks.runs import RELIEFS
 from benchmarks.verified import measure
-from optimize.config import load_run
-from optimize.gauss_newton import GaussNewton
-from optimize.loop import descend
-from optimize.metrics import rms_change
-from optimize.preparation import prepare
-from optimize.progress import silent
-from optimize.verification import converged_pictures
-from surrogate.weights import has_weights
+from optimize.descent.driver import descend
+from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.verification import converged_pictures
+from optimize.report.metrics import rms_change
+from optimize.runs.config import load_run
+from optimize.runs.preparation import prepare
+from optimize.runs.progress import silent
+from surrogate.nets.weights import has_weights
 
 WAYS = {
     "exact": {"touch.model": "layer", "look.model": "exact"},

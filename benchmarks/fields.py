@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 
 import tactile
 from benchmarks.common import machine, save, table
-from optimize.fields import STUDIO, VARIANT, light_directions, touch_fields
-from surrogate.corpus import heights, recipes
-from surrogate.pictures import bundled
-from visual.check import check_scene
-from visual.exact import Exposure, LightScene, pictures
-from visual.relit import Relit
+from optimize.training.fields import STUDIO, VARIANT, light_directions, touch_fields
+from surrogate.corpus.photographs import bundled
+from surrogate.corpus.recipes import heights, recipes
+from visual.exact.render import Exposure, LightScene, pictures
+from visual.reference.pictures import Relit
 from visual.scene import Scene
+from visual.scene_file.check import check_scene
 
 Array = NDArray[np.float64]
 

@@ -13,11 +13,11 @@ from PIL import Image, ImageDraw, ImageFont
 
 import tactile
 from benchmarks.runs import GAUSS_NEWTON_STEPS, RELIEFS
-from optimize.baselines import linear_scaling
-from optimize.gauss_newton import GaussNewton
-from optimize.loop import descend
-from optimize.metrics import display, mean_change
-from optimize.problem import Problem, Targets
+from optimize.descent.driver import descend
+from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.linear_scaling import linear_scaling
+from optimize.descent.problem import Problem, Targets
+from optimize.report.metrics import display, mean_change
 from visual.scene import Scene, load_scene
 
 Array = NDArray[np.float64]

@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter
 
 from benchmarks.common import load, machine, save, table
 from benchmarks.sight import SIZE_MM, SMOOTHNESS, altered, mitsubas_integrator, reliefs, scene_of
-from visual.exact import Exposure, LightScene, Shot, edge_gradient, interior_gradient
+from visual.exact.render import Exposure, LightScene, Shot, edge_gradient, interior_gradient
 from visual.scene import Scene
 
 Array = NDArray[np.float64]

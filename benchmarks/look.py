@@ -24,9 +24,9 @@ from benchmarks import look_split
 from benchmarks.common import load, machine, median_seconds, save, table
 from benchmarks.gradients import GRAVEL, directions
 from benchmarks.sight import SIZE_MM, altered, mitsubas_integrator, reliefs, scene_of
-from visual import exact
-from visual.boundaries import EdgeSamples
-from visual.heightmap import load_heights
+from relief.heightmap import load_heights
+from visual.exact import render as exact
+from visual.exact.discontinuities import EdgeSamples
 from visual.scene import Scene
 
 Array = NDArray[np.float64]

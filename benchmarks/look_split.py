@@ -12,7 +12,7 @@ from typing import Any
 from unittest.mock import patch
 
 from benchmarks.common import table
-from visual import rays
+from visual.backend import rays
 
 REPEATS = 5
 GROUPS = {
@@ -108,7 +108,7 @@ def _rays_alone(work: Callable[[int], object], scene: Any) -> tuple[float, int]:
 
 @contextmanager
 def _recorded() -> Iterator[list[Any]]:
-    """The rays that `visual.rays` makes in this block."""
+    """The rays that `visual.backend.rays` makes in this block."""
     traced: list[Any] = []
     made = rays._rays
 

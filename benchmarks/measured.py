@@ -22,7 +22,7 @@ from benchmarks import (
 )
 from benchmarks.common import load, table
 from benchmarks.unseen import spread
-from tactile.quick import STEPS
+from tactile.truncated import STEPS
 
 DOC = Path("docs/measured.md")
 README = Path("README.md")

@@ -22,15 +22,15 @@ import torch
 from rich.console import Console
 
 import tactile
-from optimize.fields import STUDIO
-from optimize.gauss_newton import GaussNewton
-from optimize.loop import Descent, descend
-from optimize.problem import Problem, Targets
-from surrogate import corpus
-from surrogate.manifest import NAME, Entry, entry, write_manifest
-from surrogate.pictures import bundled, by_name
-from surrogate.splits import Split
-from surrogate.stored import Optimised, checksum, load, store
+from optimize.descent.driver import Descent, descend
+from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.problem import Problem, Targets
+from optimize.training.fields import STUDIO
+from surrogate.corpus import recipes as corpus
+from surrogate.corpus.manifest import NAME, Entry, entry, write_manifest
+from surrogate.corpus.optimised import Optimised, checksum, load, store
+from surrogate.corpus.photographs import bundled, by_name
+from surrogate.corpus.splits import Split
 from visual.scene import Scene, load_scene
 
 COUNTS: dict[Split, int] = {"train": 200, "validation": 25, "test": 150}

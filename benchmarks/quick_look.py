@@ -28,12 +28,12 @@ from torch import Tensor
 
 from benchmarks.common import load, machine, save, table
 from benchmarks.unseen import Reliefs, arguments, kept, sets, spread, unseen
-from optimize.fields import STUDIO
-from visual.boundaries import EdgeSamples
-from visual.quick_look import QuickLook
-from visual.relit import Relit
+from optimize.training.fields import STUDIO
+from visual.exact.discontinuities import EdgeSamples
+from visual.fast.bsdf_table import SlopeTable
+from visual.fast.pictures import QuickLook
+from visual.reference.pictures import Relit
 from visual.scene import Scene, load_scene
-from visual.slope_table import SlopeTable
 
 Array = NDArray[np.float64]
 

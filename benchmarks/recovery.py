@@ -28,10 +28,10 @@ from scipy.ndimage import gaussian_filter, zoom
 
 from benchmarks.charts import frame, style
 from benchmarks.common import load, machine, save, table
-from optimize.gauss_newton import laplacian
+from optimize.descent.gauss_newton import laplacian
+from relief.heightmap import load_heights
 from tactile.sparse import factorised
-from visual import exact
-from visual.heightmap import load_heights
+from visual.exact import render as exact
 from visual.scene import Scene, load_scene
 
 Array = NDArray[np.float64]

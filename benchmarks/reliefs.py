@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, rotate
 from scipy.spatial import cKDTree
 
-from surrogate.textures import relief_from_photograph
+from surrogate.corpus.bundled_textures import relief_from_photograph
 
 Array = NDArray[np.float64]
 

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 import tactile
 from benchmarks.common import load, machine, save, table
-from optimize.adam import AdamDescent
-from optimize.baselines import linear_scaling
-from optimize.gauss_newton import GaussNewton
-from optimize.loop import WayDown, descend
-from optimize.problem import Problem, Targets
+from optimize.descent.adam import AdamDescent
+from optimize.descent.driver import WayDown, descend
+from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.linear_scaling import linear_scaling
+from optimize.descent.problem import Problem, Targets
 from visual.scene import Scene, load_scene
 
 Array = NDArray[np.float64]

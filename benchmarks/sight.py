@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from visual.heightmap import load_heights
+from relief.heightmap import load_heights
 from visual.scene import Scene, load_scene
 
 Array = NDArray[np.float64]

@@ -19,7 +19,7 @@ from torch import Tensor
 import tactile
 from benchmarks.common import machine, median_seconds, save, table
 from tactile.contact import solve_contact
-from tactile.hybrid import hybrid_operator
+from tactile.elastic_layer import hybrid_operator
 
 SIDE, SIZE_MM, REPEATS = 128, 10.0, 9
 SMOOTHNESS, RELIEFS_MM = (0.5, 1.5, 3.0, 8.0), (0.1, 1.0, 3.0)

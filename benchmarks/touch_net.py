@@ -24,12 +24,12 @@ import torch
 import tactile
 from benchmarks.common import load, machine, save, table
 from benchmarks.unseen import Reliefs, arguments, kept, sets, spread, unseen
-from optimize.touch_accuracy import LEAST_ROUGHNESS, Felt, Press, cosines, felt
-from surrogate import corpus
-from surrogate.weights import has_weights
-from tactile.hybrid import hybrid_operator
+from optimize.training.touch_accuracy import LEAST_ROUGHNESS, Felt, Press, cosines, felt
+from surrogate.corpus import recipes as corpus
+from surrogate.nets.weights import has_weights
+from tactile.elastic_layer import hybrid_operator
 from tactile.net import KIND
-from tactile.quick import GRADIENT_TOLERANCE, STEPS, QuickSolver
+from tactile.truncated import GRADIENT_TOLERANCE, STEPS, QuickSolver
 
 SIZE_MM = 10.0
 GRADIENTS = 48

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optimize.export import write_atomically
-from surrogate import corpus
-from surrogate.manifest import optimised, read
-from surrogate.pictures import bundled, by_name
-from surrogate.stored import checksum
+from relief.export import write_atomically
+from surrogate.corpus import recipes as corpus
+from surrogate.corpus.manifest import optimised, read
+from surrogate.corpus.optimised import checksum
+from surrogate.corpus.photographs import bundled, by_name
 
 Array = NDArray[np.float64]
 Reliefs = NDArray[np.float32]

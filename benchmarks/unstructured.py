@@ -10,10 +10,10 @@ import numpy as np
 import tactile
 from benchmarks.pressing import SKIN, compared, measure, resampled, stacked
 from benchmarks.reliefs import SIZE_MM, bumps, grating, noise, scaled, twelve
-from tactile.meshing import Sizing, tetrahedralise
-from tactile.reference import reference_operator
-from tactile.surface import block_surface, fingertip_surface
-from tactile.tetrahedra import press_tetrahedra, tetrahedral_operator
+from tactile.finite_elements import reference_operator
+from tactile.unstructured.meshing import Sizing, tetrahedralise
+from tactile.unstructured.surface import block_surface, fingertip_surface
+from tactile.unstructured.tetrahedra import press_tetrahedra, tetrahedral_operator
 
 TETRAHEDRA_SIDE = 40
 """Pixels a side where tetrahedra are asked: as wide as their facets. Contact creeps on finer ones."""

@@ -17,8 +17,8 @@ import optimize
 from benchmarks.common import load, machine, save, table
 from benchmarks.reliefs import SIZE_MM, further, twelve
 from benchmarks.runs import RELIEFS
-from optimize.config import Run, load_run, run_from_scene
-from visual.heightmap import save_heights_exr
+from optimize.runs.config import Run, load_run, run_from_scene
+from relief.heightmap import save_heights_exr
 
 STUDIO = "mitsuba_scenes/studio.xml"
 AREA_SCALES = (0.7, 1.4)

@@ -20,10 +20,10 @@ from scipy.ndimage import zoom
 
 import tactile
 from benchmarks.common import machine, save, table
-from optimize.gauss_newton import GaussNewton
-from optimize.loop import descend
-from optimize.problem import Problem, Targets
-from visual.heightmap import load_heights
+from optimize.descent.driver import descend
+from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.problem import Problem, Targets
+from relief.heightmap import load_heights
 from visual.scene import load_scene
 
 Array = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-_WHERE = {"run": "optimize.job", "resume": "optimize.job", "Result": "optimize.job"}
+_WHERE = {"run": "optimize.runs.job", "resume": "optimize.runs.job", "Result": "optimize.runs.job"}
 __all__ = ["Result", "resume", "run"]
 
 

@@ -2,6 +2,6 @@
 
 import sys
 
-from optimize.cli import main
+from optimize.commands.main import main
 
 sys.exit(main())

@@ -1,8 +1,8 @@
 """Touch: what a finger feels of a relief, with gradients. Millimetres, newtons, MPa."""
 
+from relief.errors import InputError as InputError
 from tactile.area import contact_area as contact_area
 from tactile.contact import ContactError as ContactError
-from tactile.errors import InputError as InputError
 from tactile.jnd import jnd_apart as jnd_apart
 from tactile.jnd import jnd_scaled as jnd_scaled
 from tactile.jnd import told_apart as told_apart

@@ -1,6 +1,7 @@
 """The exact elastic layer on a grid of pixels: cosine modes, their symbols, and strains from amplitudes.
 
-A layer in the cosine basis has sliding sides; `tactile.hybrid` and `tactile.reference` add the free ones.
+A layer in the cosine basis has sliding sides; `tactile.elastic_layer` and `tactile.finite_elements` add the
+free ones.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactile.block import STRAIN_COMPONENTS
-from tactile.layer import layer_response
+from tactile.layer_response import layer_response
 
 Array = NDArray[np.float64]
 

@@ -11,14 +11,14 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from relief.errors import InputError
 from tactile.contact import Compliance, Solver, solve_contact
 from tactile.contact import press as press_contact
-from tactile.errors import InputError
-from tactile.hybrid import HybridOperator, hybrid_operator
-from tactile.quick import GRADIENT_TOLERANCE, QuickSolver
-from tactile.reference import ReferenceOperator, reference_operator
+from tactile.elastic_layer import HybridOperator, hybrid_operator
+from tactile.finite_elements import ReferenceOperator, reference_operator
 from tactile.skin import Skin
 from tactile.strain import smallest_eigenvalue
+from tactile.truncated import GRADIENT_TOLERANCE, QuickSolver
 
 ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)

@@ -19,14 +19,14 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from surrogate.errors import InputError as SurrogateInputError
-from surrogate.unet import UNet
-from surrogate.weights import FOLDER, Card, load_net
+from relief.errors import InputError
+from relief.errors import InputError as SurrogateInputError
+from surrogate.nets.unet import UNet
+from surrogate.nets.weights import FOLDER, Card, load_net
 from tactile.contact import Compliance, ContactState, approach_contact
-from tactile.errors import InputError
-from tactile.hybrid import HybridOperator, hybrid_operator
-from tactile.quick import QuickSolver
+from tactile.elastic_layer import HybridOperator, hybrid_operator
 from tactile.skin import Skin
+from tactile.truncated import QuickSolver
 
 KIND: Literal["touch"] = "touch"
 CHANNELS = 6
@@ -87,7 +87,7 @@ def pressure(net: nn.Module, maps: Tensor, guess: Tensor, mean_pressure: float) 
 
 @dataclass(frozen=True, eq=False)
 class NetGuess:
-    """A `tactile.quick.Guess` by a net.
+    """A `tactile.truncated.Guess` by a net.
 
     Attributes:
         operator: of the skin, in single precision.

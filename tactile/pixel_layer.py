@@ -1,8 +1,8 @@
 """What the elements of `tactile.pixel_block` make of a layer with sliding sides, mode by mode.
 
 With sides that slide, the mesh is its own mirror image for ever, cosines at the pixel centres are its modes,
-and each needs only a small system along the depth. The exact layer (`tactile.layer`) minus this one is the
-discretisation error of the elements where it is largest: under the shortest waves.
+and each needs only a small system along the depth. The exact layer (`tactile.layer_response`) minus this one
+is the discretisation error of the elements where it is largest: under the shortest waves.
 """
 
 from __future__ import annotations

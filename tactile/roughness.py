@@ -9,7 +9,7 @@ from typing import Any, Literal
 import torch
 from torch import Tensor
 
-from tactile.errors import InputError
+from relief.errors import InputError
 
 PAIR_DISTANCE_MM = 2.2
 """Mean distance d of a pair of receptors (paper section 4.2)."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass
 
-from tactile.errors import InputError
+from relief.errors import InputError
 
 MAX_POISSON_RATIO = 0.499
 """Above this the hexahedra of `tactile.block` have not been measured."""

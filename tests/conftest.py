@@ -27,7 +27,7 @@ def cache_dir(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 @pytest.fixture(scope="session")
 def mi(cache_dir: Path) -> ModuleType:
     """The module `mitsuba` with the variant for grey scenes."""
-    from visual.variants import load_mitsuba
+    from visual.backend.variants import load_mitsuba
 
     return load_mitsuba(colour=False)
 

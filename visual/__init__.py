@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
-from visual.errors import InputError as InputError
-from visual.heightmap import load_heights as load_heights
+from relief.errors import InputError as InputError
+from relief.heightmap import load_heights as load_heights
 
 if TYPE_CHECKING:
     from visual.scene import Scene as Scene

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from visual import variants
-from visual.check import check_scene
-from visual.describe import AMBIENT, PARALLEL, Camera, Description, Light, Plate, describe
+from visual.backend import variants
 from visual.needs import Needs, camera_name, casts_shadows, met_by_chance, needs_of
 from visual.scene import plate_heights
+from visual.scene_file.check import check_scene
+from visual.scene_file.describe import AMBIENT, PARALLEL, Camera, Description, Light, Plate, describe
 
 KINDS = {"point": "point light", "area": "shining surface", "envmap": "environment map"}
 """Lights other than parallel and ambient, by Mitsuba's names, in words."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from visual.describe import AMBIENT, Camera, Description, Light
-from visual.lights import parallel_obstacle
+from visual.lights.parallel import parallel_obstacle
+from visual.scene_file.describe import AMBIENT, Camera, Description, Light
 
 DIRECT_DEPTH = 2
 """The `max_depth` of light that goes from lamp to plate to camera."""
@@ -103,7 +103,8 @@ def met_by_chance(light: Light) -> bool:
 def casts_shadows(light: Light) -> bool:
     """Whether the plate can stand in its own way of a light, on some relief.
 
-    Under all others no shadow edge is looked for. Whether a given relief has any is for `visual.edges`.
+    Under all others no shadow edge is looked for. Whether a given relief has any is for
+    `visual.exact.shadow_edges`.
     """
     if light.direction is not None:
         return bool(light.direction[2] < 0.0 or np.hypot(*light.direction[:2]) > OVERHEAD)

@@ -11,18 +11,20 @@ import torch
 from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
-from visual import exact, heightmap, variants
-from visual.boundaries import EdgeSamples, darkness, surroundings
-from visual.check import CheckedScene, check_scene, instantiate
-from visual.describe import PARALLEL, Description, Light, Plate, describe
-from visual.errors import InputError
-from visual.lights import LUMINANCE, ParallelLights, Quadrature, parallel_obstacle, prepare
+from relief import heightmap
+from relief.errors import InputError
+from visual.backend import variants
+from visual.exact import render as exact
+from visual.exact.discontinuities import EdgeSamples, darkness, surroundings
+from visual.exact.view import Illumination, View
+from visual.geometry.projection import from_above, projection_of
+from visual.lights.parallel import LUMINANCE, ParallelLights, Quadrature, parallel_obstacle, prepare
 from visual.needs import casts_shadows, met_by_chance, needs_of
-from visual.projection import from_above, projection_of
-from visual.view import Illumination, View
+from visual.scene_file.check import CheckedScene, check_scene, instantiate
+from visual.scene_file.describe import PARALLEL, Description, Light, Plate, describe
 
 if TYPE_CHECKING:
-    from visual.quick_look import QuickLook
+    from visual.fast.pictures import QuickLook
 
 Array = NDArray[np.float64]
 LookModel = Literal["exact", "net"]
@@ -93,7 +95,8 @@ class Scene:
             size_mm: must agree with the scene's plate if given.
             samples: a pixel; default as the scene file says.
             seed: the same seed, the same pictures.
-            model: "exact", Mitsuba with shadow edges in its gradient; "net", `visual.quick_look`, which takes
+            model: "exact", Mitsuba with shadow edges in its gradient; "net", `visual.fast.pictures`, which
+            takes
                 no samples, no seed and no other resolution.
             resolution: pixels along the film's longer side instead of its own.
             shadow_edges: whether the gradient follows shadow boundaries.
@@ -190,7 +193,7 @@ class Scene:
             InputError: what of this scene it cannot show, or that it has no net for its ambient light.
         """
         if self._quick is None:
-            from visual.quick_scene import quick_look
+            from visual.fast.conversion import quick_look
 
             variants.use(self.variant)
             self._quick = quick_look(self._checked.path, self, self._needs, self._description.ambient)

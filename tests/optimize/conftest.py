@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 import tactile
-from optimize.problem import Feel, Problem, Targets
+from optimize.descent.problem import Feel, Problem, Targets
+from relief.heightmap import save_heights_exr
 from tests.tactile.reliefs import SIZE, waves
-from visual.heightmap import save_heights_exr
 from visual.scene import Scene, load_scene
 
 STUDIO = Path(__file__).resolve().parents[2] / "mitsuba_scenes" / "studio.xml"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tactile.contact import solve_contact
-from tactile.layer import layer_response
-from tactile.reference import reference_operator
+from tactile.finite_elements import reference_operator
+from tactile.layer_response import layer_response
 from tactile.skin import Skin
 from tests.physics import hertz
 from tests.tactile.reliefs import SIZE, centres

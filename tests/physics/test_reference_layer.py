@@ -6,8 +6,8 @@ The bare elements are, in the limit of fine meshes; the operator takes off what 
 import pytest
 import torch
 
-from tactile.hybrid import hybrid_operator
-from tactile.reference import reference_operator
+from tactile.elastic_layer import hybrid_operator
+from tactile.finite_elements import reference_operator
 from tactile.skin import Skin
 from tests.tactile.reliefs import SIZE, centres
 

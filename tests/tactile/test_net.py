@@ -7,10 +7,10 @@ import pytest
 import torch
 
 import tactile
-from surrogate.unet import Shape, UNet
-from surrogate.weights import Card, has_weights, load_net, save_net, weights_bytes
+from surrogate.nets.unet import Shape, UNet
+from surrogate.nets.weights import Card, has_weights, load_net, save_net, weights_bytes
 from tactile import Skin
-from tactile.hybrid import hybrid_operator
+from tactile.elastic_layer import hybrid_operator
 from tactile.model import TouchModel
 from tactile.net import (
     CHANNELS,
@@ -24,7 +24,7 @@ from tactile.net import (
     solver_of,
     validity,
 )
-from tactile.quick import GRADIENT_TOLERANCE
+from tactile.truncated import GRADIENT_TOLERANCE
 from tests.tactile.reliefs import EIGHT, SIZE, grating, moved, waves
 
 SAMPLES = 32
@@ -190,7 +190,7 @@ shipped = pytest.mark.skipif(not has_weights(KIND), reason="the package holds no
 
 @shipped
 def test_the_net_that_is_shipped_makes_of_its_sample_what_its_card_tells() -> None:
-    from surrogate import corpus
+    from surrogate.corpus import recipes as corpus
 
     _, card = load_net(KIND)
     assert card.sample

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from tests.visual.scenes import Array, hills, write_scene
-from visual import variants
+from visual.backend import variants
 from visual.scene import Scene, load_scene
 
 VARIANTS = ("llvm_ad_mono", "llvm_ad_rgb", "cuda_ad_mono", "cuda_ad_rgb", "scalar_rgb")

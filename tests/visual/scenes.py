@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from visual import heightfield
+from visual.backend import heightfield
 
 Array = NDArray[np.float64]
 

@@ -13,14 +13,17 @@ import numpy as np
 import pytest
 import torch
 
+from relief.errors import InputError
 from tests.visual.scenes import ALBEDO, MATTE, PLASTIC, SIDE, Array, hills, sky, sun, write_scene
-from visual import check, exact, rays, scene
-from visual.check import check_scene
-from visual.describe import describe
-from visual.errors import InputError
+from visual import scene
+from visual.backend import rays
+from visual.exact import render as exact
 from visual.explain import explain_scene
 from visual.needs import Needs, casts_shadows, needs_of
 from visual.scene import Scene
+from visual.scene_file import check
+from visual.scene_file.check import check_scene
+from visual.scene_file.describe import describe
 
 ROOT = Path(__file__).resolve().parents[2]
 POINT = '<emitter type="point" id="bulb"><point name="position" x="3" y="2" z="9"/></emitter>'
@@ -290,7 +293,7 @@ def test_deciding_imports_no_mitsuba() -> None:
     script = f"""
 import sys; sys.path.insert(0, {str(ROOT)!r})
 import numpy as np
-from visual.describe import Camera, Description, Light, Plate
+from visual.scene_file.describe import Camera, Description, Light, Plate
 from visual.needs import needs_of
 sun = Light("directional", "sun", 0, (0.6, 0.0, 0.8), np.eye(4), (1.0, 1.0, 1.0))
 camera = Camera("orthographic", "", np.diag([5.0, 5.0, -1.0, 1.0]), 32, 32, 4, 1.0)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import torch
 
+from relief.errors import InputError
 from tests.visual.differences import differ_by_noise
 from tests.visual.scenes import (
     ALBEDO,
@@ -26,10 +27,10 @@ from tests.visual.scenes import (
     sun,
     write_scene,
 )
-from visual import exact, scene
-from visual.check import check_scene, instantiate
-from visual.errors import InputError
+from visual import scene
+from visual.exact import render as exact
 from visual.scene import Scene, load_scene
+from visual.scene_file.check import check_scene, instantiate
 
 POINT = '<emitter type="point"><point name="position" x="3" y="2" z="9"/></emitter>'
 

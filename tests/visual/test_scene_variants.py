@@ -112,12 +112,12 @@ def test_without_llvm_there_are_pictures_and_no_gradients(
     loaded = scene_of(sun(35), sky())
     script = f"""
 import numpy as np, torch
-from visual import llvm
+from visual.backend import llvm
 def missing():
     raise llvm.LLVMMissing("no libLLVM")
 if {variant!r} is None:
     llvm.prepare = missing
-from visual.errors import InputError
+from relief.errors import InputError
 from visual.scene import load_scene
 scene = load_scene("scene.xml", variant={variant!r})
 assert scene.variant == "scalar_rgb"

@@ -1,0 +1,1 @@
+"""The command `retouch`: one file for each verb."""

@@ -1,0 +1,198 @@
+"""`retouch doctor`: what this machine has, and what to do about what is missing."""
+
+import contextlib
+import importlib.metadata
+import importlib.resources
+import json
+import os
+import platform
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from packaging.requirements import Requirement
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from relief.cache import cache_folder
+from relief.errors import InputError
+from tactile.sparse import has_pardiso
+from visual.backend import llvm
+from visual.backend.variants import choose_variant, is_differentiable
+
+OLDEST_PYTHON = (3, 11)
+MEMORY_GIB = 8.0
+"""Peak of building the finest finite-element reference, 128 x 128 (others take 1 GiB or less)."""
+
+INSTALL = "make setup, or pip install -c constraints.txt -e ."
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing looked at: its name, whether it is as it should be, what was found, what to do if not.
+
+    `needed` says whether an optimisation cannot run without it.
+    """
+
+    name: str
+    ok: bool
+    detail: str
+    remedy: str = ""
+    needed: bool = True
+
+
+def diagnose() -> list[Finding]:
+    """Look at everything that an optimisation uses on this machine; raises nothing for what is missing."""
+    looks: tuple[Callable[[], Finding], ...] = (
+        _python,
+        _packages,
+        _llvm,
+        _variants,
+        _pardiso,
+        _weights,
+        _cache,
+        _machine,
+    )
+    return [look() for look in looks]
+
+
+def can_run(findings: list[Finding]) -> bool:
+    """Whether nothing that an optimisation needs is missing."""
+    return all(finding.ok for finding in findings if finding.needed)
+
+
+def _python() -> Finding:
+    oldest = ".".join(map(str, OLDEST_PYTHON))
+    return Finding(
+        "Python",
+        sys.version_info >= OLDEST_PYTHON,
+        platform.python_version(),
+        f"install Python {oldest} or newer",
+    )
+
+
+def _packages() -> Finding:
+    """Versions of the packages that Retouch's metadata asks for, against the versions it supports."""
+    try:
+        texts = importlib.metadata.requires("retouch") or []
+    except importlib.metadata.PackageNotFoundError:
+        return Finding("packages", False, "retouch itself is not installed", INSTALL)
+    present, wrong = [], []
+    for requirement in map(Requirement, texts):
+        if requirement.marker and not requirement.marker.evaluate({"extra": ""}):
+            continue
+        try:
+            version = importlib.metadata.version(requirement.name)
+        except importlib.metadata.PackageNotFoundError:
+            wrong.append(f"{requirement.name} is missing")
+            continue
+        present.append(f"{requirement.name} {version}")
+        if not requirement.specifier.contains(version, prereleases=True):
+            wrong.append(f"{requirement.name} {version} is not supported ({requirement.specifier})")
+    return Finding("packages", not wrong, "; ".join(wrong) or ", ".join(present), INSTALL)
+
+
+def _llvm() -> Finding:
+    """The library chosen, and every other on the machine with the reason why it was not."""
+    asked = os.environ.get(llvm.VARIABLE)
+    verdicts = [llvm.judge_asked(asked)] if asked else []
+    verdicts += [llvm.judge(library) for library in llvm.candidates()]
+    try:
+        found, lines = True, [f"{llvm.prepare()} is used"]
+    except llvm.LLVMMissing:
+        found, lines = False, ["none works with Dr.Jit"]
+    lines += [f"{verdict.library.path} refused: {verdict.fault}" for verdict in verdicts if verdict.fault]
+    # What the user names is often among the candidates too.
+    detail = "\n".join(dict.fromkeys(lines))
+    return Finding("libLLVM", found, detail, llvm.REMEDY)
+
+
+def _variants() -> Finding:
+    """The Mitsuba variants that run here."""
+    # Without a library the scalar variants run all the same.
+    with contextlib.suppress(llvm.LLVMMissing):
+        llvm.prepare()
+    try:
+        import mitsuba
+    except ImportError as error:
+        return Finding("Mitsuba", False, f"does not import: {error}", INSTALL)
+    usable = [name for name in mitsuba.variants() if _runs(name)]
+    detail = f"{mitsuba.__version__}: {', '.join(usable)}"
+    return Finding(
+        "Mitsuba",
+        any(is_differentiable(name) for name in usable),
+        detail,
+        f"no gradients of pictures without libLLVM; {llvm.REMEDY}",
+    )
+
+
+def _runs(variant: str) -> bool:
+    try:
+        choose_variant(colour=False, variant=variant)
+    except InputError:
+        return False
+    return True
+
+
+def _pardiso() -> Finding:
+    detail = "installed" if has_pardiso() else "absent: sparse systems are solved by SuperLU, more slowly"
+    return Finding("Pardiso", has_pardiso(), detail, "pip install pypardiso (x86-64 only)", needed=False)
+
+
+def _weights() -> Finding:
+    folder = Path(str(importlib.resources.files("surrogate"))) / "weights"
+    nets = sorted(path.stem for path in folder.glob("*.safetensors"))
+    detail = ", ".join(nets) or "none: the nets are not here"
+    return Finding("weights", bool(nets), detail, 'use model = "layer" and model = "exact"', needed=False)
+
+
+def _cache() -> Finding:
+    """The folder of remembered operators; it is made when the first is written."""
+    folder = cache_folder()
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    writable = existing.is_dir() and os.access(existing, os.W_OK | os.X_OK)
+    size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+    state = "writable" if writable else "not writable: operators are built anew in every process"
+    detail = f"{folder}, {size / 2**20:.1f} MiB, {state}"
+    return Finding("cache", writable, detail, "set RETOUCH_CACHE to a folder you may write", needed=False)
+
+
+def _machine() -> Finding:
+    memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30
+    return Finding(
+        "machine",
+        memory >= MEMORY_GIB,
+        f"{os.cpu_count()} cores, {memory:.1f} GiB of memory, {platform.system()} on {platform.machine()}",
+        f"the finest finite-element reference takes {MEMORY_GIB:.0f} GiB at its peak; the others 1 GiB",
+        needed=False,
+    )
+
+
+def table(findings: list[Finding]) -> Table:
+    """The findings for a person: one row each, with the remedy under what is missing."""
+    rows = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    rows.add_column(no_wrap=True)
+    rows.add_column(no_wrap=True)
+    rows.add_column(overflow="fold")
+    for finding in findings:
+        mark, style = (
+            ("ok", "green") if finding.ok else ("MISSING", "bold red") if finding.needed else ("-", "yellow")
+        )
+        detail = finding.detail if finding.ok else f"{finding.detail}\n-> {finding.remedy}"
+        rows.add_row(Text(mark, style), Text(finding.name, "bold"), Text(detail))
+    return rows
+
+
+def run(as_json: bool) -> int:
+    """Print what `diagnose` finds, as a table or as JSON; status 0 if an optimisation can run, else 1."""
+    findings = diagnose()
+    ready = can_run(findings)
+    if as_json:
+        print(json.dumps({"ready": ready, "findings": [asdict(finding) for finding in findings]}, indent=2))
+    else:
+        console = Console()
+        console.print(table(findings))
+        console.print("Ready." if ready else "Not ready: see what is marked MISSING.")
+    return 0 if ready else 1

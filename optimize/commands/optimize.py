@@ -1,0 +1,182 @@
+"""`retouch optimize`: one run, from a run file or from a scene and a texture."""
+
+import argparse
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from optimize.commands.options import add_mitsuba, add_plate, console, seed, touch_of
+
+if TYPE_CHECKING:
+    from optimize.runs.config import Run
+    from optimize.runs.job import Result
+
+REACHED = 0
+SHORT_OF_TARGET = 3
+INTERRUPTED = 130
+"""128 + SIGINT, as shells count."""
+
+STATUSES = """\
+exit status: 0 if the target was reached; 3 if the run ended short of it, with its best result written; 2 for
+bad input; 130 if interrupted (Ctrl-C), with its best result written: retouch resume goes on from there.
+"""
+
+HELP = "change how a texture feels, and keep its look"
+DESCRIPTION = """\
+Changes the relief until the finger feels the target, while the pictures of the scene stay as they are. Takes
+a run file (.toml), or a scene (.xml) with a texture and a target. Options win over the run file.
+"""
+EPILOG = f"""\
+examples:
+  retouch optimize mitsuba_scenes/gravel.toml
+  retouch optimize mitsuba_scenes/gravel.toml --fast
+  retouch optimize mitsuba_scenes/gravel.toml --jnd 1 --set descent.tolerance=0.005 -o runs/gravel-1
+  retouch optimize mitsuba_scenes/studio.xml --texture stone.png --relief-mm 1.2 --jnd 2
+
+RUN_DIR then holds report.html (start there), plate.stl and plate.3mf to print, heights.exr and .png, the
+pictures before and after, and result.json with every number.
+
+{STATUSES}"""
+
+_SETTINGS = {
+    "size_mm": "size_mm",
+    "relief_mm": "relief_mm",
+    "seed": "seed",
+    "roughness": "touch.roughness",
+    "jnd": "touch.jnd",
+    "contact_area_mm2": "touch.contact_area_mm2",
+    "contact_area_scale": "touch.contact_area_scale",
+}
+"""Options that stand for a number in the run file, and its key there."""
+TARGETS = frozenset(key for key in _SETTINGS.values() if key.startswith("touch."))
+
+FAST = ('touch.model="quick"', 'look.model="net"')
+"""What ``--fast`` sets; ``--set`` wins over it."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "source", type=Path, metavar="RUN.toml|SCENE.xml", help="what to do, or where to look"
+    )
+    parser.add_argument(
+        "-o",
+        dest="out",
+        type=Path,
+        metavar="RUN_DIR",
+        help="where to (default: runs/<name of run file or texture>)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace an earlier run in RUN_DIR")
+    parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
+
+    target = parser.add_argument_group("the feel to reach")
+    rough = target.add_mutually_exclusive_group()
+    rough.add_argument("--roughness", type=float, metavar="V", help="roughness, as retouch evaluate tells it")
+    rough.add_argument(
+        "--jnd",
+        type=float,
+        metavar="N",
+        help="just-noticeable differences rougher than the original; negative for smoother",
+    )
+    cold = target.add_mutually_exclusive_group()
+    cold.add_argument("--contact-area-mm2", type=float, metavar="MM2", help="contact area; more feels colder")
+    cold.add_argument("--contact-area-scale", type=float, metavar="X", help="factor on the original's")
+
+    plate = parser.add_argument_group("the plate")
+    plate.add_argument(
+        "--texture", type=Path, help="height map: PNG or TIFF (grey is height), EXR or NPY (mm)"
+    )
+    add_plate(plate, "10, or the run file's", "the run file's; needed for PNG and TIFF")
+
+    details = parser.add_argument_group("details")
+    details.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="any key of the run file, as in descent.steps=20; may be given several times",
+    )
+    details.add_argument(
+        "--fast",
+        action="store_true",
+        help="steer by the fast models (touch quick, look net); what verifies the result stays as it is",
+    )
+    details.add_argument("--seed", type=seed, metavar="N", help="of all random numbers (default: 0)")
+    add_mitsuba(details)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    settings = load(arguments)
+    name = arguments.source if _is_run_file(arguments.source) else settings.texture
+    out = arguments.out or Path("runs") / name.stem
+    _spare(out, (arguments.source, settings.scene, settings.texture))
+    from optimize.runs import job
+
+    with touch_of(settings.texture):
+        result = job.run(
+            settings, out, variant=arguments.variant, force=arguments.force, quiet=arguments.quiet
+        )
+    return finish(result, arguments.quiet)
+
+
+def load(arguments: argparse.Namespace) -> "Run":
+    """The run that the arguments ask for. Raises InputError."""
+    from optimize.runs import config
+    from relief.errors import InputError
+
+    source = arguments.source
+    if _is_run_file(source):
+        return config.load_run(source, overrides(arguments))
+    if arguments.texture is None:
+        raise InputError(f"{source}: a scene needs --texture as well; a run file ends in .toml")
+    settings = overrides(arguments)
+    if not any(setting.partition("=")[0].strip() in TARGETS for setting in settings):
+        raise InputError(f"{source}: no target: give --roughness, --jnd, or one for the contact area")
+    return config.run_from_scene(source, arguments.texture, settings)
+
+
+def overrides(arguments: argparse.Namespace) -> Sequence[str]:
+    """The options as overrides of a run file, ``--set`` last."""
+    given = [
+        f"{key}={getattr(arguments, option)!r}"
+        for option, key in _SETTINGS.items()
+        if getattr(arguments, option) is not None
+    ]
+    if arguments.texture is not None:
+        given.append(f"texture={_quoted(str(arguments.texture))}")
+    given += [f"define.{key}={_quoted(value)}" for key, value in arguments.defines]
+    if arguments.fast:
+        given += FAST
+    return [*given, *arguments.settings]
+
+
+def finish(result: "Result", quiet: bool) -> int:
+    """Tell how a run ended; the exit status."""
+    from optimize.descent.driver import StopReason
+
+    if not quiet:
+        from optimize.commands.summary import summary
+
+        console().print(summary(result.summary, result.run_dir))
+    if result.stop is StopReason.INTERRUPTED:
+        return INTERRUPTED
+    return REACHED if result.stop.met else SHORT_OF_TARGET
+
+
+def _spare(out: Path, inputs: Iterable[Path]) -> None:
+    """Refuse to make a run directory, which ``--force`` empties, of a folder that the run reads from."""
+    from relief.errors import InputError
+
+    for path in inputs:
+        if path.resolve().is_relative_to(out.resolve()):
+            raise InputError(f"{out}: -o: is or holds {path}, which the run reads; choose another folder")
+
+
+def _is_run_file(path: Path) -> bool:
+    return path.suffix.lower() == ".toml"
+
+
+def _quoted(text: str) -> str:
+    """A TOML string: JSON's are, as long as they escape no more than they must."""
+    return json.dumps(text, ensure_ascii=False)

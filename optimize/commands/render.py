@@ -1,0 +1,141 @@
+"""`retouch render`: the pictures of a scene, one for each of its rendering conditions."""
+
+import argparse
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from optimize.commands.options import add_mitsuba, console, count, seed
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from visual.noise import Batches
+
+HELP = "render a scene, one picture for each light"
+DESCRIPTION = """\
+Renders every condition of a scene, that is each of its lights alone with the ambient light, into DIR as
+<condition>.exr (radiance, 32-bit float) and <condition>.png (sRGB; white is the radiance of a white plate
+that faces the light). Pictures of an earlier rendering are replaced.
+
+Each picture is the mean of a few rendered with fewer samples and other random numbers; how far these lie
+apart gives the standard error of a pixel, told in percent of the picture's mean.
+
+With --explain nothing is rendered and nothing written, whatever else is given: it tells what would be done,
+what is skipped because the scene does not need it, and whether `retouch optimize` can use the scene.
+"""
+EPILOG = """\
+examples:
+  retouch render mitsuba_scenes/studio.xml
+  retouch render studio.xml --explain
+  retouch render studio.xml --texture runs/stone/heights.exr -D resolution=512 --samples 256 -o after
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="Mitsuba scene (.xml) with a height field")
+    parser.add_argument(
+        "-o", dest="out", type=Path, metavar="DIR", help="where to (default: renders/<name of the scene>)"
+    )
+    parser.add_argument(
+        "--texture", type=Path, help="height map to show instead of the scene's: PNG, TIFF, EXR or NPY"
+    )
+    parser.add_argument(
+        "--relief-mm",
+        type=float,
+        metavar="MM",
+        help="height of white above black in --texture (needed for PNG and TIFF; EXR and NPY hold mm)",
+    )
+    parser.add_argument(
+        "--samples", type=count, metavar="N", help="a pixel, 4 or more (default: as the scene says)"
+    )
+    parser.add_argument(
+        "--seed", type=seed, default=0, metavar="N", help="the same seed, the same picture (default: 0)"
+    )
+    parser.add_argument(
+        "--explain",
+        action="store_true",
+        help="only tell what would be rendered, what is skipped, and why; writes nothing, -o or not",
+    )
+    add_mitsuba(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from optimize.report.formatting import duration
+    from optimize.report.pictures import write_pictures
+    from relief.errors import InputError
+    from visual.noise import batched
+    from visual.scene import load_scene
+
+    if arguments.relief_mm is not None and arguments.texture is None:
+        raise InputError(
+            "--relief-mm: belongs to --texture; a scene has its own parameters, as in -D relief_mm=1"
+        )
+    if arguments.explain:
+        return _explain(arguments)
+    out = arguments.out or Path("renders") / arguments.scene.stem
+    if out.exists() and not out.is_dir():
+        raise InputError(f"{out}: -o: is a file, not a folder")
+    scene = load_scene(
+        arguments.scene,
+        dict(arguments.defines),
+        arguments.variant,
+        texture=arguments.texture,
+        relief_mm=arguments.relief_mm,
+    )
+    start = time.perf_counter()
+    batches = batched(scene, samples=arguments.samples, seed=arguments.seed)
+    seconds = time.perf_counter() - start
+    pictures = batches.mean
+    files = write_pictures(out, scene.conditions, pictures, scene.white)
+    rows, cols = pictures.shape[1:]
+    screen = console()
+    screen.print(table(scene.conditions, files, batches))
+    screen.print(
+        f"{cols} x {rows} pixels, {batches.samples} samples each, {scene.variant}, "
+        f"{duration(seconds)} of rendering."
+    )
+    return 0
+
+
+def _explain(arguments: argparse.Namespace) -> int:
+    from rich.table import Table
+    from rich.text import Text
+
+    from visual.explain import explain_scene
+
+    lines = explain_scene(
+        arguments.scene,
+        dict(arguments.defines),
+        arguments.variant,
+        arguments.texture,
+        arguments.relief_mm,
+        arguments.samples,
+    )
+    rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False, show_header=False)
+    rows.add_column(overflow="fold")
+    rows.add_column(overflow="fold")
+    for subject, sentence in lines:
+        rows.add_row(Text(subject), Text(sentence))
+    console().print(rows)
+    return 0
+
+
+def table(conditions: Sequence[str], files: Sequence[Path], batches: "Batches") -> "Table":
+    """One row a condition: name, mean radiance, standard error of a pixel in percent of that, file."""
+    from rich.table import Table
+    from rich.text import Text
+
+    from optimize.report.formatting import number, percent
+
+    rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False)
+    rows.add_column("condition", overflow="fold")
+    rows.add_column("mean radiance", justify="right", no_wrap=True)
+    rows.add_column("error of a pixel", justify="right", no_wrap=True)
+    rows.add_column("files", overflow="fold")
+    means, errors = batches.mean.mean(axis=(1, 2)), batches.relative_error
+    for condition, file, mean, error in zip(conditions, files, means, errors, strict=True):
+        told = number(float(mean)), percent(100.0 * float(error))
+        rows.add_row(Text(condition), *told, Text(f"{file}.exr, .png"))
+    return rows

@@ -1,0 +1,87 @@
+"""The one screen that a run ends with."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from optimize.report.formatting import between, duration, number, percent, plus_minus
+from tactile.jnd import told_apart
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+PRINTABLE = ("plate.3mf", "plate.stl")
+
+
+def summary(result: Mapping[str, Any], run_dir: Path) -> "Table":
+    """What a run set out for and where it ended, in a dozen lines.
+
+    ``result`` is the content of result.json; of the files only those that are there are named.
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    rows = Table.grid(padding=(0, 2, 0, 0))
+    rows.add_column(no_wrap=True)
+    rows.add_column(overflow="fold")
+    for name, told in _lines(result, run_dir):
+        rows.add_row(Text(name, "bold"), Text(told))
+    return rows
+
+
+def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]]:
+    stop, touch, look = result["stop"], result["touch"], result["look"]
+    yield "stop", f"{stop['message']} (step {stop['best_step']} of {stop['steps']} kept)"
+    roughness = [
+        ("original", touch["initial_roughness"]),
+        ("target", touch["target_roughness"]),
+        ("achieved", touch["roughness"]),
+        (f"verified ({touch['verified_by']})", touch["verified_roughness"]),
+    ]
+    yield "roughness", _known(roughness)
+    if (jnd := touch["jnd_from_original"]) is not None:
+        # Rounded down: a hundred of a hundred would claim certainty.
+        tries = min(99, int(100.0 * told_apart(jnd)))
+        sense = "rougher" if jnd > 0 else "smoother"
+        yield "feel", f"{number(abs(jnd))} JND {sense} than the original, told apart in {tries} of 100 tries"
+    area = [
+        ("original", touch["initial_contact_area_mm2"]),
+        ("target", touch["target_contact_area_mm2"]),
+        ("achieved", touch["contact_area_mm2"]),
+        (f"verified ({touch['verified_by']})", touch["verified_contact_area_mm2"]),
+    ]
+    yield "contact", f"{_known(area)} mm²; {100.0 * touch['contact_fraction']:.0f} % of the plate touches"
+    yield from _pictures(look)
+    times = dict(result["time_s"])
+    total = duration(times.pop("total"))
+    yield "time", f"{total}: " + ", ".join(f"{k.replace('_', '-')} {duration(s)}" for k, s in times.items())
+    yield "report", str(run_dir / "report.html")
+    if printable := [str(run_dir / name) for name in PRINTABLE if (run_dir / name).is_file()]:
+        yield "to print", ", ".join(printable)
+
+
+def _pictures(look: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    noise = look["noise"]
+    if noise["certainty"] == "same":
+        yield "pictures", noise["message"]
+        return
+    of_mean, of_white = noise["change_percent_of_mean"], noise["change_percent_of_white"]
+    if noise["certainty"] == "within_noise":
+        yield "pictures", f"{noise['message']} Its mean is at most"
+        yield "", f"{percent(of_mean['mean'])} of the mean picture, {percent(of_white['mean'])} of white"
+    else:
+        yield "pictures", f"changed by {_change(of_mean)} of the mean picture"
+        yield "", f"and by {_change(of_white)} of white"
+    if noise["certainty"] == "coarse":
+        yield "", noise["message"]
+    if noise["certainty"] != "known":
+        yield "", f"{look['samples']} samples a pixel; more make it clearer (verify.samples)"
+
+
+def _change(change: Mapping[str, float]) -> str:
+    mean = between(max(0.0, change["mean_at_least"]), change["mean"])
+    return f"{plus_minus(change['rms_less_noise'], change['rms_error'])} % (rms), {mean} (mean)"
+
+
+def _known(values: list[tuple[str, float | None]]) -> str:
+    return ", ".join(f"{name} {number(value)}" for name, value in values if value is not None)

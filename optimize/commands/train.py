@@ -1,0 +1,120 @@
+"""`retouch train`: nets from a data set."""
+
+import argparse
+from pathlib import Path
+
+from optimize.commands.options import seed, whole_number
+
+HELP = "train the learned models on a data set"
+DESCRIPTION = """\
+Trains a net on the fields that `retouch dataset` made, stops when validation gets no better, and measures it
+on textures that it has not seen: touch, the contact of the skin, against finite elements; look, ambient
+light, against horizons. DIR gets the weights, the card that says what they are and how far they err, and the
+curves. After every epoch there is a checkpoint: with --resume the same command goes on from it, and ends at
+the same weights.
+"""
+EPILOG = """\
+examples:
+  retouch dataset -o data --count 6300 --lights none
+  retouch train touch --data data -o nets/touch
+  retouch train touch --data data -o nets/touch --resume
+  retouch train look --data data -o nets/look        (a data set with pictures)
+
+What is trained, and how good it is, is told in docs/learned.md.
+"""
+MOST_EPOCHS = 100_000
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("net", choices=("touch", "look"), help="which net")
+    parser.add_argument(
+        "--data", type=Path, required=True, metavar="FOLDER", help="data set of `retouch dataset`"
+    )
+    parser.add_argument("-o", dest="out", type=Path, required=True, metavar="DIR", help="what comes out")
+    parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
+    parser.add_argument("--resume", action="store_true", help="go on from the checkpoint in DIR")
+    parser.add_argument("--seed", type=seed, default=0, metavar="S", help="of weights and order (default: 0)")
+    parser.add_argument(
+        "--epochs",
+        type=whole_number(1, MOST_EPOCHS),
+        metavar="N",
+        help="times that every texture is seen, at most (default: 60)",
+    )
+    parser.add_argument(
+        "--minutes", type=_positive, metavar="M", help="of training, at most (default: no limit)"
+    )
+    parser.add_argument(
+        "--batch", type=whole_number(1, 4096), metavar="N", help="textures of a step (default: 16)"
+    )
+    parser.add_argument("--learning-rate", type=_positive, metavar="R", help="the highest (default: 0.002)")
+    parser.add_argument(
+        "--widths",
+        type=_widths,
+        metavar="A,B,...",
+        help="channels of the net's levels, finest first (default: 24,48,72,96)",
+    )
+    parser.add_argument(
+        "--device",
+        choices=("cpu", "cuda"),
+        help="where to train (default: cuda if there is one)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    import torch
+
+    from optimize.training.train import Order, train_net
+    from relief.errors import InputError
+    from surrogate.nets.training import Settings
+
+    has_cuda = torch.cuda.is_available()
+    if arguments.device == "cuda" and not has_cuda:
+        raise InputError("--device cuda: torch finds no such device")
+    given = {name: getattr(arguments, name) for name in ("epochs", "minutes", "batch", "learning_rate")}
+    settings = Settings(
+        seed=arguments.seed, **{name: value for name, value in given.items() if value is not None}
+    )
+    order = Order(
+        arguments.data,
+        arguments.out,
+        settings,
+        device=arguments.device or ("cuda" if has_cuda else "cpu"),
+        resume=arguments.resume,
+        **({} if arguments.widths is None else {"widths": arguments.widths}),
+    )
+    if arguments.quiet:
+        train_net(arguments.net, order)
+        return 0
+    from rich.console import Console
+
+    told = Console(highlight=False, stderr=True)
+    card = train_net(
+        arguments.net,
+        order,
+        lambda e: told.print(
+            f"epoch {e.number}: loss {e.loss:.4f}, validation {e.error:.4f}, {e.seconds:.0f} s"
+        ),
+    )
+    print(f"{arguments.out}: {card.training['ended']}")
+    for name, value in card.errors.items():
+        print(f"  {name.replace('_', ' ')}: {value:.4g}")
+    return 0
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number")
+    return value
+
+
+def _widths(text: str) -> tuple[int, ...]:
+    from surrogate.nets.unet import MOST_LEVELS, MOST_WIDTH
+
+    parts = text.split(",")
+    if len(parts) > MOST_LEVELS:
+        raise argparse.ArgumentTypeError(f"{text!r}: more than {MOST_LEVELS} levels")
+    return tuple(whole_number(1, MOST_WIDTH)(part) for part in parts)

@@ -1,0 +1,1 @@
+"""The descent: the problem, its targets, the methods, and verification."""

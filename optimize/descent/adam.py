@@ -1,0 +1,115 @@
+"""The paper's way down: Adam on the sum of the energies.
+
+One optimiser takes both gradients: torch's through touch, and Mitsuba's through the pictures (plus shadow
+edges), which arrives as that of a torch function. With |r - V| the target is never met exactly but circled;
+cosine decay of the learning rate narrows the circle.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+import tactile
+from optimize.descent import energies
+from optimize.descent.driver import Iterate
+from optimize.descent.problem import HEIGHT_LIMIT_MM, Problem
+
+Array = NDArray[np.float64]
+
+DECAY_FLOOR = 0.02
+"""Share of the learning rate that is left at the last step."""
+
+
+class AdamDescent:
+    """The way down of this module; see `optimize.descent.driver.WayDown`."""
+
+    patience: int | None = None
+
+    def __init__(self, problem: Problem, steps: int, learning_rate: float) -> None:
+        self._problem, self._steps, self._rate = problem, steps, learning_rate
+        self._unit = 1.0 / problem.scene.white
+        # Target and current pictures share their random numbers, so that most of the noise cancels.
+        self._target = self._pictures(torch.as_tensor(problem.heights))
+        self._heights = torch.nn.Parameter(torch.as_tensor(problem.heights).clone())
+        self._adam = torch.optim.Adam([self._heights], lr=learning_rate)
+        self._energy: Tensor | None = None
+
+    def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
+        """Stand at a relief; `memory` of an earlier part of the same descent may be empty."""
+        self._heights = torch.nn.Parameter(torch.as_tensor(heights).clone())
+        self._adam = torch.optim.Adam([self._heights], lr=self._rate)
+        if "mean" in memory:
+            self._adam.state[self._heights] = {
+                "step": torch.tensor(float(step)),
+                "exp_avg": torch.as_tensor(memory["mean"]).clone(),
+                "exp_avg_sq": torch.as_tensor(memory["square"]).clone(),
+            }
+        return self._stand(step, memory.get("pressure"))
+
+    def advance(self, iterate: Iterate) -> Iterate:
+        """One step."""
+        assert self._energy is not None
+        progress = iterate.step / self._steps
+        decay = DECAY_FLOOR + (1.0 - DECAY_FLOOR) * 0.5 * (1.0 + math.cos(math.pi * progress))
+        self._adam.param_groups[0]["lr"] = self._rate * decay
+        self._adam.zero_grad()
+        self._energy.backward()
+        self._adam.step()
+        with torch.no_grad():
+            # The paper's penalty lets heights stray a little; a printed plate cannot.
+            self._heights.clamp_(0.0, HEIGHT_LIMIT_MM)
+        return self._stand(iterate.step + 1, iterate.memory["pressure"])
+
+    def _pictures(self, heights: Tensor) -> Tensor:
+        problem = self._problem
+        pictures = problem.scene.render(
+            heights,
+            samples=problem.samples,
+            seed=problem.seed,
+            model=problem.look,
+            shadow_edges=problem.shadow_edges,
+        )
+        return pictures * self._unit
+
+    def _stand(self, step: int, pressure: Array | None) -> Iterate:
+        problem, targets, heights = self._problem, self._problem.targets, self._heights
+        touch = problem.model.press(heights, None if pressure is None else torch.as_tensor(pressure))
+        roughness = tactile.roughness(touch.strain, problem.size_mm)
+        area = tactile.contact_area(touch.gap, problem.size_mm)
+        pictures = self._pictures(heights)
+        scale, energy = 1.0, torch.zeros((), dtype=heights.dtype)
+        if targets.roughness is not None:
+            energy = energy + energies.rough_energy(roughness, targets.roughness)
+        if targets.contact_area_mm2 is not None:
+            both = targets.roughness is not None
+            scale = 1.0 if both else energies.CONTACT_SCALE
+            contact = energies.contact_energy(area, targets.contact_area_mm2)
+            energy = energy + (contact / energies.CONTACT_SCALE if both else contact)
+        weights = torch.as_tensor(problem.scene.weights)
+        look = problem.look_weight * energies.visual_energy(pictures, self._target, weights)
+        look = look + problem.regularisation * energies.regularisation_energy(pictures, self._target, weights)
+        clamp = energies.CLAMP_WEIGHT * energies.clamp_energy(heights, HEIGHT_LIMIT_MM)
+        self._energy = energy + scale * (look + clamp)
+
+        difference = (pictures - self._target).detach()
+        mean, share = 100.0 / float(self._target.mean()), weights / weights.sum()
+        moments = self._adam.state.get(self._heights, {})
+        memory = {"pressure": touch.pressure.detach().numpy().copy()}
+        if moments:
+            memory["mean"] = moments["exp_avg"].numpy().copy()
+            memory["square"] = moments["exp_avg_sq"].numpy().copy()
+        return Iterate(
+            step,
+            heights.detach().numpy().copy(),
+            float(roughness.detach()),
+            float(area.detach()),
+            float(touch.contact_fraction),
+            mean * float(share @ difference.abs().mean((-2, -1))),
+            mean * float((share @ difference.square().mean((-2, -1))).sqrt()),
+            memory,
+        )

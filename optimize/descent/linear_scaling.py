@@ -1,0 +1,61 @@
+"""What one would do without this program: the relief scaled in height until it feels right."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from optimize.descent.problem import HEIGHT_LIMIT_MM, Problem
+
+Array = NDArray[np.float64]
+
+STRIDE = 1.25
+"""Factor between the scales tried, from the relief's own outward, until the target lies between two."""
+
+FLATTEST = 0.02
+"""Least scale tried."""
+
+
+def linear_scaling(problem: Problem) -> Array | None:
+    """The original scaled in height to the first target that is given (paper section 5.1.1).
+
+    Returns:
+        (rows, cols) mm, of the scale nearest to its own; None where no scale up to 3 mm meets the target.
+    """
+    relief = problem.heights - problem.heights.min()
+    if relief.max() <= 0.0:
+        return None
+
+    def excess(scale: float) -> float:
+        feel = problem.feel(relief * scale, gradients=False)
+        if problem.targets.roughness is not None:
+            return feel.roughness / problem.targets.roughness - 1.0
+        assert problem.targets.contact_area_mm2 is not None
+        return feel.contact_area_mm2 / problem.targets.contact_area_mm2 - 1.0
+
+    bracket = _bracket(excess, HEIGHT_LIMIT_MM / float(relief.max()))
+    if bracket is None:
+        return None
+    # A tenth of the tolerance in the target is about as much in the scale.
+    return np.asarray(relief * brentq(excess, *bracket, rtol=0.1 * problem.targets.tolerance))
+
+
+def _bracket(excess: Callable[[float], float], highest: float) -> tuple[float, float] | None:
+    """Two scales between which the excess changes sign, searched outward from 1 on both sides at once."""
+    own = min(1.0, highest)
+    at_own = excess(own)
+    ends = dict.fromkeys((1, -1), (own, at_own))
+    while ends:
+        for side, (scale, value) in list(ends.items()):
+            following = min(scale * STRIDE, highest) if side > 0 else scale / STRIDE
+            if not FLATTEST <= following <= highest or following == scale:
+                del ends[side]
+                continue
+            there = excess(following)
+            if value * there <= 0.0:
+                return min(scale, following), max(scale, following)
+            ends[side] = (following, there)
+    return None

@@ -1,0 +1,216 @@
+"""The figures of a report: what the eye sees, what the finger feels, what moved, and the way there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from optimize.report import colour_maps as colours
+from optimize.report import svg as plots
+from optimize.report.formatting import number
+from tactile.jnd import jnd_apart, told_apart
+
+if TYPE_CHECKING:
+    from optimize.report.page import Report
+
+Array = NDArray[np.floating]
+
+PICTURE_BYTES = 3.0e6  # for the pictures under all lights together, before base64, at one byte a pixel
+SHOWN_SIDE = 512  # pixels; a picture is shown at about 360 points
+PROFILE_SIDE = 256  # samples along an edge of the heights that the page carries
+PERCENTILE = 99.5  # of a map's values that its colour scale spans
+
+MODEL_NAMES = {
+    "fem": "finite elements",
+    "layer": "elastic layer",
+    "quick": "elastic layer, few steps",
+    "net": "learned net",
+}
+
+
+@dataclass(frozen=True)
+class PictureChange:
+    """Mean and root mean square of a picture's change, in percent of white and of the mean picture before."""
+
+    mean_of_white: float
+    rms_of_white: float
+    mean_of_picture: float
+    rms_of_picture: float
+
+
+def picture_change(before: Array, after: Array, white: float) -> PictureChange:
+    """How far two pictures of any common shape, in linear radiance, lie apart."""
+    difference = np.asarray(after, dtype=np.float64) - before
+    mean, rms = float(np.abs(difference).mean()), float(np.sqrt(np.square(difference).mean()))
+    level = max(float(np.mean(before)), np.finfo(np.float64).tiny)
+    return PictureChange(*(100.0 * value / unit for unit in (white, level) for value in (mean, rms)))
+
+
+def model_name(key: str | None) -> str:
+    """A touch model as a person calls it; its key where we have no better name."""
+    return MODEL_NAMES.get(key or "", key or "verified")
+
+
+def roughness_figures(report: Report, touch: Mapping[str, Any]) -> dict[str, Any]:
+    """The roughnesses on a scale of just-noticeable differences, and what a finger makes of that."""
+    jnd = touch["jnd_from_original"]
+    # Rounded down: a hundred of a hundred would claim certainty.
+    tries = None if jnd is None else min(99, int(100.0 * told_apart(jnd)))
+    return {
+        "ladder": _ladder(report, touch),
+        "tries": tries,
+        "tries_chart": None if tries is None else plots.tries(tries),
+    }
+
+
+def _ladder(report: Report, touch: Mapping[str, Any]) -> Markup | None:
+    original, target = touch["initial_roughness"], touch["target_roughness"]
+    if not original or not touch["roughness"]:
+        return None
+    rows = (
+        ("original", original, "before"),
+        ("target", target, "target"),
+        ("optimiser", touch["roughness"], "after"),
+        (model_name(touch["verified_by"]), touch["verified_roughness"], "verified"),
+    )
+    dots = [plots.Dot(name, jnd_apart(v, original), number(v), style) for name, v, style in rows if v]
+    band = None
+    if target:
+        low, high = (jnd_apart(target * (1.0 + sign * report.tolerance), original) for sign in (-1, 1))
+        band = (low, high)
+    return plots.dot_chart(dots, "just-noticeable differences from the original", band)
+
+
+def descent_charts(report: Report) -> list[Markup]:
+    """Roughness (or contact area, where that alone is the target) and picture change over the steps."""
+    if not report.history:
+        return []
+
+    def column(key: str) -> list[float]:
+        values = (step[key] for step in report.history)
+        return [math.nan if value is None else float(value) for value in values]
+
+    def chart(title: str, key: str, band: plots.Band | None = None) -> list[Markup]:
+        values = column(key)
+        if not any(map(math.isfinite, values)):
+            return []
+        return [plots.line_chart(title, [plots.Series("", steps, values, "after")], "step", band)]
+
+    steps = column("step")
+    targets = [target for target in column("target_roughness") if math.isfinite(target)]
+    if targets:
+        spread = report.tolerance * targets[-1]
+        band = plots.Band("target", targets[-1] - spread, targets[-1], targets[-1] + spread)
+        touch = chart("Roughness", "roughness", band)
+    else:
+        touch = chart("Contact area, mm²", "contact_area_mm2")
+    look = [
+        plots.Series(name, steps, column(f"picture_{name}_percent"), style)
+        for name, style in (("rms", "after"), ("mean", "second"))
+    ]
+    return [*touch, plots.line_chart("Picture change, % of the mean picture", look, "step")]
+
+
+def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
+    """Pictures before and after and their difference, on one scale for all conditions and the baseline."""
+    before, after, white = report.pictures_before, report.pictures_after, report.white
+    count = len(before) * (3 if report.baseline is None else 6)
+    side = min(SHOWN_SIDE, int(math.sqrt(PICTURE_BYTES / count)))
+    difference = 100.0 * (np.asarray(after, dtype=np.float64) - before) / white
+    limit = plots.round_up(max(float(np.percentile(np.abs(difference), PERCENTILE)), 0.1))
+    # Relief under a raking light is dark: one exposure for all pictures, their brightest parts nearly white.
+    exposed = min(white, max(float(np.percentile(before, PERCENTILE)), 1e-3 * white))
+
+    def rows(pictures: Array) -> list[dict[str, Any]]:
+        return [
+            {
+                "name": name,
+                "before": colours.picture_uri(old, exposed, side),
+                "after": colours.picture_uri(new, exposed, side),
+                "difference": colours.map_uri(
+                    100.0 * (new - old) / white, -limit, limit, colours.PURPLE_ORANGE, side
+                ),
+                "change": picture_change(old, new, white),
+            }
+            for name, old, new in zip(report.conditions, before, pictures, strict=True)
+        ]
+
+    context: dict[str, Any] = {
+        "change": picture_change(before, after, white),
+        "looks": rows(after),
+        **{key: look[key] or [None] * len(before) for key in ("dssim", "flip")},
+        "noise": look["noise"],
+        "samples": look["samples"],
+        "difference_limit": limit,
+        "exposure": white / exposed,
+        "difference_bar": plots.colour_bar(
+            colours.PURPLE_ORANGE, plots.signed_axis(limit), "change of radiance, % of white"
+        ),
+        "baseline_change": None,
+    }
+    if report.baseline is not None:
+        context["baseline_looks"] = rows(report.baseline.pictures)
+        context["baseline_change"] = picture_change(before, report.baseline.pictures, white)
+    return context
+
+
+def touch_maps(report: Report) -> dict[str, Any]:
+    """Strain and contact before and after, each pair on one scale."""
+    both = np.stack([report.strain_before, report.strain_after])
+    low, high = (float(v) for v in np.percentile(both, [100.0 - PERCENTILE, PERCENTILE]))
+    high = max(high, low + 1e-6)
+    strain = [colours.map_uri(s, low, high, colours.VIRIDIS, SHOWN_SIDE) for s in both]
+    context: dict[str, Any] = {
+        "strain": strain,
+        "strain_bar": plots.colour_bar(
+            colours.VIRIDIS,
+            plots.nice_axis(low, high, tight=True),
+            "strain at receptor depth, less that under a flat plate; negative: compressed",
+        ),
+        "pressure": None,
+    }
+    if report.pressure_before is not None and report.pressure_after is not None:
+        pressures = (report.pressure_before, report.pressure_after)
+        top = max(float(np.percentile(np.stack(pressures), PERCENTILE)), 1e-9)
+        context |= {
+            "pressure": [colours.contact_uri(p, top, SHOWN_SIDE) for p in pressures],
+            "in_contact": [100.0 * float(np.mean(p > 0.0)) for p in pressures],
+            "pressure_bar": plots.colour_bar(
+                colours.YELLOW_BLUE, plots.nice_axis(0.0, top, tight=True), "pressure, MPa; grey: no contact"
+            ),
+        }
+    return context
+
+
+def relief_figures(report: Report) -> dict[str, Any]:
+    """Hill shading, change of height, and the rows among which the page's profile chooses."""
+    before, after = (np.asarray(h, dtype=np.float64) for h in (report.heights_before, report.heights_after))
+    change = 1000.0 * (after - before)
+    limit = plots.round_up(max(float(np.percentile(np.abs(change), PERCENTILE)), 1.0))
+    profiles = [colours.shrunk(h, PROFILE_SIDE) for h in (before, after)]
+    axis = plots.nice_axis(min(before.min(), after.min(), 0.0), max(before.max(), after.max()), 3)
+    row = len(profiles[0]) // 2
+    return {
+        "shades": [
+            colours.picture_uri(colours.hillshade(h, report.size_mm), 1.4, SHOWN_SIDE)
+            for h in (before, after)
+        ],
+        "change_map": colours.map_uri(change, -limit, limit, colours.PURPLE_ORANGE, SHOWN_SIDE),
+        "change_bar": plots.colour_bar(
+            colours.PURPLE_ORANGE, plots.signed_axis(limit), "change of height, µm"
+        ),
+        "rms_change_um": float(np.sqrt(np.square(change).mean())),
+        "profiles": profiles,
+        "profile_data": [plots.micrometres(p) for p in profiles],
+        "profile_paths": [plots.profile_path(p[row], report.size_mm, axis.high) for p in profiles],
+        "profile_row": row,
+        "profile_axis": axis,
+        "profile_x": plots.nice_axis(0.0, report.size_mm, 5, tight=True),
+        "exaggeration": max(2, round(0.28 * report.size_mm / (axis.high - axis.low))),
+    }

@@ -1,0 +1,81 @@
+"""How different two pictures are: mean and root mean square, DSSIM, FLIP; and the noise in that."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optimize.report.picture_change import change
+from visual.noise import Batches
+
+Array = NDArray[np.floating[Any]]
+
+VIEWING_PIXELS_PER_DEGREE = 67.0
+"""FLIP's default: a 0.7 m wide 4K monitor at 0.7 m."""
+
+
+def mean_change(before: Array, after: Array) -> float:
+    """Mean absolute difference, in the unit of the pictures."""
+    return float(np.abs(after - before).mean())
+
+
+def rms_change(before: Array, after: Array) -> float:
+    """Root mean square difference, in the unit of the pictures."""
+    return float(np.sqrt(np.square(after - before).mean()))
+
+
+def display(picture: Array, white: float) -> Array:
+    """Linear radiance as sRGB values in [0, 1]."""
+    linear = np.clip(picture / white, 0.0, 1.0)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+
+
+def dssim(before: Array, after: Array, white: float) -> float:
+    """Structural dissimilarity (1 - SSIM) / 2 of two pictures as displayed (Wang et al. 2004)."""
+    from skimage.metrics import structural_similarity
+
+    one, other = display(before, white), display(after, white)
+    return float(0.5 * (1.0 - structural_similarity(one, other, data_range=1.0)))
+
+
+def flip(before: Array, after: Array, white: float) -> float:
+    """Mean FLIP difference of two pictures as displayed (Andersson et al. 2020), in [0, 1]."""
+    import flip_evaluator
+
+    images = [np.repeat(display(p, white)[:, :, None], 3, axis=2).astype(np.float32) for p in (before, after)]
+    _, mean, _ = flip_evaluator.evaluate(
+        *images, "LDR", inputsRGB=True, applyMagma=False, parameters={"ppd": VIEWING_PIXELS_PER_DEGREE}
+    )
+    return float(mean)
+
+
+def look(before: Batches, after: Batches, white: float) -> dict[str, Any]:
+    """How far pictures changed and how well that is known: what `look` of result.json says of them.
+
+    Args:
+        white: radiance shown as full white.
+    """
+    pairs = list(zip(before.mean, after.mean, strict=True))
+    mean = float(before.mean.mean())
+    whole = change(before, after)
+    each = [change(before.condition(n), after.condition(n)) for n in range(len(pairs))]
+    return {
+        "pixel_change_percent": [100.0 * one.mean / white for one in each],
+        "rms_change_percent": [100.0 * one.rms / white for one in each],
+        "mean_change_percent_of_mean": 100.0 * whole.mean / mean,
+        "rms_change_percent_of_mean": 100.0 * whole.rms / mean,
+        "dssim": [dssim(b, a, white) for b, a in pairs],
+        "flip": [flip(b, a, white) for b, a in pairs],
+        "samples": before.samples,
+        "noise": {
+            "certainty": whole.certainty.name.lower(),
+            "message": whole.certainty.value,
+            "batches": len(before.pictures),
+            "standard_error_percent": [100.0 * float(error) for error in after.relative_error],
+            "change_percent_of_mean": whole.percent_of(mean),
+            "change_percent_of_white": whole.percent_of(white),
+            "conditions_percent_of_white": [one.percent_of(white) for one in each],
+        },
+    }

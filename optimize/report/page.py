@@ -1,0 +1,171 @@
+"""One run as one page: `report.html`, readable anywhere, without a network."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from optimize.report import figures
+from optimize.report.formatting import between, duration, number, percent, plus_minus
+from relief.export import write_atomically
+
+Array = NDArray[np.floating]
+
+TOUCH_KEYS = (
+    *("target_roughness", "initial_roughness", "roughness", "verified_roughness", "verified_by"),
+    *("target_contact_area_mm2", "initial_contact_area_mm2", "contact_area_mm2", "contact_fraction"),
+    *("verified_contact_area_mm2", "jnd_from_original"),
+)
+LOOK_KEYS = ("dssim", "flip", "samples", "noise")
+FILES = {
+    "plate.stl": "triangles without a unit: tell the slicer millimetres",
+    "plate.3mf": "states millimetres itself; the safer choice where the slicer takes it",
+    "plate.ply": "triangles for Blender and MeshLab",
+    "heights.png": "16-bit height map",
+    "heights.exr": "heights in mm, 32-bit float, as computed",
+    "result.json": "every number on this page",
+    "run.toml": "the settings; running it again repeats this run",
+}
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """Another way to the same feel, such as linear scaling; `pictures` as those of the report."""
+
+    name: str
+    pictures: Array
+    roughness: float | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Report:
+    """What the page tells of a run.
+
+    * `result`: the content of result.json; keys of `touch` (`TOUCH_KEYS`) and of `look` may be
+      absent or None.
+    * pictures: linear radiance, (conditions, rows, cols); `white`: the radiance shown as full white, that of
+      a plate facing the light.
+    * strain: dimensionless, flat plate subtracted, (rows, cols). Pressure: MPa, 0 out of contact, (rows,
+      cols); None if the touch model has none. Heights: mm, (rows, cols).
+    * `history`: one mapping per step with step, roughness, target_roughness, contact_area_mm2,
+      picture_rms_percent, picture_mean_percent, seconds; values may be None.
+    * `tolerance`: relative to the target. `heights_png_mm`: heights of black and of white in heights.png.
+
+    Raises ValueError if the shapes of what is compared differ.
+    """
+
+    title: str
+    result: Mapping[str, Any]
+    conditions: Sequence[str]
+    pictures_before: Array
+    pictures_after: Array
+    white: float
+    strain_before: Array
+    strain_after: Array
+    heights_before: Array
+    heights_after: Array
+    size_mm: float
+    history: Sequence[Mapping[str, float | None]]
+    heights_png_mm: tuple[float, float]
+    pressure_before: Array | None = None
+    pressure_after: Array | None = None
+    tolerance: float = 0.01
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    baseline: Baseline | None = None
+
+    def __post_init__(self) -> None:
+        pairs = {
+            "pictures": (self.pictures_before, self.pictures_after),
+            "strain": (self.strain_before, self.strain_after),
+            "heights": (self.heights_before, self.heights_after),
+        }
+        if self.baseline is not None:
+            pairs["baseline"] = (self.pictures_before, self.baseline.pictures)
+        for name, (before, after) in pairs.items():
+            if before.shape != after.shape:
+                raise ValueError(f"{name}: shape {before.shape} before and {after.shape} after")
+        if len(self.conditions) != len(self.pictures_before):
+            raise ValueError(f"{len(self.conditions)} conditions, {len(self.pictures_before)} pictures")
+
+
+def write_report(run_dir: Path, report: Report) -> Path:
+    """Writes `report.html` into the run directory: one file, under 6 MB, that asks nothing of a network.
+
+    It lists the files it finds there, so it is the last to be written. It appears whole or not at all.
+    Returns its path.
+    """
+    environment = Environment(
+        loader=PackageLoader("optimize.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"number": number, "percent": percent, "duration": duration}
+    environment.globals |= {"between": between, "plus_minus": plus_minus}
+    script = environment.get_template("report.js").render()
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    page = environment.get_template("report.html.j2").render(
+        report=report,
+        script=Markup(script),
+        script_hash=digest,
+        style=Markup(environment.get_template("report.css").render()),
+        files=[(name, use) for name, use in FILES.items() if (run_dir / name).is_file()],
+        **_numbers(report),
+        **figures.touch_maps(report),
+        **figures.relief_figures(report),
+    )
+    path = run_dir / "report.html"
+    write_atomically(path, page.encode())
+    return path
+
+
+def _numbers(report: Report) -> dict[str, Any]:
+    touch = dict.fromkeys(TOUCH_KEYS) | dict(report.result["touch"])
+    times = dict(report.result["time_s"])
+    total = times.pop("total")
+    split = [*times.items(), ("everything else", max(0.0, total - sum(times.values())))]
+    verification = dict.fromkeys(("resolution", "rounds")) | dict(report.result.get("verification", {}))
+    look = dict.fromkeys(LOOK_KEYS) | dict(report.result["look"])
+    return {
+        "touch": touch,
+        "felt": touch["roughness"] if touch["verified_roughness"] is None else touch["verified_roughness"],
+        "verified_by": figures.model_name(touch["verified_by"]),
+        "verification": verification,
+        "rounds": verification["rounds"] or [],
+        "total_s": total,
+        "time_split": [(name, seconds, 100.0 * seconds / max(total, 1e-9)) for name, seconds in split],
+        "all_numbers": list(_flat(report.result)),
+        "all_settings": list(_flat(report.settings)),
+        **figures.roughness_figures(report, touch),
+        **figures.look_figures(report, look),
+        "descent": figures.descent_charts(report),
+    }
+
+
+def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Every leaf of nested mappings as (dotted name, text), lists on one line."""
+    for key, value in tree.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{key}.")
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            for number, item in enumerate(value, start=1):
+                yield from _flat(item, f"{prefix}{key}.{number}.")
+        elif isinstance(value, list | tuple):
+            yield f"{prefix}{key}", ", ".join(_plain(item) for item in value)
+        else:
+            yield f"{prefix}{key}", _plain(value)
+
+
+def _plain(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else "\N{EN DASH}" if value is None else str(value)

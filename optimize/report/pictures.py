@@ -1,0 +1,75 @@
+"""Pictures as files: EXR for numbers, PNG for eyes."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optimize.report.metrics import display
+
+Array = NDArray[np.floating[Any]]
+
+
+LONGEST_NAME = 48
+"""Characters of a file name without its endings: few enough for any file system, whatever the alphabet."""
+
+
+def file_names(conditions: Sequence[str]) -> list[str]:
+    """A harmless file name, without suffix, for each condition; they are named by the scene, hence anyhow.
+
+    No two are the same, even where capitals do not count.
+    """
+    names: dict[str, str] = {}
+    for condition in conditions:
+        stem = re.sub(r"[^\w.-]+", "-", condition).lstrip(".-")[:LONGEST_NAME] or "condition"
+        numbered = (f"{stem}-{number}" for number in itertools.count(2))
+        name = next(name for name in itertools.chain([stem], numbered) if name.casefold() not in names)
+        names[name.casefold()] = name
+    return list(names.values())
+
+
+def write_pictures(
+    folder: Path, conditions: Sequence[str], pictures: Array, white: float, suffix: str = ""
+) -> list[Path]:
+    """Write each picture as `<condition>[-suffix].exr` (radiance, float32) and `.png` (sRGB, `white` is 255).
+
+    The folder is made if it is not there. Files appear once all of them are written.
+
+    Args:
+        pictures: (conditions, rows, cols) radiance.
+
+    Returns:
+        The files without suffix, in the order of the conditions.
+    """
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    names = [f"{name}-{suffix}" if suffix else name for name in file_names(conditions)]
+    with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as temporary:
+        written = []
+        for name, picture in zip(names, pictures, strict=True):
+            written += [Path(temporary) / f"{name}.exr", Path(temporary) / f"{name}.png"]
+            _write_exr(written[-2], picture)
+            _write_png(written[-1], display(picture, white))
+        folder.mkdir(exist_ok=True)
+        for path in written:
+            path.replace(folder / path.name)
+    return [folder / name for name in names]
+
+
+def _write_exr(path: Path, picture: Array) -> None:
+    import OpenEXR
+
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    OpenEXR.File(header, {"Y": np.ascontiguousarray(picture, dtype=np.float32)}).write(str(path))
+
+
+def _write_png(path: Path, shown: Array) -> None:
+    from PIL import Image
+
+    Image.fromarray(np.rint(shown * 255.0).astype(np.uint8)).save(path)

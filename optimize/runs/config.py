@@ -1,0 +1,249 @@
+"""Run files: what one optimisation is asked to do, in TOML, checked before any work begins."""
+
+import difflib
+import os
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import tomli_w
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic.fields import FieldInfo
+
+from relief.errors import InputError
+from tactile.model import FEM_MESH, MAX_MESH, MIN_MESH
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+FilePath = Annotated[Path, Field(strict=False)]
+Samples = Annotated[int, Field(ge=1, le=65536)]
+
+LARGEST_JND = 10.0
+"""A factor of 1.19 ** 10 = 5.7 in roughness: more than any relief up to 3 mm gives."""
+LARGEST_FILE = 1_000_000
+"""Bytes of a run file."""
+_RIVALS = {
+    "touch.roughness": "jnd",
+    "touch.jnd": "roughness",
+    "touch.contact_area_mm2": "contact_area_scale",
+    "touch.contact_area_scale": "contact_area_mm2",
+}
+"""An overridden target takes the place of the run file's other way to state it."""
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class Touch(_Section):
+    """``[touch]``: the feel to reach, by which model, and the skin that feels it.
+
+    At least one target: ``roughness`` (V of the paper's eq. 2) or ``jnd`` (just-noticeable differences above
+    the original's roughness, negative for smoother), and ``contact_area_mm2`` or ``contact_area_scale`` (a
+    factor on the original's contact area). Modulus and Poisson ratio are a calibrated choice, not the
+    paper's.
+    """
+
+    roughness: Positive | None = None
+    jnd: Annotated[float, Field(ge=-LARGEST_JND, le=LARGEST_JND)] | None = None
+    contact_area_mm2: Positive | None = None
+    contact_area_scale: Positive | None = None
+    model: Literal["layer", "quick", "net"] = "layer"
+    young_modulus_mpa: Positive = 0.5
+    poisson_ratio: Annotated[float, Field(gt=0, lt=0.5)] = 0.48
+    force_n: Positive = 10.0
+
+    @model_validator(mode="after")
+    def _targets(self) -> Self:
+        if self.roughness is not None and self.jnd is not None:
+            raise ValueError("roughness and jnd exclude each other")
+        if self.contact_area_mm2 is not None and self.contact_area_scale is not None:
+            raise ValueError("contact_area_mm2 and contact_area_scale exclude each other")
+        if all(
+            target is None
+            for target in (self.roughness, self.jnd, self.contact_area_mm2, self.contact_area_scale)
+        ):
+            raise ValueError("a target is missing: roughness, jnd, contact_area_mm2 or contact_area_scale")
+        return self
+
+
+class Look(_Section):
+    """``[look]``: how pictures are made, their weight w1, and samples a pixel (None: as the scene says)."""
+
+    model: Literal["exact", "net"] = "exact"
+    weight: NotNegative = 1.0
+    samples: Samples | None = None
+
+
+class Descent(_Section):
+    """``[descent]``: the way down, its largest number of steps, and when the target counts as reached.
+
+    ``tolerance`` is relative to the target. ``learning_rate`` (the paper's) is Adam's; ``regularisation`` is
+    w2.
+    """
+
+    method: Literal["gauss-newton", "adam"] = "gauss-newton"
+    steps: Annotated[int, Field(ge=1, le=100_000)] = 100
+    tolerance: Annotated[float, Field(gt=0, lt=1)] = 0.01
+    shadow_edges: bool = True
+    learning_rate: Positive = 0.027
+    regularisation: NotNegative = 0.06
+
+
+class Verify(_Section):
+    """``[verify]``: the model of touch that has the last word, and samples a pixel of the final pictures.
+
+    ``fem`` presses finite elements on the relief, ``resolution`` nodes a side (built once per skin,
+    resolution and size of plate); ``layer`` is the model that steers the descent, pressed anew; ``none``
+    believes the descent. ``corrections``: how often the aim may be corrected and the descent go on
+    where verification finds the target missed.
+    """
+
+    model: Literal["fem", "layer", "none"] = "fem"
+    resolution: Annotated[int, Field(ge=MIN_MESH, le=MAX_MESH, multiple_of=2)] = FEM_MESH
+    corrections: Annotated[int, Field(ge=0, le=20)] = 3
+    samples: Samples = 256
+
+
+class Run(_Section):
+    """One run. ``scene`` and ``texture`` are absolute once loaded; ``define`` is the scene's ``-D``."""
+
+    scene: FilePath
+    texture: FilePath
+    size_mm: Positive = 10.0
+    relief_mm: Positive | None = None
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    define: Mapping[str, str] = {}
+    touch: Touch
+    look: Look = Look()
+    descent: Descent = Descent()
+    verify: Verify = Verify()
+
+    @field_validator("define", mode="before")
+    @classmethod
+    def _as_text(cls, define: Any) -> Any:
+        """Scenes take text, so that numbers need no quotes in a run file."""
+        if not isinstance(define, dict):
+            return define
+        return {
+            key: str(value).lower() if isinstance(value, bool) else str(value)
+            for key, value in define.items()
+        }
+
+    @model_validator(mode="after")
+    def _area_fits(self) -> Self:
+        area, plate = self.touch.contact_area_mm2, self.size_mm**2
+        if area is not None and area > plate:
+            raise ValueError(f"touch.contact_area_mm2: {area:g} is larger than the plate of {plate:g} mm2")
+        return self
+
+
+def load_run(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Run:
+    """Read a run file.
+
+    ``overrides`` are ``key=value`` with dots between section and key, the value as in TOML; bare words count
+    as strings. Relative paths of the file are relative to it, those of an override to the working directory.
+    Raises InputError, one line that names the file and the key.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    if path.stat().st_size > LARGEST_FILE:
+        raise InputError(f"{path}: larger than {LARGEST_FILE} bytes; not read as a run file")
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: not TOML: {' '.join(str(error).split())}") from error
+    _anchor(values, path.parent)
+    return _run(path, values, overrides)
+
+
+def run_from_scene(
+    scene: str | os.PathLike[str], texture: str | os.PathLike[str], overrides: Sequence[str] = ()
+) -> Run:
+    """The run that a scene and a texture ask for, everything else by ``overrides`` or default.
+
+    Relative paths are relative to the working directory. Raises InputError.
+    """
+    values: dict[str, Any] = {"scene": os.fspath(scene), "texture": os.fspath(texture)}
+    _anchor(values, Path.cwd())
+    return _run(Path(scene), values, overrides)
+
+
+def dump_resolved(run: Run) -> str:
+    """The run as TOML, defaults written out, paths absolute: loads to the same run from any folder."""
+    return tomli_w.dumps(run.model_dump(mode="json", exclude_none=True))
+
+
+def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
+    touch = values.get("touch")
+    for override in overrides:
+        rival = _RIVALS.get(override.partition("=")[0].strip())
+        if rival and isinstance(touch, dict):
+            touch.pop(rival, None)
+    for override in overrides:
+        _override(values, override)
+    try:
+        run = Run.model_validate(values)
+    except ValidationError as error:
+        raise InputError(f"{path}: {_first_fault(error)}") from error
+    for key in ("scene", "texture"):
+        file = getattr(run, key)
+        if not file.is_file():
+            raise InputError(f"{path}: {key}: {file}: no such file")
+    return run
+
+
+def _anchor(values: dict[str, Any], folder: Path) -> None:
+    """Make the paths among a run's values absolute, taking relative ones as relative to ``folder``."""
+    for key in ("scene", "texture"):
+        if isinstance(values.get(key), str):
+            values[key] = os.path.abspath(folder / values[key])
+
+
+def _override(values: dict[str, Any], override: str) -> None:
+    name, equals, text = override.partition("=")
+    keys = [key.strip() for key in name.split(".")]
+    if not equals or not all(keys):
+        raise InputError(f"--set {override}: expected key=value, as in touch.roughness=0.07")
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        parsed = {"value": text.strip()}
+    if parsed.keys() != {"value"}:
+        raise InputError(f"--set {override}: one value is expected")
+    section = values
+    for key in keys[:-1]:
+        section = section.setdefault(key, {})
+        if not isinstance(section, dict):
+            raise InputError(f"--set {override}: {key} is not a section")
+    section[keys[-1]] = parsed["value"]
+    if len(keys) == 1:
+        _anchor(section, Path.cwd())
+
+
+def _first_fault(error: ValidationError) -> str:
+    """The first thing wrong with a run: its dotted key, and what it should be."""
+    fault = error.errors(include_url=False)[0]
+    place = tuple(str(part) for part in fault["loc"])
+    key = ".".join(place)
+    if fault["type"] == "extra_forbidden":
+        known = _fields(place[:-1])
+        alike = difflib.get_close_matches(place[-1], known, n=1, cutoff=0.0)
+        return f"{key}: no such key; the nearest is {'.'.join((*place[:-1], alike[0]))}"
+    if fault["type"] == "missing":
+        return f"{key}: missing"
+    message = fault["msg"].removeprefix("Value error, ")
+    given = fault["input"]
+    said = f" (given: {given!r})" if isinstance(given, str | int | float | bool) else ""
+    return f"{key}: {message}{said}" if key else message
+
+
+def _fields(place: Sequence[str]) -> Mapping[str, FieldInfo]:
+    """The keys of a section of a run."""
+    section: Any = Run
+    for part in place:
+        section = section.model_fields[part].annotation
+    fields: Mapping[str, FieldInfo] = section.model_fields
+    return fields

@@ -1,0 +1,238 @@
+"""The whole way of a height map through the program: load, descend, verify, write.
+
+texture -> Problem (touch + sight) -> descend -> verification -> run directory
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optimize.descent.correction import Course, Leg, descend_in_rounds
+from optimize.descent.driver import Descent, Iterate, StopReason
+from optimize.descent.linear_scaling import linear_scaling
+from optimize.descent.verification import TouchMeasured, converged_pictures, measure_touch
+from optimize.runs import results
+from optimize.runs.checkpoint import FILE as CHECKPOINT
+from optimize.runs.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
+from optimize.runs.config import Run, load_run
+from optimize.runs.preparation import Prepared, prepare
+from optimize.runs.progress import Progress, silent, terminal
+from relief.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a run gives.
+
+    Attributes:
+        heights: (rows, cols) mm.
+        stop: why the descent stopped.
+        summary: the content of result.json.
+        run_dir: where everything lies.
+    """
+
+    heights: Array
+    stop: StopReason
+    summary: dict[str, Any]
+    run_dir: Path
+
+
+def run(
+    run: Run | str | Path,
+    out: Path | str | None = None,
+    *,
+    variant: str | None = None,
+    force: bool = False,
+    quiet: bool = True,
+) -> Result:
+    """Optimise one texture and write its run directory.
+
+    Args:
+        run: a run, or the path of a run file.
+        out: the run directory; default `runs/<name of the run file or texture>`.
+        variant: Mitsuba's.
+        force: replace an earlier run in `out`.
+        quiet: show no progress.
+
+    Raises:
+        InputError: what is wrong with the input, in one line; nothing is written then.
+    """
+    name = Path(run).stem if not isinstance(run, Run) else run.texture.stem
+    settings = run if isinstance(run, Run) else load_run(run)
+    run_dir = Path("runs") / name if out is None else Path(out)
+    _check_vacant(run_dir, force)
+    began = time.perf_counter()
+    with silent() if quiet else terminal() as show:
+        prepared = prepare(settings, variant, show)
+        course = Course(prepared.first_aim)
+        way = prepared.plan.way_toward(course.aim, prepared.plan.steps)
+        leg = Leg(way, way.begin(0, prepared.problem.heights, {}))
+        _clear(run_dir)
+        results.write_settings(run_dir, settings)
+        return _descend_and_write(prepared, course, leg, run_dir, began, 0.0, show)
+
+
+def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = True) -> Result:
+    """Go on with a run from its checkpoint; ends as the uninterrupted run would, within tolerance.
+
+    Raises:
+        InputError: the directory holds no run or no readable checkpoint.
+    """
+    run_dir = Path(run_dir)
+    settings = load_run(run_dir / results.SETTINGS)
+    checkpoint = load_checkpoint(run_dir)
+    began = time.perf_counter()
+    with silent() if quiet else terminal() as show:
+        prepared = prepare(settings, variant, show)
+        current, course = checkpoint.current, checkpoint.course
+        if current.heights.shape != prepared.problem.heights.shape:
+            raise InputError(
+                f"{run_dir}: checkpoint: {current.heights.shape} heights, "
+                f"the texture has {prepared.problem.heights.shape}"
+            )
+        way = prepared.plan.way_toward(course.aim, prepared.plan.step_limit(len(course.rounds)))
+        leg = Leg(way, way.begin(current.step, current.heights, current.memory), checkpoint.best)
+        return _descend_and_write(prepared, course, leg, run_dir, began, checkpoint.seconds, show)
+
+
+class _Recorder:
+    """Writes history and checkpoint as the run goes, and shows it."""
+
+    def __init__(
+        self, run_dir: Path, course: Course, leg: Leg, spent: float, steps: int, show: Progress
+    ) -> None:
+        self._run_dir, self._course, self._spent, self._show = run_dir, course, spent, show
+        self._began = time.perf_counter()
+        self.history = results.History(run_dir, course.aim, len(course.rounds), after=leg.start.step)
+        if leg.best is None:
+            self.history.add(leg.start, spent)
+            save_checkpoint(run_dir, Checkpoint(leg.start, leg.start, course, spent))
+        show.aim(course.aim, steps)
+
+    @property
+    def seconds(self) -> float:
+        """Since the run began, without the pauses between its parts."""
+        return self._spent + time.perf_counter() - self._began
+
+    def step(self, current: Iterate, best: Iterate, seconds: float) -> None:
+        self.history.add(current, self.seconds)
+        save_checkpoint(self._run_dir, Checkpoint(current, best, self._course, self.seconds))
+        self._show.step(current, seconds)
+
+    def verifying(self) -> None:
+        self._show.note("verifying")
+
+    def round(self, course: Course, start: Iterate, steps: int) -> None:
+        last = course.rounds[-1]
+        self._show.note(f"the verification is {100.0 * last.miss:.2f} % off the target: corrected, going on")
+        self._course = course
+        self.history.aim, self.history.round_number = course.aim, len(course.rounds)
+        save_checkpoint(self._run_dir, Checkpoint(start, start, course, self.seconds))
+        self._show.aim(course.aim, steps)
+
+
+def _descend_and_write(
+    prepared: Prepared, course: Course, leg: Leg, run_dir: Path, began: float, spent: float, show: Progress
+) -> Result:
+    settings, problem, plan = prepared.settings, prepared.problem, prepared.plan
+    recorder = _Recorder(run_dir, course, leg, spent, plan.step_limit(len(course.rounds)), show)
+    leg = replace(leg, trace=recorder.history.trace())
+    descent_began = time.perf_counter()
+    with _kill_as_interrupt():
+        descent, found, course = descend_in_rounds(plan, course, leg, recorder)
+    descent_seconds = recorder.seconds
+    show.note("rendering the pictures")
+    verify_began = time.perf_counter()
+    outcome = _measure(prepared, descent, found, course)
+    finished = time.perf_counter()
+    times = {
+        "total": spent + finished - began,
+        "set_up": descent_began - began,
+        "descent": descent_seconds,
+        "verify": finished - verify_began,
+    }
+    show.note("writing")
+    summary = results.write(run_dir, settings, problem, outcome, times, recorder.history.rows)
+    return Result(descent.best.heights, descent.reason, summary, run_dir)
+
+
+def _measure(
+    prepared: Prepared, descent: Descent, found: TouchMeasured | None, course: Course
+) -> results.Outcome:
+    settings, problem = prepared.settings, prepared.problem
+    # The same random numbers before and after: what differs between the pictures is the relief, not noise.
+    samples, seed = settings.verify.samples, settings.seed + 1
+    before = converged_pictures(problem, problem.heights, samples, seed)
+    after = converged_pictures(problem, descent.best.heights, samples, seed)
+    # Scaled to what the model that steers calls the target: it can be asked often.
+    scaled = linear_scaling(replace(problem, targets=prepared.first_aim))
+    baseline = None if scaled is None else converged_pictures(problem, scaled, samples, seed).mean
+    return results.Outcome(
+        descent=descent,
+        initial_roughness=prepared.believed[0],
+        initial_contact_area_mm2=prepared.believed[1],
+        touch_before=prepared.touch_before,
+        touch_after=found or measure_touch(problem, descent.best.heights, "layer"),
+        rounds=course.rounds,
+        pictures_before=before,
+        pictures_after=after,
+        baseline_heights=scaled,
+        baseline_pictures=baseline,
+    )
+
+
+def _check_vacant(run_dir: Path, force: bool) -> None:
+    existing = next(path for path in (run_dir, *run_dir.absolute().parents) if path.exists())
+    if existing != run_dir and not (existing.is_dir() and os.access(existing, os.W_OK)):
+        raise InputError(f"{run_dir}: cannot be made; {existing} is not a folder that can be written")
+    if run_dir.exists() and not run_dir.is_dir():
+        raise InputError(f"{run_dir}: is a file; a run writes a folder")
+    if not run_dir.is_dir() or not any(run_dir.iterdir()):
+        return
+    if not force:
+        raise InputError(f"{run_dir}: holds an earlier run; give --force to replace it, or another -o")
+    if not (run_dir / CHECKPOINT).is_file():
+        raise InputError(f"{run_dir}: holds files that are not a run's; they are not replaced")
+
+
+def _clear(run_dir: Path) -> None:
+    """Take away what an earlier run has left, and nothing else."""
+    run_dir.mkdir(parents=True, exist_ok=True)
+    for name in results.WRITTEN:
+        path = run_dir / name
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
+
+
+@contextmanager
+def _kill_as_interrupt() -> Iterator[None]:
+    """A polite kill ends the descent as Ctrl-C does; only the main thread may say so."""
+
+    def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    try:
+        before = signal.signal(signal.SIGTERM, interrupt)
+    except ValueError:
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -1,0 +1,1 @@
+"""Data sets and nets are made here, by touch and sight."""

@@ -1,0 +1,45 @@
+"""How a training went, as one page: the loss of training and the error of validation by epoch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.resources import files
+
+from markupsafe import Markup
+
+from optimize.report.svg import Series, line_chart
+from surrogate.nets.training import Epoch
+
+_PAGE = Markup("""<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
+<meta name="viewport" content="width=device-width, initial-scale=1"><style>{style}</style></head>
+<body><main><h1>{title}</h1>
+{chart}
+<p>{told}</p>
+</main></body></html>
+""")
+
+
+def curves_page(kind: str, epochs: Sequence[Epoch]) -> str:
+    """The page, whole: it needs no other file.
+
+    Args:
+        kind: of the net.
+        epochs: at least one.
+    """
+    best, last = min(epochs, key=lambda epoch: epoch.error), epochs[-1]
+    numbers = [float(epoch.number) for epoch in epochs]
+    chart = line_chart(
+        "Relative errors, added",
+        [
+            Series("training", numbers, [epoch.loss for epoch in epochs], "before"),
+            Series("validation", numbers, [epoch.error for epoch in epochs], "after"),
+        ],
+        "epoch",
+    )
+    told = (
+        f"{last.number} epochs of {last.steps // last.number} steps in {last.seconds:.0f} s; "
+        f"best validation {best.error:.4g} after epoch {best.number}."
+    )
+    style = Markup(files("optimize.report").joinpath("templates/report.css").read_text(encoding="utf-8"))
+    return str(_PAGE.format(title=f"Training of the {kind} net", style=style, chart=chart, told=told))

@@ -1,0 +1,230 @@
+"""Data sets to train nets on: a corpus of textures and what touch and sight make of each, shard by shard.
+
+A shard is a pure function of its task (`optimize.training.shard_jobs`), is written whole or not at all, and
+is not
+made again where it is there: whatever ends a run, the next goes on where it was, and the files are the same.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+import tactile
+from optimize.training.fields import STUDIO, STUDIO_AZIMUTHS
+from optimize.training.shard_jobs import Task, versions
+from optimize.training.workers import Runner
+from relief.errors import InputError
+from surrogate.corpus import manifest
+from surrogate.corpus import recipes as corpus
+from surrogate.corpus.manifest import Entry
+from surrogate.corpus.optimised import Optimised, write_whole
+from surrogate.corpus.photographs import Source, by_name
+from surrogate.corpus.recipes import PROCEDURAL_SHARE, SAMPLES, Recipe
+from surrogate.data.field_set import FAILURES, open_fieldset, shard_path, text_of_failures
+from surrogate.data.request import NAME, SHARD_SIZE, Asked, read_asked, text_of_asked
+from surrogate.data.shard import Failure, Shard, open_shard
+
+SIZE_MM = 10.0
+DIRECTIONS = 8
+"""Random lights of each texture, unless told otherwise."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be made, and what it is made from.
+
+    Attributes:
+        sources: pictures that textures are cut from, by name.
+        optimised: further textures, and the folder that their files lie in.
+    """
+
+    asked: Asked
+    sources: Mapping[str, Source]
+    optimised: tuple[Entry, ...] = ()
+    folder: Path = Path()
+
+    def textures(self, shard: int) -> Iterator[Recipe | Optimised]:
+        """The textures of a shard, in order."""
+        asked, sources = self.asked, tuple(self.sources.values())
+        for place in asked.places(shard):
+            if place < asked.count:
+                yield corpus.recipe(asked.seed, place, sources, asked.procedural_share)
+            else:
+                yield self.optimised[place - asked.count].texture
+
+    def task(self, shard: int) -> Task:
+        """The task of a shard; heights that only this machine has come with it."""
+        textures = tuple(self.textures(shard))
+        given: dict[int, NDArray[np.float32] | str] = {}
+        for place, texture in zip(self.asked.places(shard), textures, strict=True):
+            try:
+                if isinstance(texture, Optimised):
+                    line = self.optimised[place - self.asked.count]
+                    given[place] = manifest.read(line, self.folder)
+                elif texture.source.startswith("file/"):
+                    given[place] = corpus.heights(texture, self.sources, samples=self.asked.samples)
+            except InputError as error:
+                given[place] = str(error)
+        return Task(self.asked, shard, textures, given)
+
+
+@dataclass(frozen=True)
+class Made:
+    """A shard that is there now, or the textures of one that is given up.
+
+    Attributes:
+        shard: None if it was given up.
+        lost: its textures, then.
+    """
+
+    shard: Shard | None
+    lost: tuple[Failure, ...] = ()
+
+    @property
+    def textures(self) -> int:
+        """How many it tells of, with fields or without."""
+        return len(self.lost) if self.shard is None else len(self.shard.rows) + len(self.shard.failures)
+
+
+def plan(
+    seed: int,
+    count: int,
+    sources: Sequence[Source],
+    *,
+    procedural_share: float = PROCEDURAL_SHARE,
+    optimised: Path | None = None,
+    touch: Literal["fem", "layer", "none"] = "fem",
+    skin: tactile.Skin | None = None,
+    lights: Literal["studio", "random", "none"] = "random",
+    directions: int = DIRECTIONS,
+    strata: int = 12,
+    samples: int = SAMPLES,
+    shard_size: int = SHARD_SIZE,
+) -> Plan:
+    """Plan a data set; every picture and every optimised texture is read, and so known to be good.
+
+    Args:
+        seed, count, sources, procedural_share: of the corpus; see `surrogate.corpus.recipes.recipe`.
+        optimised: a folder with a manifest of optimised textures, which come after the corpus.
+        touch: model of touch.
+        lights: "studio", three lights; "random", `directions` of them.
+        strata: shadow rays along a pixel's side where light and shadow meet.
+        samples: a side of heights, fields and pictures.
+
+    Raises:
+        InputError: a picture or a texture cannot be read.
+    """
+    for source in sources:
+        source.read()
+    more = [] if optimised is None else manifest.optimised(optimised)
+    for line in more:
+        assert optimised is not None
+        manifest.read(line, optimised)
+        if line.samples != samples:
+            raise InputError(f"{optimised}: {line.texture}: {line.samples} samples a side, not {samples}")
+    asked = Asked(
+        seed=seed,
+        count=count,
+        procedural_share=procedural_share,
+        sources=_digest(sorted(source.name for source in sources)),
+        optimised=_digest(line.sha256 for line in more),
+        total=count + len(more),
+        samples=samples,
+        size_mm=SIZE_MM,
+        touch=touch,
+        skin=asdict(skin or tactile.Skin()),
+        lights=lights,
+        directions={"studio": len(STUDIO_AZIMUTHS), "random": directions, "none": 0}[lights],
+        scene=hashlib.sha256(STUDIO.read_bytes()).hexdigest(),
+        strata=strata,
+        versions=versions(),
+        shard_size=shard_size,
+    )
+    return Plan(asked, by_name(sources), tuple(more), optimised or Path())
+
+
+def make(wanted: Plan, folder: Path, runner: Runner, told: Callable[[Made], None]) -> list[Failure]:
+    """Make what is missing of a data set.
+
+    Args:
+        folder: made if need be; one that holds the same data set, finished or not, is gone on with.
+        runner: `optimize.training.workers.run_here` or `run_on_dask` with their arguments.
+        told: of each shard, those first that are there already.
+
+    Returns:
+        The textures without fields, as they are listed in failures.jsonl.
+
+    Raises:
+        InputError: the folder holds another data set or other files.
+    """
+    asked = wanted.asked
+    _claim(folder, asked)
+    missing, lost = [], list[Failure]()
+    for number in range(asked.shards):
+        shard = _there(folder, asked, number)
+        if shard is None:
+            missing.append(number)
+        else:
+            told(Made(shard))
+    # Closed at once on the way out: workers end before this does.
+    with closing(runner(wanted.task(number) for number in missing)) as results:
+        for done in results:
+            number = done.task.number
+            if isinstance(done.content, bytes):
+                path = shard_path(folder, number)
+                write_whole(path, done.content)
+                told(Made(open_shard(path, asked, number)))
+            else:
+                textures = zip(asked.places(number), done.task.textures, strict=True)
+                gone = tuple(Failure(place, texture.source, str(done.content)) for place, texture in textures)
+                lost += gone
+                told(Made(None, gone))
+    failures = sorted([*open_fieldset(folder).failures(), *lost], key=lambda failure: failure.index)
+    write_whole(folder / FAILURES, text_of_failures(failures).encode())
+    return failures
+
+
+def _claim(folder: Path, asked: Asked) -> None:
+    """Make a folder that of this data set, or see that it is."""
+    if not (folder / NAME).is_file():
+        if folder.is_dir() and any(folder.iterdir()):
+            raise InputError(f"{folder}: holds files that are not a data set's; choose another folder")
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"{folder}: is a file; a data set is a folder")
+        write_whole(folder / NAME, text_of_asked(asked).encode())
+        return
+    there, here = asdict(read_asked(folder)), asdict(asked)
+    for name, value in here.items():
+        if there[name] != value:
+            different = _difference(there[name], value)
+            raise InputError(f"{folder / NAME}: {name}: {different}: another data set; choose another folder")
+
+
+def _difference(there: Any, here: Any) -> str:
+    if isinstance(there, Mapping):
+        parts = [key for key in sorted({*there, *here}) if there.get(key) != here.get(key)]
+        return ", ".join(f"{key} {there.get(key)}, not {here.get(key)}" for key in parts)
+    return f"{there}, not {here}"
+
+
+def _there(folder: Path, asked: Asked, number: int) -> Shard | None:
+    """A shard that was made before; None if there is none, or none that holds what it should."""
+    path = shard_path(folder, number)
+    if not path.is_file():
+        return None
+    try:
+        return open_shard(path, asked, number)
+    except InputError:
+        return None
+
+
+def _digest(names: Iterable[str]) -> str:
+    return hashlib.sha256("\n".join(names).encode()).hexdigest()

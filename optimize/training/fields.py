@@ -1,0 +1,129 @@
+"""What touch and sight make of reliefs, many at a time: the fields that nets are trained on."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+import mitsuba_scenes
+import tactile
+
+if TYPE_CHECKING:
+    from visual.reference.pictures import Relit
+
+Array = NDArray[Any]
+LightRule = Literal["studio", "random"]
+
+STUDIO = Path(str(mitsuba_scenes.__file__)).with_name("studio.xml")
+"""Where material and camera of the pictures come from."""
+STUDIO_ELEVATION, STUDIO_AZIMUTHS = 35.0, (10.0, 130.0, 250.0)
+"""Of the parallel lights of the studio, degrees (paper 5.1)."""
+LOWEST_ELEVATION, HIGHEST_ELEVATION = 10.0, 80.0
+"""Of random lights, degrees: below, a relief of 3 mm shows hardly more than its rims."""
+VARIANT = "llvm_ad_mono"
+"""Of Mitsuba, also where there is a CUDA device: the same data everywhere."""
+BATCH = 16
+"""Reliefs pressed at a time; more are no faster."""
+
+
+def touch_fields(
+    heights: Array, size_mm: float, skin: tactile.Skin, model: Literal["layer", "fem"]
+) -> dict[str, Array]:
+    """Press the skin on reliefs, in double precision.
+
+    Args:
+        heights: (n, s, s) mm.
+
+    Returns:
+        strain, gap, pressure: (n, s, s) float32, as of `tactile.Touch`. roughness (the full sum),
+        contact_area_mm2, contact_fraction: (n,) float64.
+
+    Raises:
+        tactile.ContactError: a contact did not converge.
+        tactile.InputError: heights that are not finite.
+    """
+    parts: list[dict[str, Array]] = []
+    for first in range(0, len(heights), BATCH):
+        batch = torch.as_tensor(np.asarray(heights[first : first + BATCH], dtype=np.float64))
+        touch = tactile.press(batch, size_mm, skin, model)
+        parts.append(
+            {
+                "strain": touch.strain.numpy().astype(np.float32),
+                "gap": touch.gap.clamp_min(0.0).numpy().astype(np.float32),
+                "pressure": touch.pressure.numpy().astype(np.float32),
+                # In single precision: within 1e-6 of double, in half the time.
+                "roughness": tactile.roughness(touch.strain.float(), size_mm).double().numpy(),
+                "contact_area_mm2": tactile.contact_area(touch.gap, size_mm).numpy(),
+                "contact_fraction": touch.contact_fraction.numpy(),
+            }
+        )
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def picture_fields(heights: Array, toward: Array, strata: int, seed: int) -> dict[str, Array]:
+    """Pictures of one relief in the material of the paper's studio, from above, a pixel at each sample.
+
+    Light is linear: the picture under several lights is the sum of these, each times its strength.
+
+    Args:
+        heights: (s, s) mm, over 10 x 10 mm.
+        toward: (lights, 3) unit vectors toward parallel lights.
+        strata: shadow rays along a pixel's side where light and shadow meet.
+        seed: of the azimuths that ambient light is summed over.
+
+    Returns:
+        pictures: (lights, s, s) float32 radiance under each light alone, irradiance pi on a plane that faces
+        it; ambient: (s, s) float32 radiance under ambient light of radiance 1. A white matte plate that faces
+        the light, or lies flat under the sky, has radiance 1.
+    """
+    relit, field = _studio(heights.shape[-1], strata), np.asarray(heights, dtype=np.float64)
+    return {
+        "pictures": relit.sunlit(field, toward).astype(np.float32),
+        "ambient": relit.skylit(field, seed).astype(np.float32),
+    }
+
+
+def light_directions(rule: LightRule, count: int, seed: int) -> Array:
+    """Unit vectors (count, 3) toward parallel lights.
+
+    Args:
+        rule: "studio", the paper's three; "random", elevation uniform in 10 to 80 degrees, any azimuth.
+        seed: of random ones.
+    """
+    if rule == "studio":
+        if count != len(STUDIO_AZIMUTHS):
+            raise ValueError(f"the studio has {len(STUDIO_AZIMUTHS)} lights, not {count}")
+        elevation, azimuth = np.full(count, STUDIO_ELEVATION), np.array(STUDIO_AZIMUTHS)
+    else:
+        random = np.random.default_rng(seed)
+        elevation = random.uniform(LOWEST_ELEVATION, HIGHEST_ELEVATION, count)
+        azimuth = random.uniform(0.0, 360.0, count)
+    elevation, azimuth = np.radians(elevation), np.radians(azimuth)
+    level = np.cos(elevation)
+    return np.stack((level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)), axis=1)
+
+
+@lru_cache(maxsize=2)
+def _studio(samples: int, strata: int) -> Relit:
+    """The studio, loaded once: only heights and lights change."""
+    from visual.reference.pictures import Relit
+    from visual.scene import Scene
+    from visual.scene_file.check import check_scene
+
+    checked = check_scene(STUDIO, {"resolution": str(samples)})
+    return Relit(Scene(checked, np.zeros((samples, samples)), VARIANT), strata)
+
+
+def studio_material() -> Any:
+    """The Mitsuba BSDF of the plate in the paper's studio."""
+    from visual.exact.render import plate_bsdf
+    from visual.scene import Scene
+    from visual.scene_file.check import check_scene
+
+    scene = Scene(check_scene(STUDIO, {"resolution": "16"}), np.zeros((16, 16)), VARIANT)
+    return plate_bsdf(scene.light_scenes()[0].scene)

@@ -1,0 +1,85 @@
+"""What the rendering net is to learn: how much of the ambient light each pixel of a relief keeps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+
+from relief.errors import InputError
+from surrogate.corpus.splits import Split
+from surrogate.data.field_set import Fieldset
+from surrogate.nets.augmentation import moved
+from surrogate.nets.training import Examples
+from visual.fast import shadow_sweep as swept
+from visual.fast.ambient_net import inputs, openness
+from visual.fast.bsdf_table import SlopeTable
+
+
+@dataclass(frozen=True)
+class LookTask:
+    """The net's task for one material and grid.
+
+    Attributes:
+        size_mm: side of the plate.
+    """
+
+    size_mm: float
+
+    def loss(self, net: nn.Module, examples: Examples) -> Tensor:
+        """Mean over examples of the rms error of the picture, in parts of its mean.
+
+        Squares, because pictures of the data set are noisy but right on average.
+        """
+        return self._difference(net, examples).square().mean((-2, -1)).sqrt().mean()
+
+    def errors(self, net: nn.Module, examples: Examples) -> Tensor:
+        """(examples,) mean error of the pixels, in parts of the picture's mean."""
+        return self._difference(net, examples).abs().mean((-2, -1))
+
+    def _difference(self, net: nn.Module, examples: Examples) -> Tensor:
+        unhidden, wanted = examples["unhidden"], examples["ambient"]
+        found = unhidden * openness(net, inputs(examples["heights"], self.size_mm, unhidden))
+        return (found - wanted) / wanted.mean((-2, -1), keepdim=True)
+
+    def moved(self, examples: Examples, symmetry: int) -> Examples:
+        """Light from all around and a camera above are as symmetric as the square."""
+        return {name: moved(values, symmetry) for name, values in examples.items()}
+
+    def to(self, device: torch.device) -> LookTask:
+        """The same; nothing of it lies on a device."""
+        return self
+
+
+def unhidden_pictures(heights: Tensor, size_mm: float, table: SlopeTable) -> Tensor:
+    """(examples, n, n) radiance of reliefs (examples, n, n) in mm under a sky that nothing hides."""
+    table = table.to(heights.dtype)
+    return torch.stack([_unhidden(h, size_mm, table) for h in heights])
+
+
+def _unhidden(heights: Tensor, size_mm: float, table: SlopeTable) -> Tensor:
+    return swept.pooled_faces(None, table(*swept.slopes(heights, size_mm))[0])
+
+
+def examples_of(data: Fieldset, split: Split, table: SlopeTable) -> dict[str, Tensor]:
+    """The examples of a split of a data set, in memory: 3 maps of 64 KiB each.
+
+    Args:
+        table: of the material under a sky of radiance 1.
+
+    Raises:
+        InputError: the data set has no pictures or no texture in the split, or is damaged.
+    """
+    if data.asked.lights == "none":
+        raise InputError(f"{data.folder}: lights: none; the rendering net needs pictures")
+    parts = []
+    for shard in data.shards:
+        places = shard.places(split)
+        if len(places):
+            heights, ambient = (torch.from_numpy(shard.read(name, places)) for name in ("heights", "ambient"))
+            unhidden = unhidden_pictures(heights, data.asked.size_mm, table)
+            parts.append({"heights": heights, "ambient": ambient, "unhidden": unhidden})
+    if not parts:
+        raise InputError(f"{data.folder}: no texture with fields is for {split}")
+    return {name: torch.cat([part[name] for part in parts]) for name in parts[0]}

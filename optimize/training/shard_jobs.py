@@ -1,0 +1,195 @@
+"""The work of one shard of a data set, as any process on any machine does it."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.errors import InputError
+from surrogate.corpus import recipes as corpus
+from surrogate.corpus.manifest import entry
+from surrogate.corpus.optimised import Optimised, checksum
+from surrogate.corpus.recipes import Recipe
+from surrogate.data.request import Asked
+from surrogate.data.shard import Failure, Row, layout, shard_bytes
+
+Array = NDArray[Any]
+
+PACKAGES = (
+    *("retouch", "mitsuba", "drjit", "torch"),
+    *("numpy", "scipy", "scikit-image", "pillow"),
+)
+"""What the values of fields depend on."""
+
+_ONE_AT_A_TIME = threading.Lock()
+"""Scenes and random numbers of a process are shared by its threads; a Dask worker may have several."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that decides a shard: the same task makes the same file, bit for bit.
+
+    Attributes:
+        textures: in the order of their places.
+        given: by place, the heights (samples, samples) in mm of textures that are cut from a user's files,
+            which no other machine need have; or in a line why there are none.
+    """
+
+    asked: Asked
+    number: int
+    textures: tuple[Recipe | Optimised, ...]
+    given: Mapping[int, NDArray[np.float32] | str]
+
+
+class _Failed(Exception):
+    """A texture has no fields; says why in one line."""
+
+
+def versions() -> dict[str, str]:
+    """Of the packages that the fields depend on, here."""
+    return {name: version(name) for name in PACKAGES}
+
+
+def run_shard(task: Task) -> bytes:
+    """The content of a shard's file.
+
+    A texture that fails is tried again alone, and left out with its reason if it fails again.
+
+    Raises:
+        InputError: the packages here are not those of the data set.
+    """
+    asked, here = task.asked, versions()
+    for name, wanted in asked.versions.items():
+        if here.get(name) != wanted:
+            raise InputError(f"{name}: the data set is made by version {wanted}, this is {here.get(name)}")
+    with _ONE_AT_A_TIME, _one_thread(asked):
+        return _run(task)
+
+
+def _run(task: Task) -> bytes:
+    asked = task.asked
+    places = asked.places(task.number)
+    made: dict[int, Array] = {}
+    reasons: dict[int, str] = {}
+    for place, texture in zip(places, task.textures, strict=True):
+        try:
+            made[place] = _heights(task, place, texture)
+        except _Failed as error:
+            reasons[place] = str(error)
+    fields: dict[int, dict[str, Array]] = {}
+    try:
+        fields = dict(zip(made, _fields(asked, list(made.values())), strict=True))
+    except _Failed:
+        # One of them spoils it for all: each alone.
+        for place, heights in made.items():
+            try:
+                (fields[place],) = _fields(asked, [heights])
+            except _Failed as error:
+                reasons[place] = str(error)
+    textures = dict(zip(places, task.textures, strict=True))
+    rows = tuple(Row(place, entry(textures[place], made[place])) for place in fields)
+    failures = tuple(Failure(place, textures[place].source, reasons[place]) for place in sorted(reasons))
+    tensors = {
+        name: np.array([fields[place][name] for place in fields], dtype=kind).reshape(shape)
+        for name, (shape, kind) in layout(asked, len(rows)).items()
+    }
+    return shard_bytes(asked, task.number, rows, failures, tensors)
+
+
+def _heights(task: Task, place: int, texture: Recipe | Optimised) -> Array:
+    heights: Array | str | None = task.given.get(place)
+    if heights is None:
+        assert isinstance(texture, Recipe)
+        try:
+            heights = corpus.heights(texture, samples=task.asked.samples)
+        except InputError as error:
+            raise _Failed(str(error)) from error
+    if isinstance(heights, str):
+        raise _Failed(heights)
+    if not np.isfinite(heights).all():
+        raise _Failed("heights: not every value is finite")
+    return heights
+
+
+def _fields(asked: Asked, heights: list[Array]) -> list[dict[str, Array]]:
+    """Every tensor of the layout for each of some reliefs. Raises _Failed if one of them has none."""
+    each: list[dict[str, Array]] = [{"heights": relief} for relief in heights]
+    if asked.touch != "none" and each:
+        touched = _touched(asked, np.stack(heights))
+        for number, fields in enumerate(each):
+            fields |= {name: values[number] for name, values in touched.items()}
+    if asked.lights != "none":
+        for fields in each:
+            fields |= _lit(asked, fields["heights"])
+    for fields in each:
+        for name, values in fields.items():
+            if not np.isfinite(values).all():
+                raise _Failed(f"{name}: not every value is finite")
+    return each
+
+
+def _touched(asked: Asked, heights: Array) -> dict[str, Array]:
+    import tactile
+    from optimize.training.fields import touch_fields
+
+    assert asked.touch != "none"
+    try:
+        return touch_fields(heights, asked.size_mm, tactile.Skin(**asked.skin), asked.touch)
+    except (tactile.ContactError, tactile.InputError) as error:
+        raise _Failed(f"touch: {error}") from error
+
+
+def _lit(asked: Asked, heights: Array) -> dict[str, Array]:
+    from optimize.training.fields import light_directions, picture_fields
+
+    assert asked.lights != "none"
+    # Of the heights alone: a texture is lit alike wherever in a data set it stands.
+    seed = int(hashlib.sha256(f"lights {checksum(heights)}".encode()).hexdigest()[:15], 16)
+    toward = light_directions(asked.lights, asked.directions, seed)
+    return {"toward": toward, **picture_fields(heights, toward, asked.strata, seed)}
+
+
+@contextmanager
+def _one_thread(asked: Asked) -> Iterator[None]:
+    """Sums are added in one order; several processes share the cores better than threads do."""
+    import torch
+
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        with _one_thread_of_drjit() if asked.lights != "none" else nullcontext():
+            yield
+    finally:
+        torch.set_num_threads(before)
+
+
+@contextmanager
+def _one_thread_of_drjit() -> Iterator[None]:
+    from visual.backend import llvm
+
+    try:
+        llvm.prepare()
+    except llvm.LLVMMissing as error:
+        raise InputError(f"pictures: {error}") from error
+    import drjit as dr
+
+    from optimize.training.fields import VARIANT
+    from visual.backend.variants import load_mitsuba
+
+    # First, as it sees to the threads of a process once.
+    load_mitsuba(colour=False, variant=VARIANT)
+    before = dr.thread_count()
+    dr.set_thread_count(1)
+    try:
+        yield
+    finally:
+        # With a single thread Mitsuba would wait for ever for the next EXR file that it reads.
+        dr.set_thread_count(before)

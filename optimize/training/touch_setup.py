@@ -1,0 +1,94 @@
+"""What the touch net is taught: pressures by the reference, errors against finite elements."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Literal
+
+import torch
+
+import tactile
+from optimize.training.setup import Lesson
+from optimize.training.touch_accuracy import errors, felt
+from optimize.training.touch_loss import examples_of, skin_of, touch_task
+from surrogate.corpus import recipes as corpus
+from surrogate.data.field_set import Fieldset, first_of
+from surrogate.nets.unet import UNet
+from surrogate.nets.weights import Sample
+from tactile.elastic_layer import hybrid_operator
+from tactile.model import TouchModel
+from tactile.net import CHANNELS, KIND, solver_of, validity
+from tactile.truncated import GRADIENT_TOLERANCE
+
+TESTED_GRADIENTS = 64
+"""Textures whose gradients are compared."""
+SAMPLE_SEED, SAMPLES = 0, 4
+"""Textures that a card tells figures of, without pictures."""
+
+
+def touch_lesson(data: Fieldset, tested: int, reference: Literal["fem", "layer"]) -> Lesson:
+    """From a data set with fields of touch.
+
+    Args:
+        tested: textures of its test split that a net is measured on.
+        reference: what presses them anew.
+
+    Raises:
+        InputError: the data set is no good.
+    """
+    skin, side, size = skin_of(data), data.asked.samples, data.asked.size_mm
+    task = touch_task(skin, side, size)
+    return Lesson(
+        KIND,
+        CHANNELS,
+        task,
+        examples_of(data, "train", task),
+        examples_of(data, "validation", task),
+        validity(skin, side, size),
+        {
+            "model of touch": data.asked.touch,
+            "young_modulus_mpa": skin.young_modulus_mpa,
+            "force_n": skin.force_n,
+        },
+        lambda net: measure_touch_net(net, skin, data, tested, reference),
+        lambda net: net_figures(net, skin, side, size),
+        reference,
+    )
+
+
+def measure_touch_net(
+    net: UNet, skin: tactile.Skin, data: Fieldset, tested: int, reference: Literal["fem", "layer"]
+) -> dict[str, float]:
+    """Errors of a net on the first textures of a data set's test split, which are pressed anew.
+
+    Returns:
+        By name; none where the split is empty.
+    """
+    reliefs, size = first_of(data, "heights", "test", tested), data.asked.size_mm
+    if not len(reliefs):
+        return {}
+    grads = min(TESTED_GRADIENTS, len(reliefs))
+    truth = partial(tactile.press, size_mm=size, skin=skin, model=reference)
+    model = _net_model(net, skin, reliefs.shape[-1], size)
+    return errors(
+        felt(model.press, reliefs, size, torch.float32, grads),
+        felt(truth, reliefs, size, torch.float64, grads),
+    )
+
+
+def net_figures(net: UNet, skin: tactile.Skin, samples: int, size_mm: float) -> tuple[Sample, ...]:
+    """What a net makes of some textures of the corpus."""
+    model = _net_model(net, skin, samples, size_mm)
+    figures = []
+    for texture in corpus.recipes(SAMPLE_SEED, SAMPLES):
+        relief = corpus.heights(texture, samples=samples)[None]
+        found = felt(model.press, relief, size_mm, torch.float32, 0)
+        told = {"roughness": float(found.roughness[0]), "contact_area_mm2": float(found.area[0])}
+        figures.append(Sample(SAMPLE_SEED, texture.index, told))
+    return tuple(figures)
+
+
+def _net_model(net: UNet, skin: tactile.Skin, samples: int, size_mm: float) -> TouchModel:
+    layer = tactile.touch_model(skin, samples, size_mm, torch.float32)
+    solver = solver_of(net, hybrid_operator(skin, samples, size_mm, torch.float32))
+    return TouchModel(skin, layer.operator, layer.flat_strain, solver, GRADIENT_TOLERANCE)

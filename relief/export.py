@@ -1,0 +1,108 @@
+"""Height maps as closed bodies that a 3-D printer takes: STL, 3MF and PLY, in millimetres."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import ArrayLike, NDArray
+
+from relief.errors import InputError
+from relief.grid import grid_faces, grid_vertices, pad_index
+
+BASE_MM = 2.0
+SUFFIXES = (".stl", ".3mf", ".ply")
+
+
+def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> trimesh.Trimesh:
+    """A textured plate, size_mm x size_mm, as one watertight body with outward normals.
+
+    The relief is the triangulation that is rendered: samples at pixel centres, repeated outward to the rim.
+
+    Args:
+        heights_mm: (rows, cols), mm, row 0 at +y, column 0 at -x; z = 0 is the top of the base.
+        size_mm: edge of the plate, mm.
+        base_mm: thickness under z = 0, mm; the bottom is flat at z = -base_mm.
+
+    Returns:
+        Mesh in mm: (rows + 2)(cols + 2) vertices on the relief, a ring below its rim, one bottom centre.
+
+    Raises:
+        InputError: heights that are no finite 2-D array or reach the bottom; size or base not positive.
+    """
+    heights = _checked(heights_mm, size_mm, base_mm)
+    rows, cols = heights.shape
+    relief = np.column_stack([*grid_vertices(rows, cols, size_mm), heights.ravel()[pad_index(rows, cols)]])
+    rim = _rim(rows + 2, cols + 2)
+    foot = relief[rim] * (1.0, 1.0, 0.0) - (0.0, 0.0, base_mm)
+    centre = np.array([[0.0, 0.0, -base_mm]])
+    below = len(relief) + np.arange(len(rim))
+    faces = np.concatenate([grid_faces(rows, cols), _wall_faces(rim, below), _bottom_faces(below)])
+    mesh = trimesh.Trimesh(np.concatenate([relief, foot, centre]), faces, process=False)
+    mesh.units = "millimeters"
+    return mesh
+
+
+def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> Path:
+    """Writes the plate as binary STL, 3MF (which states its unit, mm) or binary PLY, chosen by the suffix.
+
+    Args: as for `plate_mesh`. Returns: the path.
+    Raises: InputError as `plate_mesh`, and for any other suffix. The file appears whole or not at all.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise InputError(f"{path}: suffix {path.suffix!r} is not one of {', '.join(SUFFIXES)}")
+    scene = trimesh.Scene()
+    scene.add_geometry(plate_mesh(heights_mm, size_mm, base_mm), geom_name="plate")
+    write_atomically(path, scene.export(file_type=suffix.removeprefix(".")))
+    return path
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Writes a file beside its final place and moves it there, so that no reader ever meets half of it."""
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+        temporary = Path(file.name)
+        try:
+            file.write(content)
+            file.close()
+            temporary.chmod(0o644)
+            os.replace(temporary, path)
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            raise
+
+
+def _checked(heights_mm: ArrayLike, size_mm: float, base_mm: float) -> NDArray[np.float64]:
+    heights = np.asarray(heights_mm, dtype=np.float64)
+    if heights.ndim != 2 or heights.size == 0:
+        raise InputError(f"heights: expected an array (rows, cols), got shape {heights.shape}")
+    if not np.isfinite(heights).all():
+        raise InputError(f"heights: {np.count_nonzero(~np.isfinite(heights))} values are not finite")
+    for name, value in (("size_mm", size_mm), ("base_mm", base_mm)):
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{name}: must be positive, got {value:g}")
+    if heights.min() <= -base_mm:
+        raise InputError(
+            f"base_mm: the relief reaches {heights.min():g} mm, through a base of {base_mm:g} mm"
+        )
+    return heights
+
+
+def _rim(rows: int, cols: int) -> NDArray[np.intp]:
+    """The boundary of a grid of vertices, once around, counter-clockwise seen from above."""
+    index = np.arange(rows * cols).reshape(rows, cols)
+    return np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
+
+
+def _wall_faces(above: NDArray[np.intp], below: NDArray[np.intp]) -> NDArray[np.intp]:
+    next_above, next_below = np.roll(above, -1), np.roll(below, -1)
+    return np.stack([above, below, next_above, next_above, below, next_below], axis=-1).reshape(-1, 3)
+
+
+def _bottom_faces(below: NDArray[np.intp]) -> NDArray[np.intp]:
+    centre = np.full_like(below, below[-1] + 1)
+    return np.stack([centre, np.roll(below, -1), below], axis=-1)

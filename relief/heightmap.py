@@ -1,0 +1,242 @@
+"""Reading and writing height maps: pictures whose grey is height, and files that hold mm."""
+
+import os
+import tempfile
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from relief.errors import InputError
+
+HIGHEST_MM = 3.0
+"""H_trg of the paper (4.1): the tallest relief that the method works with."""
+TOLERANCE_MM = 1e-6
+"""Heights this far outside [0, HIGHEST_MM] are rounding, not mistakes."""
+LARGEST_SIDE = 4096
+LARGEST_FIELD_SIDE = 8192
+"""Of what textures are cut from."""
+SMALLEST_SIDE = 16
+MOST_CHANNELS = 16
+"""A file with more channels than this is no height map; each costs memory to open."""
+
+_HEIGHT_CHANNELS = ("Y", "Z", "R")
+_GREY_8, _GREY_16 = ("L",), ("I;16", "I;16B", "I;16L")
+_COLOUR_8 = ("LA", "RGB", "RGBA")
+_FLOAT = "F"
+
+Check = Callable[[tuple[int, ...], Path], None]
+"""Raises InputError for a shape that is not to be read."""
+
+
+def load_heights(path: str | os.PathLike[str], *, relief_mm: float | None = None) -> NDArray[np.float64]:
+    """Read a height map.
+
+    PNG and TIFF, 8 or 16 bit grey, need ``relief_mm``, the height of white above black in mm. EXR (channel Y,
+    Z, R or the only one) and NPY hold mm; with ``relief_mm`` given, their value 1.0 stands for that height
+    instead.
+
+    Returns heights of shape (rows, cols), row 0 at +y, in mm within [0, 3]. Raises InputError, in one line,
+    for a file that is missing, damaged, not square, smaller than 16 or larger than 4096 samples a side, or
+    whose heights are not finite or out of range.
+    """
+    path = Path(path)
+    if relief_mm is not None and not (np.isfinite(relief_mm) and relief_mm > 0):
+        raise InputError(f"{path}: relief_mm: {relief_mm} is not a height above 0 mm")
+    reader = _reader(path)
+    if reader is _read_picture and relief_mm is None:
+        raise InputError(f"{path}: relief_mm: missing; a picture needs the height of white above black in mm")
+    values = reader(path, _check_shape)
+    return check_heights(values if relief_mm is None else values * relief_mm, path)
+
+
+def load_field(path: str | os.PathLike[str]) -> NDArray[np.float64]:
+    """Read heights of any unit and range, such as an elevation model or a picture to cut textures from.
+
+    The files are those of `load_heights`; grey comes in [0, 1], float TIFF, EXR and NPY as they hold it.
+
+    Returns values of shape (rows, cols), row 0 the top; they may be anything, even not finite. Raises
+    InputError, in one line, for a file that is missing or damaged, or larger than 8192 samples a side.
+    """
+    return _reader(Path(path))(Path(path), _check_extent)
+
+
+def _reader(path: Path) -> Callable[[Path, Check], NDArray[np.float64]]:
+    """What reads a file of this name. Raises InputError if nothing does, or if there is no such file."""
+    readers = {
+        ".png": _read_picture,
+        ".tif": _read_picture,
+        ".tiff": _read_picture,
+        ".exr": _read_exr,
+        ".npy": _read_npy,
+    }
+    reader = readers.get(path.suffix.lower())
+    if reader is None:
+        raise InputError(f"{path}: not a height map: expected one of {', '.join(readers)}")
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    return reader
+
+
+def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[np.float64]:
+    """Heights in mm as float64 of shape (rows, cols), or an InputError that starts with ``name``."""
+    heights = np.asarray(heights, dtype=np.float64)
+    _check_shape(heights.shape, name)
+    if not np.isfinite(heights).all():
+        raise InputError(f"{name}: {np.count_nonzero(~np.isfinite(heights))} heights are not finite")
+    lowest, highest = heights.min(), heights.max()
+    if lowest < -TOLERANCE_MM:
+        raise InputError(f"{name}: heights go down to {lowest:g} mm; the lowest allowed is 0")
+    if highest > HIGHEST_MM + TOLERANCE_MM:
+        raise InputError(
+            f"{name}: relief_mm: heights reach {highest:g} mm; the highest allowed is {HIGHEST_MM:g}"
+        )
+    return np.clip(heights, 0.0, HIGHEST_MM)
+
+
+def save_heights_exr(path: str | os.PathLike[str], heights: ArrayLike) -> None:
+    """Write heights (rows, cols) in mm as a float32 EXR, channel Y; it appears whole or not at all."""
+    import OpenEXR
+
+    samples = np.ascontiguousarray(heights, dtype=np.float32)
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with _whole(Path(path)) as partial:
+        OpenEXR.File(header, {"Y": samples}).write(str(partial))
+
+
+def save_heights_png(path: str | os.PathLike[str], heights: ArrayLike, relief_mm: float) -> None:
+    """Write heights (rows, cols) in [0, relief_mm] as a 16 bit grey PNG; it appears whole or not at all.
+
+    Raises InputError when a height is outside the range that the picture can hold.
+    """
+    from PIL import Image
+
+    heights = np.asarray(heights, dtype=np.float64)
+    low, high = heights.min(), heights.max()
+    if not (low >= -TOLERANCE_MM and high <= relief_mm + TOLERANCE_MM):
+        raise InputError(
+            f"{path}: relief_mm: heights {low:g} to {high:g} mm do not fit in 0 to {relief_mm:g}"
+        )
+    grey = np.rint(np.clip(heights / relief_mm, 0.0, 1.0) * 65535).astype(np.uint16)
+    with _whole(Path(path)) as partial:
+        Image.fromarray(grey).save(partial, format="PNG")
+
+
+@contextmanager
+def _whole(path: Path) -> Iterator[Path]:
+    """A path beside ``path`` that takes its place once the block has ended well, and is removed otherwise."""
+    with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent) as folder:
+        partial = Path(folder) / path.name
+        yield partial
+        partial.replace(path)
+
+
+def _check_shape(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
+    if len(shape) != 2:
+        raise InputError(f"{name}: {len(shape)} dimensions; a height map has 2")
+    rows, cols = shape
+    if rows != cols:
+        raise InputError(f"{name}: {cols} x {rows} samples; a height map is square")
+    if rows < SMALLEST_SIDE:
+        raise InputError(f"{name}: {cols} x {rows} samples; at least {SMALLEST_SIDE} a side are needed")
+    if rows > LARGEST_SIDE:
+        raise InputError(f"{name}: {cols} x {rows} samples; at most {LARGEST_SIDE} a side are read")
+
+
+def _check_extent(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
+    if len(shape) != 2 or max(shape) > LARGEST_FIELD_SIDE:
+        raise InputError(f"{name}: shape {shape}; two sides of at most {LARGEST_FIELD_SIDE} samples are read")
+
+
+def _read_picture(path: Path, check: Check) -> NDArray[np.float64]:
+    """Grey values of a PNG or TIFF in [0, 1]."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            image = Image.open(path, formats=["PNG", "TIFF"])
+        with image:
+            check((image.height, image.width), path)
+            if image.mode in _GREY_8 and _bits(image) == 8:
+                return np.asarray(image, dtype=np.float64) / 255
+            if image.mode in _GREY_16:
+                return np.asarray(image).astype(np.float64) / 65535
+            if image.mode == _FLOAT:
+                return np.asarray(image, dtype=np.float64)
+            if image.mode in _COLOUR_8 and _bits(image) == 8:
+                return _grey_of_colour(np.asarray(image), path) / 255
+            raise InputError(f"{path}: pixel format {image.mode} is not 8 or 16 bit grey")
+    except Image.DecompressionBombError as error:
+        largest = f"{LARGEST_SIDE} samples a side are read, {LARGEST_FIELD_SIDE} to cut textures from"
+        raise InputError(f"{path}: at most {largest}") from error
+    except UnidentifiedImageError as error:
+        raise InputError(f"{path}: not a readable PNG or TIFF") from error
+    except InputError:
+        raise
+    except (OSError, SyntaxError, ValueError, EOFError) as error:
+        raise InputError(f"{path}: damaged: {_line(error)}") from error
+
+
+def _bits(image: Any) -> int:
+    """Bits a channel as the file stores them; Pillow's mode hides that it reads 16 bit colour as 8."""
+    bits_per_sample = 258
+    if image.format == "TIFF":
+        return max(image.tag_v2.get(bits_per_sample, (1,)))
+    raw_mode = str(image.tile[0][3]) if image.tile else ""
+    return 16 if "16" in raw_mode else 8
+
+
+def _grey_of_colour(pixels: NDArray[np.uint8], path: Path) -> NDArray[np.float64]:
+    """The grey of a colour picture whose channels agree; an alpha channel must be constant and is dropped."""
+    channels = pixels.shape[-1]
+    if channels in (2, 4):
+        if np.ptp(pixels[..., -1]) != 0:
+            raise InputError(f"{path}: transparency varies; a height map is opaque")
+        pixels = pixels[..., :-1]
+    if (pixels != pixels[..., :1]).any():
+        raise InputError(f"{path}: is coloured; a height map is grey")
+    return pixels[..., 0].astype(np.float64)
+
+
+def _read_exr(path: Path, check: Check) -> NDArray[np.float64]:
+    import OpenEXR
+
+    try:
+        with OpenEXR.File(str(path), header_only=True) as file:
+            header = file.parts[0].header
+            low, high = header["dataWindow"]
+            names = [channel.name for channel in header["channels"]]
+            check((int(high[1]) - int(low[1]) + 1, int(high[0]) - int(low[0]) + 1), path)
+            if len(names) > MOST_CHANNELS:
+                raise InputError(f"{path}: {len(names)} channels; a height map has one")
+            wanted = next(
+                (name for name in _HEIGHT_CHANNELS if name in names), names[0] if len(names) == 1 else None
+            )
+        if wanted is None:
+            raise InputError(f"{path}: channels {', '.join(names)}; expected Y, Z, R or a single one")
+        with OpenEXR.File(str(path), separate_channels=True) as file:
+            return np.array(file.parts[0].channels[wanted].pixels, dtype=np.float64)
+    except InputError:
+        raise
+    except (OSError, RuntimeError, ValueError, TypeError, KeyError, IndexError) as error:
+        raise InputError(f"{path}: damaged or not an EXR: {_line(error)}") from error
+
+
+def _read_npy(path: Path, check: Check) -> NDArray[np.float64]:
+    try:
+        values = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (OSError, ValueError, EOFError, SyntaxError) as error:
+        raise InputError(f"{path}: damaged or not an NPY array: {_line(error)}") from error
+    if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu":
+        raise InputError(f"{path}: does not hold one array of real numbers")
+    check(values.shape, path)
+    return np.array(values, dtype=np.float64)
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())

@@ -1,0 +1,1 @@
+"""Textures to learn from: recipes, photographs, optimised textures, their splits and their manifest."""

@@ -1,0 +1,101 @@
+"""The contact sheet of the corpus: shaded examples of every family and of the pictures.
+
+``python -m surrogate.corpus.contact_sheet`` writes ``docs/images/corpus.png``; ``--out`` names another file.
+"""
+
+import argparse
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surrogate.corpus.optimised import write_whole
+from surrogate.corpus.photographs import FILES
+from surrogate.corpus.recipes import Recipe, heights
+from surrogate.families import FAMILIES
+from surrogate.families.fields import PLATE_MM
+
+ELEVATION_DEG, AZIMUTH_DEG = 35.0, 135.0
+"""Toward the light: above the plate, and counter-clockwise from +x, that is from the upper left."""
+AMBIENT = 0.12
+RELIEF_MM = 0.8
+EXAMPLES = 3
+ACROSS = 4
+"""Families side by side."""
+_GAP, _LABEL = 4, 18
+_PAPER, _INK = 255, 40
+
+SHEET = Path(__file__).resolve().parents[2] / "docs" / "images" / "corpus.png"
+
+
+def shaded(heights_mm: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Lambert shading in [0, 1] of heights (size, size) in mm under one parallel light, without shadows."""
+    pitch = PLATE_MM / len(heights_mm)
+    downward, rightward = np.gradient(heights_mm.astype(np.float64), pitch)
+    elevation, azimuth = np.radians(ELEVATION_DEG), np.radians(AZIMUTH_DEG)
+    facing = (
+        np.sin(elevation)
+        - np.cos(elevation) * np.cos(azimuth) * rightward
+        + np.cos(elevation) * np.sin(azimuth) * downward
+    ) / np.sqrt(1 + downward**2 + rightward**2)
+    return AMBIENT + (1 - AMBIENT) * np.maximum(facing, 0.0)
+
+
+def examples() -> dict[str, list[Recipe]]:
+    """What the sheet shows, by label: the families, then a crop of each picture, three to a label."""
+    rows = {
+        name: [
+            Recipe(index=draw, source=f"{name}/{draw:016x}", draw=draw, relief_mm=RELIEF_MM)
+            for draw in _draws(place)
+        ]
+        for place, name in enumerate(FAMILIES)
+    }
+    pictures = list(FILES)
+    for start in range(0, len(pictures), EXAMPLES):
+        names = pictures[start : start + EXAMPLES]
+        rows[", ".join(names)] = [
+            Recipe(index=draw, source=f"scikit-image/{name}", draw=draw, relief_mm=RELIEF_MM)
+            for name, draw in zip(names, _draws(start), strict=False)
+        ]
+    return rows
+
+
+def contact_sheet(rows: Mapping[str, Sequence[Recipe]], across: int = ACROSS) -> bytes:
+    """A PNG of shaded textures, one cell a label, ``across`` cells a row."""
+    from PIL import Image, ImageDraw
+
+    cells = []
+    for label, textures in rows.items():
+        tiles = [np.rint(shaded(heights(texture)) * 255).astype(np.uint8) for texture in textures]
+        strip = np.hstack([np.pad(tile, ((0, 0), (0, _GAP)), constant_values=_PAPER) for tile in tiles])
+        cell = Image.fromarray(np.pad(strip, ((_LABEL, _GAP), (0, 2 * _GAP)), constant_values=_PAPER))
+        ImageDraw.Draw(cell).text((0, 3), label.replace("_", " "), fill=_INK)
+        cells.append(cell)
+    wide, tall = max(cell.width for cell in cells), max(cell.height for cell in cells)
+    sheet = Image.new("L", (wide * across, tall * -(-len(cells) // across)), _PAPER)
+    for place, cell in enumerate(cells):
+        sheet.paste(cell, (place % across * wide, place // across * tall))
+    content = io.BytesIO()
+    sheet.save(content, format="PNG", optimize=True)
+    return content.getvalue()
+
+
+def _draws(place: int) -> range:
+    return range(EXAMPLES * place, EXAMPLES * (place + 1))
+
+
+def main() -> None:
+    """The command ``python -m surrogate.corpus.contact_sheet``."""
+    parser = argparse.ArgumentParser(
+        prog="python -m surrogate.corpus.contact_sheet", description="Draw examples of the corpus."
+    )
+    parser.add_argument("--out", type=Path, default=SHEET, help="PNG to write (default: %(default)s)")
+    out = parser.parse_args().out
+    write_whole(out, contact_sheet(examples()))
+    print(out)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,98 @@
+"""Textures that lie in files: height maps that an optimiser made, as a net is shown them in use."""
+
+import hashlib
+import io
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import AfterValidator, ConfigDict, Field
+
+from relief.errors import InputError
+from surrogate.corpus.recipes import HIGHEST_RELIEF_MM
+from surrogate.corpus.splits import Split, split_of
+
+LARGEST_SIDE = 4096
+
+
+def _inside(path: str) -> str:
+    """A relative path without steps upward, as POSIX writes it; ValueError for any other."""
+    pure = PurePosixPath(path)
+    if pure.is_absolute() or ".." in pure.parts or "\\" in path or ":" in path or str(pure) != path:
+        raise ValueError("is not a plain path below the manifest's folder")
+    if pure.suffix != ".npy":
+        raise ValueError("is not the name of an .npy file")
+    return path
+
+
+@dataclass(frozen=True)
+class Optimised:
+    """A height map in a file beside the manifest.
+
+    The source is that of the texture which the run began with, so that the result stays in its split.
+    """
+
+    source: Annotated[str, Field(min_length=1, max_length=200)]
+    path: Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_inside)]
+    """NPY of float32 heights (rows, cols) in mm, relative to the manifest's folder."""
+    kind: Literal["optimised"] = "optimised"
+
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", strict=True)
+
+    @property
+    def split(self) -> Split:
+        return split_of(self.source)
+
+
+def store(folder: Path, name: str, heights: ArrayLike, source: str) -> Optimised:
+    """Write heights (rows, cols) in mm as ``name``.npy into a folder; the file appears whole or not at all.
+
+    Args:
+        source: of the texture that the run began with: ``Recipe.source``, or `source_of_file` of its file.
+    """
+    content = io.BytesIO()
+    np.save(content, np.ascontiguousarray(heights, dtype="<f4"), allow_pickle=False)
+    texture = Optimised(source=source, path=_inside(f"{name}.npy"))
+    write_whole(folder / texture.path, content.getvalue())
+    return texture
+
+
+def load(folder: Path, texture: Optimised) -> NDArray[np.float32]:
+    """Heights (samples, samples) in mm of a stored texture whose manifest lies in ``folder``.
+
+    Raises: InputError, one line that names the file, if it is missing, outside the folder, damaged, not
+        square, or its heights are not finite float32 in [0, 3].
+    """
+    path = folder / texture.path
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise InputError(f"{path}: lies outside {folder}")
+    try:
+        mapped = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (OSError, ValueError, EOFError, SyntaxError) as error:
+        raise InputError(f"{path}: not a readable NPY array: {' '.join(str(error).split())}") from error
+    if not isinstance(mapped, np.ndarray) or mapped.dtype != np.dtype("<f4"):
+        raise InputError(f"{path}: does not hold float32 heights")
+    if mapped.ndim != 2 or mapped.shape[0] != mapped.shape[1] or not 0 < mapped.shape[0] <= LARGEST_SIDE:
+        raise InputError(f"{path}: shape {mapped.shape} is not that of a square height map")
+    heights = np.array(mapped, dtype=np.float32)
+    if not (np.isfinite(heights).all() and heights.min() >= 0 and heights.max() <= HIGHEST_RELIEF_MM):
+        raise InputError(f"{path}: heights are not all within 0 to {HIGHEST_RELIEF_MM:g} mm")
+    return heights
+
+
+def checksum(heights: NDArray[np.float32]) -> str:
+    """SHA-256, in hexadecimal, of heights as little-endian float32 in rows."""
+    return hashlib.sha256(np.ascontiguousarray(heights, dtype="<f4").tobytes()).hexdigest()
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file so that no reader ever meets half of it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent) as scratch:
+        partial = Path(scratch) / path.name
+        partial.write_bytes(content)
+        os.replace(partial, path)

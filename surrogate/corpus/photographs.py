@@ -1,0 +1,213 @@
+"""Pictures as heights, bright as high: those that come with scikit-image, and whatever a user's folder holds.
+
+No measured terrain comes with the packages that this project uses; elevation models enter through the folder,
+in any format that the reader handed in can read.
+"""
+
+import functools
+import hashlib
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from relief.errors import InputError
+from surrogate.corpus.splits import Split, split_of
+from surrogate.families.fields import PLATE_MM, Field, log_uniform
+
+Reader = Callable[[Path], ArrayLike]
+"""Reads a file of heights (rows, cols) in any unit; raises its own error for one that it cannot read."""
+
+FILES: Mapping[str, str] = MappingProxyType(
+    {
+        "astronaut": "astronaut.png",
+        "brick": "brick.png",
+        "camera": "camera.png",
+        "cell": "cell.png",
+        "chelsea": "chelsea.png",
+        "coffee": "coffee.png",
+        "coins": "coins.png",
+        "grass": "grass.png",
+        "gravel": "gravel.png",
+        "hubble_deep_field": "hubble_deep_field.jpg",
+        "ihc": "ihc.png",
+        "microaneurysms": "microaneurysms.png",
+        "retina": "retina.jpg",
+        "rocket": "rocket.jpg",
+        "text": "text.png",
+    }
+)
+"""Pictures inside the scikit-image package whose documentation there gives them to everyone.
+
+CC0: brick, camera, cell, chelsea, coffee, grass, gravel, microaneurysms, retina. Public domain: astronaut,
+hubble_deep_field, rocket, text. No known copyright restrictions: coins, ihc. Left out: those without such a
+word (moon, page, motorcycle, phantom), and those with no relief to speak of (logo, horse, chessboard, clock).
+"""
+
+SUFFIXES = (".exr", ".tif", ".tiff", ".png", ".npy")
+SMALLEST_SIDE = 32
+"""Fewest samples a side of a picture that can be cut from."""
+_LARGEST_CROP = 1024
+"""Most picture samples that a plate spans: beyond, detail would only be averaged away."""
+_SMALLEST_CROP = 64
+_CLIPPED_PERCENT = 0.5
+_LEAST_SPAN = 0.15
+"""A crop whose heights span less of the picture's is a patch of sky, or the steps of 8 bit grey."""
+_TRIES = 12
+
+_OTHER_MAP = re.compile(
+    r"albedo|ambientocclusion|ao|arm|basecolor|col|color|diff|diffuse|emission|gloss|mask|metal|"
+    r"metallic|metalness|(nor|normal)(dx|gl)?|dx|gl|opacity|orm|rough|roughness|spec|specular"
+)
+"""Last words in the names of a material's files that say: not the heights."""
+_DISPLACEMENT = frozenset({"bump", "disp", "displacement", "height"})
+"""Last words that say: the heights; a file without any may be a preview of the same material."""
+_VARIANT = re.compile(r"\d+k|\d+bit|exr|jpg|png|tiff?", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Source:
+    """A picture that textures are cut from."""
+
+    name: str
+    """"scikit-image/<name>", or "file/<SHA-256 of the content>"."""
+    read: Callable[[], Field]
+    """Heights (rows, cols) in [0, 1], row 0 the top."""
+
+    @property
+    def split(self) -> Split:
+        return split_of(self.name)
+
+
+def bundled() -> list[Source]:
+    """The pictures of scikit-image. Nothing is downloaded, and nothing read before it is needed."""
+    return [Source(f"scikit-image/{name}", functools.partial(_bundled, name)) for name in FILES]
+
+
+def folder(path: Path, reader: Reader) -> list[Source]:
+    """The height maps in a folder and the folders in it, by name; nothing but checksums is read as yet.
+
+    Of a material's files, as ambientCG and Poly Haven name them, its displacement alone is taken; of one
+    displacement in several formats and resolutions, which could end up in several splits, the largest file.
+
+    Raises: InputError if there is no such folder or no height map in it. Reading a source later raises what
+        ``reader`` raises, and InputError for heights that are not finite, flat, or under 32 samples a side.
+    """
+    if not path.is_dir():
+        raise InputError(f"{path}: no such folder")
+    best: dict[tuple[Path, str], tuple[bool, int, Path]] = {}
+    for file in sorted(path.rglob("*")):
+        if file.suffix.lower() not in SUFFIXES or not file.is_file():
+            continue
+        words = re.findall(r"[^\W_]+", file.stem.lower())
+        words = [word for word in words if not _VARIANT.fullmatch(word)]
+        if len(words) > 1 and _OTHER_MAP.fullmatch(words[-1]):
+            continue
+        displacement = bool(words) and words[-1] in _DISPLACEMENT
+        material = " ".join(words[:-1] if displacement else words)
+        # "disp.png" says nothing of the material: the folder that it lies in does.
+        key = (path if material else file.parent, material)
+        rank = (displacement, file.stat().st_size, file)
+        best[key] = max(rank, best.get(key, rank))
+    sources: dict[str, Source] = {}
+    for _, _, file in best.values():
+        name = source_of_file(file)
+        sources.setdefault(name, Source(name, functools.partial(_user_file, file, reader)))
+    if not sources:
+        raise InputError(f"{path}: no height map in it: expected {', '.join(SUFFIXES)}")
+    return list(sources.values())
+
+
+def source_of_file(path: Path) -> str:
+    """The name of a user's file as a source: it depends on what the file holds, not on what it is called."""
+    with path.open("rb") as file:
+        return f"file/{hashlib.file_digest(file, 'sha256').hexdigest()}"
+
+
+def crop(rng: np.random.Generator, picture: Field, size: int) -> Field:
+    """Heights (size, size) in [0, 1] of a square cut at random from a picture (rows, cols).
+
+    The square spans 64 to 1024 picture samples or as many as there are, is turned by any angle or not at all,
+    and blurred by 0.01-0.3 mm on the plate beyond what its scale asks for. The outer 0.5 % of heights at
+    either end saturate. Of up to 12 squares the first is taken whose relief is 15 % of the picture's.
+    """
+    whole = np.ptp(picture)
+    best, most = None, -1.0
+    for _ in range(_TRIES):
+        square = _square(rng, picture, size)
+        low, high = np.percentile(square, [_CLIPPED_PERCENT, 100 - _CLIPPED_PERCENT])
+        if high - low > most:
+            best, most = (square, low, high), high - low
+        if most >= _LEAST_SPAN * whole:
+            break
+    if best is None or not most > 0:
+        raise InputError("picture: no part of it has any relief")
+    square, low, high = best
+    return np.clip((square - low) / (high - low), 0.0, 1.0)
+
+
+def _square(rng: np.random.Generator, picture: Field, size: int) -> Field:
+    from scipy import ndimage
+
+    rows, cols = picture.shape
+    angle = rng.choice([0.0, rng.uniform(0, np.pi / 2)])
+    spread = np.cos(angle) + np.sin(angle)
+    widest = (min(rows, cols) - 1) / spread
+    across = log_uniform(rng, min(_SMALLEST_CROP, 0.6 * widest), min(_LARGEST_CROP, widest))
+    reach = across * spread / 2
+    row, col = rng.uniform(reach, rows - 1 - reach), rng.uniform(reach, cols - 1 - reach)
+    blur_mm = log_uniform(rng, 0.01, 0.3)
+    # Half a plate sample keeps out detail below the plate's pitch; 0.7 picture samples soften their squares.
+    blur = np.hypot(max(0.5 * across / size, 0.7), blur_mm * across / PLATE_MM)
+
+    margin = int(np.ceil(4 * blur)) + 2
+    top, left = max(int(row - reach) - margin, 0), max(int(col - reach) - margin, 0)
+    part = picture[top : int(row + reach) + margin + 1, left : int(col + reach) + margin + 1]
+    smooth = ndimage.gaussian_filter(part, blur, mode="nearest")
+    along = ((np.arange(size) + 0.5) / size - 0.5) * across
+    right, down = np.meshgrid(along, along)
+    at = np.stack(
+        [
+            row - top + np.cos(angle) * down - np.sin(angle) * right,
+            col - left + np.cos(angle) * right + np.sin(angle) * down,
+        ]
+    )
+    return ndimage.map_coordinates(smooth, at, order=1, mode="nearest")
+
+
+@functools.cache
+def _bundled(name: str) -> Field:
+    from PIL import Image
+
+    with (resources.files("skimage") / "data" / FILES[name]).open("rb") as file, Image.open(file) as image:
+        return _read_only(np.asarray(image.convert("L"), dtype=np.float64) / 255)
+
+
+@functools.lru_cache(maxsize=16)
+def _user_file(path: Path, reader: Reader) -> Field:
+    heights = np.asarray(reader(path), dtype=np.float64)
+    if heights.ndim != 2 or min(heights.shape) < SMALLEST_SIDE:
+        raise InputError(
+            f"{path}: {heights.shape} samples; at least {SMALLEST_SIDE} x {SMALLEST_SIDE} are needed"
+        )
+    if not np.isfinite(heights).all():
+        raise InputError(f"{path}: {np.count_nonzero(~np.isfinite(heights))} heights are not finite")
+    low, high = heights.min(), heights.max()
+    if not high > low:
+        raise InputError(f"{path}: is flat")
+    return _read_only((heights - low) / (high - low))
+
+
+def _read_only(heights: Field) -> NDArray[np.float64]:
+    heights.flags.writeable = False
+    return heights
+
+
+def by_name(sources: Sequence[Source]) -> dict[str, Source]:
+    """Sources by their names, for `surrogate.corpus.recipes.heights`."""
+    return {source.name: source for source in sources}

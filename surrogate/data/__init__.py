@@ -1,0 +1,1 @@
+"""Data sets on disk: what was requested, its shards, and the whole."""

@@ -1,0 +1,98 @@
+"""What a set of fields was asked to be: the content of its `dataset.json`."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+
+from relief.errors import InputError
+from surrogate.corpus.manifest import parse_problem
+
+NAME = "dataset.json"
+LARGEST_FILE = 1 << 20
+"""Bytes of dataset.json."""
+SHARD_SIZE = 32
+MOST_TEXTURES = 4096
+"""In one shard."""
+MOST_LIGHTS = 64
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a data set was asked to be; the same is the same data, bit for bit, on processors of one kind."""
+
+    seed: Annotated[int, Field(ge=0)]
+    """Of the corpus (`surrogate.corpus.recipes.recipe`)."""
+    count: Annotated[int, Field(ge=0, le=10**8)]
+    """Textures of the corpus; optimised ones come after them."""
+    procedural_share: Annotated[float, Field(ge=0, le=1)]
+    sources: Sha256
+    """Of the names, sorted, of the pictures that textures are cut from."""
+    optimised: Sha256
+    """Of the checksums, in order, of the optimised textures."""
+    total: Annotated[int, Field(ge=0, le=10**8)]
+    """Textures, optimised ones among them."""
+    samples: Annotated[int, Field(ge=16, le=1024)]
+    """Samples a side of heights, fields and pictures."""
+    size_mm: Positive
+    touch: Literal["fem", "layer", "none"]
+    """Model of touch."""
+    skin: Mapping[str, Annotated[float, Field(allow_inf_nan=False)]]
+    """Parameters of the skin, by name."""
+    lights: Literal["studio", "random", "none"]
+    """Rule of the light directions."""
+    directions: Annotated[int, Field(ge=0, le=MOST_LIGHTS)]
+    """Pictures of each texture under one parallel light alone."""
+    scene: Sha256
+    """Of the scene file that material and camera are taken from."""
+    strata: Annotated[int, Field(ge=6, le=64)]
+    """Shadow rays along a pixel's side where light and shadow meet."""
+    versions: Mapping[str, str]
+    """Of the packages that made the fields."""
+    shard_size: Annotated[int, Field(ge=1, le=MOST_TEXTURES)] = SHARD_SIZE
+    format: Literal[2] = 2
+
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", strict=True)
+
+    @property
+    def shards(self) -> int:
+        """How many there are when all is done."""
+        return math.ceil(self.total / self.shard_size)
+
+    def places(self, shard: int) -> range:
+        """The textures of a shard, by their places in the data set."""
+        return range(shard * self.shard_size, min((shard + 1) * self.shard_size, self.total))
+
+
+_ASKED = TypeAdapter(Asked)
+
+
+def read_asked(folder: Path) -> Asked:
+    """What dataset.json of a folder says. Raises InputError."""
+    path = folder / NAME
+    try:
+        with path.open("rb") as file:
+            text = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from error
+    if len(text) > LARGEST_FILE:
+        raise InputError(f"{path}: is longer than {LARGEST_FILE} bytes")
+    try:
+        asked = _ASKED.validate_json(text)
+    except ValidationError as error:
+        raise InputError(f"{path}: {parse_problem(error)}") from error
+    if asked.total < asked.count:
+        raise InputError(f"{path}: total: is less than count")
+    return asked
+
+
+def text_of_asked(asked: Asked) -> str:
+    """The content of dataset.json."""
+    return json.dumps(asdict(asked), indent=2, sort_keys=True) + "\n"

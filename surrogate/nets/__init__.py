@@ -1,0 +1,1 @@
+"""Networks, their training, their weights and the checkpoint of a training."""

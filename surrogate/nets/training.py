@@ -1,0 +1,271 @@
+"""One loop that trains every net: seeded, resumable after any epoch, stopped early, its curves kept.
+
+What a net is trained *for* comes in as a `Task`; this file knows neither touch nor sight. On the CPU the same
+seed gives the same weights bit for bit, interrupted or not, as long as no limit of time decides.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Protocol
+
+import numpy as np
+import torch
+from pydantic import ConfigDict, Field
+from torch import Tensor, nn
+
+from surrogate.nets.augmentation import SYMMETRIES
+
+Examples = Mapping[str, Tensor]
+"""By name, tensors whose first axis counts the examples."""
+
+_ORDER, _SYMMETRY = range(2)
+"""What the generators of an epoch are for."""
+
+
+class Task(Protocol):
+    """What a net is to learn."""
+
+    def loss(self, net: nn.Module, examples: Examples) -> Tensor:
+        """What the descent makes small: one number for some examples."""
+
+    def errors(self, net: nn.Module, examples: Examples) -> Tensor:
+        """(examples,) what the best net is chosen by: smaller is better."""
+
+    def moved(self, examples: Examples, symmetry: int) -> Examples:
+        """The examples after one of the eight symmetries of the square."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a net is trained.
+
+    Attributes:
+        seed: of the order of the examples and their symmetries (and, by who makes the net, of its weights).
+        epochs: times that every example is seen, at most.
+        minutes: of training, at most; the learning rate falls with whichever limit is nearer. None for no
+            limit; with one, the result depends on the machine's speed.
+        batch: examples of a step.
+        learning_rate: the highest, reached after `warmup` steps; then it falls to `last_rate` of it along a
+            cosine (Loshchilov and Hutter, ICLR 2017).
+        weight_decay: of AdamW.
+        largest_gradient: longer gradients are shortened to this norm.
+        patience: epochs without a better validation after which training ends.
+    """
+
+    seed: Annotated[int, Field(ge=0)] = 0
+    epochs: Annotated[int, Field(ge=1)] = 60
+    minutes: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    batch: Annotated[int, Field(ge=1)] = 16
+    learning_rate: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 2e-3
+    warmup: Annotated[int, Field(ge=0)] = 50
+    last_rate: Annotated[float, Field(ge=0, le=1)] = 0.01
+    weight_decay: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 1e-4
+    largest_gradient: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 1.0
+    patience: Annotated[int, Field(ge=1)] = 15
+
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
+
+    def rate(self, step: int, part: float) -> float:
+        """Learning rate of a step, when a part (0 to 1) of the training is done."""
+        falling = self.last_rate + (1.0 - self.last_rate) * 0.5 * (1.0 + math.cos(math.pi * min(part, 1.0)))
+        return self.learning_rate * falling * min(1.0, (step + 1) / max(1, self.warmup))
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """A point of the curves: mean loss in training, mean error in validation; seconds from the beginning."""
+
+    number: int
+    steps: int
+    loss: float
+    error: float
+    learning_rate: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Training:
+    """Where a training stands after an epoch.
+
+    Attributes:
+        weights, best: of the net now, and after the epoch with the smallest validation error; on the CPU.
+        first, second: moments of AdamW, by the names of the weights.
+        epochs: those done.
+    """
+
+    weights: Mapping[str, Tensor]
+    best: Mapping[str, Tensor]
+    first: Mapping[str, Tensor]
+    second: Mapping[str, Tensor]
+    epochs: tuple[Epoch, ...] = ()
+
+    @property
+    def best_epoch(self) -> Epoch | None:
+        """The one with the smallest validation error; the earliest of several."""
+        return min(self.epochs, key=lambda epoch: epoch.error, default=None)
+
+    def ended(self, settings: Settings) -> str | None:
+        """Why there is nothing left to train, for a person; None while there is."""
+        best = self.best_epoch
+        if best is None:
+            return None
+        last = self.epochs[-1]
+        if not math.isfinite(last.error):
+            return "a value is not finite"
+        if last.number - best.number >= settings.patience:
+            return f"{settings.patience} epochs brought no better validation"
+        if last.number >= settings.epochs:
+            return f"all of {settings.epochs} epochs are done"
+        if settings.minutes is not None and last.seconds >= 60.0 * settings.minutes:
+            return f"{settings.minutes:g} minutes are over"
+        return None
+
+
+def beginning(net: nn.Module) -> Training:
+    """The training of a net that has seen nothing yet."""
+    weights = _copied(net.state_dict())
+    nothing = {name: torch.zeros_like(values) for name, values in weights.items()}
+    return Training(weights, weights, nothing, nothing)
+
+
+def train(
+    net: nn.Module,
+    task: Task,
+    examples: Examples,
+    validation: Examples,
+    settings: Settings,
+    start: Training | None = None,
+    keep: Callable[[Training], None] = lambda training: None,
+) -> Training:
+    """Train a net where it lies (CPU or CUDA); it ends with the best weights.
+
+    Args:
+        examples, validation: on the CPU; batches are moved to the net's device.
+        start: to go on from; by default the beginning. The same `settings` then give the same result as
+            without the interruption, apart from a limit of time.
+        keep: called after every epoch.
+
+    Raises:
+        ValueError: no examples, or none for validation.
+    """
+    if not _count(examples) or not _count(validation):
+        raise ValueError("there is nothing to train on, or nothing to validate by")
+    training = beginning(net) if start is None else start
+    net.load_state_dict(dict(training.weights))
+    optimiser = _optimiser(net, training, settings, _steps(examples, settings))
+    while training.ended(settings) is None:
+        training = _one_epoch(net, task, examples, validation, settings, optimiser, training)
+        keep(training)
+    net.load_state_dict(dict(training.best))
+    net.eval()
+    return training
+
+
+def errors(net: nn.Module, task: Task, examples: Examples, batch: int = 16) -> Tensor:
+    """(examples,) the task's errors of a net, on the CPU."""
+    net.eval()
+    with torch.no_grad():
+        return torch.cat([task.errors(net, part).cpu() for part in _in_order(examples, batch, _device(net))])
+
+
+def _one_epoch(
+    net: nn.Module,
+    task: Task,
+    examples: Examples,
+    validation: Examples,
+    settings: Settings,
+    optimiser: torch.optim.AdamW,
+    before: Training,
+) -> Training:
+    began = time.monotonic()
+    number = len(before.epochs)
+    earlier = before.epochs[-1].seconds if before.epochs else 0.0
+    steps, rate, losses = number * _steps(examples, settings), 0.0, []
+    net.train()
+    for batch, symmetry in _shuffled(examples, settings, number, _device(net)):
+        part = steps / (settings.epochs * _steps(examples, settings))
+        if settings.minutes is not None:
+            part = max(part, (earlier + time.monotonic() - began) / (60.0 * settings.minutes))
+        rate = settings.rate(steps, part)
+        for group in optimiser.param_groups:
+            group["lr"] = rate
+        optimiser.zero_grad()
+        loss = task.loss(net, task.moved(batch, symmetry))
+        torch.autograd.backward(loss)
+        nn.utils.clip_grad_norm_(net.parameters(), settings.largest_gradient)
+        optimiser.step()
+        losses.append(loss.detach())
+        steps += 1
+        if settings.minutes is not None and part >= 1.0:
+            break
+    error = float(errors(net, task, validation, settings.batch).double().mean())
+    mean_loss = float(torch.stack(losses).double().mean())
+    weights = _copied(net.state_dict())
+    best = before.best_epoch
+    return Training(
+        weights,
+        weights if best is None or error < best.error else before.best,
+        {name: _copy(optimiser.state[values]["exp_avg"]) for name, values in net.named_parameters()},
+        {name: _copy(optimiser.state[values]["exp_avg_sq"]) for name, values in net.named_parameters()},
+        (
+            *before.epochs,
+            Epoch(number + 1, steps, mean_loss, error, rate, earlier + time.monotonic() - began),
+        ),
+    )
+
+
+def _optimiser(
+    net: nn.Module, training: Training, settings: Settings, steps_of_epoch: int
+) -> torch.optim.AdamW:
+    optimiser = torch.optim.AdamW(
+        net.parameters(), settings.learning_rate, weight_decay=settings.weight_decay
+    )
+    if training.epochs:
+        for name, values in net.named_parameters():
+            optimiser.state[values] = {
+                "step": torch.tensor(float(len(training.epochs) * steps_of_epoch)),
+                "exp_avg": training.first[name].to(values, copy=True),
+                "exp_avg_sq": training.second[name].to(values, copy=True),
+            }
+    return optimiser
+
+
+def _shuffled(
+    examples: Examples, settings: Settings, epoch: int, device: torch.device
+) -> Iterator[tuple[Examples, int]]:
+    """The batches of an epoch, each with its symmetry; they depend on seed and epoch alone."""
+    order = np.random.default_rng((settings.seed, epoch, _ORDER)).permutation(_count(examples))
+    symmetries = np.random.default_rng((settings.seed, epoch, _SYMMETRY))
+    for first in range(0, len(order), settings.batch):
+        places = torch.from_numpy(order[first : first + settings.batch])
+        batch = {name: values[places].to(device) for name, values in examples.items()}
+        yield batch, int(symmetries.integers(SYMMETRIES))
+
+
+def _in_order(examples: Examples, batch: int, device: torch.device) -> Iterator[Examples]:
+    for first in range(0, _count(examples), batch):
+        yield {name: values[first : first + batch].to(device) for name, values in examples.items()}
+
+
+def _steps(examples: Examples, settings: Settings) -> int:
+    return math.ceil(_count(examples) / settings.batch)
+
+
+def _count(examples: Examples) -> int:
+    return min((len(values) for values in examples.values()), default=0)
+
+
+def _device(net: nn.Module) -> torch.device:
+    return next(net.parameters()).device
+
+
+def _copied(values: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    return {name: _copy(value) for name, value in values.items()}
+
+
+def _copy(values: Tensor) -> Tensor:
+    return values.detach().to("cpu", copy=True)

@@ -1,0 +1,1 @@
+"""Skin of any shape, by quadratic tetrahedra: an independent check of the structured block."""

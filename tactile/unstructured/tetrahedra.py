@@ -1,0 +1,243 @@
+"""Skin of any shape by quadratic tetrahedra: an independent check of the structured block, and other skins.
+
+Linear elasticity with unit Young's modulus; the flat top is bonded to the bone, the sides are free. Pressure
+is vertical, per horizontal area, bilinear between the pixel centres and constant beyond the outermost, and
+applied by integration over the contact face; the displacement of a pixel is the mean that its pressure works
+on, so that the compliance is symmetric. Pressing a curved skin on a relief h is, in small-strain theory and
+with vertical pressure, pressing a flat one on h minus `rise_mm`, the skin's height over its lowest point.
+
+Mesh axes are (x, y, z) as in `tactile.unstructured.surface`; strains have axes (row, column, depth) = (-y,
+x, z).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+import scipy.sparse as sp
+import skfem
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from relief.errors import InputError
+from tactile.block import STRAIN_COMPONENTS
+from tactile.condensation import condensed_onto_loads
+from tactile.contact import solve_contact
+from tactile.layer_response import layer_response
+from tactile.model import Touch
+from tactile.skin import Skin
+from tactile.sparse import factorised
+from tactile.strain import smallest_eigenvalue
+from tactile.unstructured.meshing import Sizing, Tetrahedra, tetrahedralise
+from tactile.unstructured.quadratic import gradients_at, pixel_forces, stiffness
+from tactile.unstructured.surface import DOWNWARD, Surface, height_over, locate, outward_normals
+
+Array = NDArray[np.float64]
+Solve = Callable[[Array], Array]
+
+MOST_CONDENSED = 9000
+"""Pixels up to which the body is condensed onto them (0.65 GB); above, every product with the compliance is a
+solution of the whole body."""
+MESH_AXES = (1, 0, 2)
+SIGNS = (-1.0, 1.0, 1.0)
+"""Which of x, y, z the axes row, column, depth lie along, and whether with or against it."""
+
+
+@dataclass(frozen=True)
+class TetrahedralOperator:
+    """Normal displacement and strain at depth of a meshed skin under pressures on an n x n grid.
+
+    Pressures have shape (..., n, n) and are in units of Young's modulus. Same use as
+    `tactile.elastic_layer.HybridOperator`, without gradients of the strain.
+
+    Attributes:
+        samples: n.
+        size_mm: side of the touched square.
+        rise_mm: (n, n) height of the skin above its lowest point at the pixel centres.
+        unknowns: displacements that the elements solve for.
+        forces: (face, n²) vertical forces on the nodes of the contact face per pressure.
+        work: from pressures (n², m) to what each pixel's pressure works on: displacement times area.
+        solution: all displacements (3 * nodes, m), component by component, under pressures (n², m).
+        gradient: for x, y and z, (n², nodes): derivative at the receptors of a nodal field.
+        symbol: (n, n) compliance per cosine mode of a flat layer: the preconditioner, nothing else.
+    """
+
+    samples: int
+    size_mm: float
+    rise_mm: Tensor
+    unknowns: int
+    forces: sp.csr_matrix
+    work: Solve
+    solution: Solve
+    gradient: tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]
+    symbol: Array
+
+    @property
+    def pixel_area_mm2(self) -> float:
+        return (self.size_mm / self.samples) ** 2
+
+    def displacement(self, pressure: Tensor) -> Tensor:
+        """Normal displacement of the skin, mm, away from the texture: C p."""
+        moved = self.work(self._columns(pressure)) / self.pixel_area_mm2
+        return torch.as_tensor(moved.T.copy()).view(pressure.shape)
+
+    def precondition(self, residual: Tensor) -> Tensor:
+        """Inverse of the compliance of a flat layer with sliding sides."""
+        modes = scipy.fft.dctn(residual.detach().numpy(), axes=(-2, -1), norm="ortho")
+        return torch.as_tensor(scipy.fft.idctn(modes / self.symbol, axes=(-2, -1), norm="ortho"))
+
+    def strain(self, pressure: Tensor) -> Tensor:
+        """Strain at receptor depth: (..., 6, n, n), components as in `tactile.block.STRAIN_COMPONENTS`.
+
+        Zero where the receptors' depth lies above the bonded face.
+        """
+        moved = self.solution(self._columns(pressure))
+        fields = moved.reshape(3, -1, moved.shape[1])
+
+        def derivative(component: int, by: int) -> Array:
+            sign = SIGNS[component] * SIGNS[by]
+            return np.asarray(sign * (self.gradient[MESH_AXES[by]] @ fields[MESH_AXES[component]]))
+
+        strains = [0.5 * (derivative(a, b) + derivative(b, a)) for a, b in STRAIN_COMPONENTS]
+        ordered = torch.as_tensor(np.moveaxis(np.stack(strains), 2, 0).copy())
+        return ordered.view(*pressure.shape[:-2], 6, self.samples, self.samples)
+
+    def _columns(self, pressure: Tensor) -> Array:
+        """(n², items)."""
+        return np.asarray(pressure.detach().reshape(-1, self.samples**2).numpy().T)
+
+
+def tetrahedral_operator(skin: Skin, mesh: Tetrahedra, samples: int, size_mm: float) -> TetrahedralOperator:
+    """The operator of a meshed skin; factorised here, kept by nobody.
+
+    Args:
+        skin: Poisson's ratio and the receptor depth matter here, and the thickness to the preconditioner.
+        mesh: its contact face must cover the square of side `size_mm` around x = y = 0.
+        samples: n.
+
+    Raises:
+        InputError: the contact face does not cover the square, or there is no bonded face.
+    """
+    tetrahedra = skfem.MeshTet(np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T))
+    basis = skfem.Basis(tetrahedra, skfem.ElementTetP2(), intorder=2)
+    boundary = mesh.boundary()
+    face = boundary[outward_normals(mesh.vertices, boundary)[:, 2] < -DOWNWARD]
+    y, x = _centres(samples, size_mm)
+    where, _ = locate(mesh.vertices[face][..., :2], np.stack((x.ravel(), y.ravel()), axis=1))
+    if len(face) == 0 or (where < 0).any():
+        raise InputError(f"size_mm: the skin's lower face does not cover a square of {size_mm} mm")
+    height = height_over(mesh.vertices, face, x, y)
+
+    nodes = basis.N
+    top = mesh.vertices[:, 2].max()
+    bonded = np.flatnonzero(np.isclose(basis.doflocs[2], top, rtol=0.0, atol=1e-9 * size_mm))
+    if bonded.size < 3:
+        raise InputError("surface.vertices: no flat top to bond")
+    free = np.setdiff1d(np.arange(3 * nodes), (bonded[:, None] + nodes * np.arange(3)).ravel())
+    number = np.full(3 * nodes, -1)
+    number[free] = np.arange(free.size)
+    spread = pixel_forces(basis, face, samples, size_mm)
+    spread.eliminate_zeros()
+    loaded = np.flatnonzero(np.diff(spread.indptr))
+    loaded = loaded[number[2 * nodes + loaded] >= 0]
+    matrix = stiffness(basis, skin.poisson_ratio)[free][:, free]
+    work, solution = _body(matrix, free, number[2 * nodes + loaded], 3 * nodes, spread[loaded])
+    receptors = np.stack((x.ravel(), y.ravel(), height.ravel() + skin.depth_mm), axis=1)
+    wavenumber = np.pi * np.arange(samples) / size_mm
+    waves = np.hypot(wavenumber[:, None], wavenumber)
+    symbol = layer_response(waves, skin.poisson_ratio, skin.thickness_mm, skin.depth_mm).surface
+    return TetrahedralOperator(
+        samples,
+        size_mm,
+        torch.as_tensor(height - mesh.vertices[face, 2].min()),
+        free.size,
+        spread[loaded],
+        work,
+        solution,
+        gradients_at(basis, receptors),
+        symbol,
+    )
+
+
+def press_tetrahedra(
+    heights: Tensor,
+    skin: Skin,
+    surface: Surface,
+    size_mm: float = 10.0,
+    sizing: Sizing | None = None,
+    operator: TetrahedralOperator | None = None,
+) -> Touch:
+    """Press a skin of any shape on reliefs; as `tactile.press`, in double precision and without gradients.
+
+    Strain is relative to the same skin's on a flat plate. The approach is counted from where the skin's
+    lowest point would first touch the plane z = 0.
+
+    Args:
+        heights: (..., n, n) mm, float64.
+        surface: of the skin, its lowest point at z = 0; see `tactile.unstructured.surface`.
+        sizing: of the mesh; by default its facets are as wide as the pixels.
+        operator: that of this skin, surface, size and sampling, if it is at hand.
+
+    Raises:
+        InputError: heights of another shape or type, or not finite; see also `tetrahedral_operator`.
+        MeshingError: see `tetrahedralise`.
+    """
+    if heights.ndim < 2 or heights.shape[-1] != heights.shape[-2] or heights.dtype != torch.float64:
+        raise InputError(f"heights: {tuple(heights.shape)} of {heights.dtype} is not (..., n, n) of float64")
+    if not bool(torch.isfinite(heights).all()):
+        raise InputError("heights: not every value is finite")
+    samples = heights.shape[-1]
+    if operator is None:
+        # Finer pixels than facets have pressures that the mesh cannot tell apart, and contact creeps.
+        sizing = sizing or Sizing(contact_mm=min(size_mm / samples, 0.8))
+        operator = tetrahedral_operator(skin, tetrahedralise(surface, sizing), samples, size_mm)
+    mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
+    state = solve_contact(operator, heights - operator.rise_mm, mean)
+    flat = solve_contact(operator, -operator.rise_mm, mean)
+    strains = [smallest_eigenvalue(operator.strain(contact.pressure)) for contact in (state, flat)]
+    fraction = (state.pressure > 0.0).to(torch.float64).mean((-2, -1))
+    return Touch(
+        strains[0] - strains[1], state.gap, state.pressure * skin.young_modulus_mpa, state.approach, fraction
+    )
+
+
+def _centres(samples: int, size_mm: float) -> tuple[Array, Array]:
+    """(y, x) of the pixel centres, (n, n) each."""
+    line = (np.arange(samples) + 0.5) * (size_mm / samples) - 0.5 * size_mm
+    y, x = np.meshgrid(-line, line, indexing="ij")
+    return y, x
+
+
+def _body(
+    matrix: sp.csr_matrix, free: NDArray[np.intp], face: NDArray[np.intp], size: int, forces: sp.csr_matrix
+) -> tuple[Solve, Solve]:
+    """Both functions of `TetrahedralOperator`, but for the pixels' area.
+
+    Args:
+        matrix: stiffness of the free unknowns.
+        free: their numbers among `size` displacements.
+        face: numbers, among the free ones, of those that `forces` (face, n²) acts on.
+    """
+    place = forces.tocoo()
+    loads = sp.csr_matrix((place.data, (face[place.row], place.col)), shape=(free.size, forces.shape[1]))
+    if forces.shape[1] <= MOST_CONDENSED:
+        body = condensed_onto_loads(matrix, loads)
+        return (
+            lambda pressure: body.compliance @ pressure,
+            lambda pressure: _scattered(body.solution(pressure), free, size),
+        )
+    solve = factorised(matrix)
+    return (
+        lambda pressure: loads.T @ solve(loads @ pressure),
+        lambda pressure: _scattered(solve(loads @ pressure), free, size),
+    )
+
+
+def _scattered(values: Array, free: NDArray[np.intp], size: int) -> Array:
+    result = np.zeros((size, values.shape[1]))
+    result[free] = values
+    return result

@@ -1,0 +1,173 @@
+"""The descent loop keeps the best relief rather than the last, and says truly why it stopped."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from optimize.descent.driver import HOPELESS_STEPS, Iterate, StopReason, better, descend
+from optimize.descent.problem import Targets
+
+Array = np.ndarray
+TARGETS = Targets(roughness=0.1, contact_area_mm2=None, tolerance=0.01)
+MET, NEAR, FAR = 0.1, 0.11, 0.2
+
+
+def iterate(step: int, roughness: float, change: float) -> Iterate:
+    """Heights tell the step, too."""
+    return Iterate(step, np.full((2, 2), float(step)), roughness, 50.0, 0.5, change, change, {})
+
+
+class Scripted:
+    """A way down that meets given (roughness, picture change) one after the other, or is interrupted."""
+
+    def __init__(self, visits: Sequence[tuple[float, float] | None], patience: int | None = 2) -> None:
+        self.visits, self.patience = visits, patience
+
+    def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
+        return iterate(step, FAR, 0.0)
+
+    def advance(self, current: Iterate) -> Iterate:
+        visit = self.visits[current.step]
+        if visit is None:
+            raise KeyboardInterrupt
+        return iterate(current.step + 1, *visit)
+
+
+START = iterate(0, FAR, 0.0)
+
+
+def test_it_keeps_the_best_not_the_last() -> None:
+    way = Scripted([(MET, 5.0), (MET, 3.0), (MET, 4.0)])
+    descent = descend(way, TARGETS, START, 3)
+    assert (descent.best.step, descent.last.step) == (2, 3)
+
+
+def test_it_converges_once_the_target_is_met_and_the_look_stands_still() -> None:
+    way = Scripted([(NEAR, 4.0), (MET, 5.0), (MET, 5.0), (MET, 4.99), (MET, 1.0)])
+    descent = descend(way, TARGETS, START, 5)
+    assert (descent.reason, descent.last.step) == (StopReason.CONVERGED, 4)
+
+
+def test_it_goes_on_while_the_look_improves() -> None:
+    way = Scripted([(MET, 9.0 * 0.9**step) for step in range(10)])
+    descent = descend(way, TARGETS, START, 10)
+    assert (descent.reason, descent.best.step) == (StopReason.STEP_LIMIT, 10)
+
+
+def test_it_converges_at_the_very_last_step_too() -> None:
+    descent = descend(Scripted([(MET, 5.0)] * 3), TARGETS, START, 3)
+    assert descent.reason is StopReason.CONVERGED
+
+
+def test_a_way_with_a_schedule_converges_at_its_end() -> None:
+    way = Scripted([(MET, 5.0)] * 8, patience=None)
+    descent = descend(way, TARGETS, START, 8)
+    assert (descent.reason, descent.last.step) == (StopReason.CONVERGED, 8)
+
+
+@pytest.mark.parametrize("patience", [2, None])
+def test_too_few_steps_are_short_of_the_target(patience: int | None) -> None:
+    way = Scripted([(FAR - 0.02 * step, 5.0) for step in range(3)], patience)
+    assert descend(way, TARGETS, START, 3).reason is StopReason.SHORT_OF_TARGET
+
+
+def test_a_target_that_no_step_comes_closer_to_is_out_of_reach() -> None:
+    way = Scripted([(NEAR, 5.0)] * 100)
+    descent = descend(way, TARGETS, START, 100)
+    assert (descent.reason, descent.last.step) == (StopReason.UNREACHABLE, HOPELESS_STEPS + 1)
+
+
+def test_a_target_met_once_is_within_reach_wherever_later_steps_go() -> None:
+    way = Scripted([(NEAR, 5.0), (MET, 5.0), *[(NEAR, 5.0)] * 30])
+    descent = descend(way, TARGETS, START, 32)
+    assert (descent.reason, descent.best.step) == (StopReason.STEP_LIMIT, 2)
+
+
+def test_slow_progress_is_not_out_of_reach() -> None:
+    way = Scripted([(FAR * 0.99**step, 5.0) for step in range(60)])
+    assert descend(way, TARGETS, START, 60).reason is StopReason.SHORT_OF_TARGET
+
+
+@pytest.mark.parametrize("bad", [(float("nan"), 1.0), (MET, float("inf"))])
+def test_a_value_that_is_not_finite_ends_it_before(bad: tuple[float, float]) -> None:
+    descent = descend(Scripted([(NEAR, 5.0), bad]), TARGETS, START, 5)
+    assert descent.reason is StopReason.NON_FINITE
+    assert (descent.best.step, descent.last.step) == (1, 1)
+
+
+def test_heights_that_are_not_finite_end_it_too() -> None:
+    class Lost(Scripted):
+        def advance(self, current: Iterate) -> Iterate:
+            return replace(super().advance(current), heights=np.full((2, 2), np.nan))
+
+    descent = descend(Lost([(MET, 1.0)]), TARGETS, START, 5)
+    assert (descent.reason, descent.best.step) == (StopReason.NON_FINITE, 0)
+
+
+def test_an_interrupted_step_leaves_what_was_there_before_it() -> None:
+    descent = descend(Scripted([(MET, 5.0), (NEAR, 4.0), None]), TARGETS, START, 5)
+    assert descent.reason is StopReason.INTERRUPTED
+    assert (descent.best.step, descent.last.step) == (1, 2)
+
+
+def test_no_step_left_means_no_step() -> None:
+    descent = descend(Scripted([]), TARGETS, iterate(7, MET, 5.0), 7)
+    assert (descent.reason, descent.last.step) == (StopReason.STEP_LIMIT, 7)
+
+
+def test_everyone_is_told_of_every_step() -> None:
+    told: list[tuple[int, int]] = []
+    way = Scripted([(NEAR, 5.0), (MET, 4.0), (FAR, 3.0)])
+    descend(way, TARGETS, START, 3, on_step=lambda at, best, _: told.append((at.step, best.step)))
+    assert told == [(1, 1), (2, 2), (3, 2)]
+
+
+def test_the_best_of_an_earlier_part_is_kept() -> None:
+    earlier = iterate(3, MET, 1.0)
+    descent = descend(Scripted([(MET, 2.0)] * 5), TARGETS, iterate(4, MET, 2.0), 5, best=earlier)
+    assert descent.best is earlier
+
+
+def trace_of(visits: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    return [(TARGETS.miss(roughness, 50.0), change) for roughness, change in visits]
+
+
+@pytest.mark.parametrize("cut", [1, 3, 4])
+@pytest.mark.parametrize("roughness", [MET, NEAR])
+def test_a_descent_in_two_parts_ends_where_one_in_one_part_does(cut: int, roughness: float) -> None:
+    visits = [(FAR, 3.0), (NEAR, 4.0), *[(roughness, 5.0)] * 40]
+    whole = descend(Scripted(visits), TARGETS, START, 40)
+    first = descend(Scripted(visits), TARGETS, START, cut)
+    second = descend(Scripted(visits), TARGETS, first.last, 40, first.best, trace=trace_of(visits[:cut]))
+    assert (second.reason, second.last.step) == (whole.reason, whole.last.step)
+    assert second.best.step == whole.best.step
+
+
+@pytest.mark.parametrize(("roughness", "reason"), [(MET, "CONVERGED"), (NEAR, "UNREACHABLE")])
+def test_a_finished_descent_takes_no_further_step(roughness: float, reason: str) -> None:
+    visits = [(roughness, 5.0)] * 20
+    first = descend(Scripted(visits), TARGETS, START, 20)
+    trace = trace_of(visits[: first.last.step])
+    again = descend(Scripted([]), TARGETS, first.last, 20, first.best, trace=trace)
+    assert (again.reason, first.reason) == (StopReason[reason], StopReason[reason])
+    assert (again.last, again.best) == (first.last, first.best)
+
+
+def test_a_target_met_comes_before_a_look_kept() -> None:
+    met, closer = iterate(1, MET, 9.0), iterate(2, NEAR, 1.0)
+    assert better(TARGETS, met, closer) is met
+    assert better(TARGETS, closer, met) is met
+
+
+def test_of_two_that_meet_the_target_the_closer_look_is_better() -> None:
+    one, other = iterate(1, 1.009 * MET, 2.0), iterate(2, MET, 3.0)
+    assert better(TARGETS, one, other) is one
+    assert better(TARGETS, other, one) is one
+
+
+def test_of_two_that_miss_the_target_the_nearer_is_better_whatever_its_look() -> None:
+    one, other = iterate(1, NEAR, 9.0), iterate(2, FAR, 0.0)
+    assert better(TARGETS, one, other) is one
+    assert better(TARGETS, other, one) is one

@@ -1,0 +1,91 @@
+"""Descents by the quick look reach the feel, and Mitsuba, which they do not ask, finds the look kept."""
+
+import sys
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+import tactile
+from optimize.descent.adam import AdamDescent
+from optimize.descent.driver import Descent, StopReason, WayDown, descend
+from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.linear_scaling import linear_scaling
+from optimize.descent.problem import Problem, Targets
+from optimize.descent.verification import converged_pictures
+from optimize.report.metrics import rms_change
+from optimize.training.look_setup import net_figures, studio_sky
+from surrogate.nets.weights import has_weights, load_net
+from tests.tactile.reliefs import SIZE, waves
+from tests.visual.scenes import PLASTIC, sun, write_scene
+from visual.fast.ambient_net import KIND
+from visual.scene import load_scene
+
+SAMPLES, TOLERANCE = 32, 0.01
+
+
+@pytest.fixture(scope="module")
+def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    """Waves under three lights and no sky, two just-noticeable differences too smooth."""
+    lights = [sun(35.0, azimuth) for azimuth in (10.0, 130.0, 250.0)]
+    path = write_scene(tmp_path_factory.mktemp("scene"), waves(SAMPLES, 1.5).numpy(), lights, PLASTIC)
+    scene = load_scene(path)
+    untargeted = partial(Problem, scene.heights, SIZE, tactile.Skin(), scene=scene, look="net")
+    before = untargeted(targets=Targets(None, None, TOLERANCE)).feel(scene.heights, gradients=False)
+    return untargeted(targets=Targets(tactile.jnd_scaled(before.roughness, 2), None, TOLERANCE))
+
+
+def walk(problem: Problem, way: WayDown, steps: int) -> Descent:
+    return descend(way, problem.targets, way.begin(0, problem.heights, {}), steps)
+
+
+def change_of_look(problem: Problem, heights: np.ndarray) -> float:
+    before, after = (converged_pictures(problem, h, 64, 1).mean for h in (problem.heights, heights))
+    return 100.0 * rms_change(before, after) / float(before.mean())
+
+
+def test_gauss_newton_keeps_the_look_better_than_scaling(problem: Problem) -> None:
+    descent = walk(problem, GaussNewton(problem), 20)
+    assert descent.reason is StopReason.CONVERGED
+    assert problem.targets.miss(descent.best.roughness, descent.best.contact_area_mm2) <= TOLERANCE
+    scaled = linear_scaling(problem)
+    assert scaled is not None
+    assert 2.3 * change_of_look(problem, descent.best.heights) < change_of_look(problem, scaled)
+
+
+def test_a_descent_by_both_fast_models_arrives_where_the_layer_finds_it(problem: Problem) -> None:
+    fast = replace(problem, touch="quick")
+    descent = walk(fast, GaussNewton(fast), 20)
+    assert descent.reason is StopReason.CONVERGED
+    felt = problem.feel(descent.best.heights, gradients=False)
+    assert problem.targets.miss(felt.roughness, 0.0) <= 3.0 * TOLERANCE
+
+
+def test_its_steps_import_no_mitsuba(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tables of its material are Mitsuba's; after that it is not asked again."""
+    fast = replace(problem, touch="quick")
+    way = GaussNewton(fast)
+    for name in [name for name in sys.modules if name.partition(".")[0] in ("mitsuba", "drjit")]:
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(ImportError):
+        import mitsuba  # noqa: F401
+    descent = walk(fast, way, 3)
+    assert descent.last.step == 3 and descent.last.picture_rms > 0.0
+
+
+def test_adam_goes_down_by_it(problem: Problem) -> None:
+    descent = walk(problem, AdamDescent(problem, 30, 0.01), 30)
+    start = problem.targets.miss(problem.feel(problem.heights, gradients=False).roughness, 0.0)
+    assert problem.targets.miss(descent.best.roughness, 0.0) < 0.2 * start
+    assert 0.0 < change_of_look(problem, descent.best.heights) < 25.0
+
+
+@pytest.mark.skipif(not has_weights(KIND), reason="the package holds no rendering net")
+def test_the_net_that_is_shipped_makes_of_its_sample_what_its_card_tells() -> None:
+    net, card = load_net(KIND)
+    assert card.sample
+    found = net_figures(net, studio_sky(), int(card.valid["samples"]), SIZE)
+    for told, made in zip(card.sample, found, strict=True):
+        assert (told.seed, told.index) == (made.seed, made.index)
+        assert made.figures == pytest.approx(dict(told.figures), rel=1e-3, abs=1e-4)

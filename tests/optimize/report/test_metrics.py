@@ -1,0 +1,69 @@
+"""Differences between pictures: known values, none for equal pictures, the same both ways round."""
+
+import numpy as np
+import pytest
+
+from optimize.report import metrics
+
+WHITE = 0.8
+
+
+def picture(seed: int = 0, side: int = 32) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(0.1, 0.6, (side, side))
+
+
+def test_known_changes() -> None:
+    before, after = np.zeros((1, 2)), np.array([[3.0, -1.0]])
+    assert metrics.mean_change(before, after) == pytest.approx(2.0)
+    assert metrics.rms_change(before, after) == pytest.approx(5.0**0.5)
+
+
+def test_an_even_change_has_equal_mean_and_root_mean_square() -> None:
+    before = picture()
+    assert metrics.mean_change(before, before + 0.1) == pytest.approx(0.1)
+    assert metrics.rms_change(before, before - 0.1) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("linear", "srgb"),
+    # IEC 61966-2-1: straight near black, then a power law; 0.2140 is the middle grey of a screen.
+    [(0.0, 0.0), (0.0031308, 0.04045), (0.001, 0.01292), (0.2140411, 0.5), (0.5, 0.7353570), (1.0, 1.0)],
+)
+def test_pictures_are_shown_by_the_srgb_curve(linear: float, srgb: float) -> None:
+    shown = metrics.display(np.array([[linear * WHITE]]), WHITE)
+    np.testing.assert_allclose(shown, srgb, atol=2e-6)
+
+
+def test_what_no_screen_can_show_is_cut_off() -> None:
+    np.testing.assert_allclose(metrics.display(np.array([[-1.0, 2.0]]), 1.0), [[0.0, 1.0]])
+
+
+@pytest.mark.parametrize("measure", [metrics.dssim, metrics.flip])
+def test_equal_pictures_do_not_differ(measure) -> None:
+    assert measure(picture(), picture(), WHITE) == pytest.approx(0.0, abs=1e-7)
+
+
+@pytest.mark.parametrize("measure", [metrics.dssim, metrics.flip])
+def test_a_larger_change_counts_more_and_none_more_than_one(measure) -> None:
+    before, noise = picture(), picture(1) - 0.35
+    sizes = [measure(before, before + share * noise, WHITE) for share in (0.1, 0.3, 1.0)]
+    assert 0.0 < sizes[0] < sizes[1] < sizes[2] <= 1.0
+
+
+def test_dssim_of_an_inverted_picture_is_above_one_half() -> None:
+    before = picture()
+    shown = metrics.display(before, WHITE)
+    linear = np.where(shown > 0.5, 0.0, WHITE)
+    assert metrics.dssim(np.where(shown > 0.5, WHITE, 0.0), linear, WHITE) > 0.5
+
+
+def test_dssim_is_the_same_both_ways_round() -> None:
+    assert metrics.dssim(picture(), picture(1), WHITE) == pytest.approx(
+        metrics.dssim(picture(1), picture(), WHITE)
+    )
+
+
+def test_flip_of_black_and_white_is_one() -> None:
+    """By its definition (Andersson et al. 2020) the largest difference there is."""
+    black, white = np.zeros((32, 32)), np.full((32, 32), WHITE)
+    assert metrics.flip(black, white, WHITE) == pytest.approx(1.0, abs=0.05)

@@ -1,0 +1,331 @@
+"""The page a run leaves behind stands alone, tells everything, and trusts nobody's text."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from optimize.report.figures import picture_change
+from optimize.report.page import Baseline, Report, write_report
+
+SIZE_MM = 10.0
+HOSTILE = '<script>alert("x")</script><img src=x onerror=alert(1)> & "quoted"'
+
+
+def relief(n: int, seed: int, wavelength_mm: float = 1.5) -> np.ndarray:
+    """A Gaussian random relief (n, n), 0 to 1.2 mm, with waves of about the given length."""
+    noise = np.fft.fft2(np.random.default_rng(seed).normal(size=(n, n)))
+    k = np.hypot(*np.meshgrid(*[np.fft.fftfreq(n, SIZE_MM / n)] * 2))
+    field = np.fft.ifft2(noise * np.exp(-0.5 * (k * wavelength_mm / 1.2) ** 2)).real
+    return 1.2 * (field - field.min()) / np.ptp(field)
+
+
+def lambert(heights: np.ndarray, azimuth: float) -> np.ndarray:
+    """Pictures (n, n) of a matte plate under a light 35 degrees up and some sky, in radiance."""
+    down, right = np.gradient(heights, SIZE_MM / len(heights))
+    flat, up = np.cos(np.radians(35)), np.sin(np.radians(35))
+    light = np.array([flat * np.cos(np.radians(azimuth)), flat * np.sin(np.radians(azimuth)), up])
+    facing = (light[2] - light[0] * right + light[1] * down) / np.sqrt(1 + right**2 + down**2)
+    return 0.5 / np.pi * (np.clip(facing, 0, None) + 0.23)
+
+
+def plausible(n: int = 64, azimuths: tuple[int, ...] = (10, 130, 250)) -> Report:
+    before = relief(n, 1)
+    after = np.clip(before + 0.09 * (relief(n, 2, 2.2) - 0.5) + 0.05 * (before - before.mean()), 0, None)
+    pictures = [np.stack([lambert(h, a) for a in azimuths]) for h in (before, after, 1.5 * before)]
+    strains = [-0.35 * (h - h.mean()) / 1.2 - 0.02 for h in (before, 1.35 * after)]
+    pressures = [
+        np.clip(h - np.quantile(h, 1 - part), 0, None) * 0.6 for h, part in ((before, 0.55), (after, 0.48))
+    ]
+    steps = range(13)
+    history = [
+        {
+            "step": k,
+            "roughness": 0.0700 - 0.027 * 0.62**k,
+            "target_roughness": 0.07,
+            "contact_area_mm2": 55 - 4 * (1 - 0.6**k),
+            "picture_rms_percent": 2.9 * (1 - 0.55**k) + 0.5 * 0.7**k * (k > 0),
+            "picture_mean_percent": 1.6 * (1 - 0.55**k) + 0.3 * 0.7**k * (k > 0),
+            "seconds": 0.8 * k,
+        }
+        for k in steps
+    ]
+    return Report(
+        title="Gravel, rougher",
+        result={
+            "stop": {
+                "reason": "converged",
+                "message": "The target is met and the pictures no longer improve.",
+                "steps": 12,
+            },
+            "touch": {
+                **{"target_roughness": 0.07, "initial_roughness": 0.043, "roughness": 0.0699},
+                **{"verified_roughness": 0.0706, "verified_by": "fem", "contact_area_mm2": 51.2},
+                **{"contact_fraction": 0.48, "jnd_from_original": 2.85},
+            },
+            "look": {
+                "pixel_change_percent": [1.2, 1.1, 1.3][: len(azimuths)],
+                "dssim": [0.012, 0.01, 0.013, *[0.01] * 20][: len(azimuths)],
+                "flip": [0.031, 0.029, 0.034, *[0.03] * 20][: len(azimuths)],
+            },
+            "heights": {"min_mm": 0.0, "max_mm": 1.31, "rms_change_mm": 0.04},
+            "time_s": {"total": 31.0, "touch": 6.1, "look": 19.8, "verify": 3.0},
+            "versions": {"retouch": "0.1.0", "mitsuba": "3.9.1", "torch": "2.13.0"},
+            "seed": 0,
+        },
+        conditions=[f"light from {a} degrees" for a in azimuths],
+        pictures_before=pictures[0],
+        pictures_after=pictures[1],
+        white=0.5 / np.pi * 1.23,
+        strain_before=strains[0],
+        strain_after=strains[1],
+        pressure_before=pressures[0],
+        pressure_after=pressures[1],
+        heights_before=before,
+        heights_after=after,
+        size_mm=SIZE_MM,
+        history=history,
+        heights_png_mm=(0.0, 3.0),
+        settings={"touch": {"roughness": 0.07, "model": "layer"}, "look": {"model": "exact", "weight": 1.0}},
+        baseline=Baseline("linear scaling", pictures[2], 0.0697),
+    )
+
+
+def page(tmp_path: Path, report: Report) -> str:
+    return write_report(tmp_path, report).read_text(encoding="utf-8")
+
+
+class Outline(HTMLParser):
+    """The tags of a page, every attribute that may fetch something, and its readable text."""
+
+    VOID = frozenset({"img", "meta", "input", "br"})
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.fetched: list[str] = []
+        self.handlers: list[str] = []
+        self.text = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        if tag not in self.VOID:
+            self.open.append(tag)
+        self.fetched += [
+            value or "" for name, value in attributes if name in ("src", "href", "srcset", "data", "action")
+        ]
+        self.handlers += [name for name, _ in attributes if name.startswith("on")]
+
+    def handle_startendtag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] not in ("script", "style"):
+            self.text += data
+
+
+def test_the_page_asks_nothing_of_a_network(tmp_path: Path) -> None:
+    (tmp_path / "plate.stl").touch()
+    text = page(tmp_path, plausible())
+    assert not re.search(r"https?://", text)
+    assert not re.search(r"url\(|@import|<link|<iframe|<object", text)
+    fetched = Outline(text).fetched
+    assert fetched
+    assert {link for link in fetched if not link.startswith("data:image/png;base64,")} == {"plate.stl"}
+
+
+def test_only_the_scripts_own_hash_may_run(tmp_path: Path) -> None:
+    text = page(tmp_path, plausible())
+    (script,) = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    assert (
+        f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'sha256-{digest}'" in text
+    )
+
+
+def test_the_page_is_well_formed_and_has_no_unfilled_place(tmp_path: Path) -> None:
+    outline = Outline(page(tmp_path, plausible()))
+    assert outline.open == []
+    for leftover in ("{{", "{%", "None", "nan", "Undefined"):
+        assert leftover not in outline.text
+
+
+def test_it_shows_every_condition_before_after_and_by_difference(tmp_path: Path) -> None:
+    report = plausible()
+    text = page(tmp_path, report)
+    for name in report.conditions:
+        assert text.count(f'alt="{name}, before"') == 2  # once more beside the baseline
+        assert text.count(f'alt="{name}, after"') == 1
+        assert text.count(f'alt="{name}, linear scaling"') == 1
+        assert text.count(f'alt="{name}, signed difference"') == 2
+
+
+def test_it_tells_target_achieved_and_verified_roughness_and_the_odds(tmp_path: Path) -> None:
+    text = " ".join(Outline(page(tmp_path, plausible())).text.split())
+    for words in (
+        "target 0.0700",
+        "original 0.0430",
+        "verified by finite elements",
+        "0.0706",
+        "0.0699",
+        "99 of 100",
+    ):
+        assert words in text
+
+
+CHANGE = {
+    "mean": 2.4,
+    "mean_at_least": 2.22,
+    "noise_floor": 0.52,
+    "rms_less_noise": 4.317,
+    "rms_error": 0.005,
+}
+
+
+def noisy(certainty: str, message: str) -> Report:
+    """A report of pictures whose noise is told."""
+    report = plausible()
+    noise = {
+        **{"certainty": certainty, "message": message, "batches": 4},
+        "standard_error_percent": [1.4, 1.5, 1.6],
+        "change_percent_of_mean": CHANGE,
+        "conditions_percent_of_white": [CHANGE | {"rms_error": 0.01 * n} for n in (3, 4, 5)],
+    }
+    look = dict(report.result["look"]) | {"samples": 256, "noise": noise}
+    return replace(report, result=dict(report.result) | {"look": look})
+
+
+def test_the_noise_of_the_pictures_is_told_with_their_change(tmp_path: Path) -> None:
+    text = " ".join(Outline(page(tmp_path, noisy("known", "Small."))).text.split())
+    for words in (
+        "to the eye a change of",
+        "less noise: 2.2 to 2.4 %; rms 4.317 ± 0.005 %",
+        *("4.32 ± 0.03", "4.32 ± 0.04", "4.32 ± 0.05"),
+        "Small. Each picture is the mean of 4 with 64 samples a pixel",
+        "a standard error of 1.4 to 1.6 % of the mean picture",
+        "would read 0.52 % of the mean picture",
+    ):
+        assert words in text
+
+
+def test_a_change_that_noise_blurs_is_told_as_a_bound(tmp_path: Path) -> None:
+    text = " ".join(Outline(page(tmp_path, noisy("coarse", "Blurred."))).text.split())
+    assert "to the eye a change of at most" in text and "at most, of white, mean" in text
+
+
+def test_a_change_within_the_noise_is_not_called_one(tmp_path: Path) -> None:
+    text = " ".join(Outline(page(tmp_path, noisy("within_noise", "Lost in noise."))).text.split())
+    assert "to the eye a change no larger than the noise of the pictures" in text
+    assert "to the eye a change of" not in text and "Lost in noise." in text
+
+
+def test_the_same_pictures_are_called_the_same(tmp_path: Path) -> None:
+    text = " ".join(Outline(page(tmp_path, noisy("same", "The same."))).text.split())
+    assert "to the eye the same." in text and "less noise:" not in text
+
+
+def test_hostile_words_stay_words(tmp_path: Path) -> None:
+    report = plausible()
+    result = dict(report.result) | {"stop": {"reason": HOSTILE, "message": HOSTILE, "steps": 1}}
+    hostile = replace(
+        report,
+        title=HOSTILE,
+        conditions=[HOSTILE] * 3,
+        result=result,
+        settings={HOSTILE: HOSTILE},
+        baseline=Baseline(HOSTILE, report.pictures_before, note=HOSTILE),
+    )
+    outline = Outline(page(tmp_path, hostile))
+    assert outline.tags.count("script") == 1
+    assert outline.handlers == []
+    assert "x" not in outline.fetched
+    assert HOSTILE in outline.text
+
+
+def test_a_run_without_roughness_verification_pressure_history_or_baseline_has_its_page(
+    tmp_path: Path,
+) -> None:
+    report = plausible()
+    result = dict(report.result) | {
+        "touch": {"target_contact_area_mm2": 45.0, "contact_area_mm2": 45.2, "contact_fraction": 0.4},
+        "look": {},
+    }
+    bare = replace(
+        report,
+        result=result,
+        history=[],
+        baseline=None,
+        pressure_before=None,
+        pressure_after=None,
+        settings={},
+    )
+    outline = Outline(page(tmp_path, bare))
+    assert outline.open == []
+    assert "45.2" in outline.text
+
+
+def test_steps_that_went_wrong_leave_a_gap_in_the_curve(tmp_path: Path) -> None:
+    report = plausible()
+    broken = [*report.history, dict(report.history[-1]) | {"step": 13, "roughness": float("nan")}]
+    text = page(tmp_path, replace(report, history=broken))
+    assert not re.search(r"[ML][^\"]*nan", text)
+    assert "nan" not in Outline(text).text
+
+
+def test_large_pictures_under_many_lights_stay_below_6_mb(tmp_path: Path) -> None:
+    small = plausible(azimuths=tuple(range(0, 360, 30)))
+    noise = np.random.default_rng(0).uniform(0.0, 0.2, (12, 700, 700))
+    grid = noise[0]
+    large = replace(
+        small,
+        **{
+            "pictures_before": noise,
+            "pictures_after": noise[::-1],
+            "strain_before": grid,
+            "strain_after": grid,
+        },
+        **{
+            "pressure_before": grid,
+            "pressure_after": grid,
+            "heights_before": grid,
+            "heights_after": grid[::-1],
+        },
+        baseline=Baseline("linear scaling", noise),
+    )
+    assert write_report(tmp_path, large).stat().st_size < 6e6
+
+
+def test_only_files_that_exist_are_offered(tmp_path: Path) -> None:
+    (tmp_path / "heights.png").touch()
+    text = page(tmp_path, plausible())
+    assert 'href="heights.png"' in text and "white 3.00 mm" in text
+    assert "plate.stl" not in text
+
+
+def test_compared_arrays_must_agree() -> None:
+    with pytest.raises(ValueError, match="strain"):
+        replace(plausible(), strain_after=np.zeros((3, 3)))
+    with pytest.raises(ValueError, match="conditions"):
+        replace(plausible(), conditions=["only one"])
+
+
+def test_picture_change_is_in_percent_of_white_and_of_the_mean_picture() -> None:
+    before = np.full((4, 4), 0.25)
+    after = before + np.array([0.01, -0.03, 0.01, -0.03])
+    change = picture_change(before, after, white=0.5)
+    assert change.mean_of_white == pytest.approx(4.0)
+    assert change.mean_of_picture == pytest.approx(8.0)
+    assert change.rms_of_white == pytest.approx(100 * np.sqrt((0.01**2 + 0.03**2) / 2) / 0.5)
+    assert change.rms_of_picture == pytest.approx(2 * change.rms_of_white)

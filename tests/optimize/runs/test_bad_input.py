@@ -1,0 +1,190 @@
+"""Whatever a user gets wrong ends with status 2, one line that names file and field, and nothing written."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from optimize.commands.main import main
+from relief.heightmap import save_heights_exr
+
+SCENE = """<scene version="3.9.1">
+    <default name="texture" value="plate.exr"/>
+    <integrator type="path"><integer name="max_depth" value="2"/></integrator>
+    <sensor type="orthographic">
+        <transform name="to_world">
+            <scale x="5" y="5"/><lookat origin="0, 0, 20" target="0, 0, 0" up="0, 1, 0"/>
+        </transform>
+        <film type="hdrfilm">
+            <integer name="width" value="16"/><integer name="height" value="16"/>
+            <string name="pixel_format" value="luminance"/>
+        </film>
+    </sensor>
+    <emitter type="directional" id="sun"><vector name="direction" x="-1" y="0" z="-1"/></emitter>
+    <shape type="heightfield"><string name="filename" value="$texture"/>{}</shape>
+</scene>
+"""
+RUN = 'scene = "scene.xml"\ntexture = "plate.exr"\n{}\n[touch]\n{}\n'
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working directory, with inputs that are right and inputs that are wrong."""
+    work = tmp_path / "work"
+    work.mkdir()
+    monkeypatch.chdir(work)
+    wave = 0.2 + 0.2 * np.sin(np.arange(16) * np.pi / 4)
+    save_heights_exr("plate.exr", np.tile(wave, (16, 1)))
+    save_heights_exr("nan.exr", np.where(np.eye(16) > 0, np.nan, 0.0))
+    save_heights_exr("infinite.exr", np.where(np.eye(16) > 0, np.inf, 0.0))
+    save_heights_exr("dot.exr", np.zeros((1, 1)))
+    save_heights_exr("wide.exr", np.zeros((16, 24)))
+    save_heights_exr("tall.exr", np.full((16, 16), 3.5))
+    save_heights_exr("flat.exr", np.zeros((16, 16)))
+    save_heights_exr(tmp_path / "secret.exr", np.zeros((16, 16)))
+    Image.fromarray(np.tile(np.uint8(128 + 100 * wave), (16, 1))).save("plate.png")
+    Path("cut.png").write_bytes(Path("plate.png").read_bytes()[:60])
+    texts = {
+        "scene.xml": SCENE.format(""),
+        "foreign.xml": SCENE.format('<bsdf type="diffuze"/>'),
+        "outside.xml": SCENE.format("")
+        .replace('"plate.exr"', '"../secret.exr"')
+        .replace("$texture", "../secret.exr"),
+        "torn.xml": SCENE[:200],
+        "run.toml": RUN.format("", "jnd = 1"),
+        "torn.toml": "scene = ",
+        "typo.toml": RUN.format("releif_mm = 1", "jnd = 1"),
+        "no_texture.toml": RUN.format("", "jnd = 1").replace("plate.exr", "absent.exr"),
+        "weak.toml": RUN.format("", "jnd = 1\nforce_n = -1"),
+    }
+    Path("full").mkdir()
+    texts["full/diary.txt"] = "not a run"
+    for name, text in texts.items():
+        Path(name).write_text(text)
+    return work
+
+
+BAD: Sequence[tuple[str, Sequence[str]]] = [
+    ("", ["VERB"]),
+    ("optimise run.toml", ["optimise", "optimize"]),
+    ("--nonsense", ["VERB"]),
+    ("evaluate plate.exr --nonsense", ["--nonsense"]),
+    ("evaluate", ["TEXTURE"]),
+    ("evaluate absent.exr", ["absent.exr", "no such file"]),
+    ("evaluate plate.exr absent.exr", ["absent.exr", "no such file"]),
+    ("evaluate nan.exr", ["nan.exr", "not finite"]),
+    ("evaluate infinite.exr", ["infinite.exr", "not finite"]),
+    ("evaluate dot.exr", ["dot.exr", "1 x 1"]),
+    ("evaluate wide.exr", ["wide.exr", "square"]),
+    ("evaluate tall.exr", ["tall.exr", "3.5 mm"]),
+    ("evaluate cut.png --relief-mm 1", ["cut.png"]),
+    ("evaluate scene.xml", ["scene.xml", "not a height map"]),
+    ("evaluate .", [".", "not a height map"]),
+    ("evaluate plate.png", ["plate.png", "relief_mm"]),
+    ("evaluate plate.png --relief-mm -1", ["plate.png", "relief_mm"]),
+    ("evaluate plate.exr --size-mm nonsense", ["--size-mm", "nonsense"]),
+    ("evaluate plate.exr --size-mm -3", ["plate.exr", "size_mm"]),
+    ("evaluate plate.exr --size-mm nan", ["plate.exr", "size_mm"]),
+    ("evaluate plate.exr --force-n -1", ["force_n"]),
+    ("evaluate plate.exr --young-modulus-mpa inf", ["young_modulus_mpa"]),
+    ("evaluate plate.exr --poisson-ratio 0.5", ["poisson_ratio"]),
+    ("evaluate plate.exr --model net", ["touch.model", "net"]),
+    ("optimize run.toml --set verify.resolution=33", ["run.toml", "verify.resolution", "33"]),
+    ("optimize run.toml --set verify.resolution=1000", ["run.toml", "verify.resolution", "160"]),
+    ("optimize", ["RUN.toml"]),
+    ("optimize absent.toml", ["absent.toml", "no such file"]),
+    ("optimize torn.toml", ["torn.toml", "not TOML"]),
+    ("optimize typo.toml", ["typo.toml", "releif_mm", "nearest is relief_mm"]),
+    ("optimize no_texture.toml", ["no_texture.toml", "texture", "absent.exr"]),
+    ("optimize weak.toml", ["weak.toml", "touch.force_n"]),
+    (
+        "optimize run.toml --set touch.rougness=0.07",
+        ["run.toml", "touch.rougness", "nearest is touch.roughness"],
+    ),
+    ("optimize run.toml --set seed", ["--set", "seed", "key=value"]),
+    ("optimize run.toml --size-mm -10", ["run.toml", "size_mm"]),
+    ("optimize run.toml --jnd 1 --roughness 0.1", ["--roughness", "--jnd"]),
+    ("optimize run.toml --seed -1", ["--seed"]),
+    ("optimize run.toml -D resolution", ["-D", "resolution", "key=value"]),
+    ("optimize run.toml -D resolutoin=32", ["scene.xml", "-D resolutoin"]),
+    ("optimize run.toml -m llvm_ad_grey", ["variant", "llvm_ad_grey", "llvm_ad_"]),
+    ("optimize run.toml --texture nan.exr", ["nan.exr", "not finite"]),
+    ("optimize run.toml --texture wide.exr", ["wide.exr", "square"]),
+    ("optimize run.toml --texture plate.png", ["plate.png", "relief_mm"]),
+    ("optimize run.toml --texture flat.exr", ["touch.jnd", "flat"]),
+    ("optimize run.toml --set touch.model=net", ["touch.model", "net"]),
+    ("optimize run.toml -o torn.toml", ["torn.toml", "is a file"]),
+    ("optimize run.toml -o full", ["full", "--force"]),
+    ("optimize run.toml -o full --force", ["full", "not replaced"]),
+    ("optimize run.toml -o . --force", ["-o", "run.toml", "reads"]),
+    ("optimize run.toml -o plate.exr --force", ["-o", "plate.exr", "reads"]),
+    ("optimize scene.xml --jnd 1", ["scene.xml", "--texture"]),
+    ("optimize scene.xml --texture plate.exr", ["scene.xml", "target"]),
+    ("optimize foreign.xml --texture plate.exr --jnd 1", ["foreign.xml", "diffuze"]),
+    ("resume .", ["checkpoint", "no such file"]),
+    ("resume absent", ["absent", "no such file"]),
+    ("render", ["SCENE"]),
+    ("render absent.xml", ["absent.xml", "no such file"]),
+    ("render torn.xml", ["torn.xml", "XML"]),
+    ("render foreign.xml", ["foreign.xml", "diffuze", "diffuse"]),
+    ("render outside.xml", ["outside.xml", "../secret.exr", "folder"]),
+    ("render scene.xml -D texture", ["-D", "texture", "key=value"]),
+    ("render scene.xml -D texture=absent.exr", ["scene.xml", "absent.exr"]),
+    ("render scene.xml --texture plate.png", ["plate.png", "relief_mm"]),
+    ("render scene.xml --relief-mm 1", ["--relief-mm", "--texture"]),
+    ("render scene.xml --samples 0", ["--samples", "0"]),
+    ("render scene.xml -m gpu", ["variant", "gpu"]),
+    ("render scene.xml -o plate.exr", ["plate.exr", "-o"]),
+    ("export plate.exr", ["-o"]),
+    ("export plate.exr -o plate.obj", ["plate.obj", "'.obj'"]),
+    ("export plate.exr -o absent/plate.stl", ["absent/plate.stl", "-o"]),
+    ("export nan.exr -o plate.stl", ["nan.exr", "not finite"]),
+    ("export plate.exr -o plate.stl --base-mm 0", ["base_mm"]),
+    ("export plate.exr -o plate.stl --size-mm 0", ["size_mm"]),
+]
+
+
+@pytest.mark.parametrize(("command", "named"), BAD, ids=[command or "nothing" for command, _ in BAD])
+def test_one_line_says_what_is_wrong(
+    folder: Path, capfd: pytest.CaptureFixture[str], command: str, named: Sequence[str]
+) -> None:
+    before = sorted(folder.rglob("*"))
+    assert main(command.split()) == 2
+    printed = capfd.readouterr()
+    assert printed.out == ""
+    (line,) = printed.err.splitlines()
+    assert line.startswith("retouch: ")
+    assert [word for word in named if word not in line] == []
+    assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_name_of_two_lines_is_told_in_one(capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["evaluate", "two\nlines.exr"]) == 2
+    assert capfd.readouterr().err == "retouch: two lines.exr: no such file\n"
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_name_that_no_file_system_takes_is_told(capfd: pytest.CaptureFixture[str]) -> None:
+    name = "n" * 300 + ".exr"
+    assert main(["evaluate", name]) == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    assert name in line
+
+
+def test_a_folder_that_cannot_be_written_is_named(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (folder / "runs").write_text("a file where the folder of all runs belongs")
+    assert main(["optimize", "run.toml"]) == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    assert "runs" in line
+
+
+def test_what_is_not_the_users_fault_shows_where(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def exhausted(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("relief.heightmap.load_heights", exhausted)
+    with pytest.raises(MemoryError):
+        main(["evaluate", "plate.exr"])

@@ -1,0 +1,186 @@
+"""A run file says what is wanted; whatever it says wrong is told in one line that names file and key."""
+
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from optimize.runs import config
+from relief.errors import InputError
+
+SCENES = Path(__file__).resolve().parents[3] / "mitsuba_scenes"
+
+
+@pytest.fixture
+def run_file(tmp_path: Path) -> Path:
+    """A run file with a scene and a texture that exist, which is all that loading it looks at."""
+    for name in ("studio.xml", "relief.png"):
+        (tmp_path / name).write_bytes(b"")
+    return write(tmp_path, "[touch]\nroughness = 0.07\n")
+
+
+def write(folder: Path, rest: str, first: str = "") -> Path:
+    path = folder / "run.toml"
+    path.write_text(f'scene = "studio.xml"\ntexture = "relief.png"\nrelief_mm = 1.2\n{first}\n{rest}')
+    return path
+
+
+def fault(path: Path, *overrides: str) -> str:
+    with pytest.raises(InputError) as caught:
+        config.load_run(path, overrides)
+    line = str(caught.value)
+    assert "\n" not in line
+    return line
+
+
+def test_paths_are_relative_to_the_run_file(
+    run_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir("/")
+    run = config.load_run(run_file)
+    assert run.scene == tmp_path / "studio.xml"
+    assert run.texture == tmp_path / "relief.png"
+
+
+def test_defaults_are_those_of_the_design(run_file: Path) -> None:
+    run = config.load_run(run_file)
+    assert (run.touch.young_modulus_mpa, run.touch.poisson_ratio, run.touch.force_n) == (0.5, 0.48, 10.0)
+    assert (run.descent.method, run.descent.learning_rate, run.descent.regularisation) == (
+        "gauss-newton",
+        0.027,
+        0.06,
+    )
+    assert (run.touch.model, run.look.model, run.verify.model) == ("layer", "exact", "fem")
+
+
+def test_a_run_cannot_be_changed(run_file: Path) -> None:
+    run = config.load_run(run_file)
+    with pytest.raises(ValidationError):
+        run.seed = 1
+
+
+@pytest.mark.parametrize("name", ["gravel", "brick", "grass"])
+def test_the_examples_load(name: str) -> None:
+    run = config.load_run(SCENES / f"{name}.toml")
+    assert run.texture.name == f"{name}.png"
+    assert run.touch.jnd
+
+
+def test_the_resolved_run_loads_to_the_same_from_another_folder(run_file: Path, tmp_path: Path) -> None:
+    run = config.load_run(run_file, ["seed=7", "touch.contact_area_scale=0.8", "define.resolution=64"])
+    elsewhere = tmp_path / "elsewhere" / "run.toml"
+    elsewhere.parent.mkdir()
+    elsewhere.write_text(config.dump_resolved(run))
+    assert config.load_run(elsewhere) == run
+
+
+def test_a_path_with_quotes_and_backslashes_survives(tmp_path: Path) -> None:
+    odd = tmp_path / 'a "b" \\ é.png'
+    scene = tmp_path / "studio.xml"
+    for path in (odd, scene):
+        path.write_bytes(b"")
+    run = config.run_from_scene(scene, odd, ["touch.jnd=-1"])
+    resolved = tmp_path / "run.toml"
+    resolved.write_text(config.dump_resolved(run), encoding="utf-8")
+    assert config.load_run(resolved) == run
+
+
+def test_a_scene_and_a_texture_make_a_run(
+    run_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    run = config.run_from_scene("studio.xml", "relief.png", ["touch.jnd=1.5", "relief_mm=1"])
+    assert run.scene == tmp_path / "studio.xml"
+    assert run.touch.jnd == 1.5
+
+
+def test_overrides_are_toml_values_and_bare_words(run_file: Path) -> None:
+    run = config.load_run(
+        run_file, ["descent.method=adam", "descent.shadow_edges=false", 'look.model="exact"', "size_mm=20"]
+    )
+    assert run.descent.method == "adam"
+    assert run.descent.shadow_edges is False
+    assert run.size_mm == 20.0
+
+
+def test_an_overridden_target_replaces_the_other_way_to_state_it(run_file: Path) -> None:
+    run = config.load_run(run_file, ["touch.jnd=2"])
+    assert run.touch.jnd == 2
+    assert run.touch.roughness is None
+
+
+def test_an_overridden_path_is_relative_to_the_working_directory(
+    run_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "here").mkdir()
+    (tmp_path / "here" / "mine.png").write_bytes(b"")
+    monkeypatch.chdir(tmp_path / "here")
+    assert config.load_run(run_file, ["texture=mine.png"]).texture == tmp_path / "here" / "mine.png"
+
+
+@pytest.mark.parametrize(
+    ("touch", "key"),
+    [
+        ("roughness = -0.1", "touch.roughness"),
+        ("roughness = true", "touch.roughness"),
+        ('roughness = "0.07"', "touch.roughness"),
+        ("roughness = nan", "touch.roughness"),
+        ("roughness = inf", "touch.roughness"),
+        ("jnd = 100", "touch.jnd"),
+        ("jnd = 1\nforce_n = -10", "touch.force_n"),
+        ("jnd = 1\npoisson_ratio = 0.5", "touch.poisson_ratio"),
+        ("jnd = 1\nyoung_modulus_mpa = 0", "touch.young_modulus_mpa"),
+        ('jnd = 1\nmodel = "fem"', "touch.model"),
+        ("contact_area_mm2 = 200.0", "touch.contact_area_mm2"),
+        ("jnd = 1\nroughness = 0.1", "exclude each other"),
+        ("contact_area_mm2 = 40\ncontact_area_scale = 0.8", "exclude each other"),
+        ("", "a target is missing"),
+        ('jnd = 1\n[look]\nmodel = "fast"', "look.model"),
+        ("jnd = 1\n[look]\nweight = -1", "look.weight"),
+        ("jnd = 1\n[look]\nsamples = 0", "look.samples"),
+        ("jnd = 1\n[descent]\nsteps = 0", "descent.steps"),
+        ("jnd = 1\n[descent]\ntolerance = 1.5", "descent.tolerance"),
+        ('jnd = 1\n[verify]\nmodel = "truth"', "verify.model"),
+    ],
+)
+def test_a_value_out_of_range_is_named(run_file: Path, touch: str, key: str) -> None:
+    line = fault(write(run_file.parent, f"[touch]\n{touch}\n"))
+    assert line.startswith(str(run_file))
+    assert key in line
+
+
+@pytest.mark.parametrize(
+    ("first", "rest", "wrong", "right"),
+    [
+        ("releif = 1", "[touch]\njnd = 1", "releif", "relief_mm"),
+        ("", "[touch]\njnd = 1\nforce = 3", "touch.force", "touch.force_n"),
+        ("", "[touch]\njnd = 1\n[descent]\nmehtod = 'adam'", "descent.mehtod", "descent.method"),
+        ("", "[touch]\njnd = 1\n[luck]", "luck", "look"),
+    ],
+)
+def test_an_unknown_key_is_answered_with_the_nearest(
+    run_file: Path, first: str, rest: str, wrong: str, right: str
+) -> None:
+    line = fault(write(run_file.parent, rest, first))
+    assert line.endswith(f"{wrong}: no such key; the nearest is {right}")
+
+
+def test_what_is_missing_is_named(run_file: Path) -> None:
+    run_file.write_text('scene = "studio.xml"\n[touch]\njnd = 1\n')
+    assert fault(run_file).endswith("texture: missing")
+    assert "no such file" in fault(run_file.parent / "other.toml")
+    assert "texture: " in fault(write(run_file.parent, "[touch]\njnd = 1\n"), "texture=absent.png")
+
+
+@pytest.mark.parametrize(
+    "content", [b"scene = ", b"\xff\xfe", b"a = " + b"[" * 20000], ids=["cut", "binary", "deep"]
+)
+def test_what_is_not_toml_is_named(run_file: Path, content: bytes) -> None:
+    run_file.write_bytes(content)
+    assert "not TOML" in fault(run_file)
+
+
+@pytest.mark.parametrize("override", ["seed", "=3", "touch..jnd=1", "seed.x=1", "seed=1\nsize_mm=3"])
+def test_an_override_that_is_none_is_named(run_file: Path, override: str) -> None:
+    with pytest.raises(InputError, match=r"seed|=3|jnd"):
+        config.load_run(run_file, ["seed=1", override])

@@ -1,0 +1,403 @@
+"""A run leaves a directory that is complete and true, or one line that says what was wrong."""
+
+import json
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import pytest
+import trimesh
+from PIL import Image
+
+import tactile
+from optimize.descent.driver import StopReason
+from optimize.report import metrics
+from optimize.runs import job, results
+from optimize.runs.checkpoint import load_checkpoint
+from optimize.runs.config import Run, dump_resolved, load_run
+from optimize.runs.job import Result
+from relief.errors import InputError
+from relief.export import BASE_MM
+from relief.heightmap import load_heights, save_heights_exr
+from tests.optimize.conftest import SAMPLES
+
+ROOT = Path(__file__).resolve().parents[3]
+CONDITIONS = ("light-10", "light-130", "light-250")
+SAME_MM = {"gauss-newton": 1e-6, "adam": 1e-5}
+"""Two reliefs that differ by less are the same relief, reached twice."""
+
+RUN = """scene = "{scene}"
+texture = "{texture}"
+define.resolution = {samples}
+[touch]
+{target}
+[descent]
+{descent}
+[verify]
+resolution = 16
+samples = 16
+"""
+
+RunFile = Callable[..., Path]
+
+
+@pytest.fixture(scope="module")
+def run_file(studio: Path, texture: Path, tmp_path_factory: pytest.TempPathFactory) -> RunFile:
+    """Writes run files that differ in what they aim at."""
+
+    def write(
+        target: str = "jnd = 1", descent: str = "", scene: Path = studio, texture: Path = texture
+    ) -> Path:
+        path = tmp_path_factory.mktemp("run") / "waves.toml"
+        path.write_text(
+            RUN.format(scene=scene, texture=texture, samples=SAMPLES, target=target, descent=descent)
+        )
+        return path
+
+    return write
+
+
+@pytest.fixture(scope="module")
+def finished(run_file: RunFile, tmp_path_factory: pytest.TempPathFactory) -> Result:
+    """One run to its end, in the folder `out`."""
+    return job.run(run_file(), tmp_path_factory.mktemp("runs") / "out")
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    return tmp_path / "out"
+
+
+def exr(path: Path) -> np.ndarray:
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        return np.array(file.parts[0].channels["Y"].pixels)
+
+
+def history(run_dir: Path) -> list[dict[str, float]]:
+    return [json.loads(line) for line in (run_dir / results.HISTORY).read_text().splitlines()]
+
+
+def refused(run: Path | Run, out: Path, *named: str, force: bool = False) -> None:
+    with pytest.raises(InputError) as caught:
+        job.run(run, out, force=force)
+    (line,) = str(caught.value).splitlines()
+    assert [word for word in named if word not in line] == [], line
+
+
+# The run directory
+
+
+def test_a_run_directory_holds_what_it_promises(finished: Result) -> None:
+    files = {
+        str(path.relative_to(finished.run_dir)) for path in finished.run_dir.rglob("*") if path.is_file()
+    }
+    renders = {
+        f"renders/{c}-{stage}.{s}"
+        for c in CONDITIONS
+        for stage in ("before", "after")
+        for s in ("exr", "png")
+    }
+    assert files == renders | {
+        *("run.toml", "heights.exr", "heights.png", "plate.stl", "plate.3mf", "history.jsonl"),
+        *("checkpoint/descent.safetensors", "report.html", "result.json"),
+    }
+    assert {Path(file).parts[0] for file in files} == set(results.WRITTEN)
+
+
+def test_the_target_is_met(finished: Result) -> None:
+    touch = finished.summary["touch"]
+    assert finished.stop is StopReason.CONVERGED
+    assert touch["target_roughness"] == pytest.approx(tactile.jnd_scaled(touch["initial_roughness"], 1))
+    (only,) = finished.summary["verification"]["rounds"]
+    assert touch["roughness"] == pytest.approx(only["aimed_roughness"], rel=0.01)
+    assert touch["verified_roughness"] == pytest.approx(touch["target_roughness"], rel=0.01)
+    assert touch["verified_by"] == "fem"
+    assert touch["jnd_from_original"] == pytest.approx(1.0, abs=0.06)
+
+
+NUMBER, TEXT = (int, float), str
+KEYS: dict[str, dict[str, type | tuple[type, ...]]] = {
+    "stop": {"reason": TEXT, "message": TEXT, "steps": int, "best_step": int},
+    "touch": {
+        "target_roughness": NUMBER,
+        "initial_roughness": NUMBER,
+        "roughness": NUMBER,
+        "verified_roughness": NUMBER,
+        "verified_by": TEXT,
+        "contact_area_mm2": NUMBER,
+        "contact_fraction": NUMBER,
+        "jnd_from_original": NUMBER,
+    },
+    "verification": {"resolution": int, "miss_percent": NUMBER, "rounds": list},
+    "look": {"pixel_change_percent": list, "dssim": list, "flip": list},
+    "heights": {"min_mm": NUMBER, "max_mm": NUMBER, "rms_change_mm": NUMBER},
+    "time_s": {"total": NUMBER, "verify": NUMBER},
+}
+
+
+def test_result_json_has_the_keys_that_others_rely_on(finished: Result) -> None:
+    result = json.loads((finished.run_dir / "result.json").read_text())
+    assert result == finished.summary
+    for section, keys in KEYS.items():
+        for key, kind in keys.items():
+            assert isinstance(result[section][key], kind), f"{section}.{key}"
+    assert all(len(result["look"][key]) == len(CONDITIONS) for key in KEYS["look"])
+    assert result["stop"]["reason"] == "converged"
+    assert result["seed"] == 0
+    assert {"retouch", "mitsuba", "torch"} <= result["versions"].keys()
+
+
+def test_heights_are_written_as_they_were_computed(finished: Result) -> None:
+    heights = exr(finished.run_dir / "heights.exr")
+    assert heights.dtype == np.float32
+    np.testing.assert_array_equal(heights, finished.heights.astype(np.float32))
+    assert heights.min() >= 0.0 and heights.max() <= 3.0
+    told = finished.summary["heights"]
+    assert (told["min_mm"], told["max_mm"]) == (finished.heights.min(), finished.heights.max())
+
+
+def test_the_height_picture_has_16_bits_from_zero_to_the_highest_peak(finished: Result) -> None:
+    with Image.open(finished.run_dir / "heights.png") as image:
+        assert image.mode == "I;16"
+        grey = np.asarray(image)
+    assert grey.max() == 65535
+    step = finished.heights.max() / 65535
+    np.testing.assert_allclose(grey * step, finished.heights, atol=0.51 * step)
+
+
+@pytest.mark.parametrize("name", ["plate.stl", "plate.3mf"])
+def test_the_plate_is_closed_and_as_large_as_it_should_be(finished: Result, name: str) -> None:
+    mesh = trimesh.load(finished.run_dir / name, force="mesh")
+    assert isinstance(mesh, trimesh.Trimesh)
+    assert mesh.is_watertight and mesh.is_winding_consistent
+    np.testing.assert_allclose(mesh.extents, [10.0, 10.0, finished.heights.max() + BASE_MM], atol=1e-4)
+
+
+@pytest.mark.parametrize("condition", range(3))
+def test_renders_show_what_the_result_tells(finished: Result, condition: int) -> None:
+    before, after = (
+        exr(finished.run_dir / "renders" / f"{CONDITIONS[condition]}-{stage}.exr")
+        for stage in ("before", "after")
+    )
+    assert before.shape == after.shape == (SAMPLES, SAMPLES)
+    change = 100.0 * metrics.mean_change(before, after)
+    assert change == pytest.approx(finished.summary["look"]["pixel_change_percent"][condition], rel=1e-4)
+    assert 0.0 < change < 5.0
+
+
+def test_the_history_has_a_line_for_every_step(finished: Result) -> None:
+    rows = history(finished.run_dir)
+    stop = finished.summary["stop"]
+    assert [row["step"] for row in rows] == list(range(stop["steps"] + 1))
+    believed = finished.summary["verification"]["believed_initial_roughness"]
+    assert rows[0]["roughness"] == pytest.approx(believed)
+    assert rows[0]["picture_rms_percent"] == 0.0
+    assert rows[stop["best_step"]]["roughness"] == finished.summary["touch"]["roughness"]
+    assert np.all(np.diff([row["seconds"] for row in rows]) > 0.0)
+
+
+def test_the_settings_that_are_written_are_those_of_the_run(finished: Result, run_file: RunFile) -> None:
+    assert load_run(finished.run_dir / "run.toml") == load_run(run_file())
+
+
+def test_running_the_written_settings_gives_the_same_relief(finished: Result, out: Path) -> None:
+    again = job.run(finished.run_dir / "run.toml", out)
+    assert again.summary["stop"] == finished.summary["stop"]
+    np.testing.assert_allclose(again.heights, finished.heights, atol=SAME_MM["gauss-newton"])
+    np.testing.assert_allclose(
+        again.summary["look"]["pixel_change_percent"],
+        finished.summary["look"]["pixel_change_percent"],
+        rtol=1e-3,
+    )
+
+
+def test_the_report_asks_nothing_of_a_network(finished: Result) -> None:
+    page = (finished.run_dir / "report.html").read_text()
+    assert not re.search(r"""(src|href|srcset|action)\s*=\s*["']?\s*(https?:)?//""", page)
+    assert not re.search(r"""(@import|url\()\s*["']?\s*(https?:)?//""", page)
+
+
+def test_a_path_may_be_text_and_the_directory_has_a_default(
+    finished: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "short.toml").write_text(
+        dump_resolved(load_run(finished.run_dir / "run.toml", ["descent.steps=1", "verify.samples=1"]))
+    )
+    result = job.run("short.toml")
+    assert result.run_dir == Path("runs") / "short"
+    assert result.stop is StopReason.STEP_LIMIT
+    assert (result.run_dir / "report.html").is_file()
+
+
+# What is refused
+
+
+def test_an_earlier_run_stays_unless_forced(finished: Result, run_file: RunFile) -> None:
+    kept = (finished.run_dir / "result.json").read_bytes()
+    refused(run_file(), finished.run_dir, str(finished.run_dir), "earlier run", "--force")
+    assert (finished.run_dir / "result.json").read_bytes() == kept
+
+
+@pytest.mark.parametrize("name", ["diary.txt", "run.toml"])
+def test_files_that_are_not_a_runs_stay_even_if_forced(out: Path, run_file: RunFile, name: str) -> None:
+    out.mkdir()
+    (out / name).write_text("mine")
+    for force in (False, True):
+        refused(run_file(), out, str(out), force=force)
+    assert [path.read_text() for path in out.rglob("*")] == ["mine"]
+
+
+def test_a_file_is_no_run_directory(out: Path, run_file: RunFile) -> None:
+    out.write_text("mine")
+    refused(run_file(), out, str(out), "is a file", force=True)
+    assert out.read_text() == "mine"
+
+
+@pytest.fixture(params=["gauss-newton", "adam"])
+def method(request: pytest.FixtureRequest) -> str:
+    return f'method = "{request.param}"\nsteps = 2'
+
+
+@pytest.mark.parametrize("height", [0.0, 0.4])
+@pytest.mark.parametrize(
+    "target", ["jnd = 1", "roughness = 0.07", "contact_area_scale = 0.8", "contact_area_mm2 = 40"]
+)
+def test_a_flat_texture_has_no_feel_to_change(
+    out: Path, run_file: RunFile, method: str, target: str, height: float
+) -> None:
+    flat = out.with_name("flat.exr")
+    save_heights_exr(flat, np.full((SAMPLES, SAMPLES), height))
+    refused(run_file(target, method, texture=flat), out, str(flat), "flat")
+    assert not out.exists()
+
+
+def test_a_scene_whose_light_comes_from_below_is_black(
+    out: Path, run_file: RunFile, studio: Path, method: str
+) -> None:
+    text = re.sub(r'<emitter type="constant".*?</emitter>', "", studio.read_text(), flags=re.DOTALL)
+    scene = out.with_name("cellar.xml")
+    scene.write_text(
+        text.replace('angle="-125"', 'angle="-55"').replace('value="textures/gravel.png"', 'value="own.exr"')
+    )
+    save_heights_exr(out.with_name("own.exr"), np.zeros((SAMPLES, SAMPLES)))
+    refused(run_file(descent=method, scene=scene), out, str(scene), "black")
+    assert not out.exists()
+
+
+def test_a_contact_area_beyond_the_plate_is_refused(out: Path, run_file: RunFile) -> None:
+    refused(run_file("contact_area_scale = 2"), out, "touch.contact_area_scale", "plate")
+    assert not out.exists()
+
+
+def test_a_plate_of_another_size_than_the_scenes_is_refused(out: Path, run_file: RunFile) -> None:
+    path = run_file()
+    path.write_text("size_mm = 12.0\n" + path.read_text())
+    refused(path, out, "size_mm", "12", "10")
+    assert not out.exists()
+
+
+def test_a_start_that_fails_leaves_the_earlier_run(finished: Result, run_file: RunFile) -> None:
+    before = {path: path.read_bytes() for path in finished.run_dir.rglob("*") if path.is_file()}
+    refused(run_file("contact_area_scale = 2"), finished.run_dir, force=True)
+    assert before == {path: path.read_bytes() for path in finished.run_dir.rglob("*") if path.is_file()}
+
+
+def test_a_run_without_a_checkpoint_cannot_be_resumed(finished: Result, tmp_path: Path) -> None:
+    (tmp_path / "run.toml").write_bytes((finished.run_dir / "run.toml").read_bytes())
+    with pytest.raises(InputError, match="nothing to go on from"):
+        job.resume(tmp_path)
+
+
+# Going on
+
+
+def test_resuming_a_finished_run_changes_nothing(finished: Result, run_file: RunFile, tmp_path: Path) -> None:
+    copy = Path(shutil.copytree(finished.run_dir, tmp_path / "copy"))
+    rows, kept = history(copy), load_checkpoint(copy)
+    again = job.resume(copy)
+    assert again.summary["stop"] == finished.summary["stop"]
+    np.testing.assert_array_equal(again.heights, finished.heights)
+    assert history(copy) == rows
+    assert load_checkpoint(copy).current.step == kept.current.step
+    assert {path.name for path in copy.iterdir()} == set(results.WRITTEN)
+
+
+PROCESS = """import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from optimize.commands.main import main
+sys.exit(main(sys.argv[1:]))"""
+"""The command in a process that heeds Ctrl-C even if the tests run in the background of a shell."""
+
+
+def ended_after(step: int, by: signal.Signals, arguments: Sequence[str], run_dir: Path) -> int:
+    """Start the command, send a signal once a step is done; the exit status."""
+    command = [sys.executable, "-c", PROCESS, *arguments, "-q"]
+    with subprocess.Popen(command, cwd=ROOT) as process:
+        deadline = time.monotonic() + 300.0
+        lines = run_dir / results.HISTORY
+        while not (lines.is_file() and lines.read_text().count("\n") > step):
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.01)
+        process.send_signal(by)
+        return process.wait(300.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["gauss-newton", "adam"])
+def test_a_killed_run_goes_on_to_the_same_end(out: Path, run_file: RunFile, method: str) -> None:
+    path = run_file("jnd = 2", f'method = "{method}"\nsteps = 9')
+    whole = job.run(path, out.with_name("whole"))
+    status = ended_after(3, signal.SIGKILL, ["optimize", str(path), "-o", str(out)], out)
+    assert status == -signal.SIGKILL
+    assert not (out / "result.json").exists()
+    assert 2 <= load_checkpoint(out).current.step < 9
+    resumed = job.resume(out)
+    assert resumed.summary["stop"] == whole.summary["stop"]
+    np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM[method])
+    assert [row["step"] for row in history(out)] == [row["step"] for row in history(whole.run_dir)]
+
+
+@pytest.mark.slow
+def test_a_run_killed_in_a_later_round_goes_on_to_the_same_end(out: Path, run_file: RunFile) -> None:
+    """On a coarse mesh the finite elements differ from the layer by more than this run tolerates."""
+    path = run_file("jnd = 2", "tolerance = 0.002")
+    path.write_text(path.read_text().replace("resolution = 16\n", "resolution = 8\n"))
+    whole = job.run(path, out.with_name("whole"))
+    rounds = whole.summary["verification"]["rounds"]
+    assert len(rounds) > 1
+    assert rounds[-1]["miss"] <= 0.002 < rounds[0]["miss"]
+    status = ended_after(rounds[0]["steps"] + 1, signal.SIGKILL, ["optimize", str(path), "-o", str(out)], out)
+    assert status == -signal.SIGKILL
+    assert len(load_checkpoint(out).course.rounds) >= 1
+    resumed = job.resume(out)
+    assert resumed.summary["stop"] == whole.summary["stop"]
+    assert len(resumed.summary["verification"]["rounds"]) == len(rounds)
+    np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM["gauss-newton"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_writes_its_best_and_goes_on(
+    out: Path, run_file: RunFile, by: signal.Signals
+) -> None:
+    path = run_file("jnd = 2", "steps = 9")
+    whole = job.run(path, out.with_name("whole"))
+    assert ended_after(3, by, ["optimize", str(path), "-o", str(out)], out) == 130
+    assert {file.name for file in out.iterdir()} == set(results.WRITTEN)
+    result = json.loads((out / "result.json").read_text())
+    assert result["stop"]["reason"] == "interrupted"
+    assert result["stop"]["steps"] < 9
+    np.testing.assert_allclose(
+        load_heights(out / "heights.exr").max(), result["heights"]["max_mm"], rtol=1e-6
+    )
+    resumed = job.resume(out)
+    assert resumed.summary["stop"] == whole.summary["stop"]
+    np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM["gauss-newton"])

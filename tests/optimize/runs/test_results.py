@@ -1,0 +1,209 @@
+"""What the run directory says is what was measured."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tactile
+from optimize.descent.correction import Round
+from optimize.descent.driver import Descent, Iterate, StopReason
+from optimize.descent.problem import Problem, Targets
+from optimize.descent.verification import measure_touch
+from optimize.report.page import Report
+from optimize.runs import results
+from optimize.runs.config import Run, run_from_scene
+from optimize.runs.results import History, Outcome
+from tests.optimize.conftest import ProblemWith
+from visual.noise import Batches
+
+TARGETS = Targets(0.1, None, 0.01)
+
+
+def iterate(step: int, heights: np.ndarray | None = None) -> Iterate:
+    heights = np.zeros((2, 2)) if heights is None else heights
+    return Iterate(step, heights, 0.1 + 0.001 / 3 * step, 60.0, 0.5, 1.0 / 3.0, 2.0, {})
+
+
+def steps(history: History) -> list[float | None]:
+    return [row["step"] for row in history.rows]
+
+
+# History
+
+
+def test_a_history_is_one_line_a_step(tmp_path: Path) -> None:
+    history = History(tmp_path, TARGETS, 0, after=0)
+    for step in range(3):
+        history.add(iterate(step), seconds=0.5 * step)
+    rows = [json.loads(line) for line in (tmp_path / results.HISTORY).read_text().splitlines()]
+    assert rows == history.rows
+    assert rows[2] == {
+        "step": 2,
+        "round": 0,
+        "roughness": iterate(2).roughness,
+        "target_roughness": 0.1,
+        "contact_area_mm2": 60.0,
+        "picture_mean_percent": 1.0 / 3.0,
+        "picture_rms_percent": 2.0,
+        "seconds": 1.0,
+    }
+
+
+def test_a_resumed_history_forgets_what_came_after_the_checkpoint(tmp_path: Path) -> None:
+    for step in range(5):
+        History(tmp_path, TARGETS, 0, after=step).add(iterate(step), 0.0)
+    resumed = History(tmp_path, TARGETS, 0, after=2)
+    resumed.add(iterate(3), 0.0)
+    assert steps(resumed) == steps(History(tmp_path, TARGETS, 0, after=9)) == [0, 1, 2, 3]
+
+
+def test_a_line_that_a_kill_cut_short_is_left_out(tmp_path: Path) -> None:
+    history = History(tmp_path, TARGETS, 0, after=0)
+    for step in range(3):
+        history.add(iterate(step), 0.0)
+    path = tmp_path / results.HISTORY
+    path.write_text(path.read_text()[:-20])
+    assert steps(History(tmp_path, TARGETS, 0, after=2)) == [0, 1]
+
+
+def test_a_history_gives_back_the_trace_of_a_descent_exactly(tmp_path: Path) -> None:
+    history = History(tmp_path, TARGETS, 0, after=0)
+    for step in range(3):
+        history.add(iterate(step), 0.0)
+    reread = History(tmp_path, TARGETS, 0, after=2)
+    assert reread.trace() == [
+        (TARGETS.miss(at.roughness, at.contact_area_mm2), at.picture_rms) for at in map(iterate, (1, 2))
+    ]
+
+
+def test_the_trace_of_a_round_is_its_own(tmp_path: Path) -> None:
+    first = History(tmp_path, TARGETS, 0, after=0)
+    first.add(iterate(0), 0.0)
+    first.add(iterate(1), 0.0)
+    first.round_number, first.aim = 1, Targets(0.2, None, 0.01)
+    first.add(iterate(2), 0.0)
+    assert [miss for miss, _ in first.trace()] == [first.aim.miss(iterate(2).roughness, 60.0)]
+    assert first.rows[2]["target_roughness"] == 0.2
+
+
+# Results
+
+
+@pytest.fixture
+def problem(problem_with: ProblemWith) -> Problem:
+    return problem_with(TARGETS)
+
+
+@pytest.fixture
+def settings(studio: Path, texture: Path) -> Run:
+    return run_from_scene(studio, texture, ["touch.roughness=0.1", "seed=4"])
+
+
+def outcome(problem: Problem, verified: bool) -> Outcome:
+    """The relief lowered by a fifth, as a descent might have left it."""
+    lower = 0.8 * problem.heights
+    random = np.random.default_rng(0)
+    true = random.uniform(0.2, 0.5, (2, 1, len(problem.scene.conditions), 16, 16))
+    before, after = (Batches(p + random.normal(0.0, 0.01, (4, *p.shape[1:])), 64) for p in true)
+    best = iterate(3, lower)
+    first, felt = (measure_touch(problem, h, "layer") for h in (problem.heights, lower))
+    rounds = (Round(0.1, None, 0.1, 60.0, felt.roughness, felt.contact_area_mm2, 0.2, 7),)
+    return Outcome(
+        descent=Descent(best, iterate(7, lower), StopReason.STEP_LIMIT),
+        initial_roughness=first.roughness,
+        initial_contact_area_mm2=first.contact_area_mm2,
+        touch_before=first,
+        touch_after=felt,
+        rounds=rounds if verified else (),
+        pictures_before=before,
+        pictures_after=after,
+        baseline_heights=None,
+        baseline_pictures=None,
+    )
+
+
+def test_maps_of_the_result_are_its_own_even_if_it_is_not_verified(
+    tmp_path: Path, problem: Problem, settings: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reports: list[Report] = []
+    monkeypatch.setattr(results, "write_report", lambda _, report: reports.append(report))
+    summary = results.write(tmp_path, settings, problem, outcome(problem, False), {"total": 1.0}, [])
+    after = tactile.press(0.8 * problem.heights, problem.size_mm, problem.skin)
+    (report,) = reports
+    assert report.pressure_after is not None
+    np.testing.assert_allclose(report.strain_after, after.strain.numpy(), atol=1e-7)
+    np.testing.assert_allclose(report.pressure_after, after.pressure.numpy(), atol=1e-6)
+    assert summary["touch"]["verified_roughness"] is summary["touch"]["verified_by"] is None
+
+
+def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, settings: Run) -> None:
+    verified = measure_touch(problem, 0.8 * problem.heights, "layer")
+    told = results.summarise(settings, problem, outcome(problem, True), {})
+    touch = told["touch"]
+    assert touch["roughness"] == iterate(3).roughness
+    assert (touch["verified_roughness"], touch["verified_by"]) == (verified.roughness, "layer")
+    assert touch["jnd_from_original"] == pytest.approx(
+        tactile.jnd_apart(verified.roughness, touch["initial_roughness"])
+    )
+    assert touch["jnd_from_original"] < 0.0
+    assert touch["verified_contact_area_mm2"] == verified.contact_area_mm2
+    assert told["verification"]["resolution"] is None
+    assert told["verification"]["miss_percent"] == pytest.approx(100.0 * abs(verified.roughness / 0.1 - 1.0))
+    assert [r["aimed_roughness"] for r in told["verification"]["rounds"]] == [TARGETS.roughness]
+
+
+def test_changes_of_the_look_are_in_percent_of_white_and_of_the_mean(problem: Problem, settings: Run) -> None:
+    measured = outcome(problem, False)
+    look = results.summarise(settings, problem, measured, {})["look"]
+    change = np.abs(measured.pictures_after.mean - measured.pictures_before.mean)
+    np.testing.assert_allclose(
+        look["pixel_change_percent"], 100.0 * change.mean((1, 2)) / problem.scene.white
+    )
+    assert look["mean_change_percent_of_mean"] == pytest.approx(
+        100.0 * change.mean() / measured.pictures_before.mean.mean()
+    )
+    assert [len(look[key]) for key in ("rms_change_percent", "dssim", "flip", "conditions")] == [3] * 4
+
+
+def test_the_noise_of_the_pictures_and_of_their_change_stands_beside_them(
+    problem: Problem, settings: Run
+) -> None:
+    measured = outcome(problem, False)
+    look = results.summarise(settings, problem, measured, {})["look"]
+    noise, of_mean = look["noise"], look["noise"]["change_percent_of_mean"]
+    assert (noise["certainty"], noise["batches"], look["samples"]) == ("known", 4, 64)
+    # Noise of a batch is 0.01, of the mean of four half of that, of their difference 2 ** 0.5 as much.
+    level = measured.pictures_before.mean.mean()
+    np.testing.assert_allclose(noise["standard_error_percent"], 0.5 / level, rtol=0.1)
+    assert of_mean["mean"] == look["mean_change_percent_of_mean"]
+    assert of_mean["rms"] == look["rms_change_percent_of_mean"]
+    lost = of_mean["rms"] ** 2 - of_mean["rms_less_noise"] ** 2
+    assert lost == pytest.approx(2.0 * (0.5 / level) ** 2, rel=0.1)
+    assert of_mean["mean_at_least"] < of_mean["mean"]
+    assert noise["change_percent_of_white"]["rms"] == pytest.approx(
+        of_mean["rms"] * level / problem.scene.white
+    )
+    each = [one["mean"] for one in noise["conditions_percent_of_white"]]
+    assert each == look["pixel_change_percent"]
+
+
+def test_a_result_says_how_the_descent_ended_and_which_step_is_kept(problem: Problem, settings: Run) -> None:
+    summary = results.summarise(settings, problem, outcome(problem, False), {"total": 2.0})
+    assert summary["stop"] == {
+        "reason": "step_limit",
+        "message": StopReason.STEP_LIMIT.value,
+        "steps": 7,
+        "best_step": 3,
+    }
+    assert summary["heights"]["max_mm"] == pytest.approx(0.8 * problem.heights.max())
+    assert (summary["seed"], summary["time_s"]) == (4, {"total": 2.0})
+
+
+def test_a_relief_that_only_moved_up_has_not_changed(problem: Problem, settings: Run) -> None:
+    measured = outcome(problem, False)
+    best = replace(measured.descent.best, heights=problem.heights + 0.25)
+    measured = replace(measured, descent=replace(measured.descent, best=best))
+    assert results.summarise(settings, problem, measured, {})["heights"]["rms_change_mm"] < 1e-12

@@ -1,0 +1,144 @@
+"""Operators on disk are never half-written, never stale, and never in the way."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tactile.elastic_layer
+from relief.cache import Arrays, cache_folder, cached
+from tactile import Skin
+
+REPOSITORY = Path(__file__).parents[2]
+KEY = {"version": 1, "nu": 0.48}
+
+
+class Builder:
+    """Builds the same arrays each time and counts how often."""
+
+    def __init__(self) -> None:
+        self.times = 0
+
+    def __call__(self) -> Arrays:
+        self.times += 1
+        return {"values": np.arange(1000.0).reshape(10, 100).T}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("RETOUCH_CACHE", str(tmp_path / "deep" / "cache"))
+    return tmp_path / "deep" / "cache"
+
+
+def assert_right(arrays: Arrays) -> None:
+    np.testing.assert_array_equal(arrays["values"], Builder()()["values"])
+
+
+def test_the_second_time_comes_from_disk(folder: Path) -> None:
+    build = Builder()
+    assert_right(cached("thing", KEY, build))
+    assert_right(cached("thing", KEY, build))
+    assert build.times == 1
+    assert [path.suffix for path in folder.iterdir()] == [".safetensors"]
+
+
+def test_another_key_is_built_anew(folder: Path) -> None:
+    build = Builder()
+    for key in (KEY, {**KEY, "nu": 0.4800001}, {**KEY, "version": 2}):
+        cached("thing", key, build)
+    cached("other", KEY, build)
+    cached("thing", dict(reversed(KEY.items())), build)
+    assert build.times == 4
+
+
+@pytest.mark.parametrize("damage", [b"", b"not a cache file", "half"])
+def test_a_corrupt_file_is_rebuilt(folder: Path, damage: bytes | str) -> None:
+    build = Builder()
+    cached("thing", KEY, build)
+    (path,) = folder.iterdir()
+    whole = path.read_bytes()
+    path.write_bytes(damage if isinstance(damage, bytes) else whole[: len(whole) // 2])
+    assert_right(cached("thing", KEY, build))
+    assert build.times == 2
+    assert path.read_bytes() == whole
+
+
+def test_a_folder_that_cannot_be_made_costs_only_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("RETOUCH_CACHE", str(tmp_path / "file" / "cache"))
+    build = Builder()
+    for _ in range(2):
+        assert_right(cached("thing", KEY, build))
+    assert build.times == 2
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may write anywhere")
+def test_a_read_only_folder_costs_only_time(folder: Path) -> None:
+    folder.mkdir(parents=True)
+    folder.chmod(0o500)
+    assert_right(cached("thing", KEY, Builder()))
+    assert list(folder.iterdir()) == []
+
+
+def run(script: str, folder: Path) -> subprocess.Popen[str]:
+    environment = {**os.environ, "RETOUCH_CACHE": str(folder), "PYTHONPATH": str(REPOSITORY)}
+    return subprocess.Popen(
+        [sys.executable, "-c", script], env=environment, stderr=subprocess.PIPE, text=True
+    )
+
+
+def test_a_full_disk_costs_only_time(folder: Path) -> None:
+    resource = pytest.importorskip("resource")
+    build = Builder()
+    allowed, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, most))
+    try:
+        arrays = cached("thing", KEY, build)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (allowed, most))
+    assert_right(arrays)
+    assert list(folder.iterdir()) == []
+
+
+def test_two_processes_may_build_at_once(folder: Path) -> None:
+    script = """
+import time
+import numpy as np
+from relief.cache import cached
+def build():
+    time.sleep(0.5)
+    return {"values": np.arange(1000.0).reshape(10, 100).T}
+arrays = cached("thing", {"version": 1, "nu": 0.48}, build)
+assert arrays["values"][3, 2] == 203.0
+"""
+    processes = [run(script, folder) for _ in range(2)]
+    for process in processes:
+        _, errors = process.communicate(timeout=60)
+        assert process.returncode == 0, errors
+    assert len(list(folder.iterdir())) == 1
+    build = Builder()
+    assert_right(cached("thing", KEY, build))
+    assert build.times == 0
+
+
+def test_the_operator_of_another_skin_is_another_file(folder: Path) -> None:
+    tactile.elastic_layer._operator.cache_clear()
+    skins = (Skin(), Skin(poisson_ratio=0.4), Skin(depth_mm=0.8), Skin(thickness_mm=2.4))
+    for skin in (*skins, Skin(young_modulus_mpa=3.0, force_n=1.0)):
+        tactile.elastic_layer.hybrid_operator(skin, 16, 10.0, coarse=2)
+    assert len(list(folder.iterdir())) == len(skins)
+
+
+def test_the_folder_is_the_named_one_or_the_users(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("RETOUCH_CACHE", str(tmp_path / "named"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "user"))
+    assert cache_folder() == tmp_path / "named"
+    monkeypatch.delenv("RETOUCH_CACHE")
+    assert cache_folder() == tmp_path / "user" / "retouch"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    assert cache_folder() == Path.home() / ".cache" / "retouch"

@@ -1,0 +1,56 @@
+"""A few steps of the solver: the laws hold exactly, the numbers nearly."""
+
+import pytest
+import torch
+
+import tactile
+from tactile import Skin
+from tactile.elastic_layer import hybrid_operator
+from tactile.truncated import STEPS, QuickSolver
+from tests.tactile.reliefs import SIZE, grating, waves
+
+SAMPLES = 32
+SKIN = Skin()
+RELIEFS = torch.stack((waves(SAMPLES, 0.3), waves(SAMPLES, 1.5, seed=2), grating(SAMPLES)))
+
+
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+def test_the_force_is_exact_and_skin_only_pushes(dtype: torch.dtype) -> None:
+    touch = tactile.press(RELIEFS.to(dtype), SIZE, SKIN, "quick")
+    assert touch.pressure.dtype == touch.strain.dtype == touch.gap.dtype == dtype
+    assert bool((touch.pressure >= 0.0).all()) and bool((touch.gap >= 0.0).all())
+    assert not (touch.gap * touch.pressure).any()
+    mean = torch.full((3,), SKIN.mean_pressure_mpa(SIZE), dtype=dtype)
+    torch.testing.assert_close(touch.pressure.mean((-2, -1)), mean, rtol=4e-6, atol=0.0)
+
+
+def test_it_is_near_the_converged_layer_and_more_steps_are_nearer() -> None:
+    whole = tactile.press(RELIEFS, SIZE, SKIN)
+    wanted = tactile.roughness(whole.strain, SIZE)
+    operator = hybrid_operator(SKIN, SAMPLES, SIZE, torch.float32)
+    mean = SKIN.mean_pressure_mpa(SIZE) / SKIN.young_modulus_mpa
+    worst = []
+    for steps in (STEPS // 2, STEPS, 4 * STEPS):
+        state = QuickSolver(operator, steps)(operator, RELIEFS, mean, None)
+        worst.append(float((state.pressure * SKIN.young_modulus_mpa - whole.pressure).abs().mean()))
+    assert worst[0] > worst[1] > worst[2]
+    touch = tactile.press(RELIEFS, SIZE, SKIN, "quick")
+    torch.testing.assert_close(tactile.roughness(touch.strain, SIZE), wanted, rtol=0.05, atol=0.0)
+    area = tactile.contact_area(touch.gap, SIZE)
+    torch.testing.assert_close(area, tactile.contact_area(whole.gap, SIZE), rtol=0.03, atol=0.0)
+
+
+def test_the_gradient_is_close_to_the_layers() -> None:
+    found = []
+    for model in ("quick", "layer"):
+        heights = waves(SAMPLES, 0.8, seed=5).requires_grad_()
+        value = tactile.roughness(tactile.press(heights, SIZE, SKIN, model).strain, SIZE)
+        found.append(torch.autograd.grad(value, heights)[0].flatten())
+    assert float(torch.cosine_similarity(found[0], found[1], dim=0)) > 0.95
+
+
+def test_what_was_pressed_before_changes_nothing() -> None:
+    before = tactile.press(RELIEFS[1], SIZE, SKIN).pressure
+    alone = tactile.press(RELIEFS[0], SIZE, SKIN, "quick")
+    after = tactile.press(RELIEFS[0], SIZE, SKIN, "quick", start=before)
+    assert torch.equal(alone.strain, after.strain)

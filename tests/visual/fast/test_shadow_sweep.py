@@ -1,0 +1,172 @@
+"""Swept shadows are those of the triangulated relief, and their gradient follows them."""
+
+import math
+from types import ModuleType
+
+import numpy as np
+import pytest
+import torch
+
+from tests.tactile.reliefs import waves
+from visual.fast import shadow_sweep as swept
+from visual.geometry.top_view import face_at
+from visual.geometry.topology import relief
+
+SIZE, SIDE = 10.0, 32
+DOUBLE = torch.float64
+
+
+def toward(elevation: float, azimuth: float) -> tuple[float, float, float]:
+    e, a = math.radians(elevation), math.radians(azimuth)
+    return math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)
+
+
+def lit(heights: torch.Tensor, light: tuple[float, float, float]) -> torch.Tensor:
+    """(n, n) share of each pixel that light reaches: in no shadow, and on a face that looks toward it."""
+    way = swept.sweep(heights.shape[0], SIZE, light, heights.dtype)
+    slope_x, slope_y = swept.slopes(heights.detach(), SIZE)
+    facing = (light[2] - slope_x * light[0] - slope_y * light[1] > 0.0).to(heights.dtype)
+    return swept.lit_picture(swept.refined(heights), facing, way)
+
+
+def centres_of_triangles() -> tuple[np.ndarray, np.ndarray]:
+    """x and y (2, 2n, 2n) of the middles of triangles of quarters of pixels."""
+    row, col = np.mgrid[: 2 * SIDE, : 2 * SIDE]
+    part = np.array([1.0, 2.0])[:, None, None] / 3.0
+    spacing = SIZE / (2 * SIDE)
+    return (col + part) * spacing - 0.5 * SIZE, 0.5 * SIZE - (row + part) * spacing
+
+
+def test_triangles_of_quarters_have_the_slopes_of_the_faces_that_they_lie_on() -> None:
+    heights, plate = waves(SIDE, 1.5).numpy(), relief(SIDE, SIDE, SIZE)
+    x, y = centres_of_triangles()
+    face = face_at(plate, x.ravel(), y.ravel()).reshape(x.shape)
+    for ours, theirs in zip(swept.slopes(torch.as_tensor(heights), SIZE), plate.slopes(heights), strict=True):
+        np.testing.assert_allclose(swept.of_quarters(ours).numpy(), theirs[face], atol=1e-12)
+
+
+def test_refined_heights_lie_on_the_relief() -> None:
+    heights, plate = waves(SIDE, 1.5).numpy(), relief(SIDE, SIDE, SIZE)
+    fine = swept.refined(torch.as_tensor(heights)).numpy()
+    corners = np.stack(
+        (
+            np.stack((fine[:-1, :-1], fine[1:, 1:])),
+            np.broadcast_to(fine[:-1, 1:], (2, 2 * SIDE, 2 * SIDE)),
+            np.broadcast_to(fine[1:, :-1], (2, 2 * SIDE, 2 * SIDE)),
+        )
+    )
+    x, y = (c.ravel() for c in centres_of_triangles())
+    face = face_at(plate, x, y)
+    first = plate.faces[face, 0]
+    slope_x, slope_y = plate.slopes(heights)
+    z = plate.vertex_heights(heights)[first]
+    z = z + slope_x[face] * (x - plate.x[first]) + slope_y[face] * (y - plate.y[first])
+    np.testing.assert_allclose(corners.mean(0).ravel(), z, atol=1e-12)
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 90.0, 180.0, 270.0])
+def test_the_shadow_of_a_wall_is_as_long_as_it_must_be(azimuth: float) -> None:
+    heights = torch.zeros(SIDE, SIDE, dtype=DOUBLE)
+    heights[:, 15] = 0.7
+    turned = torch.rot90(heights, round(azimuth / 90.0))
+    dark = (1.0 - lit(turned, toward(25.0, azimuth))).sum() * (SIZE / SIDE) ** 2
+    assert float(dark) == pytest.approx(SIZE * 0.7 / math.tan(math.radians(25.0)), rel=1e-9)
+
+
+def test_the_shadow_of_a_wall_under_a_light_from_aslant_is_as_long_as_it_must_be() -> None:
+    heights = torch.zeros(SIDE, SIDE, dtype=DOUBLE)
+    heights[:, 15] = 0.7
+    light = toward(25.0, 40.0)
+    dark = (1.0 - lit(heights, light))[8:-8].mean(0).sum() * (SIZE / SIDE)
+    exact = 0.7 / math.tan(math.radians(25.0)) * math.cos(math.radians(40.0))
+    assert float(dark) == pytest.approx(exact, rel=5e-3)
+
+
+def test_a_plate_turned_by_half_has_its_shadows_turned() -> None:
+    heights = waves(SIDE, 2.0)
+    one, other = lit(heights, toward(20.0, 73.0)), lit(heights.flip((0, 1)), toward(20.0, 253.0))
+    torch.testing.assert_close(one, other.flip((0, 1)), atol=1e-9, rtol=0.0)
+
+
+def test_nothing_is_dark_on_a_flat_plate_nor_where_all_slopes_are_gentler_than_the_light() -> None:
+    assert bool((lit(torch.zeros(SIDE, SIDE, dtype=DOUBLE), toward(10.0, 33.0)) == 1.0).all())
+    assert bool((lit(0.05 * waves(SIDE, 1.0), toward(60.0, 33.0)) == 1.0).all())
+
+
+@pytest.mark.parametrize("azimuth", range(10, 370, 40))
+def test_points_lie_in_light_where_no_ray_is_blocked(azimuth: int, mi: ModuleType) -> None:
+    """Corners of quarters of pixels against small steps toward the light along the triangulated surface."""
+    heights, plate = waves(SIDE, 2.0).numpy(), relief(SIDE, SIDE, SIZE)
+    light = toward(25.0, azimuth)
+    fine = swept.refined(torch.as_tensor(heights))
+    clearance = swept.sweep(SIDE, SIZE, light, DOUBLE).clearance(fine).numpy()
+    random = np.random.default_rng(azimuth)
+    rows, cols = random.integers(1, 2 * SIDE, (2, 200))
+    spacing = SIZE / (2 * SIDE)
+    x, y = cols * spacing - 0.5 * SIZE, 0.5 * SIZE - rows * spacing
+    distance = np.arange(0.5 * spacing, 6.0, 0.01)[:, None]
+    there_x, there_y = x + distance * light[0], y + distance * light[1]
+    inside = np.maximum(np.abs(there_x), np.abs(there_y)) < 0.5 * SIZE - 1e-9
+    there_x, there_y = np.clip(there_x, -4.999, 4.999), np.clip(there_y, -4.999, 4.999)
+    face = face_at(plate, there_x.ravel(), there_y.ravel()).reshape(there_x.shape)
+    first = plate.faces[face, 0]
+    slope_x, slope_y = (slope[face] for slope in plate.slopes(heights))
+    z = plate.vertex_heights(heights)[first]
+    z = z + slope_x * (there_x - plate.x[first]) + slope_y * (there_y - plate.y[first])
+    ray = fine.numpy()[rows, cols] + distance * light[2]
+    free = np.where(inside, ray - z, np.inf).min(0)
+    found = clearance[rows, cols]
+    sure = np.abs(free) > 0.02
+    assert sure.sum() > 50
+    assert (np.sign(found) == np.sign(free))[sure].mean() > 0.97
+
+
+def test_gradients_are_those_of_small_changes() -> None:
+    random = np.random.default_rng(3)
+    heights = waves(SIDE, 1.5) + 0.02 * torch.as_tensor(random.normal(size=(SIDE, SIDE)))
+    weights, way = (torch.as_tensor(random.normal(size=(SIDE, SIDE))) for _ in range(2))
+    light = toward(20.0, 205.0)
+    heights.requires_grad_()
+    (gradient,) = torch.autograd.grad((weights * lit(heights, light)).sum(), heights)
+    with torch.no_grad():
+        up, down = (float((weights * lit(heights + s * 1e-6 * way, light)).sum()) for s in (1, -1))
+    assert (up - down) / 2e-6 == pytest.approx(float((gradient * way).sum()), rel=1e-5)
+
+
+def test_lit_shares_are_areas() -> None:
+    """Against the share of many points of a triangle where a linear function is positive."""
+    values = torch.tensor([[0.3, -0.5, -0.1], [-0.2, 0.6, 0.9], [-1.0, 0.4, 0.1]], dtype=DOUBLE)
+    found, _ = swept.positive_part(values.T)
+    count = 1500
+    row, col = np.mgrid[:count, :count]
+    inside = row + col < count
+    u, v = (col[inside] + 1 / 3) / count, (row[inside] + 1 / 3) / count
+    for (a, b, c), share in zip(values.numpy(), found.numpy(), strict=True):
+        assert share == pytest.approx(np.mean(a + (b - a) * u + (c - a) * v > 0.0), abs=2e-3)
+
+
+def test_derivatives_of_shares_are_those_of_small_changes() -> None:
+    values = torch.tensor([[0.3, -0.5, -0.1], [-0.2, 0.6, 0.9], [-1.0, 0.4, 0.1]], dtype=DOUBLE).T
+    _, by = swept.positive_part(values)
+    for corner in range(3):
+        change = torch.zeros_like(values)
+        change[corner] = 1e-6
+        (up, _), (down, _) = swept.positive_part(values + change), swept.positive_part(values - change)
+        torch.testing.assert_close(by[corner], (up - down) / 2e-6, rtol=1e-7, atol=1e-9)
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 40.0, 205.0, 270.0])
+def test_what_shades_a_corner_is_what_its_clearance_changes_with(azimuth: float) -> None:
+    """`Sweep.shading` against finite differences of `Sweep.clearance`."""
+    fine = swept.refined(waves(SIDE, 2.0))
+    way = swept.sweep(SIDE, SIZE, toward(20.0, azimuth), DOUBLE)
+    clearance, where = way.traced(fine)
+    corners = torch.arange(7, fine.numel(), 101)
+    found, weights = way.shading(where, corners)
+    along = torch.as_tensor(np.random.default_rng(1).normal(size=fine.shape))
+    moved = (way.clearance(fine + 1e-6 * along) - clearance) / 1e-6
+    known = torch.cat((along.flatten(), torch.zeros(1, dtype=DOUBLE)))
+    expected = along.flatten()[corners] - (weights * known[found]).sum(0)
+    close = (moved.flatten()[corners] - expected).abs() < 1e-4
+    # Where the highest place itself changes, the difference is none of either side.
+    assert close.double().mean() > 0.95

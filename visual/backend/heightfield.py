@@ -1,0 +1,121 @@
+"""``<shape type="heightfield">``: a plate of relief as a Mitsuba plugin with differentiable heights.
+
+| parameter | meaning |
+|---|---|
+| ``filename`` | height map: PNG, TIFF, EXR or NPY (see ``relief.heightmap``) |
+| ``heights`` | instead of ``filename``, in scenes made in Python: ``mi.TensorXf`` of shape (rows, cols), mm |
+| ``size_mm`` | side of the plate, default 10 |
+| ``relief_mm`` | height of white above black; needed for PNG and TIFF |
+| nested BSDF | the plate's material |
+
+The plate lies in the plane z = 0, centred on the origin, one scene unit per mm. ``mi.traverse`` shows
+``heights``, flat, row by row, mm: a change moves the vertices, and gradients run from pictures back to it.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from relief import grid as mesh
+from relief import heightmap
+from relief.errors import InputError
+
+PLUGIN = "heightfield"
+DEFAULT_SIZE_MM = 10.0
+
+
+def register() -> None:
+    """Make the plugin known to Mitsuba, in the variant set now and in every later one; may be repeated."""
+    _register_for_every_variant()
+
+
+@cache
+def _register_for_every_variant() -> None:
+    import mitsuba as mi
+
+    mi.detail.add_variant_callback(_register_in)
+    _register_in(None, mi.variant())
+
+
+def _register_in(_: str | None, variant: str | None) -> None:
+    import mitsuba as mi
+
+    if variant is not None:
+        mi.register_shape(PLUGIN, _plugin_class(variant))
+
+
+@cache
+def _plugin_class(variant: str) -> type:
+    """The plugin in one variant, which must be set: each has a base class and array types of its own."""
+    import drjit as dr
+    import mitsuba as mi
+
+    class HeightField(mi.Mesh):
+        def __init__(self, props: Any) -> None:
+            size_mm, samples = _read(props)
+            rows, cols = samples.shape
+            props["face_normals"] = True
+            super().__init__(PLUGIN, (rows + 2) * (cols + 2), 2 * (rows + 1) * (cols + 1), props)
+            self.rows, self.cols, self.size_mm = rows, cols, size_mm
+            self._Float, self._UInt = type(self.vertex_positions_buffer()), type(self.faces_buffer())
+            self._flat = self._Float(mesh.flat_positions(rows, cols, size_mm))
+            self._sample_of_vertex = self._UInt(mesh.pad_index(rows, cols))
+            vertices = (rows + 2) * (cols + 2)
+            self._z_slots = self._UInt(np.arange(vertices, dtype=np.uint32) * 3 + 2)
+            self.heights = self._Float(samples.astype(np.float32).ravel())
+            faces = self._UInt(mesh.grid_faces(rows, cols).astype(np.uint32).ravel())
+            mesh.write_geometry(mi.traverse(self), self._positions(), faces)
+
+        def _positions(self) -> Any:
+            heights: Any = self.heights
+            expected, given = self.rows * self.cols, dr.width(heights)
+            if given != expected:
+                raise InputError(f"heightfield: heights: {given} samples given, the plate has {expected}")
+            if not dr.all(dr.isfinite(heights)):
+                raise InputError("heightfield: heights: some are not finite")
+            positions = self._Float(self._flat)
+            dr.scatter(positions, dr.gather(self._Float, heights, self._sample_of_vertex), self._z_slots)
+            return positions
+
+        def traverse(self, callback: Any) -> None:
+            super().traverse(callback)
+            callback.put(
+                mesh.HEIGHTS, self.heights, mi.ParamFlags.Differentiable | mi.ParamFlags.Discontinuous
+            )
+
+        def parameters_changed(self, keys: Sequence[str] = ()) -> None:
+            if mesh.HEIGHTS in keys:
+                mesh.write_positions(mi.traverse(self), self._positions())
+            else:
+                super().parameters_changed(keys)
+
+        def to_string(self) -> str:
+            return f"HeightField[{self.rows} x {self.cols} samples, size_mm = {self.size_mm}]"
+
+    return HeightField
+
+
+def check_placement(props: Any, where: str) -> None:
+    """Raise an InputError that starts with ``where`` if a height field's ``to_world`` moves it."""
+    if "to_world" in props and not np.array_equal(np.array(props["to_world"].matrix), np.eye(4)):
+        raise InputError(f"{where}: to_world: the plate stays where it is; move lights and cameras instead")
+
+
+def _read(props: Any) -> tuple[float, np.ndarray]:
+    """Size in mm and heights of shape (rows, cols) in mm that a plugin's properties ask for."""
+    import mitsuba as mi
+
+    size_mm = float(props.get("size_mm", DEFAULT_SIZE_MM))
+    if not (np.isfinite(size_mm) and size_mm > 0):
+        raise InputError(f"heightfield: size_mm: {size_mm} is not a length above 0")
+    check_placement(props, PLUGIN)
+    relief_mm = float(props["relief_mm"]) if "relief_mm" in props else None
+    if "heights" in props:
+        return size_mm, heightmap.check_heights(np.asarray(props["heights"], dtype=np.float64), "heightfield")
+    if "filename" not in props:
+        raise InputError("heightfield: filename: missing")
+    resolver: Any = mi.file_resolver
+    path = str(resolver().resolve(props["filename"]))
+    return size_mm, heightmap.load_heights(path, relief_mm=relief_mm)

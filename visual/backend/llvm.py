@@ -1,0 +1,232 @@
+"""Which libLLVM Dr.Jit is given.
+
+Dr.Jit loads whichever libLLVM the loader finds first, and some versions abort the whole process at the
+first kernel. So candidates are tried, each once, in a process of their own; the answer is remembered on
+disk, and the newest that works is named in the environment before Dr.Jit is imported.
+"""
+
+import contextlib
+import functools
+import hashlib
+import importlib.metadata
+import json
+import logging
+import os
+import platform
+import signal
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from visual.backend.llvm_candidates import Library, candidates, find
+
+VARIABLE = "DRJIT_LIBLLVM_PATH"
+"""The environment variable from which Dr.Jit takes the path of libLLVM."""
+
+REMEDY = "Debian and Ubuntu: apt install libllvm19; macOS: brew install llvm"
+"""What a person does when no libLLVM fits."""
+
+OLDEST_MAJOR = 15
+"""Dr.Jit 1.5 needs opaque pointers, which LLVM has from here on."""
+
+ABORTING_MAJORS = frozenset({15, 16})
+"""These cannot select fminimum and fmaximum and abort the process (Dr.Jit 1.5, processors with AVX-512)."""
+
+PROBE_SECONDS = 60.0
+"""The longest a probe may take; it takes about 0.3 s."""
+
+# HOME is replaced so that a kernel compiled by another libLLVM is not taken from Dr.Jit's own cache.
+_PROBE = """
+import os, resource, sys
+resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+os.environ["HOME"] = sys.argv[1]
+import drjit as dr
+from drjit.llvm.ad import Float, UInt32
+x = dr.arange(Float, 8) / 8
+y = dr.minimum(x, 0.5) + dr.maximum(x, 0.25)
+_, y = dr.while_loop((UInt32(0), y), lambda i, y: i < 3, lambda i, y: (i + 1, dr.minimum(1.5 * y, 2)))
+expected = [min(3.375 * (min(k / 8, 0.5) + max(k / 8, 0.25)), 2) for k in range(8)]
+sys.exit("wrong numbers" if any(abs(a - b) > 1e-5 for a, b in zip(y, expected)) else 0)
+"""
+
+_log = logging.getLogger(__name__)
+
+
+class LLVMMissing(RuntimeError):
+    """No libLLVM here works with Dr.Jit; the message is one line that says what to install."""
+
+
+class _Undecided(Exception):
+    """A probe that says nothing lasting about the library, on a busy machine for example."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether Dr.Jit runs kernels with `library`; `fault` says why not, and is empty if it does."""
+
+    library: Library
+    fault: str
+
+    @property
+    def usable(self) -> bool:
+        return not self.fault
+
+
+def cache_folder() -> Path:
+    """Folder for what can be computed again: RETOUCH_CACHE, else `retouch` in the user's cache folder.
+
+    It may not exist yet.
+    """
+    if chosen := os.environ.get("RETOUCH_CACHE"):
+        return Path(chosen)
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "retouch"
+
+
+def _known_fault(library: Library) -> str:
+    """Why a version is refused without a probe; empty if it is not known to be bad."""
+    if not library.version:
+        return ""
+    major = library.version[0]
+    if major < OLDEST_MAJOR:
+        return f"LLVM {major} is older than {OLDEST_MAJOR}, which Dr.Jit requires"
+    if major in ABORTING_MAJORS:
+        return f"LLVM {major} aborts the process at the first kernel of Dr.Jit"
+    return ""
+
+
+def _probe(library: Library) -> str:
+    """Compile and run a kernel in a process of its own; the fault found, empty if the library works.
+
+    Raises `_Undecided` when the probe takes longer than `PROBE_SECONDS` or is killed from outside.
+    """
+    try:
+        with tempfile.TemporaryDirectory() as home:
+            done = subprocess.run(
+                [sys.executable, "-P", "-c", _PROBE, home],
+                env=os.environ | {VARIABLE: str(library.path)},
+                capture_output=True,
+                text=True,
+                errors="replace",
+                timeout=PROBE_SECONDS,
+                check=False,
+            )
+    except subprocess.TimeoutExpired as expired:
+        raise _Undecided(f"its probe took longer than {PROBE_SECONDS:.0f} s") from expired
+    if done.returncode == 0:
+        return ""
+    if done.returncode == -signal.SIGKILL:
+        raise _Undecided("its probe was killed")
+    said = done.stderr.strip().splitlines() or ["no message"]
+    # An abort says why in its first line; a Python traceback in its last.
+    line = said[0] if done.returncode < 0 else said[-1]
+    return f"its probe ended with status {done.returncode}: {line[:160]}"
+
+
+@functools.cache
+def _processor() -> str:
+    """A short name for this processor and its instruction sets, for homes that several machines share."""
+    told = {"model name", "flags", "Features", "CPU implementer", "CPU part"}
+    lines = [platform.machine()]
+    with contextlib.suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as info:
+        for line in info:
+            if not line.strip():
+                break
+            if line.partition(":")[0].strip() in told:
+                lines.append(line.strip())
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16]
+
+
+def _key(library: Library) -> str:
+    """Changes whenever the answer of a probe may change."""
+    stat = library.path.stat()
+    drjit = importlib.metadata.version("drjit")
+    return "|".join((str(library.path), str(stat.st_size), str(stat.st_mtime_ns), drjit, _processor()))
+
+
+def _remembered(memory: Path) -> dict[str, str]:
+    """Faults by key, empty for a library that works; nothing from a file that is missing or damaged."""
+    try:
+        content = json.loads(memory.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    if not isinstance(content, dict):
+        return {}
+    return {key: fault for key, fault in content.items() if isinstance(fault, str)}
+
+
+def _remember(memory: Path, key: str, fault: str) -> None:
+    """Add one answer; a cache folder that cannot be written only costs the next process a probe."""
+    part = memory.with_name(f"{memory.name}.{os.getpid()}.tmp")
+    with contextlib.suppress(OSError):
+        memory.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            part.write_text(json.dumps(_remembered(memory) | {key: fault}, indent=1), encoding="utf-8")
+            os.replace(part, memory)
+        finally:
+            part.unlink(missing_ok=True)
+
+
+def judge(library: Library) -> Verdict:
+    """Whether Dr.Jit works with `library`: known by version, remembered from before, or tried now."""
+    if fault := _known_fault(library):
+        return Verdict(library, fault)
+    memory = cache_folder() / "llvm.json"
+    key = _key(library)
+    remembered = _remembered(memory).get(key)
+    if remembered is not None:
+        return Verdict(library, remembered)
+    try:
+        fault = _probe(library)
+    except _Undecided as undecided:
+        return Verdict(library, str(undecided))
+    _remember(memory, key, fault)
+    return Verdict(library, fault)
+
+
+def judge_asked(asked: str) -> Verdict:
+    """Verdict on the value of `VARIABLE`, a path or the bare name of a library the loader knows."""
+    library = find(asked)
+    if not library.path.is_file():
+        return Verdict(library, "there is no such file")
+    return judge(library)
+
+
+@functools.cache
+def _choose(asked: str | None) -> Path:
+    """The library asked for if it works, else the newest that does."""
+    if asked:
+        verdict = judge_asked(asked)
+        if verdict.usable:
+            return verdict.library.path
+        _log.warning("%s: %s is not used: %s", VARIABLE, asked, verdict.fault)
+    for library in candidates():
+        if judge(library).usable:
+            return library.path
+    raise LLVMMissing(f"no libLLVM on this machine works with Dr.Jit ({REMEDY})")
+
+
+def prepare() -> Path:
+    """Choose libLLVM and name it in the environment; call before anything imports Dr.Jit or Mitsuba.
+
+    A library the user names in DRJIT_LIBLLVM_PATH wins if it works; if not, one line is logged and the
+    newest working library is taken. Raises `LLVMMissing` if there is none.
+    """
+    path = _choose(os.environ.get(VARIABLE))
+    os.environ[VARIABLE] = str(path)
+    return path
+
+
+def main() -> int:
+    """Print the chosen path; status 1 and one line on stderr if no library fits."""
+    try:
+        print(prepare())
+    except LLVMMissing as missing:
+        print(missing, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Pictures with exact gradients: shading, moving shadows and moving outlines."""

@@ -1,0 +1,147 @@
+"""How shadow boundaries move: the term of the picture's derivative that automatic differentiation misses.
+
+A convex silhouette edge (a, b) casts a shadow boundary: from y = (1 - t) a + t b along -l the ray lands at x
+on a receiver face. Raising y, or lowering the receiver, lengthens the shadow: with n the receiver's
+unnormalised normal (-z_x, -z_y, 1)
+
+    d(length) = (dy - d receiver at x) / (n . l),
+
+and x moves by (z - l / (n . l)) (dy - d receiver), along the receiver, plus z d receiver, with it. In the
+picture the lit area shrinks by the cross product of that motion with the boundary's tangent, each projected
+by the camera, and loses the light's radiance there. So each sample gives five entries dI_pixel / dheight: two
+of the edge, three of the receiver.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from visual.backend.rays import blocked, first_hits
+from visual.geometry.placed_mesh import LIFT_MM, Posed
+from visual.geometry.projection import Projection
+from visual.geometry.topology import Relief, silhouettes
+from visual.lights.parallel import ParallelLights
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Entries = tuple[Index, Index, Array]
+
+EDGE_SAMPLES = 8
+"""Along each silhouette edge. Under lights at 10 and 20 degrees one gradient of gravel is 8.4 and 7.0 % off
+with 2, 6.2 and 3.6 with 4, 3.0 and 1.7 with 8."""
+
+
+@dataclass(frozen=True)
+class ShadowEdges:
+    """Samples of shadow boundaries on the plate.
+
+    Attributes:
+        light: (samples,) which light.
+        point: (samples, 3) where the boundary lies, mm.
+        receiver: (samples,) the face on which it lies.
+        vertices: (samples, 5) the vertices that move it: the edge's two, the receiver's three.
+        over: (samples, 5) how much these raise the edge over the receiver there, mm per mm.
+        growth: (samples, 3) motion of the boundary along the receiver as that rises, mm per mm; away from the
+            light, into what is lit.
+        tangent: (samples, 3) the piece of boundary that a sample stands for, mm.
+    """
+
+    light: Index
+    point: Array
+    receiver: Index
+    vertices: Index
+    over: Array
+    growth: Array
+    tangent: Array
+
+    def shrinkage(self, jacobian: Array) -> Array:
+        """Lit area of a picture lost per rise of `vertices`, (samples, 5) pixels per mm.
+
+        Args:
+            jacobian: (samples, 2, 3) of the projection, pixels per mm.
+        """
+        tangent, growth = (np.einsum("sij,sj->si", jacobian, v) for v in (self.tangent, self.growth))
+        along = _cross(tangent, growth)
+        lost = np.abs(along)[:, None] * self.over
+        # What the receiver itself is raised moves its boundary in pictures that are not taken from above.
+        lost[:, 2:] -= (np.sign(along) * _cross(tangent, jacobian[:, :, 2]))[:, None] * self.over[:, 2:]
+        return lost
+
+    def seen(self, scene: Any, camera: Projection) -> ShadowEdges:
+        """Those samples that lie in the camera's picture and in its sight."""
+        if camera.overhead:
+            return self
+        keep = np.flatnonzero(camera.pixel(camera.project(self.point)) >= 0)
+        lifted = self.point[keep] + (0.0, 0.0, LIFT_MM)
+        keep = keep[~blocked(scene, lifted, camera.toward(lifted))]
+        return ShadowEdges(**{name: values[keep] for name, values in vars(self).items()})
+
+
+def shadow_edges(posed: Posed, lights: ParallelLights, jitter: Array) -> ShadowEdges:
+    """Sample the shadow boundaries that a relief casts on itself.
+
+    Args:
+        jitter: (edges, samples) in [0, 1): stratified positions along each edge, fixed, so that pictures of
+            two reliefs differ by geometry alone.
+    """
+    plate, scene, positions = posed.plate, posed.scene, posed.vertices
+    slope_x, slope_y = posed.slopes
+    per_edge = jitter.shape[1]
+    found = [silhouettes(plate, slope_x, slope_y, toward) for toward in lights.toward]
+    edge = np.repeat(np.concatenate(found), per_edge)
+    light = np.repeat(np.repeat(np.arange(len(lights)), [len(f) for f in found]), per_edge)
+    stratum = np.tile(np.arange(per_edge), len(edge) // per_edge)
+    t = (stratum + jitter[edge, stratum]) / per_edge
+
+    start, end = plate.edge_start[edge], plate.edge_end[edge]
+    origin = (1.0 - t)[:, None] * positions[start] + t[:, None] * positions[end]
+    origin[:, 2] += LIFT_MM
+    toward = lights.toward[light]
+
+    alive = np.flatnonzero(~blocked(scene, origin, toward))
+    light, start, end = (v[alive] for v in (light, start, end))
+    t, origin, toward = t[alive], origin[alive], toward[alive]
+    face, distance = first_hits(scene, origin, -toward)
+    alive = np.flatnonzero(face >= 0)
+    light, start, end, face, t = (v[alive] for v in (light, start, end, face, t))
+    toward = toward[alive]
+    point = origin[alive] - distance[alive, None] * toward
+    normal = np.stack((-slope_x[face], -slope_y[face], np.ones(len(face))), axis=1)
+    facing = np.einsum("si,si->s", normal, toward)
+    keep = np.flatnonzero(facing > 0.0)
+    light, start, end, face, t = (v[keep] for v in (light, start, end, face, t))
+    toward, point, normal, facing = toward[keep], point[keep], normal[keep], facing[keep, None]
+
+    along = (positions[end] - positions[start]) / per_edge
+    tangent = along - toward * (np.einsum("si,si->s", along, normal)[:, None] / facing)
+    growth = np.array([0.0, 0.0, 1.0]) - toward / facing
+    corners = plate.faces[face]
+    first = corners[:, 0]
+    # Barycentric coordinates of the landing point: their gradients are the slope coefficients.
+    dx, dy = point[:, 0] - plate.x[first], point[:, 1] - plate.y[first]
+    weights = plate.slope_x[face] * dx[:, None] + plate.slope_y[face] * dy[:, None]
+    weights[:, 0] += 1.0
+    over = np.concatenate(((1.0 - t)[:, None], t[:, None], -weights), axis=1)
+    vertices = np.concatenate((start[:, None], end[:, None], corners), axis=1)
+    return ShadowEdges(light, point, face, vertices, over, growth, tangent)
+
+
+def shadow_entries(plate: Relief, camera: Projection, found: ShadowEdges, radiance: Array) -> Entries:
+    """What the motion of shadow boundaries changes: pixels, height samples, d radiance / d mm.
+
+    Args:
+        found: samples of shadow boundaries that the camera sees.
+        radiance: (samples,) what the light in question adds there on the lit side.
+    """
+    pixel = camera.pixel(camera.project(found.point))
+    values = -radiance[:, None] * found.shrinkage(camera.jacobian(found.point))
+    keep = pixel >= 0
+    return np.repeat(pixel[keep], 5), plate.sample[found.vertices[keep]].ravel(), values[keep].ravel()
+
+
+def _cross(one: Array, other: Array) -> Array:
+    return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])

@@ -1,0 +1,187 @@
+"""Pictures of the plate by one camera and their Jacobian with respect to the heights, as sparse matrices.
+
+A picture is, pixel by pixel, the lit share of each face times that face's radiance. Its derivative has three
+parts: radiance by slope (each face's radiance depends on its three heights), the motion of shadow boundaries
+(`visual.exact.shadow_edges`), and, unless the camera looks straight down, the motion of the faces' edges in
+the picture
+(`visual.exact.visibility_edges`). Film positions are fixed, so that two reliefs differ by geometry alone,
+not by noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from visual.exact.discontinuities import (
+    Background,
+    EdgeSamples,
+    Jitter,
+    boundary_entries,
+    darkness,
+    edge_jitter,
+    seen_outlines,
+)
+from visual.exact.shading import shade
+from visual.exact.shadow_edges import Entries, shadow_edges
+from visual.exact.visibility_edges import Outlines
+from visual.geometry.film_samples import PictureSamples, film_points, samples_by_rays, samples_from_above
+from visual.geometry.placed_mesh import Posed
+from visual.geometry.projection import Projection
+from visual.geometry.topology import relief
+from visual.lights.parallel import ParallelLights
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """Pictures and their Jacobians.
+
+    Attributes:
+        pictures: (conditions, rows, cols) radiance.
+        jacobians: for each condition (pixels, heights) d radiance / d mm; empty if not asked for.
+    """
+
+    pictures: Array
+    jacobians: tuple[sp.csr_matrix, ...]
+
+
+@dataclass(frozen=True)
+class Illumination:
+    """Lights that shine together. `background`: what the camera sees of them beside the plate."""
+
+    lights: ParallelLights
+    background: Background = darkness
+
+
+class _Sight(NamedTuple):
+    """What one light, or lights of many directions, are seen by."""
+
+    samples: PictureSamples
+    jitter: Jitter
+    moving: Outlines | None
+
+
+class View:
+    """A plate before one camera, lit by one light (or several together) at a time and ambient light."""
+
+    def __init__(
+        self,
+        scene: Any,
+        bsdf: Any,
+        set_heights: Callable[[Array], None],
+        shape: tuple[int, int],
+        size_mm: float,
+        camera: Projection,
+        alone: Sequence[Illumination],
+        ambient: Illumination | None,
+        seed: int = 0,
+        strata: int = 4,
+        ambient_strata: int = 2,
+        edge_samples: EdgeSamples | None = None,
+    ) -> None:
+        """Fix the samples.
+
+        Args:
+            scene: Mitsuba scene that holds the plate; used for rays only.
+            bsdf: the plate's material.
+            set_heights: puts heights (rows, cols) into `scene`.
+            shape: rows and cols of the height map.
+            alone: one condition each; with none, the one condition is ambient light alone.
+            ambient: added to every condition; None if there is none.
+            strata, ambient_strata: samples along a pixel's side where one light shines, and for each of many.
+            edge_samples: along edges whose motion changes the pictures; fewer under many lights.
+        """
+        generator = np.random.default_rng(seed)
+        self._scene, self._bsdf, self._set_heights = scene, bsdf, set_heights
+        self._plate = relief(*shape, size_mm)
+        self.camera = camera
+        self._alone, self._ambient = alone, ambient
+        self._strata = strata, ambient_strata
+        self._film = [film_points(camera, count, generator) for count in self._strata]
+        self._jitter = edge_jitter(self._plate, generator, edge_samples or EdgeSamples())
+        self._from_above: list[PictureSamples] = []
+        if camera.overhead:
+            self._from_above = [
+                samples_from_above(self._plate, camera, film, count**2)
+                for film, count in zip(self._film, self._strata, strict=True)
+            ]
+
+    def evaluate(self, heights: Array, jacobian: bool = True, edges: bool = True) -> Pictures:
+        """Pictures of a relief, and their Jacobians.
+
+        Args:
+            heights: (rows, cols) mm.
+            jacobian: whether derivatives are wanted.
+            edges: whether they include the motion of shadow boundaries and of the faces' edges.
+        """
+        self._set_heights(heights)
+        posed, camera = Posed(self._scene, self._plate, heights), self.camera
+        shining = (*self._alone, *(() if self._ambient is None else (self._ambient,)))
+        many = [len(light.lights) > 1 for light in shining]
+        sights = {which: self._sight(posed, which, jacobian and edges) for which in set(many)}
+        found = [
+            self._lit_by(light, sights[which], posed, jacobian, edges)
+            for light, which in zip(shining, many, strict=True)
+        ]
+        if self._ambient is not None:
+            picture, entries = found.pop()
+            found = [(p + picture, d + entries if jacobian else None) for p, d in found] or [
+                (picture, entries)
+            ]
+        pictures = np.stack([p.reshape(camera.rows, camera.cols) for p, _ in found])
+        return Pictures(pictures, tuple(d for _, d in found) if jacobian else ())
+
+    def _sight(self, posed: Posed, many: bool, edges: bool) -> _Sight:
+        if self._from_above:
+            samples = self._from_above[many]
+        else:
+            samples = samples_by_rays(posed, self.camera, self._film[many], self._strata[many] ** 2)
+        jitter = self._jitter.of_many() if many else self._jitter
+        return _Sight(samples, jitter, seen_outlines(posed, self.camera, jitter) if edges else None)
+
+    def _lit_by(
+        self, light: Illumination, sight: _Sight, posed: Posed, jacobian: bool, edges: bool
+    ) -> tuple[Array, Any]:
+        """Picture (pixels,) and Jacobian (pixels, heights) under a set of lights that shine together."""
+        plate, pixels, lights, samples = self._plate, self.camera.pixels, light.lights, sight.samples
+        shading = shade(self._bsdf, *posed.slopes, lights, self.camera.toward(posed.centres))
+        lit = _lit_shares(lights, samples, posed)
+
+        def gather(values: Array) -> Array:
+            return np.einsum("lp,lp->p", lit, values[:, samples.pair_face])
+
+        behind = light.background(samples.missed_direction) / samples.per_pixel
+        picture: Array = np.zeros(pixels)
+        picture += np.bincount(samples.pair_pixel, gather(shading.radiance), minlength=pixels)
+        picture += np.bincount(samples.missed_pixel, behind, minlength=pixels)
+        if not jacobian:
+            return picture, None
+        by_x, by_y = gather(shading.by_slope_x), gather(shading.by_slope_y)
+        face = samples.pair_face
+        values = by_x[:, None] * plate.slope_x[face] + by_y[:, None] * plate.slope_y[face]
+        columns = plate.sample[plate.faces[face]].ravel()
+        parts: list[Entries] = [(np.repeat(samples.pair_pixel, 3), columns, values.ravel())]
+        if edges:
+            shadows = shadow_edges(posed, lights, sight.jitter.shadows)
+            parts += boundary_entries(
+                posed, self.camera, self._bsdf, lights, shading, light.background, shadows, sight.moving
+            )
+        r, c, v = (np.concatenate(p) for p in zip(*parts, strict=True))
+        return picture, sp.csr_matrix((v, (r, c)), shape=(pixels, plate.rows * plate.cols))
+
+
+def _lit_shares(lights: ParallelLights, samples: PictureSamples, posed: Posed) -> Array:
+    """(lights, pairs): share of the pixel that is this face and sees the light."""
+    shares = np.empty((len(lights), len(samples.pair_pixel)))
+    points = posed.lifted(samples.face, samples.x, samples.y)
+    for number, toward in enumerate(lights.toward):
+        lit = np.flatnonzero(posed.sees(toward, samples.face, points))
+        shares[number] = np.bincount(samples.pair[lit], minlength=len(samples.pair_pixel))
+    return shares / samples.per_pixel

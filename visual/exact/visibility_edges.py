@@ -1,0 +1,110 @@
+"""How the faces of the plate move in pictures that are not taken from straight above.
+
+From above a face stays where it is in the picture, whatever the heights. From the side its edges move with
+them, the outline of a hill as well as the line between any two faces. An edge point y = (1 - t) a + t b that
+rises by dy moves in the picture by J z dy, with J the projection's Jacobian; the region on one side grows by
+the cross product with the edge's tangent J (b - a) dt, and the picture changes by what the two sides differ
+in radiance. The two sides are looked at by camera rays just beside the edge, so that outlines, borders and
+plain edges are one case.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from visual.backend.rays import first_hits
+from visual.exact.shadow_edges import Entries
+from visual.geometry.placed_mesh import Posed
+from visual.geometry.projection import Projection
+from visual.geometry.topology import Relief
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+BESIDE_PIXELS = 2e-3
+"""Distance from an edge at which its sides are looked at: above the rounding of rays, below all detail."""
+
+
+@dataclass(frozen=True)
+class Outlines:
+    """Samples of edges that the camera sees.
+
+    Attributes:
+        pixel: (samples,) where.
+        vertices: (samples, 2) the edge's.
+        growth: (samples, 2) pixels that the first side gains per mm that these rise.
+        face: (2, samples) what is seen on either side: faces of the plate, -1 for the background.
+        x, y: (2, samples) mm, where on those faces.
+        direction: (2, samples, 3) of the rays from the camera that see it, unit vectors.
+    """
+
+    pixel: Index
+    vertices: Index
+    growth: Array
+    face: Index
+    x: Array
+    y: Array
+    direction: Array
+
+    def entries(self, plate: Relief, radiance: Array) -> Entries:
+        """What the motion of edges changes: pixels, height samples, d radiance / d mm.
+
+        Args:
+            radiance: (2, samples) of either side.
+        """
+        values = (radiance[0] - radiance[1])[:, None] * self.growth
+        return np.repeat(self.pixel, 2), plate.sample[self.vertices].ravel(), values.ravel()
+
+
+def outlines(posed: Posed, camera: Projection, jitter: Array) -> Outlines:
+    """Sample the edges that move in a picture.
+
+    Args:
+        jitter: (edges, samples) in [0, 1): stratified positions along each edge, fixed.
+    """
+    plate, positions = posed.plate, posed.vertices
+    per_edge = jitter.shape[1]
+    edge = np.repeat(_worth_a_look(posed, camera), per_edge)
+    stratum = np.tile(np.arange(per_edge), len(edge) // per_edge)
+    start, end = plate.edge_start[edge], plate.edge_end[edge]
+    t = ((stratum + jitter[edge, stratum]) / per_edge)[:, None]
+    point = (1.0 - t) * positions[start] + t * positions[end]
+    film, jacobian = camera.project(point), camera.jacobian(point)
+    tangent = np.einsum("sij,sj->si", jacobian, positions[end] - positions[start])
+    length = np.linalg.norm(tangent, axis=1)
+    pixel = camera.pixel(film)
+    keep = np.flatnonzero((pixel >= 0) & (length > 0.0))
+    edge, start, end, pixel = (numbers[keep] for numbers in (edge, start, end, pixel))
+    t, film, jacobian, tangent, length = t[keep, 0], film[keep], jacobian[keep], tangent[keep], length[keep]
+
+    aside = np.stack((-tangent[:, 1], tangent[:, 0]), axis=1) / length[:, None]
+    sides = np.concatenate((film - BESIDE_PIXELS * aside, film + BESIDE_PIXELS * aside))
+    origins, directions = camera.rays(sides)
+    face, distance = first_hits(posed.scene, origins, directions)
+    face, distance = face.reshape(2, -1), distance.reshape(2, -1)
+    hit = (origins + distance.reshape(-1, 1) * directions).reshape(2, -1, 3)
+
+    neighbours = np.stack((plate.edge_left[edge], plate.edge_right[edge]))
+    # An edge that hides behind a hill has neither of its faces beside it.
+    seen = ((face[:, None] == neighbours) & (neighbours >= 0)).any((0, 1))
+    keep = np.flatnonzero(seen & (face[0] != face[1]))
+    moved = np.einsum("si,si->s", jacobian[keep, :, 2], aside[keep]) * (length[keep] / per_edge)
+    growth = moved[:, None] * np.stack((1.0 - t[keep], t[keep]), axis=1)
+    vertices = np.stack((start[keep], end[keep]), axis=1)
+    seen_along = directions.reshape(2, -1, 3)[:, keep]
+    return Outlines(
+        pixel[keep], vertices, growth, face[:, keep], hit[:, keep, 0], hit[:, keep, 1], seen_along
+    )
+
+
+def _worth_a_look(posed: Posed, camera: Projection) -> Index:
+    """Edges of which a face looks toward the camera, but for those between two faces of one plane."""
+    plate, (slope_x, slope_y) = posed.plate, posed.slopes
+    facing = posed.facing(camera.toward(posed.centres))
+    left, right = plate.edge_left, plate.edge_right
+    border = right < 0
+    bent = border | (slope_x[left] != slope_x[right]) | (slope_y[left] != slope_y[right])
+    return np.flatnonzero((facing[left] | (facing[right] & ~border)) & bent)

@@ -1,0 +1,1 @@
+"""Pictures from straight above in torch alone, without rays and without noise."""

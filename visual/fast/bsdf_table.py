@@ -1,0 +1,97 @@
+"""A material as a table: radiance of faces by their slopes, toward a camera straight above, differentiable.
+
+The table's place is the direction of a face's normal, its angle with the vertical as the distance from the
+middle, so that steep faces have as much of it as level ones. Between entries it is bilinear.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+from torch.nn import functional
+
+from visual.exact.shading import unshadowed
+from visual.lights.parallel import GOLDEN_ANGLE, ParallelLights
+
+ENTRIES, SKY_ENTRIES = 384, 96
+"""A side. Light after light: within 0.1 % of the material on gravel."""
+SKY_DIRECTIONS = 512
+STEEPEST = 1e4
+"""Slope of the table's outermost entries."""
+ABOVE = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class SlopeTable:
+    """Radiance of a face under each of some lights.
+
+    Attributes:
+        values: (lights, k, k); rows by the normal's way in y, columns by that in x.
+    """
+
+    values: Tensor
+
+    def __call__(self, slope_x: Tensor, slope_y: Tensor) -> Tensor:
+        """Radiance (lights, ...) of faces of slopes (...), dz/dx and dz/dy."""
+        steep = torch.sqrt(slope_x.square() + slope_y.square() + 1e-12)
+        share = torch.atan(steep) / (steep * (0.5 * math.pi))
+        place = torch.stack((slope_x * share, slope_y * share), dim=-1).reshape(1, 1, -1, 2)
+        found = functional.grid_sample(self.values[None], place, "bilinear", "border", align_corners=True)
+        return found.view(len(self.values), *slope_x.shape)
+
+    def to(self, dtype: torch.dtype) -> SlopeTable:
+        """The same in another precision; the one in single precision is kept."""
+        if dtype == self.values.dtype:
+            return self
+        return self._single if dtype == torch.float32 else SlopeTable(self.values.to(dtype))
+
+    @cached_property
+    def _single(self) -> SlopeTable:
+        return SlopeTable(self.values.float())
+
+
+def light_table(bsdf: Any, lights: ParallelLights, entries: int = ENTRIES) -> SlopeTable:
+    """Of a Mitsuba BSDF under each of some parallel lights."""
+    slope_x, slope_y = _slopes(entries)
+    single = zip(lights.toward, lights.irradiance, strict=True)
+    radiance = [
+        unshadowed(bsdf, slope_x, slope_y, ParallelLights(toward[None], np.asarray(irradiance)[None]), ABOVE)
+        for toward, irradiance in single
+    ]
+    return SlopeTable(torch.from_numpy(np.concatenate(radiance).reshape(-1, entries, entries)))
+
+
+def sky_table(bsdf: Any, radiance: NDArray[np.float64], entries: int = SKY_ENTRIES) -> SlopeTable:
+    """Of a Mitsuba BSDF under a sky of constant radiance that nothing hides, down to the horizon.
+
+    Args:
+        radiance: red, green and blue.
+    """
+    index = np.arange(SKY_DIRECTIONS)
+    z = (index + 0.5) / SKY_DIRECTIONS
+    planar = np.sqrt(1.0 - z * z)
+    toward = np.stack((planar * np.cos(GOLDEN_ANGLE * index), planar * np.sin(GOLDEN_ANGLE * index), z), 1)
+    share = np.outer(np.full(SKY_DIRECTIONS, 2.0 * np.pi / SKY_DIRECTIONS), radiance)
+    slope_x, slope_y = _slopes(entries)
+    total = np.zeros(entries * entries)
+    for first in range(0, SKY_DIRECTIONS, 64):
+        part = slice(first, first + 64)
+        total += unshadowed(bsdf, slope_x, slope_y, ParallelLights(toward[part], share[part]), ABOVE).sum(0)
+    return SlopeTable(torch.from_numpy(total.reshape(1, entries, entries)))
+
+
+def _slopes(entries: int) -> tuple[Any, Any]:
+    """dz/dx and dz/dy (entries²,) of the table's entries."""
+    way = np.linspace(-0.5 * np.pi, 0.5 * np.pi, entries)
+    y, x = np.meshgrid(way, way, indexing="ij")
+    angle = np.hypot(x, y)
+    steep = np.tan(np.minimum(angle, math.atan(STEEPEST)))
+    scale = np.where(angle > 0.0, steep / np.where(angle > 0.0, angle, 1.0), 1.0)
+    return (x * scale).ravel(), (y * scale).ravel()

@@ -1,0 +1,82 @@
+"""The points of the plate that the samples of a picture meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from visual.backend.rays import first_hits
+from visual.geometry.placed_mesh import Posed
+from visual.geometry.projection import Projection
+from visual.geometry.top_view import face_at
+from visual.geometry.topology import Relief
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class PictureSamples:
+    """What the samples of a picture meet.
+
+    Attributes:
+        x, y: (samples,) mm, of those that meet the plate.
+        face: (samples,) the face that each of them meets.
+        pair: (samples,) which (pixel, face) pair it belongs to.
+        pair_pixel, pair_face: (pairs,).
+        missed_pixel, missed_direction: (misses,) and (misses, 3), of those that meet nothing.
+        per_pixel: samples in each pixel.
+    """
+
+    x: Array
+    y: Array
+    face: Index
+    pair: Index
+    pair_pixel: Index
+    pair_face: Index
+    missed_pixel: Index
+    missed_direction: Array
+    per_pixel: int
+
+
+def film_points(camera: Projection, strata: int, generator: np.random.Generator) -> Array:
+    """Jittered film points (samples, 2), `strata` x `strata` in each pixel."""
+    row, col = np.meshgrid(np.arange(camera.rows * strata), np.arange(camera.cols * strata), indexing="ij")
+    jitter = generator.uniform(size=(2, *row.shape))
+    return np.stack(((col + jitter[0]).ravel(), (row + jitter[1]).ravel()), axis=1) / strata
+
+
+def samples_from_above(plate: Relief, camera: Projection, film: Array, per_pixel: int) -> PictureSamples:
+    """Of a camera straight above; they hold for any heights."""
+    origins, directions = camera.rays(film)
+    x, y, _ = origins.T
+    return _paired(plate, camera.pixel(film), x, y, face_at(plate, x, y), directions, per_pixel)
+
+
+def samples_by_rays(posed: Posed, camera: Projection, film: Array, per_pixel: int) -> PictureSamples:
+    """Of any camera."""
+    origins, directions = camera.rays(film)
+    face, distance = first_hits(posed.scene, origins, directions)
+    x, y, _ = (origins + distance[:, None] * directions).T
+    return _paired(posed.plate, camera.pixel(film), x, y, face, directions, per_pixel)
+
+
+def _paired(
+    plate: Relief, pixel: Index, x: Array, y: Array, face: Index, directions: Array, per_pixel: int
+) -> PictureSamples:
+    met, missed = np.flatnonzero(face >= 0), np.flatnonzero(face < 0)
+    count = len(plate.faces)
+    key, pair = np.unique(pixel[met] * count + face[met], return_inverse=True)
+    return PictureSamples(
+        x[met],
+        y[met],
+        face[met],
+        pair,
+        key // count,
+        key % count,
+        pixel[missed],
+        directions[missed],
+        per_pixel,
+    )

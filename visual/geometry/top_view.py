@@ -1,0 +1,27 @@
+"""What a camera straight above meets, without a ray: the same face whatever the heights."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from visual.geometry.topology import Relief
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def face_at(plate: Relief, x: Array, y: Array) -> Index:
+    """The face under each point of the plate, (points,)."""
+    across, down = _cell(plate.cols, plate.size_mm, x), _cell(plate.rows, plate.size_mm, -y)
+    second = across[1] + down[1] >= 1.0
+    return 2 * (down[0] * (plate.cols + 1) + across[0]) + second
+
+
+def _cell(samples: int, size_mm: float, position: Array) -> tuple[Index, Array]:
+    """Cell between grid lines, and how far across it, of a coordinate; outermost cells are half as wide."""
+    place = (position / size_mm + 0.5) * samples + 0.5
+    cell = np.clip(np.floor(place).astype(np.int64), 0, samples)
+    within = place - cell
+    within = np.where(cell == 0, 2.0 * within - 1.0, np.where(cell == samples, 2.0 * within, within))
+    return cell, within

@@ -1,0 +1,89 @@
+"""The plate's triangles as functions of its heights: slopes, which are linear in them, and silhouettes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief import grid as mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Relief:
+    """What of the plate's mesh does not depend on its heights.
+
+    Attributes:
+        rows, cols: height samples.
+        size_mm: side of the plate.
+        x, y: (vertices,) mm.
+        sample: (vertices,) the height sample that each vertex carries.
+        faces: (faces, 3) vertices.
+        slope_x, slope_y: (faces, 3) coefficients: dz/dx and dz/dy of a face are their products with its
+        vertex heights. edge_start, edge_end: (edges,) vertices.
+        edge_left, edge_right: (edges,) faces, -1 beyond the border.
+    """
+
+    rows: int
+    cols: int
+    size_mm: float
+    x: Array
+    y: Array
+    sample: Index
+    faces: Index
+    slope_x: Array
+    slope_y: Array
+    edge_start: Index
+    edge_end: Index
+    edge_left: Index
+    edge_right: Index
+
+    def vertex_heights(self, heights: Array) -> Array:
+        """(vertices,) mm, of heights (rows, cols)."""
+        return heights.ravel()[self.sample]
+
+    def slopes(self, heights: Array) -> tuple[Array, Array]:
+        """dz/dx and dz/dy of every face, each (faces,)."""
+        z = self.vertex_heights(heights)[self.faces]
+        return (self.slope_x * z).sum(1), (self.slope_y * z).sum(1)
+
+
+@lru_cache(maxsize=4)
+def relief(rows: int, cols: int, size_mm: float) -> Relief:
+    """The mesh of a plate of `rows` x `cols` height samples."""
+    x, y = mesh.grid_vertices(rows, cols, size_mm)
+    faces = mesh.grid_faces(rows, cols).astype(np.int64)
+    fx, fy = x[faces], y[faces]
+    # Gradients of the barycentric coordinates of each face.
+    twice_area = (fx[:, 1] - fx[:, 0]) * (fy[:, 2] - fy[:, 0]) - (fx[:, 2] - fx[:, 0]) * (fy[:, 1] - fy[:, 0])
+    following, last = [1, 2, 0], [2, 0, 1]
+    slope_x = (fy[:, following] - fy[:, last]) / twice_area[:, None]
+    slope_y = (fx[:, last] - fx[:, following]) / twice_area[:, None]
+    start, end, left, right = (part.astype(np.int64) for part in mesh.edges(rows, cols))
+    sample = mesh.pad_index(rows, cols).astype(np.int64)
+    return Relief(rows, cols, size_mm, x, y, sample, faces, slope_x, slope_y, start, end, left, right)
+
+
+def silhouettes(plate: Relief, slope_x: Array, slope_y: Array, toward: Array) -> Index:
+    """Edges at which one face looks toward the light, the other away, and which stand out rather than in.
+
+    Beyond the border the plate falls away: an edge there counts if its only face looks away from the light.
+
+    Args:
+        slope_x, slope_y: (faces,).
+        toward: (3,) unit vector toward the light.
+    """
+    lit = toward[2] - slope_x * toward[0] - slope_y * toward[1] > 0.0
+    border = plate.edge_right < 0
+    left_lit, right_lit = lit[plate.edge_left], np.where(border, True, lit[plate.edge_right])
+    # Along a common edge slopes differ only across it; the ridge is where the slope falls from left to right.
+    across_x = plate.y[plate.edge_end] - plate.y[plate.edge_start]
+    across_y = plate.x[plate.edge_start] - plate.x[plate.edge_end]
+    bend = (slope_x[plate.edge_right] - slope_x[plate.edge_left]) * across_x
+    bend += (slope_y[plate.edge_right] - slope_y[plate.edge_left]) * across_y
+    return np.flatnonzero((left_lit != right_lit) & (border | (bend < 0.0)))

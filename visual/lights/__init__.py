@@ -1,0 +1,1 @@
+"""Lights of every kind as sets of parallel lights."""

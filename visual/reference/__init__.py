@@ -1,0 +1,1 @@
+"""Converged pictures that learned models are trained on and judged by."""

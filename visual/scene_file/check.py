@@ -1,0 +1,234 @@
+"""Scene files are checked before anything in them is loaded, because loading one can run code.
+
+Mitsuba loads ``plugins/<type>.so`` from beside a scene file or from the working directory in preference to
+its own plugins, and a scene can name any file. Hence: read the XML as text; let Mitsuba parse it without
+making objects; allow only known plugins and files inside the scene's folder; make the objects with Mitsuba's
+own folder as the only place where plugins are looked for.
+"""
+
+import contextlib
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from relief import heightmap
+from relief.errors import InputError
+from visual.backend import heightfield, llvm
+from visual.backend.variants import WITHOUT_LLVM
+from visual.scene_file.describe import WEIGHT, children
+from visual.scene_file.text import TextCheck, file_of_scene, file_of_user, last_line, nearest
+
+LARGEST_FILM = 8192
+"""Pixels a side of a picture."""
+
+ALLOWED = {
+    "Shape": {heightfield.PLUGIN, "rectangle", "disk", "sphere", "cube", "cylinder", "obj", "ply"},
+    "Emitter": {"directional", "constant", "envmap", "area", "point"},
+    "Sensor": {"orthographic", "perspective"},
+    "BSDF": {
+        *("diffuse", "plastic", "roughplastic", "principled", "conductor", "roughconductor"),
+        *("dielectric", "roughdielectric", "twosided", "blendbsdf"),
+    },
+    "Texture": {"bitmap", "checkerboard", "srgb", "uniform", "d65", "regular", "irregular", "blackbody"},
+    "Integrator": {"path", "direct", "prb", "prb_basic"},
+    "Film": {"hdrfilm"},
+    "ReconstructionFilter": {"box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"},
+    "Sampler": {"independent", "stratified", "multijitter", "orthogonal", "ldsampler"},
+    "Scene": {"scene"},
+}
+"""Plugins a scene may use, by Mitsuba's kinds of object."""
+
+PLATE_KEYS = ("filename", "size_mm", "relief_mm", "to_world")
+"""What a height field takes from a file, beside its material."""
+
+
+@dataclass(frozen=True)
+class CheckedScene:
+    """A scene file that passed ``check_scene``.
+
+    ``state`` is Mitsuba's parsed scene with resolved references and absolute file names; ``plate`` the node
+    of its height field. ``visual.scene_file.describe.describe`` tells what it holds, ``instantiate`` makes
+    it.
+    """
+
+    path: Path
+    state: Any
+    plate: int
+
+
+def check_scene(path: str | Path, defines: Mapping[str, str] | None = None) -> CheckedScene:
+    """Parse a scene file without loading any of it and check that it is one of ours and harmless.
+
+    ``defines`` are values for the ``$parameters`` of the file, as with Mitsuba's ``-D``. Files the scene
+    names must lie in its folder; a value of ``defines`` comes from the user and may name any file. Raises
+    InputError, one line that names the file and what is wrong.
+    """
+    path, defines = Path(path), dict(defines or {})
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    text = TextCheck(path.resolve().parent)
+    text.read(path, ())
+    for key in defines:
+        if key not in text.parameters:
+            raise InputError(
+                f"{path}: -D {key}: the scene has no such parameter{nearest(key, text.parameters)}"
+            )
+    mi = _mitsuba()
+    state = _parse(mi, path, defines)
+    for node in state.nodes:
+        _check_node(mi, node, f"{path}: {_element(node)}", path.resolve().parent, set(defines.values()))
+    kinds = [node.type.name for node in state.nodes]
+    for kind in ("Sensor", "Emitter"):
+        if kind not in kinds:
+            raise InputError(f"{path}: has no {kind.lower()}")
+    plates = [i for i, node in enumerate(state.nodes) if node.props.plugin_name() == heightfield.PLUGIN]
+    if len(plates) != 1:
+        raise InputError(f'{path}: has {len(plates)} shapes of type "{heightfield.PLUGIN}"; one is needed')
+    _check_plate(state.nodes[plates[0]].props, f"{path}: {heightfield.PLUGIN}")
+    return CheckedScene(path, state, plates[0])
+
+
+def instantiate(
+    checked: CheckedScene, heights: ArrayLike | None = None, *, lights: Collection[int] | None = None
+) -> Any:
+    """Make the ``mi.Scene``, in the variant that is set.
+
+    ``heights``: (rows, cols), mm, instead of those of the plate's file. ``lights``: keep only these emitters
+    (numbers ``Light.node`` of the description); None keeps all. From here on Mitsuba looks for plugins in its
+    own folder alone. Raises InputError.
+    """
+    mi = _mitsuba()
+    heightfield.register()
+    state = mi.parser.ParserState(checked.state)
+    plate = state.nodes[checked.plate].props
+    if heights is None:
+        relief_mm = float(plate["relief_mm"]) if "relief_mm" in plate else None
+        samples = heightmap.load_heights(plate["filename"], relief_mm=relief_mm)
+    else:
+        samples = heightmap.check_heights(heights, f"{checked.path}: heights")
+    for key in ("filename", "relief_mm"):
+        if key in plate:
+            del plate[key]
+    plate["heights"] = mi.TensorXf(samples.astype("float32"))
+    if lights is not None:
+        _drop_lights(mi, state, keep=lights)
+    for node in state.nodes:
+        if node.type == mi.ObjectType.Sensor and WEIGHT in node.props:
+            del node.props[WEIGHT]
+        for key in node.props:
+            # Reading marks a property as used; Mitsuba names those that none of its objects uses.
+            node.props.mark_queried(key, False)
+    _trust_only(mi)
+    config = _config(mi)
+    try:
+        return mi.parser.instantiate(config, state)
+    except RuntimeError as error:
+        raise InputError(f"{checked.path}: {last_line(error)}") from error
+
+
+def _mitsuba() -> ModuleType:
+    """Mitsuba with some variant set: parsing needs one, whichever it is."""
+    with contextlib.suppress(llvm.LLVMMissing):
+        llvm.prepare()
+    # Only after libLLVM has been chosen: importing Mitsuba loads it.
+    import mitsuba
+
+    if mitsuba.variant() is None:
+        mitsuba.set_variant(WITHOUT_LLVM)
+    module: ModuleType = mitsuba
+    return module
+
+
+def _config(mi: ModuleType) -> Any:
+    config = mi.parser.ParserConfig(mi.variant())
+    # Plugins in Python hold the interpreter's lock, and merging would make the plate a plain mesh.
+    config.parallel = config.merge_meshes = config.merge_equivalent = False
+    return config
+
+
+def _parse(mi: ModuleType, path: Path, defines: Mapping[str, str]) -> Any:
+    config = _config(mi)
+    _trust_only(mi, path.resolve().parent)
+    try:
+        state = mi.parser.parse_file(config, str(path.resolve()), **defines)
+        mi.parser.transform_upgrade(config, state)
+        mi.parser.transform_resolve(config, state)
+    except (RuntimeError, TypeError) as error:
+        raise InputError(f"{path}: {last_line(error)}") from error
+    finally:
+        _trust_only(mi)
+    return state
+
+
+def _trust_only(mi: ModuleType, *folders: Path) -> None:
+    """Let Mitsuba look for files and plugins in these folders and its own, and nowhere else."""
+    resolver = mi.file_resolver()
+    resolver.clear()
+    for folder in (*folders, Path(str(mi.__file__)).parent):
+        resolver.append(str(folder))
+
+
+def _element(node: Any) -> str:
+    name = node.props.id()
+    return (
+        f"{node.props.plugin_name()} {name}"
+        if name and not name.startswith("_")
+        else node.props.plugin_name()
+    )
+
+
+def _check_node(mi: ModuleType, node: Any, where: str, folder: Path, users_own: Collection[str]) -> None:
+    kind, plugin, props = node.type.name, node.props.plugin_name(), node.props
+    if plugin not in ALLOWED.get(kind, ()):
+        known = ALLOWED.get(kind, set())
+        raise InputError(f'{where}: {kind.lower()} plugin "{plugin}" is not allowed{nearest(plugin, known)}')
+    for key, value in props.items():
+        if isinstance(value, str) and key == "filename":
+            props[key] = str(
+                file_of_user(folder, value, where)
+                if value in users_own
+                else file_of_scene(folder, value, where)
+            )
+        elif isinstance(value, str) and ("/" in value or "\\" in value):
+            raise InputError(f"{where}: {key}: {value!r} names a file where none belongs")
+        elif kind == "Film" and key in ("width", "height") and not 1 <= int(value) <= LARGEST_FILM:
+            raise InputError(f"{where}: {key}: {value} is not between 1 and {LARGEST_FILM} pixels")
+        elif (
+            kind == "Sensor"
+            and key == WEIGHT
+            and not (isinstance(value, int | float) and 0 <= value < float("inf"))
+        ):
+            raise InputError(f"{where}: {key}: {value} is not a number from 0 up")
+
+
+def _check_plate(props: Any, where: str) -> None:
+    for key, value in props.items():
+        if key.startswith("_arg_") or key == "bsdf":
+            continue
+        if key not in PLATE_KEYS:
+            raise InputError(f"{where}: {key}: no such parameter{nearest(key, PLATE_KEYS)}")
+        if key in ("size_mm", "relief_mm") and not (
+            isinstance(value, int | float) and 0 < value < float("inf")
+        ):
+            raise InputError(f"{where}: {key}: {value} is not a length above 0 mm")
+    if "filename" not in props:
+        raise InputError(f"{where}: filename: missing")
+    heightfield.check_placement(props, where)
+
+
+def _drop_lights(mi: ModuleType, state: Any, keep: Collection[int]) -> None:
+    dropped = {
+        index
+        for index, node in enumerate(state.nodes)
+        if node.type == mi.ObjectType.Emitter and index not in keep
+    }
+    for index, node in enumerate(state.nodes):
+        if dropped.isdisjoint(children(state.nodes, index)):
+            continue
+        for key, value in node.props.items():
+            if isinstance(value, mi.Properties.ResolvedReference) and value.index() in dropped:
+                del node.props[key]

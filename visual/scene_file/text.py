@@ -1,0 +1,112 @@
+"""A scene file as text: what it would make Mitsuba's parser open, and which files it may name."""
+
+import difflib
+import re
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Collection, Mapping
+from pathlib import Path
+
+from relief.errors import InputError
+
+LARGEST_FILE = 1_000_000
+"""Bytes of a scene file."""
+DEEPEST = 32
+"""Levels of nested elements."""
+MOST_INCLUDES = 32
+"""Files that a scene may include in all; the same one counts each time."""
+
+
+class TextCheck:
+    """Reads a scene file, and those it includes, as text; collects the names of their parameters."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.parameters: set[str] = set()
+        self.includes = 0
+
+    def read(self, path: Path, including: tuple[Path, ...]) -> None:
+        if path.resolve() in including:
+            raise InputError(f"{path}: <include>: the file includes itself")
+        if path.stat().st_size > LARGEST_FILE:
+            raise InputError(f"{path}: larger than {LARGEST_FILE} bytes; not read as a scene")
+        data = path.read_bytes()
+        if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+            raise InputError(f"{path}: DOCTYPE: document types and entities are not allowed in a scene")
+        elements = _Elements(path)
+        # Told to read UTF-8, the parser cannot be led to see other elements than Mitsuba does.
+        parser = ElementTree.XMLParser(target=elements, encoding="utf-8")
+        try:
+            parser.feed(data)
+            parser.close()
+        except ElementTree.ParseError as error:
+            raise InputError(f"{path}: not well-formed XML: {last_line(error)}") from error
+        self.parameters |= elements.parameters
+        for tag, name in elements.files:
+            if "$" in name:
+                raise InputError(f"{path}: <{tag}>: filename: a $parameter is not allowed here")
+            file = file_of_scene(self.folder, name, f"{path}: <{tag}>")
+            if tag == "include":
+                self.includes += 1
+                if self.includes > MOST_INCLUDES:
+                    raise InputError(f"{path}: <include>: more than {MOST_INCLUDES} files are included")
+                self.read(file, (*including, path.resolve()))
+
+
+class _Elements:
+    """Target of an XML parser: notes parameters and the files that parsing itself would open."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.depth = 0
+        self.parameters: set[str] = set()
+        self.files: list[tuple[str, str]] = []
+
+    def start(self, tag: str, attributes: Mapping[str, str]) -> None:
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise InputError(f"{self.path}: <{tag}>: nested more than {DEEPEST} levels deep")
+        if tag == "path":
+            raise InputError(f"{self.path}: <path>: search paths are not allowed in a scene")
+        if tag == "default" and "name" in attributes:
+            self.parameters.add(attributes["name"])
+        for name, value in attributes.items():
+            self.parameters.update(re.findall(r"\$\{?(\w+)", value))
+            if name == "filename":
+                self.files.append((tag, value))
+
+    def end(self, _: str) -> None:
+        self.depth -= 1
+
+    def close(self) -> None:
+        pass
+
+
+def file_of_scene(folder: Path, name: str, where: str) -> Path:
+    """The file that a scene in ``folder`` calls ``name``, links followed; it must exist in there."""
+    written = Path(name)
+    file = (folder / written).resolve()
+    if written.is_absolute() or ".." in written.parts or "\\" in name or not file.is_relative_to(folder):
+        raise InputError(f"{where}: filename: {name!r} is not inside the scene's folder")
+    if not file.is_file():
+        raise InputError(f"{where}: filename: {name!r}: no such file")
+    return file
+
+
+def file_of_user(folder: Path, name: str, where: str) -> Path:
+    """The file that the user calls ``name``: beside the scene or else in the working directory."""
+    for file in (folder / name, Path(name)):
+        if file.is_file():
+            return file.resolve()
+    raise InputError(f"{where}: filename: {name!r}: no such file")
+
+
+def nearest(word: str, known: Collection[str]) -> str:
+    """The end of a message about an unknown word: the known one most like it, or nothing if none is alike."""
+    alike = difflib.get_close_matches(word, sorted(known), n=1, cutoff=0.5)
+    return f"; did you mean {alike[0]}?" if alike else ""
+
+
+def last_line(error: Exception) -> str:
+    """The last line of an error, which is its cause, without Mitsuba's note on its own source."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return re.sub(r"\[\w+\.cpp:\d+\] ", "", lines[-1]) if lines else type(error).__name__
