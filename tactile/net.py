@@ -20,7 +20,6 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from relief.errors import InputError
-from relief.errors import InputError as SurrogateInputError
 from surrogate.nets.unet import UNet
 from surrogate.nets.weights import FOLDER, Card, load_net
 from tactile.contact import Compliance, ContactState, approach_contact
@@ -151,7 +150,7 @@ def net_solver(skin: Skin, samples: int, size_mm: float, folder: Path = FOLDER) 
 def _loaded(folder: Path) -> tuple[UNet, Card]:
     try:
         net, card = load_net(KIND, folder)
-    except SurrogateInputError as error:
+    except InputError as error:
         raise InputError(f"touch.model: {error}") from error
     if card.shape.inputs != CHANNELS or card.shape.outputs != 1:
         raise InputError(

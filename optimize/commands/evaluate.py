@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from optimize.commands.options import add_plate, console, touch_of
+from optimize.commands.options import add_plate, console, contact_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -82,11 +82,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from relief.errors import naming
     from relief.heightmap import load_heights
     from tactile import Skin
 
     size_mm = SIZE_MM if arguments.size_mm is None else arguments.size_mm
-    with touch_of("evaluate"):
+    with naming("evaluate"):
         skin = Skin(
             force_n=arguments.force_n,
             young_modulus_mpa=arguments.young_modulus_mpa,
@@ -116,8 +117,9 @@ def run(arguments: argparse.Namespace) -> int:
 def feel(path: Path, heights: "NDArray[np.float64]", size_mm: float, skin: "Skin", model: Any) -> Feel:
     """Press the skin on heights (rows, cols) in mm. Raises InputError that names ``path``."""
     import tactile
+    from relief.errors import naming
 
-    with touch_of(path):
+    with naming(path), contact_of(path):
         touch = tactile.press(heights, size_mm=size_mm, skin=skin, model=model)
         return Feel(
             str(path),

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from optimize.commands.options import add_mitsuba, add_plate, console, seed, touch_of
+from optimize.commands.options import add_mitsuba, add_plate, console, contact_of, seed
 
 if TYPE_CHECKING:
     from optimize.runs.config import Run
@@ -113,7 +113,7 @@ def run(arguments: argparse.Namespace) -> int:
     _spare(out, (arguments.source, settings.scene, settings.texture))
     from optimize.runs import job
 
-    with touch_of(settings.texture):
+    with contact_of(settings.texture):
         result = job.run(
             settings, out, variant=arguments.variant, force=arguments.force, quiet=arguments.quiet
         )

@@ -83,12 +83,12 @@ def console() -> "Console":
 
 
 @contextlib.contextmanager
-def touch_of(subject: Path | str) -> Iterator[None]:
-    """Errors of touch inside the block, which name the field, as InputErrors that name the file too."""
+def contact_of(subject: Path | str) -> Iterator[None]:
+    """A contact that does not converge in the block, as an InputError that names the file."""
     import tactile
     from relief.errors import InputError
 
     try:
         yield
-    except (tactile.InputError, tactile.ContactError) as error:
+    except tactile.ContactError as error:
         raise InputError(f"{subject}: {error}") from error

@@ -23,6 +23,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from optimize.runs import job
 
-    with cli_optimize.touch_of(arguments.run_dir):
+    with cli_optimize.contact_of(arguments.run_dir):
         result = job.resume(arguments.run_dir, variant=arguments.variant, quiet=arguments.quiet)
     return cli_optimize.finish(result, arguments.quiet)

@@ -16,7 +16,7 @@ from optimize.descent.problem import Problem, Targets
 from optimize.descent.verification import TouchMeasured, measure_touch
 from optimize.runs.config import Run, Touch
 from optimize.runs.progress import Progress
-from relief.errors import InputError
+from relief.errors import InputError, naming
 from visual.scene import load_scene
 
 Array = NDArray[np.float64]
@@ -65,20 +65,21 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
         raise InputError(
             f"{settings.texture}: {_asked(touch)}: the texture is flat; there is no relief to change"
         )
-    untargeted = Problem(
-        scene.heights,
-        settings.size_mm,
-        tactile.Skin(touch.young_modulus_mpa, touch.poisson_ratio, touch.force_n),
-        Targets(None, None, descent.tolerance),
-        scene,
-        regularisation=descent.regularisation,
-        look_weight=settings.look.weight,
-        shadow_edges=descent.shadow_edges,
-        samples=settings.look.samples or ADAM_SAMPLES,
-        seed=settings.seed,
-        touch=touch.model,
-        look=settings.look.model,
-    )
+    with naming(settings.texture):
+        untargeted = Problem(
+            scene.heights,
+            settings.size_mm,
+            tactile.Skin(touch.young_modulus_mpa, touch.poisson_ratio, touch.force_n),
+            Targets(None, None, descent.tolerance),
+            scene,
+            regularisation=descent.regularisation,
+            look_weight=settings.look.weight,
+            shadow_edges=descent.shadow_edges,
+            samples=settings.look.samples or ADAM_SAMPLES,
+            seed=settings.seed,
+            touch=touch.model,
+            look=settings.look.model,
+        )
     glimpse = scene.render(samples=1, seed=settings.seed)
     if float(glimpse.mean()) < BLACK * scene.white:
         raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
@@ -88,8 +89,10 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
             f"pressing on the original with finite elements, {settings.verify.resolution} nodes a side "
             "(built once per skin, then kept)"
         )
-        truth = measure_touch(untargeted, scene.heights, "fem", settings.verify.resolution)
-    original = truth or measure_touch(untargeted, scene.heights, touch.model)
+    with naming(settings.texture):
+        if settings.verify.model == "fem":
+            truth = measure_touch(untargeted, scene.heights, "fem", settings.verify.resolution)
+        original = truth or measure_touch(untargeted, scene.heights, touch.model)
     targets = _targets(settings, original.roughness, original.contact_area_mm2)
     problem = replace(untargeted, targets=targets)
 

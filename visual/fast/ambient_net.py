@@ -23,7 +23,6 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from relief.errors import InputError
-from relief.errors import InputError as SurrogateInputError
 from surrogate.nets.unet import UNet
 from surrogate.nets.weights import FOLDER, load_net
 from visual.fast.bsdf_table import SlopeTable
@@ -255,7 +254,7 @@ def trained_sky(table: SlopeTable, samples: int, folder: Path = FOLDER) -> Sky:
     """
     try:
         net, card = load_net(KIND, folder)
-    except SurrogateInputError as error:
+    except InputError as error:
         raise InputError(f"look.model: {error}") from error
     if (card.shape.inputs, card.shape.outputs) != (CHANNELS, 1):
         raise InputError(

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.visual.test_environment import irradiance, picture_under
 
+from tests.visual.lights.test_environment import irradiance, picture_under
 from tests.visual.scenes import SIZE_MM, Array, hills, toward, write_scene
 from visual.lights.area import DISTANT, area_lights, is_distant, shape_obstacle
 from visual.scene_file.check import check_scene
