@@ -17,7 +17,8 @@ from optimize.descent.driver import descend
 from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem, Targets
-from optimize.report.metrics import display, mean_change
+from optimize.report.colour_maps import srgb
+from optimize.report.metrics import mean_change
 from visual.scene import Scene, load_scene
 
 Array = NDArray[np.float64]
@@ -39,7 +40,7 @@ def main() -> None:
         before = pictures[0]
         assert before is not None
         exposure = float(np.percentile(before, 99.5))
-        tiles.append([None if p is None else np.asarray(display(p, exposure)) for p in pictures])
+        tiles.append([None if p is None else np.asarray(srgb(p, exposure)) for p in pictures])
         captions.append(
             [
                 "out of reach below 3 mm"

@@ -40,11 +40,20 @@ GREY = colour_table(("000000", "ffffff"))
 NO_CONTACT = (0xDD, 0xDA, 0xD4)
 
 
+def srgb(radiance: Array, white: float) -> Array:
+    """Values in [0, 1] that a screen shows as the radiance, by the sRGB curve (IEC 61966-2-1).
+
+    Args:
+        radiance: linear, of any shape.
+        white: radiance shown as full white; brighter radiance is clipped.
+    """
+    linear = np.clip(radiance / white, 0.0, 1.0)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+
+
 def picture_uri(radiance: Array, white: float, side: int) -> str:
     """A linear picture (rows, cols) through the sRGB curve, `white` radiance being full white."""
-    linear = np.clip(shrunk(radiance, side) / white, 0.0, 1.0)
-    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return _png(encoded * 255.0, GREY)
+    return _png(srgb(shrunk(radiance, side), white) * 255.0, GREY)
 
 
 def map_uri(values: Array, low: float, high: float, table: Table, side: int) -> str:

@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from optimize.report import colour_maps as colours
-from optimize.report import svg as plots
+from optimize.report import colour_maps, svg
+from optimize.report.content import Report
 from optimize.report.formatting import number
+from optimize.report.metrics import mean_change, rms_change
 from tactile.jnd import jnd_apart, told_apart
-
-if TYPE_CHECKING:
-    from optimize.report.page import Report
 
 Array = NDArray[np.floating]
 
@@ -35,8 +33,13 @@ MODEL_NAMES = {
 
 
 @dataclass(frozen=True)
-class PictureChange:
-    """Mean and root mean square of a picture's change, in percent of white and of the mean picture before."""
+class ChangePercent:
+    """Mean absolute and root mean square change of pictures, in percent.
+
+    Attributes:
+        mean_of_white, rms_of_white: in percent of the radiance of white.
+        mean_of_picture, rms_of_picture: in percent of the mean radiance before.
+    """
 
     mean_of_white: float
     rms_of_white: float
@@ -44,12 +47,17 @@ class PictureChange:
     rms_of_picture: float
 
 
-def picture_change(before: Array, after: Array, white: float) -> PictureChange:
-    """How far two pictures of any common shape, in linear radiance, lie apart."""
-    difference = np.asarray(after, dtype=np.float64) - before
-    mean, rms = float(np.abs(difference).mean()), float(np.sqrt(np.square(difference).mean()))
+def change_percent(before: Array, after: Array, white: float) -> ChangePercent:
+    """The change between two pictures of any common shape.
+
+    Args:
+        before, after: linear radiance.
+        white: radiance of white.
+    """
+    after = np.asarray(after, dtype=np.float64)
+    changes = mean_change(before, after), rms_change(before, after)
     level = max(float(np.mean(before)), np.finfo(np.float64).tiny)
-    return PictureChange(*(100.0 * value / unit for unit in (white, level) for value in (mean, rms)))
+    return ChangePercent(*(100.0 * change / unit for unit in (white, level) for change in changes))
 
 
 def model_name(key: str | None) -> str:
@@ -65,7 +73,7 @@ def roughness_figures(report: Report, touch: Mapping[str, Any]) -> dict[str, Any
     return {
         "ladder": _ladder(report, touch),
         "tries": tries,
-        "tries_chart": None if tries is None else plots.tries(tries),
+        "tries_chart": None if tries is None else svg.tries(tries),
     }
 
 
@@ -79,12 +87,12 @@ def _ladder(report: Report, touch: Mapping[str, Any]) -> Markup | None:
         ("optimiser", touch["roughness"], "after"),
         (model_name(touch["verified_by"]), touch["verified_roughness"], "verified"),
     )
-    dots = [plots.Dot(name, jnd_apart(v, original), number(v), style) for name, v, style in rows if v]
+    dots = [svg.Dot(name, jnd_apart(v, original), number(v), style) for name, v, style in rows if v]
     band = None
     if target:
         low, high = (jnd_apart(target * (1.0 + sign * report.tolerance), original) for sign in (-1, 1))
         band = (low, high)
-    return plots.dot_chart(dots, "just-noticeable differences from the original", band)
+    return svg.dot_chart(dots, "just-noticeable differences from the original", band)
 
 
 def descent_charts(report: Report) -> list[Markup]:
@@ -96,25 +104,25 @@ def descent_charts(report: Report) -> list[Markup]:
         values = (step[key] for step in report.history)
         return [math.nan if value is None else float(value) for value in values]
 
-    def chart(title: str, key: str, band: plots.Band | None = None) -> list[Markup]:
+    def chart(title: str, key: str, band: svg.Band | None = None) -> list[Markup]:
         values = column(key)
         if not any(map(math.isfinite, values)):
             return []
-        return [plots.line_chart(title, [plots.Series("", steps, values, "after")], "step", band)]
+        return [svg.line_chart(title, [svg.Series("", steps, values, "after")], "step", band)]
 
     steps = column("step")
     targets = [target for target in column("target_roughness") if math.isfinite(target)]
     if targets:
         spread = report.tolerance * targets[-1]
-        band = plots.Band("target", targets[-1] - spread, targets[-1], targets[-1] + spread)
+        band = svg.Band("target", targets[-1] - spread, targets[-1], targets[-1] + spread)
         touch = chart("Roughness", "roughness", band)
     else:
         touch = chart("Contact area, mm²", "contact_area_mm2")
     look = [
-        plots.Series(name, steps, column(f"picture_{name}_percent"), style)
+        svg.Series(name, steps, column(f"picture_{name}_percent"), style)
         for name, style in (("rms", "after"), ("mean", "second"))
     ]
-    return [*touch, plots.line_chart("Picture change, % of the mean picture", look, "step")]
+    return [*touch, svg.line_chart("Picture change, % of the mean picture", look, "step")]
 
 
 def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
@@ -123,7 +131,7 @@ def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
     count = len(before) * (3 if report.baseline is None else 6)
     side = min(SHOWN_SIDE, int(math.sqrt(PICTURE_BYTES / count)))
     difference = 100.0 * (np.asarray(after, dtype=np.float64) - before) / white
-    limit = plots.round_up(max(float(np.percentile(np.abs(difference), PERCENTILE)), 0.1))
+    limit = svg.round_up(max(float(np.percentile(np.abs(difference), PERCENTILE)), 0.1))
     # Relief under a raking light is dark: one exposure for all pictures, their brightest parts nearly white.
     exposed = min(white, max(float(np.percentile(before, PERCENTILE)), 1e-3 * white))
 
@@ -131,32 +139,32 @@ def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
         return [
             {
                 "name": name,
-                "before": colours.picture_uri(old, exposed, side),
-                "after": colours.picture_uri(new, exposed, side),
-                "difference": colours.map_uri(
-                    100.0 * (new - old) / white, -limit, limit, colours.PURPLE_ORANGE, side
+                "before": colour_maps.picture_uri(old, exposed, side),
+                "after": colour_maps.picture_uri(new, exposed, side),
+                "difference": colour_maps.map_uri(
+                    100.0 * (new - old) / white, -limit, limit, colour_maps.PURPLE_ORANGE, side
                 ),
-                "change": picture_change(old, new, white),
+                "change": change_percent(old, new, white),
             }
             for name, old, new in zip(report.conditions, before, pictures, strict=True)
         ]
 
     context: dict[str, Any] = {
-        "change": picture_change(before, after, white),
+        "change": change_percent(before, after, white),
         "looks": rows(after),
         **{key: look[key] or [None] * len(before) for key in ("dssim", "flip")},
         "noise": look["noise"],
         "samples": look["samples"],
         "difference_limit": limit,
         "exposure": white / exposed,
-        "difference_bar": plots.colour_bar(
-            colours.PURPLE_ORANGE, plots.signed_axis(limit), "change of radiance, % of white"
+        "difference_bar": svg.colour_bar(
+            colour_maps.PURPLE_ORANGE, svg.signed_axis(limit), "change of radiance, % of white"
         ),
         "baseline_change": None,
     }
     if report.baseline is not None:
         context["baseline_looks"] = rows(report.baseline.pictures)
-        context["baseline_change"] = picture_change(before, report.baseline.pictures, white)
+        context["baseline_change"] = change_percent(before, report.baseline.pictures, white)
     return context
 
 
@@ -165,12 +173,12 @@ def touch_maps(report: Report) -> dict[str, Any]:
     both = np.stack([report.strain_before, report.strain_after])
     low, high = (float(v) for v in np.percentile(both, [100.0 - PERCENTILE, PERCENTILE]))
     high = max(high, low + 1e-6)
-    strain = [colours.map_uri(s, low, high, colours.VIRIDIS, SHOWN_SIDE) for s in both]
+    strain = [colour_maps.map_uri(s, low, high, colour_maps.VIRIDIS, SHOWN_SIDE) for s in both]
     context: dict[str, Any] = {
         "strain": strain,
-        "strain_bar": plots.colour_bar(
-            colours.VIRIDIS,
-            plots.nice_axis(low, high, tight=True),
+        "strain_bar": svg.colour_bar(
+            colour_maps.VIRIDIS,
+            svg.nice_axis(low, high, tight=True),
             "strain at receptor depth, less that under a flat plate; negative: compressed",
         ),
         "pressure": None,
@@ -179,10 +187,12 @@ def touch_maps(report: Report) -> dict[str, Any]:
         pressures = (report.pressure_before, report.pressure_after)
         top = max(float(np.percentile(np.stack(pressures), PERCENTILE)), 1e-9)
         context |= {
-            "pressure": [colours.contact_uri(p, top, SHOWN_SIDE) for p in pressures],
+            "pressure": [colour_maps.contact_uri(p, top, SHOWN_SIDE) for p in pressures],
             "in_contact": [100.0 * float(np.mean(p > 0.0)) for p in pressures],
-            "pressure_bar": plots.colour_bar(
-                colours.YELLOW_BLUE, plots.nice_axis(0.0, top, tight=True), "pressure, MPa; grey: no contact"
+            "pressure_bar": svg.colour_bar(
+                colour_maps.YELLOW_BLUE,
+                svg.nice_axis(0.0, top, tight=True),
+                "pressure, MPa; grey: no contact",
             ),
         }
     return context
@@ -192,25 +202,25 @@ def relief_figures(report: Report) -> dict[str, Any]:
     """Hill shading, change of height, and the rows among which the page's profile chooses."""
     before, after = (np.asarray(h, dtype=np.float64) for h in (report.heights_before, report.heights_after))
     change = 1000.0 * (after - before)
-    limit = plots.round_up(max(float(np.percentile(np.abs(change), PERCENTILE)), 1.0))
-    profiles = [colours.shrunk(h, PROFILE_SIDE) for h in (before, after)]
-    axis = plots.nice_axis(min(before.min(), after.min(), 0.0), max(before.max(), after.max()), 3)
+    limit = svg.round_up(max(float(np.percentile(np.abs(change), PERCENTILE)), 1.0))
+    profiles = [colour_maps.shrunk(h, PROFILE_SIDE) for h in (before, after)]
+    axis = svg.nice_axis(min(before.min(), after.min(), 0.0), max(before.max(), after.max()), 3)
     row = len(profiles[0]) // 2
     return {
         "shades": [
-            colours.picture_uri(colours.hillshade(h, report.size_mm), 1.4, SHOWN_SIDE)
+            colour_maps.picture_uri(colour_maps.hillshade(h, report.size_mm), 1.4, SHOWN_SIDE)
             for h in (before, after)
         ],
-        "change_map": colours.map_uri(change, -limit, limit, colours.PURPLE_ORANGE, SHOWN_SIDE),
-        "change_bar": plots.colour_bar(
-            colours.PURPLE_ORANGE, plots.signed_axis(limit), "change of height, µm"
+        "change_map": colour_maps.map_uri(change, -limit, limit, colour_maps.PURPLE_ORANGE, SHOWN_SIDE),
+        "change_bar": svg.colour_bar(
+            colour_maps.PURPLE_ORANGE, svg.signed_axis(limit), "change of height, µm"
         ),
         "rms_change_um": float(np.sqrt(np.square(change).mean())),
         "profiles": profiles,
-        "profile_data": [plots.micrometres(p) for p in profiles],
-        "profile_paths": [plots.profile_path(p[row], report.size_mm, axis.high) for p in profiles],
+        "profile_data": [svg.micrometres(p) for p in profiles],
+        "profile_paths": [svg.profile_path(p[row], report.size_mm, axis.high) for p in profiles],
         "profile_row": row,
         "profile_axis": axis,
-        "profile_x": plots.nice_axis(0.0, report.size_mm, 5, tight=True),
+        "profile_x": svg.nice_axis(0.0, report.size_mm, 5, tight=True),
         "exaggeration": max(2, round(0.28 * report.size_mm / (axis.high - axis.low))),
     }

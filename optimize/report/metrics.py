@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from optimize.report.colour_maps import srgb
 from optimize.report.picture_change import change
 from visual.noise import Batches
 
@@ -26,17 +27,11 @@ def rms_change(before: Array, after: Array) -> float:
     return float(np.sqrt(np.square(after - before).mean()))
 
 
-def display(picture: Array, white: float) -> Array:
-    """Linear radiance as sRGB values in [0, 1]."""
-    linear = np.clip(picture / white, 0.0, 1.0)
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
-
-
 def dssim(before: Array, after: Array, white: float) -> float:
     """Structural dissimilarity (1 - SSIM) / 2 of two pictures as displayed (Wang et al. 2004)."""
     from skimage.metrics import structural_similarity
 
-    one, other = display(before, white), display(after, white)
+    one, other = srgb(before, white), srgb(after, white)
     return float(0.5 * (1.0 - structural_similarity(one, other, data_range=1.0)))
 
 
@@ -44,7 +39,7 @@ def flip(before: Array, after: Array, white: float) -> float:
     """Mean FLIP difference of two pictures as displayed (Andersson et al. 2020), in [0, 1]."""
     import flip_evaluator
 
-    images = [np.repeat(display(p, white)[:, :, None], 3, axis=2).astype(np.float32) for p in (before, after)]
+    images = [np.repeat(srgb(p, white)[:, :, None], 3, axis=2).astype(np.float32) for p in (before, after)]
     _, mean, _ = flip_evaluator.evaluate(
         *images, "LDR", inputsRGB=True, applyMagma=False, parameters={"ppd": VIEWING_PIXELS_PER_DEGREE}
     )

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-from numpy.typing import NDArray
 
 from optimize.report import figures
+from optimize.report.content import Report
 from optimize.report.formatting import between, duration, number, percent, plus_minus
 from relief.export import write_atomically
-
-Array = NDArray[np.floating]
 
 TOUCH_KEYS = (
     *("target_roughness", "initial_roughness", "roughness", "verified_roughness", "verified_by"),
@@ -35,67 +31,6 @@ FILES = {
     "result.json": "every number on this page",
     "run.toml": "the settings; running it again repeats this run",
 }
-
-
-@dataclass(frozen=True)
-class Baseline:
-    """Another way to the same feel, such as linear scaling; `pictures` as those of the report."""
-
-    name: str
-    pictures: Array
-    roughness: float | None = None
-    note: str = ""
-
-
-@dataclass(frozen=True)
-class Report:
-    """What the page tells of a run.
-
-    * `result`: the content of result.json; keys of `touch` (`TOUCH_KEYS`) and of `look` may be
-      absent or None.
-    * pictures: linear radiance, (conditions, rows, cols); `white`: the radiance shown as full white, that of
-      a plate facing the light.
-    * strain: dimensionless, flat plate subtracted, (rows, cols). Pressure: MPa, 0 out of contact, (rows,
-      cols); None if the touch model has none. Heights: mm, (rows, cols).
-    * `history`: one mapping per step with step, roughness, target_roughness, contact_area_mm2,
-      picture_rms_percent, picture_mean_percent, seconds; values may be None.
-    * `tolerance`: relative to the target. `heights_png_mm`: heights of black and of white in heights.png.
-
-    Raises ValueError if the shapes of what is compared differ.
-    """
-
-    title: str
-    result: Mapping[str, Any]
-    conditions: Sequence[str]
-    pictures_before: Array
-    pictures_after: Array
-    white: float
-    strain_before: Array
-    strain_after: Array
-    heights_before: Array
-    heights_after: Array
-    size_mm: float
-    history: Sequence[Mapping[str, float | None]]
-    heights_png_mm: tuple[float, float]
-    pressure_before: Array | None = None
-    pressure_after: Array | None = None
-    tolerance: float = 0.01
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    baseline: Baseline | None = None
-
-    def __post_init__(self) -> None:
-        pairs = {
-            "pictures": (self.pictures_before, self.pictures_after),
-            "strain": (self.strain_before, self.strain_after),
-            "heights": (self.heights_before, self.heights_after),
-        }
-        if self.baseline is not None:
-            pairs["baseline"] = (self.pictures_before, self.baseline.pictures)
-        for name, (before, after) in pairs.items():
-            if before.shape != after.shape:
-                raise ValueError(f"{name}: shape {before.shape} before and {after.shape} after")
-        if len(self.conditions) != len(self.pictures_before):
-            raise ValueError(f"{len(self.conditions)} conditions, {len(self.pictures_before)} pictures")
 
 
 def write_report(run_dir: Path, report: Report) -> Path:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optimize.report.metrics import display
+from optimize.report.colour_maps import srgb
 
 Array = NDArray[np.floating[Any]]
 
@@ -55,7 +55,7 @@ def write_pictures(
         for name, picture in zip(names, pictures, strict=True):
             written += [Path(temporary) / f"{name}.exr", Path(temporary) / f"{name}.png"]
             _write_exr(written[-2], picture)
-            _write_png(written[-1], display(picture, white))
+            _write_png(written[-1], srgb(picture, white))
         folder.mkdir(exist_ok=True)
         for path in written:
             path.replace(folder / path.name)

@@ -17,7 +17,8 @@ from optimize.descent.driver import Descent, Iterate
 from optimize.descent.problem import Problem, Targets
 from optimize.descent.verification import TouchMeasured
 from optimize.report import metrics
-from optimize.report.page import Baseline, Report, write_report
+from optimize.report.content import Baseline, Report
+from optimize.report.page import write_report
 from optimize.report.pictures import write_pictures
 from optimize.runs.config import Run, dump_resolved
 from relief.export import export_plate, write_atomically

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from optimize.report import metrics
+from optimize.report.colour_maps import srgb
 
 WHITE = 0.8
 
@@ -24,20 +25,6 @@ def test_an_even_change_has_equal_mean_and_root_mean_square() -> None:
     assert metrics.rms_change(before, before - 0.1) == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize(
-    ("linear", "srgb"),
-    # IEC 61966-2-1: straight near black, then a power law; 0.2140 is the middle grey of a screen.
-    [(0.0, 0.0), (0.0031308, 0.04045), (0.001, 0.01292), (0.2140411, 0.5), (0.5, 0.7353570), (1.0, 1.0)],
-)
-def test_pictures_are_shown_by_the_srgb_curve(linear: float, srgb: float) -> None:
-    shown = metrics.display(np.array([[linear * WHITE]]), WHITE)
-    np.testing.assert_allclose(shown, srgb, atol=2e-6)
-
-
-def test_what_no_screen_can_show_is_cut_off() -> None:
-    np.testing.assert_allclose(metrics.display(np.array([[-1.0, 2.0]]), 1.0), [[0.0, 1.0]])
-
-
 @pytest.mark.parametrize("measure", [metrics.dssim, metrics.flip])
 def test_equal_pictures_do_not_differ(measure) -> None:
     assert measure(picture(), picture(), WHITE) == pytest.approx(0.0, abs=1e-7)
@@ -52,7 +39,7 @@ def test_a_larger_change_counts_more_and_none_more_than_one(measure) -> None:
 
 def test_dssim_of_an_inverted_picture_is_above_one_half() -> None:
     before = picture()
-    shown = metrics.display(before, WHITE)
+    shown = srgb(before, WHITE)
     linear = np.where(shown > 0.5, 0.0, WHITE)
     assert metrics.dssim(np.where(shown > 0.5, WHITE, 0.0), linear, WHITE) > 0.5
 

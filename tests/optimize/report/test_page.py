@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from optimize.report.figures import picture_change
-from optimize.report.page import Baseline, Report, write_report
+from optimize.report.content import Baseline, Report
+from optimize.report.figures import change_percent
+from optimize.report.page import write_report
 
 SIZE_MM = 10.0
 HOSTILE = '<script>alert("x")</script><img src=x onerror=alert(1)> & "quoted"'
@@ -324,7 +325,7 @@ def test_compared_arrays_must_agree() -> None:
 def test_picture_change_is_in_percent_of_white_and_of_the_mean_picture() -> None:
     before = np.full((4, 4), 0.25)
     after = before + np.array([0.01, -0.03, 0.01, -0.03])
-    change = picture_change(before, after, white=0.5)
+    change = change_percent(before, after, white=0.5)
     assert change.mean_of_white == pytest.approx(4.0)
     assert change.mean_of_picture == pytest.approx(8.0)
     assert change.rms_of_white == pytest.approx(100 * np.sqrt((0.01**2 + 0.03**2) / 2) / 0.5)

@@ -8,7 +8,7 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from optimize.report.metrics import display
+from optimize.report.colour_maps import srgb
 from optimize.report.pictures import file_names, write_pictures
 
 HOSTILE = [
@@ -67,7 +67,7 @@ def test_a_png_shows_white_as_white(tmp_path: Path) -> None:
     with Image.open(path.with_suffix(".png")) as image:
         assert (image.mode, image.size) == ("L", (12, 8))
         shown = np.asarray(image)
-    np.testing.assert_array_equal(shown, np.rint(255.0 * display(radiance[0], 0.6)))
+    np.testing.assert_array_equal(shown, np.rint(255.0 * srgb(radiance[0], 0.6)))
     assert np.all(shown[radiance[0] >= 0.6] == 255)
 
 

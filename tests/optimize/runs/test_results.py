@@ -12,7 +12,7 @@ from optimize.descent.correction import Round
 from optimize.descent.driver import Descent, Iterate, StopReason
 from optimize.descent.problem import Problem, Targets
 from optimize.descent.verification import measure_touch
-from optimize.report.page import Report
+from optimize.report.content import Report
 from optimize.runs import results
 from optimize.runs.config import Run, run_from_scene
 from optimize.runs.results import History, Outcome
