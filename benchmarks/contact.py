@@ -1,7 +1,7 @@
 """Every model of touch: what it costs, and how far it is from the finest.
 
 python -m benchmarks.contact              # every part that is not in the results yet
-python -m benchmarks.contact many         # one part: meshes, finer, portable, hybrid, bare, many,
+python -m benchmarks.contact many         # one part: meshes, finer, portable, elastic_layer, bare, many,
                                           # tetrahedra, fingertips, half-space
 python -m benchmarks.contact --again many
 
@@ -31,8 +31,8 @@ from benchmarks.half_space import half_space
 from benchmarks.pressing import SKIN, Array, Measured, compared, measure, resampled, stacked
 from benchmarks.reliefs import SIDE, SIZE_MM, many, twelve
 from benchmarks.unstructured import fingertips, tetrahedra
-from tactile.elastic_layer import hybrid_operator
-from tactile.finite_elements import reference_operator
+from tactile.elastic_layer import elastic_layer_operator
+from tactile.finite_elements import finite_element_operator
 
 MESHES = (16, 32, 48, 64, 96, 128)
 FINEST = MESHES[-1]
@@ -68,7 +68,7 @@ def build(mesh: int, portable: bool) -> dict[str, float]:
     """Seconds and peak memory of building the reference."""
     began = time.perf_counter()
     with patch("tactile.condensation.has_pardiso", lambda: not portable):
-        reference_operator(SKIN, SIDE, SIZE_MM, mesh=mesh)
+        finite_element_operator(SKIN, SIDE, SIZE_MM, mesh=mesh)
     seconds = time.perf_counter() - began
     return {"build s": seconds, "peak GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6}
 
@@ -88,21 +88,21 @@ def built_apart(mesh: int, *options: str) -> dict[str, float]:
 
 
 def finest() -> Measured:
-    return measure(reference_operator(SKIN, SIDE, SIZE_MM, mesh=FINEST), stacked(twelve()))
+    return measure(finite_element_operator(SKIN, SIDE, SIZE_MM, mesh=FINEST), stacked(twelve()))
 
 
 def meshes() -> list[dict[str, Any]]:
     """The reference by its mesh, contact always at 128 x 128."""
     rows, truth = [], finest()
     for mesh in MESHES:
-        found = measure(reference_operator(SKIN, SIDE, SIZE_MM, mesh=mesh), stacked(twelve()))
+        found = measure(finite_element_operator(SKIN, SIDE, SIZE_MM, mesh=mesh), stacked(twelve()))
         rows.append({"nodes a side": mesh} | built_apart(mesh) | compared(found, truth))
     return rows
 
 
 def finer() -> list[dict[str, Any]]:
     """The finest mesh of the others against one that is finer than the pixels."""
-    truth = measure(reference_operator(SKIN, SIDE, SIZE_MM, mesh=FINER), stacked(twelve()))
+    truth = measure(finite_element_operator(SKIN, SIDE, SIZE_MM, mesh=FINER), stacked(twelve()))
     against = {"nodes a side": FINEST, "against": FINER}
     return [against | compared(finest(), truth)]
 
@@ -125,13 +125,13 @@ def portable() -> list[dict[str, Any]]:
     return rows
 
 
-def hybrid() -> list[dict[str, Any]]:
+def elastic_layer() -> list[dict[str, Any]]:
     """The layer model by its coarse mesh."""
     truth = finest()
     return [
         {"nc": coarse}
         | compared(
-            measure(hybrid_operator(SKIN, SIDE, SIZE_MM, torch.float64, coarse), stacked(twelve())),
+            measure(elastic_layer_operator(SKIN, SIDE, SIZE_MM, torch.float64, coarse), stacked(twelve())),
             truth,
         )
         for coarse in COARSE
@@ -143,8 +143,8 @@ def bare() -> list[dict[str, Any]]:
     rows = []
     for nodes in BARE:
         heights = resampled(stacked(twelve()), nodes)
-        truth = measure(reference_operator(SKIN, nodes, SIZE_MM, mesh=nodes), heights)
-        found = measure(reference_operator(SKIN, nodes, SIZE_MM, mesh=nodes, exact_layer=False), heights)
+        truth = measure(finite_element_operator(SKIN, nodes, SIZE_MM, mesh=nodes), heights)
+        found = measure(finite_element_operator(SKIN, nodes, SIZE_MM, mesh=nodes, exact_layer=False), heights)
         rows.append({"nodes a side": nodes} | compared(found, truth))
     return rows
 
@@ -152,8 +152,8 @@ def bare() -> list[dict[str, Any]]:
 def many_reliefs() -> dict[str, Any]:
     """The layer model against the finest reference, relief by relief."""
     reliefs = many(MANY)
-    truth = measure(reference_operator(SKIN, SIDE, SIZE_MM, mesh=FINEST), stacked(reliefs))
-    found = measure(hybrid_operator(SKIN, SIDE, SIZE_MM), stacked(reliefs))
+    truth = measure(finite_element_operator(SKIN, SIDE, SIZE_MM, mesh=FINEST), stacked(reliefs))
+    found = measure(elastic_layer_operator(SKIN, SIDE, SIZE_MM), stacked(reliefs))
     return {
         "names": list(reliefs),
         "height_mm": [float(h.max()) for h in reliefs.values()],
@@ -212,7 +212,7 @@ PARTS: dict[str, Callable[[], Any]] = {
     "meshes": meshes,
     "finer": finer,
     "portable": portable,
-    "hybrid": hybrid,
+    "elastic_layer": elastic_layer,
     "bare": bare,
     "many": many_reliefs,
     "tetrahedra": tetrahedra,

@@ -39,7 +39,7 @@ MODELS = {
         "Builds without Pardiso (where pypardiso does not exist). The numbers are the same: "
         "tests/tactile/test_condensation.py."
     ),
-    "hybrid": "The layer model by the coarse mesh of its sides (nc), against the same reference.",
+    "elastic_layer": "The layer model by the coarse mesh of its sides (nc), against the same reference.",
     "bare": (
         "Elements alone, contact at their own nodes, against the reference on the same grid: why the exact "
         "layer is part of the reference."

@@ -16,7 +16,7 @@ from benchmarks.common import load
 
 PICTURE = Path("docs/images/touch-models.png")
 FAMILIES = {
-    "hybrid": ("elastic layer, coarse elements for the sides (nc)", "nc", "#c4532d", "o"),
+    "elastic_layer": ("elastic layer, coarse elements for the sides (nc)", "nc", "#c4532d", "o"),
     "meshes": ("reference: exact layer and elements (nodes a side)", "nodes a side", "#2d6a8e", "s"),
     "bare": ("elements alone, contact at their own nodes (nodes a side)", "nodes a side", "#7a7a7a", "^"),
     "tetrahedra": (
@@ -28,11 +28,11 @@ FAMILIES = {
 }
 FLOOR = 0.005
 """%: the finest reference, which the others are compared with, is drawn here."""
-BELOW = ("hybrid",)
+BELOW = ("elastic_layer",)
 """Families whose names stand below and left of their points."""
 PAPER_V_PERCENT = 5.3
 """Median error of the paper's strain net, against its own finite elements."""
-DEFAULTS = {"hybrid": 32, "meshes": 64}
+DEFAULTS = {"elastic_layer": 32, "meshes": 64}
 
 
 def main() -> None:

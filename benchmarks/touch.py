@@ -19,7 +19,7 @@ from torch import Tensor
 import tactile
 from benchmarks.common import machine, median_seconds, save, table
 from tactile.contact import solve_contact
-from tactile.elastic_layer import hybrid_operator
+from tactile.elastic_layer import elastic_layer_operator
 
 SIDE, SIZE_MM, REPEATS = 128, 10.0, 9
 SMOOTHNESS, RELIEFS_MM = (0.5, 1.5, 3.0, 8.0), (0.1, 1.0, 3.0)
@@ -99,7 +99,7 @@ def solver_steps(reliefs: dict[tuple[float, float], Tensor]) -> list[dict[str, A
     for (smoothness, relief_mm), heights in reliefs.items():
         states = []
         for dtype in (torch.float32, torch.float64):
-            operator = hybrid_operator(tactile.Skin(), SIDE, SIZE_MM, torch.float64).to(dtype)
+            operator = elastic_layer_operator(tactile.Skin(), SIDE, SIZE_MM, torch.float64).to(dtype)
             states.append(solve_contact(operator, heights.to(dtype), 0.2))
         contact = float((states[1].pressure > 0).double().mean())
         rows.append(
@@ -119,7 +119,7 @@ def coarse_errors(reliefs: dict[tuple[float, float], Tensor]) -> list[dict[str, 
     from tactile.strain import smallest_eigenvalue
 
     def values(coarse: int) -> np.ndarray:
-        operator = hybrid_operator(tactile.Skin(), SIDE, SIZE_MM, torch.float64, coarse)
+        operator = elastic_layer_operator(tactile.Skin(), SIDE, SIZE_MM, torch.float64, coarse)
         flat = smallest_eigenvalue(
             operator.strain(solve_contact(operator, torch.zeros_like(reliefs[3.0, 1.0]), 0.2).pressure)
         )

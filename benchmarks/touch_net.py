@@ -27,9 +27,9 @@ from benchmarks.unseen import Reliefs, arguments, kept, sets, spread, unseen
 from optimize.training.touch_accuracy import LEAST_ROUGHNESS, Felt, Press, cosines, felt
 from surrogate.corpus import recipes as corpus
 from surrogate.nets.weights import has_weights
-from tactile.elastic_layer import hybrid_operator
+from tactile.elastic_layer import elastic_layer_operator
 from tactile.net import KIND
-from tactile.truncated import GRADIENT_TOLERANCE, STEPS, QuickSolver
+from tactile.truncated import GRADIENT_TOLERANCE, STEPS, TruncatedSolver
 
 SIZE_MM = 10.0
 GRADIENTS = 48
@@ -80,7 +80,9 @@ def cut_short(steps: int) -> Press:
     """The layer after so many steps of the solver."""
 
     model = tactile.touch_model(tactile.Skin(), corpus.SAMPLES, SIZE_MM, torch.float32)
-    solver = QuickSolver(hybrid_operator(model.skin, corpus.SAMPLES, SIZE_MM, torch.float32), steps)
+    solver = TruncatedSolver(
+        elastic_layer_operator(model.skin, corpus.SAMPLES, SIZE_MM, torch.float32), steps
+    )
     return replace(model, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE).press
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import tactile
 from benchmarks.pressing import SKIN, compared, measure, resampled, stacked
 from benchmarks.reliefs import SIZE_MM, bumps, grating, noise, scaled, twelve
-from tactile.finite_elements import reference_operator
+from tactile.finite_elements import finite_element_operator
 from tactile.unstructured.meshing import Sizing, tetrahedralise
 from tactile.unstructured.surface import block_surface, fingertip_surface
 from tactile.unstructured.tetrahedra import press_tetrahedra, tetrahedral_operator
@@ -35,7 +35,7 @@ def tetrahedra() -> list[dict[str, Any]]:
         "noise": scaled(noise(random, 0.5), 1.0),
     }
     heights = resampled(stacked(smooth), TETRAHEDRA_SIDE)
-    truth = measure(reference_operator(SKIN, TETRAHEDRA_SIDE, SIZE_MM, mesh=64), heights)
+    truth = measure(finite_element_operator(SKIN, TETRAHEDRA_SIDE, SIZE_MM, mesh=64), heights)
     began = time.perf_counter()
     mesh = tetrahedralise(block_surface(SIZE_MM, SKIN.thickness_mm), Sizing(0.25, 0.8))
     meshed = time.perf_counter()

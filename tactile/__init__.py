@@ -3,9 +3,9 @@
 from relief.errors import InputError as InputError
 from tactile.area import contact_area as contact_area
 from tactile.contact import ContactError as ContactError
+from tactile.jnd import discrimination_probability as discrimination_probability
 from tactile.jnd import jnd_apart as jnd_apart
 from tactile.jnd import jnd_scaled as jnd_scaled
-from tactile.jnd import told_apart as told_apart
 from tactile.model import Touch as Touch
 from tactile.model import TouchModel as TouchModel
 from tactile.model import press as press

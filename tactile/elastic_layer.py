@@ -93,7 +93,7 @@ def _side_by_side(quarters: Tensor) -> Tensor:
 
 
 @dataclass(frozen=True)
-class HybridOperator:
+class ElasticLayerOperator:
     """Normal displacement and strain at depth of the free-sided block under pressures on an n x n grid.
 
     Pressures have shape (..., n, n) and are in units of Young's modulus.
@@ -142,7 +142,7 @@ class HybridOperator:
             result = result + self.free_sides.strains(self.free_sides.hats.T @ pressure)
         return result
 
-    def to(self, dtype: torch.dtype, device: torch.device | None = None) -> HybridOperator:
+    def to(self, dtype: torch.dtype, device: torch.device | None = None) -> ElasticLayerOperator:
         """The same operator in another precision, or on another device."""
 
         def cast(value: Any) -> Any:
@@ -155,14 +155,14 @@ class HybridOperator:
         return replace(self, **(all_cast(self) | {"free_sides": sides}))
 
 
-def hybrid_operator(
+def elastic_layer_operator(
     skin: Skin,
     samples: int,
     size_mm: float,
     dtype: torch.dtype = torch.float64,
     coarse: int = COARSE_ELEMENTS,
     free_sides: bool = True,
-) -> HybridOperator:
+) -> ElasticLayerOperator:
     """The operator of a skin on an n x n patch.
 
     The coarse part takes some seconds to build the first time, and comes from disk after that.
@@ -190,7 +190,7 @@ def _operator(
     dtype: torch.dtype,
     coarse: int,
     free_sides: bool,
-) -> HybridOperator:
+) -> ElasticLayerOperator:
     position = (np.arange(n) + 0.5) / n
     cosines, sines = modes_at_centres(n)
     surface, strains = layer_symbols(n, size, nu, thickness, depth)
@@ -223,7 +223,7 @@ def _operator(
             tensor(np.stack([corrections[f"strain_{name}"].T * area for name in names])),
             tensor(interpolation),
         )
-    return HybridOperator(
+    return ElasticLayerOperator(
         n,
         size,
         tensor(cosines),

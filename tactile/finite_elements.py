@@ -9,7 +9,7 @@ under the shortest waves of pressure, and these do not feel the sides of the blo
 make of sliding sides is known mode by mode (`tactile.pixel_layer`), what is right is known exactly
 (`tactile.layer_response`), and the difference is taken off. T interpolates from the nodes of the mesh to the
 pixels, where contact is decided; where there is a node at every pixel, T is the identity. Same interface as
-`tactile.elastic_layer.HybridOperator`, so contact, its gradient and everything above are the same code.
+`tactile.elastic_layer.ElasticLayerOperator`, so contact, its gradient and everything above are the same code.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ ROWS_AND_COLUMNS_EXCHANGED = [1, 0, 2, 4, 3, 5]
 
 
 @dataclass(frozen=True)
-class ReferenceBlock:
+class ParityBlock:
     """One parity block.
 
     Attributes:
@@ -73,7 +73,7 @@ class ReferenceBlock:
             components.append(_whole((chosen @ operator.T).unflatten(-1, (half, half)), (odd[0], odd[1])))
         return torch.stack(components, dim=-3)
 
-    def to(self, dtype: torch.dtype) -> ReferenceBlock:
+    def to(self, dtype: torch.dtype) -> ParityBlock:
         return replace(self, compliance=self.compliance.to(dtype), strain=self.strain.to(dtype))
 
 
@@ -92,9 +92,9 @@ class Elements:
     sines: Tensor
     sliding: Tensor
     sliding_strain: Tensor
-    even: ReferenceBlock
-    mixed: ReferenceBlock
-    odd: ReferenceBlock
+    even: ParityBlock
+    mixed: ParityBlock
+    odd: ParityBlock
 
     def displacement(self, pressure: Tensor) -> Tensor:
         """(..., m, m) mm, from pressures (..., m, m) in units of Young's modulus."""
@@ -118,7 +118,7 @@ class Elements:
 
 
 @dataclass(frozen=True)
-class ReferenceOperator:
+class FiniteElementOperator:
     """Normal displacement and strain at depth under pressures on an n x n grid.
 
     Pressures have shape (..., n, n) and are in units of Young's modulus.
@@ -172,9 +172,9 @@ class ReferenceOperator:
         nodes_per_pixel = (self.interpolation.shape[1] / self.samples) ** 2
         return nodes_per_pixel * (self.interpolation.T @ pressure @ self.interpolation)
 
-    def to(self, dtype: torch.dtype) -> ReferenceOperator:
+    def to(self, dtype: torch.dtype) -> FiniteElementOperator:
         """The same operator in another precision."""
-        return ReferenceOperator(
+        return FiniteElementOperator(
             self.samples,
             self.size_mm,
             self.cosines.to(dtype),
@@ -204,14 +204,14 @@ def _whole(quarter: Tensor, parity: Parity) -> Tensor:
     return quarter
 
 
-def reference_operator(
+def finite_element_operator(
     skin: Skin,
     samples: int,
     size_mm: float,
     dtype: torch.dtype = torch.float64,
     mesh: int | None = None,
     exact_layer: bool = True,
-) -> ReferenceOperator:
+) -> FiniteElementOperator:
     """The operator of a skin on an n x n patch: built the first time, from disk after that.
 
     Args:
@@ -239,7 +239,7 @@ def reference_operator(
     pixels, places = ((np.arange(k) + 0.5) / k for k in (samples, nodes))
     interpolation = lagrange(places, pixels, False)
     cosines, sines = modes_at_centres(samples)
-    return ReferenceOperator(
+    return FiniteElementOperator(
         samples,
         size_mm,
         torch.as_tensor(cosines),
@@ -268,9 +268,9 @@ def _elements(nu: float, thickness: float, depth: float, nodes: int, size: float
     for parity in PARITIES:
         reaching[torch.as_tensor(_modes(nodes, size, depth, parity))] = 1.0
 
-    def block(name: str) -> ReferenceBlock:
+    def block(name: str) -> ParityBlock:
         modes = torch.as_tensor(_modes(nodes, size, depth, STORED[name]))
-        return ReferenceBlock(STORED[name], arrays[f"compliance_{name}"], arrays[f"strain_{name}"], modes)
+        return ParityBlock(STORED[name], arrays[f"compliance_{name}"], arrays[f"strain_{name}"], modes)
 
     cosines, sines = (torch.as_tensor(a) for a in modes_at_centres(nodes))
     sliding_strain = arrays["layer_strain"] * reaching.view(nodes, nodes)

@@ -24,6 +24,6 @@ def jnd_scaled(reference: float, jnd: float) -> float:
     return reference * ROUGHNESS_JND**jnd
 
 
-def told_apart(jnd: float) -> float:
+def discrimination_probability(jnd: float) -> float:
     """Chance that a finger orders two plates rightly: the normal distribution function, 84 % at one JND."""
     return 0.5 * (1.0 + math.erf(abs(jnd) / math.sqrt(2.0)))

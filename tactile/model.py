@@ -14,11 +14,11 @@ from torch import Tensor
 from relief.errors import InputError
 from tactile.contact import Compliance, Solver, solve_contact
 from tactile.contact import press as press_contact
-from tactile.elastic_layer import HybridOperator, hybrid_operator
-from tactile.finite_elements import ReferenceOperator, reference_operator
+from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
+from tactile.finite_elements import FiniteElementOperator, finite_element_operator
 from tactile.skin import Skin
 from tactile.strain import smallest_eigenvalue
-from tactile.truncated import GRADIENT_TOLERANCE, QuickSolver
+from tactile.truncated import GRADIENT_TOLERANCE, TruncatedSolver
 
 ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)
@@ -121,11 +121,11 @@ def touch_model(
         raise InputError(f"size_mm: {size_mm} is outside [1, 100]")
     if not MIN_MESH <= mesh <= MAX_MESH or mesh % 2:
         raise InputError(f"mesh: {mesh} is not an even number in [{MIN_MESH}, {MAX_MESH}]")
-    operator: ReferenceOperator | HybridOperator
+    operator: FiniteElementOperator | ElasticLayerOperator
     if model == "fem":
-        operator = reference_operator(skin, samples, size_mm, torch.float64, mesh)
+        operator = finite_element_operator(skin, samples, size_mm, torch.float64, mesh)
     else:
-        operator = hybrid_operator(skin, samples, size_mm, torch.float64)
+        operator = elastic_layer_operator(skin, samples, size_mm, torch.float64)
     flat = torch.zeros(samples, samples, dtype=torch.float64)
     mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
     pressure = solve_contact(operator, flat, mean).pressure
@@ -135,7 +135,7 @@ def touch_model(
         return known
     solver: Solver
     if model == "quick":
-        solver = QuickSolver(hybrid_operator(skin, samples, size_mm, torch.float32))
+        solver = TruncatedSolver(elastic_layer_operator(skin, samples, size_mm, torch.float32))
     else:
         # Only here: the shape of a net and the check of its file are of no use to the other models.
         from tactile.net import net_solver

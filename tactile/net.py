@@ -23,9 +23,9 @@ from relief.errors import InputError
 from surrogate.nets.unet import UNet
 from surrogate.nets.weights import FOLDER, Card, load_net
 from tactile.contact import Compliance, ContactState, approach_contact
-from tactile.elastic_layer import HybridOperator, hybrid_operator
+from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.skin import Skin
-from tactile.truncated import QuickSolver
+from tactile.truncated import TruncatedSolver
 
 KIND: Literal["touch"] = "touch"
 CHANNELS = 6
@@ -45,25 +45,25 @@ OUTSIDE = -0.5
 """Where a pixel without pressure stands below the corner, in units of the mean pressure."""
 
 
-def first_guess(body: Compliance, heights: Tensor, mean_pressure: float) -> ContactState:
+def first_steps(body: Compliance, heights: Tensor, mean_pressure: float) -> ContactState:
     """What the net starts from: heights (..., n, n) in mm, pressed from even pressure, a few steps only."""
     return approach_contact(body, heights, mean_pressure, None, STEPS_BEFORE)
 
 
-def inputs(body: Compliance, heights: Tensor, guess: ContactState, mean_pressure: float) -> Tensor:
+def inputs(body: Compliance, heights: Tensor, state: ContactState, mean_pressure: float) -> Tensor:
     """What the net sees: (batch, CHANNELS, n, n) of heights (batch, n, n) in mm, all of order 1.
 
-    Heights about their mean, pressure and gap of the guess, the pressure that would close the gap in a layer
-    without sides, and the distances from the middle of the plate, which has sides.
+    Heights about their mean, pressure and gap after the first steps, the pressure that would close the gap in
+    a layer without sides, and the distances from the middle of the plate, which has sides.
     """
     n = heights.shape[-1]
     away = ((torch.arange(n, dtype=heights.dtype, device=heights.device) + 0.5) * (2.0 / n) - 1.0).abs()
-    closing = body.precondition(guess.gap)
+    closing = body.precondition(state.gap)
     return torch.stack(
         (
             (heights - heights.mean((-2, -1), keepdim=True)) / mean_pressure,
-            torch.log1p(guess.pressure / mean_pressure),
-            0.25 * torch.asinh(guess.gap / (GAP_MM * mean_pressure)),
+            torch.log1p(state.pressure / mean_pressure),
+            0.25 * torch.asinh(state.gap / (GAP_MM * mean_pressure)),
             0.25 * torch.asinh(closing / mean_pressure),
             away.expand_as(heights),
             away[:, None].expand_as(heights),
@@ -72,28 +72,28 @@ def inputs(body: Compliance, heights: Tensor, guess: ContactState, mean_pressure
     )
 
 
-def pressure(net: nn.Module, maps: Tensor, guess: Tensor, mean_pressure: float) -> Tensor:
+def pressure(net: nn.Module, maps: Tensor, initial: Tensor, mean_pressure: float) -> Tensor:
     """Pressures (batch, n, n) in units of the modulus: positive, their mean exact.
 
     Args:
         maps: of `inputs`.
-        guess: (batch, n, n) pressures that the net corrects, units of the modulus.
+        initial: (batch, n, n) pressures that the net corrects, units of the modulus.
     """
-    base = torch.where(guess > 0.0, guess / mean_pressure, OUTSIDE)
+    base = torch.where(initial > 0.0, initial / mean_pressure, OUTSIDE)
     relative = functional.softplus(SHARPNESS * (base + net(maps)[:, 0])) / SHARPNESS
     return relative * (mean_pressure / relative.mean((-2, -1), keepdim=True))
 
 
 @dataclass(frozen=True, eq=False)
-class NetGuess:
-    """A `tactile.truncated.Guess` by a net.
+class NetInitialGuess:
+    """A `tactile.truncated.InitialGuess` by a net.
 
     Attributes:
         operator: of the skin, in single precision.
     """
 
     net: UNet
-    operator: HybridOperator
+    operator: ElasticLayerOperator
 
     @torch.no_grad()
     def __call__(self, heights: Tensor, mean_pressure: float) -> Tensor:
@@ -109,15 +109,15 @@ class NetGuess:
                 f"heights: a relief of {tallest:.2f} mm is more than the net has seen: {allowed:.2f} mm, in "
                 "proportion to force over modulus"
             )
-        guess = first_guess(self.operator, heights, mean_pressure)
-        maps = inputs(self.operator, heights, guess, mean_pressure)
-        predicted = pressure(self.net, maps, guess.pressure, mean_pressure)
+        state = first_steps(self.operator, heights, mean_pressure)
+        maps = inputs(self.operator, heights, state, mean_pressure)
+        predicted = pressure(self.net, maps, state.pressure, mean_pressure)
         return torch.where(predicted > PARTED * mean_pressure, predicted, 0.0)
 
 
-def solver_of(net: UNet, operator: HybridOperator) -> QuickSolver:
+def solver_of(net: UNet, operator: ElasticLayerOperator) -> TruncatedSolver:
     """The solver of a net, all in single precision, as the operator is."""
-    return QuickSolver(operator, STEPS_AFTER, NetGuess(net, operator))
+    return TruncatedSolver(operator, STEPS_AFTER, NetInitialGuess(net, operator))
 
 
 TRAINED_PRESSURE = Skin().mean_pressure_mpa(10.0) / Skin().young_modulus_mpa
@@ -136,7 +136,7 @@ def validity(skin: Skin, samples: int, size_mm: float) -> dict[str, float]:
     }
 
 
-def net_solver(skin: Skin, samples: int, size_mm: float, folder: Path = FOLDER) -> QuickSolver:
+def net_solver(skin: Skin, samples: int, size_mm: float, folder: Path = FOLDER) -> TruncatedSolver:
     """The solver of the trained net that lies in a folder.
 
     Raises:
@@ -144,7 +144,7 @@ def net_solver(skin: Skin, samples: int, size_mm: float, folder: Path = FOLDER) 
     """
     net, card = _loaded(folder)
     _check(card.valid, validity(skin, samples, size_mm))
-    return solver_of(net, hybrid_operator(skin, samples, size_mm, torch.float32))
+    return solver_of(net, elastic_layer_operator(skin, samples, size_mm, torch.float32))
 
 
 def _loaded(folder: Path) -> tuple[UNet, Card]:

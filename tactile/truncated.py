@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from torch import Tensor
 
 from tactile.contact import Compliance, ContactState, approach_contact, closed
-from tactile.elastic_layer import HybridOperator
+from tactile.elastic_layer import ElasticLayerOperator
 
 STEPS = 6
 """Of the solver, from even pressure."""
@@ -20,22 +20,22 @@ GRADIENT_TOLERANCE = 1e-2
 """Relative residual of the adjoint: tighter ones change a gradient less than the contact set's error does."""
 
 
-Guess = Callable[[Tensor, float], Tensor]
+InitialGuess = Callable[[Tensor, float], Tensor]
 """Pressures to start from, of reliefs (batch, n, n) in mm and a mean pressure; pressures in units of E."""
 
 
 @dataclass(frozen=True, eq=False)
-class QuickSolver:
+class TruncatedSolver:
     """A `tactile.contact.Solver` that is done after a few steps.
 
     Attributes:
         operator: of the skin, in single precision.
-        guess: where they begin; None for even pressure.
+        initial_guess: pressures that the steps start from; None for even pressure.
     """
 
-    operator: HybridOperator
+    operator: ElasticLayerOperator
     steps: int = STEPS
-    guess: Guess | None = None
+    initial_guess: InitialGuess | None = None
 
     def __call__(
         self, body: Compliance, heights: Tensor, mean_pressure: float, start: Tensor | None
@@ -48,8 +48,8 @@ class QuickSolver:
         """
         dtype, batch = heights.dtype, heights.shape[:-2]
         flat = heights.detach().reshape(-1, *heights.shape[-2:]).to(self.operator.symbol.dtype)
-        begun = None if self.guess is None else self.guess(flat, mean_pressure)
-        state = closed(approach_contact(self.operator, flat, mean_pressure, begun, self.steps))
+        start = None if self.initial_guess is None else self.initial_guess(flat, mean_pressure)
+        state = closed(approach_contact(self.operator, flat, mean_pressure, start, self.steps))
         felt = state.pressure.to(dtype)
         return replace(
             state,

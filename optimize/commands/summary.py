@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from optimize.report.formatting import between, duration, number, percent, plus_minus
-from tactile.jnd import told_apart
+from tactile.jnd import discrimination_probability
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -41,7 +41,7 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
     yield "roughness", _known(roughness)
     if (jnd := touch["jnd_from_original"]) is not None:
         # Rounded down: a hundred of a hundred would claim certainty.
-        tries = min(99, int(100.0 * told_apart(jnd)))
+        tries = min(99, int(100.0 * discrimination_probability(jnd)))
         sense = "rougher" if jnd > 0 else "smoother"
         yield "feel", f"{number(abs(jnd))} JND {sense} than the original, told apart in {tries} of 100 tries"
     area = [

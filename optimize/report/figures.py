@@ -15,7 +15,7 @@ from optimize.report import colour_maps, svg
 from optimize.report.content import Report
 from optimize.report.formatting import number
 from optimize.report.metrics import mean_change, rms_change
-from tactile.jnd import jnd_apart, told_apart
+from tactile.jnd import discrimination_probability, jnd_apart
 
 Array = NDArray[np.floating]
 
@@ -69,7 +69,7 @@ def roughness_figures(report: Report, touch: Mapping[str, Any]) -> dict[str, Any
     """The roughnesses on a scale of just-noticeable differences, and what a finger makes of that."""
     jnd = touch["jnd_from_original"]
     # Rounded down: a hundred of a hundred would claim certainty.
-    tries = None if jnd is None else min(99, int(100.0 * told_apart(jnd)))
+    tries = None if jnd is None else min(99, int(100.0 * discrimination_probability(jnd)))
     return {
         "ladder": _ladder(report, touch),
         "tries": tries,

@@ -15,8 +15,8 @@ from surrogate.data.field_set import Fieldset
 from surrogate.nets.augmentation import moved
 from surrogate.nets.training import Examples
 from tactile.contact import ContactState
-from tactile.elastic_layer import HybridOperator, hybrid_operator
-from tactile.net import first_guess, inputs, pressure
+from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
+from tactile.net import first_steps, inputs, pressure
 from tactile.strain import smallest_eigenvalue
 
 MAPS = ("heights", "strain", "pressure", "guess_pressure", "guess_gap")
@@ -36,7 +36,7 @@ class TouchTask:
         young_modulus_mpa: of the skin.
     """
 
-    operator: HybridOperator
+    operator: ElasticLayerOperator
     flat_strain: Tensor
     mean_pressure: float
     young_modulus_mpa: float
@@ -80,7 +80,7 @@ class TouchTask:
             pressure_mpa: the reference's, MPa.
         """
         guesses = [
-            first_guess(self.operator, heights[first : first + BATCH], self.mean_pressure)
+            first_steps(self.operator, heights[first : first + BATCH], self.mean_pressure)
             for first in range(0, len(heights), BATCH)
         ]
         return {
@@ -106,7 +106,7 @@ class TouchTask:
 
 def touch_task(skin: tactile.Skin, samples: int, size_mm: float) -> TouchTask:
     """The task for a skin and a grid, on the CPU."""
-    operator = hybrid_operator(skin, samples, size_mm, torch.float32)
+    operator = elastic_layer_operator(skin, samples, size_mm, torch.float32)
     model = tactile.touch_model(skin, samples, size_mm, torch.float32)
     modulus = skin.young_modulus_mpa
     return TouchTask(operator, model.flat_strain, skin.mean_pressure_mpa(size_mm) / modulus, modulus)

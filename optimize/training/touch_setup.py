@@ -15,7 +15,7 @@ from surrogate.corpus import recipes as corpus
 from surrogate.data.field_set import Fieldset, first_of
 from surrogate.nets.unet import UNet
 from surrogate.nets.weights import Sample
-from tactile.elastic_layer import hybrid_operator
+from tactile.elastic_layer import elastic_layer_operator
 from tactile.model import TouchModel
 from tactile.net import CHANNELS, KIND, solver_of, validity
 from tactile.truncated import GRADIENT_TOLERANCE
@@ -90,5 +90,5 @@ def net_figures(net: UNet, skin: tactile.Skin, samples: int, size_mm: float) -> 
 
 def _net_model(net: UNet, skin: tactile.Skin, samples: int, size_mm: float) -> TouchModel:
     layer = tactile.touch_model(skin, samples, size_mm, torch.float32)
-    solver = solver_of(net, hybrid_operator(skin, samples, size_mm, torch.float32))
+    solver = solver_of(net, elastic_layer_operator(skin, samples, size_mm, torch.float32))
     return TouchModel(skin, layer.operator, layer.flat_strain, solver, GRADIENT_TOLERANCE)

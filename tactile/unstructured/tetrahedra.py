@@ -52,7 +52,7 @@ class TetrahedralOperator:
     """Normal displacement and strain at depth of a meshed skin under pressures on an n x n grid.
 
     Pressures have shape (..., n, n) and are in units of Young's modulus. Same use as
-    `tactile.elastic_layer.HybridOperator`, without gradients of the strain.
+    `tactile.elastic_layer.ElasticLayerOperator`, without gradients of the strain.
 
     Attributes:
         samples: n.

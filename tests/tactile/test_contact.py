@@ -6,7 +6,7 @@ import torch
 import tactile.contact
 from tactile import ContactError, Skin, press, roughness
 from tactile.contact import TOLERANCE, ContactState, approach_contact, solve_contact
-from tactile.elastic_layer import HybridOperator, hybrid_operator
+from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tests.tactile.reliefs import EIGHT, SIZE, bumps, grating, manufactured, moved, waves
 
 SAMPLES = 32
@@ -25,11 +25,11 @@ EVERY_RELIEF = pytest.mark.parametrize("name", list(RELIEFS))
 
 
 @pytest.fixture(scope="module")
-def operator() -> HybridOperator:
-    return hybrid_operator(SKIN, SAMPLES, SIZE)
+def operator() -> ElasticLayerOperator:
+    return elastic_layer_operator(SKIN, SAMPLES, SIZE)
 
 
-def solved(operator: HybridOperator, heights: torch.Tensor, **options) -> ContactState:
+def solved(operator: ElasticLayerOperator, heights: torch.Tensor, **options) -> ContactState:
     return solve_contact(operator, heights, MEAN_PRESSURE, **options)
 
 
@@ -41,7 +41,7 @@ def test_pressure_carries_the_force(name: str) -> None:
 
 @EVERY_RELIEF
 def test_skin_neither_pulls_nor_enters_and_is_loaded_only_where_it_touches(
-    operator: HybridOperator, name: str
+    operator: ElasticLayerOperator, name: str
 ) -> None:
     state = solved(operator, RELIEFS[name])
     allowed = TOLERANCE[torch.float64] * operator.displacement(state.pressure).mean()
@@ -52,13 +52,13 @@ def test_skin_neither_pulls_nor_enters_and_is_loaded_only_where_it_touches(
 
 
 @EVERY_RELIEF
-def test_gap_is_displacement_less_relief_and_approach(operator: HybridOperator, name: str) -> None:
+def test_gap_is_displacement_less_relief_and_approach(operator: ElasticLayerOperator, name: str) -> None:
     state = solved(operator, RELIEFS[name])
     expected = operator.displacement(state.pressure) - RELIEFS[name] - state.approach
     torch.testing.assert_close(state.gap, expected, atol=1e-12, rtol=0.0)
 
 
-def test_a_manufactured_contact_is_recovered(operator: HybridOperator) -> None:
+def test_a_manufactured_contact_is_recovered(operator: ElasticLayerOperator) -> None:
     heights, pressure, gap = manufactured(operator, MEAN_PRESSURE)
     state = solved(operator, heights, tolerance=1e-12)
     torch.testing.assert_close(state.pressure, pressure, atol=1e-8, rtol=0.0)
@@ -66,7 +66,7 @@ def test_a_manufactured_contact_is_recovered(operator: HybridOperator) -> None:
     assert abs(float(state.approach)) < 1e-10
 
 
-def test_no_other_admissible_pressure_stores_less_energy(operator: HybridOperator) -> None:
+def test_no_other_admissible_pressure_stores_less_energy(operator: ElasticLayerOperator) -> None:
     heights = RELIEFS["waves"]
     state = solved(operator, heights)
 
@@ -81,7 +81,7 @@ def test_no_other_admissible_pressure_stores_less_energy(operator: HybridOperato
         assert energy(other * (MEAN_PRESSURE / other.mean())) > least
 
 
-def test_the_starting_pressures_do_not_matter(operator: HybridOperator) -> None:
+def test_the_starting_pressures_do_not_matter(operator: ElasticLayerOperator) -> None:
     heights = RELIEFS["waves"]
     cold = solved(operator, heights)
     for start in (torch.rand_like(heights), solved(operator, RELIEFS["bumps"]).pressure, cold.pressure):
@@ -90,12 +90,12 @@ def test_the_starting_pressures_do_not_matter(operator: HybridOperator) -> None:
         torch.testing.assert_close(warm.gap, cold.gap, atol=1e-8, rtol=0.0)
 
 
-def test_starting_from_the_answer_is_quick(operator: HybridOperator) -> None:
+def test_starting_from_the_answer_is_quick(operator: ElasticLayerOperator) -> None:
     cold = solved(operator, RELIEFS["waves"])
     assert solved(operator, RELIEFS["waves"], start=cold.pressure).steps <= 2
 
 
-def test_the_tolerance_does_not_matter(operator: HybridOperator) -> None:
+def test_the_tolerance_does_not_matter(operator: ElasticLayerOperator) -> None:
     tight = solved(operator, RELIEFS["waves"], tolerance=1e-12)
     for tolerance in (1e-6, 1e-8, 1e-10):
         loose = solved(operator, RELIEFS["waves"], tolerance=tolerance)
@@ -103,7 +103,7 @@ def test_the_tolerance_does_not_matter(operator: HybridOperator) -> None:
         assert float(error) < 1e3 * tolerance
 
 
-def test_a_batch_is_its_items(operator: HybridOperator) -> None:
+def test_a_batch_is_its_items(operator: ElasticLayerOperator) -> None:
     heights = torch.stack(list(RELIEFS.values())).view(2, 3, SAMPLES, SAMPLES)
     together = solved(operator, heights)
     assert together.approach.shape == together.converged.shape == (2, 3)
@@ -174,14 +174,14 @@ def test_more_force_means_more_contact() -> None:
 
 
 def test_a_contact_that_does_not_converge_is_an_error(
-    operator: HybridOperator, monkeypatch: pytest.MonkeyPatch
+    operator: ElasticLayerOperator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tactile.contact, "MAX_STEPS", 3)
     with pytest.raises(ContactError, match="1 of 2 reliefs"):
         solved(operator, torch.stack((RELIEFS["waves"], RELIEFS["flat"] + 0.0)), tolerance=1e-3)
 
 
-def test_a_contact_cut_short_is_where_the_solver_stood_then(operator: HybridOperator) -> None:
+def test_a_contact_cut_short_is_where_the_solver_stood_then(operator: ElasticLayerOperator) -> None:
     relief = waves(SAMPLES, 0.8)
     begun = approach_contact(operator, relief, MEAN_PRESSURE, None, 0)
     torch.testing.assert_close(begun.pressure, torch.full_like(relief, MEAN_PRESSURE))

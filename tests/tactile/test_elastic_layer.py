@@ -6,7 +6,7 @@ import torch
 from tactile import Skin, roughness
 from tactile.block import STRAIN_COMPONENTS, Sides, depth_levels, quarter_responses
 from tactile.contact import solve_contact
-from tactile.elastic_layer import HybridOperator, hybrid_operator
+from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.skin import lame
 from tactile.strain import smallest_eigenvalue
 from tests.tactile.reliefs import EIGHT, SIZE, centres, moved, waves
@@ -17,32 +17,32 @@ MEAN_PRESSURE = Skin().mean_pressure_mpa(SIZE) / Skin().young_modulus_mpa
 
 
 @pytest.fixture(scope="module")
-def operator() -> HybridOperator:
-    return hybrid_operator(Skin(), SAMPLES, SIZE)
+def operator() -> ElasticLayerOperator:
+    return elastic_layer_operator(Skin(), SAMPLES, SIZE)
 
 
 @pytest.fixture(scope="module")
-def sliding() -> HybridOperator:
-    return hybrid_operator(Skin(), SAMPLES, SIZE, free_sides=False)
+def sliding() -> ElasticLayerOperator:
+    return elastic_layer_operator(Skin(), SAMPLES, SIZE, free_sides=False)
 
 
 def random_field(*batch: int) -> torch.Tensor:
     return torch.randn(*batch, SAMPLES, SAMPLES, dtype=torch.float64)
 
 
-def test_compliance_and_its_preconditioner_are_their_own_adjoints(operator: HybridOperator) -> None:
+def test_compliance_and_its_preconditioner_are_their_own_adjoints(operator: ElasticLayerOperator) -> None:
     for symmetric in (operator.displacement, operator.precondition):
         for _ in range(5):
             assert dot_test(symmetric, symmetric, random_field(), random_field()) < 1e-13
 
 
-def test_compliance_is_positive(operator: HybridOperator) -> None:
+def test_compliance_is_positive(operator: ElasticLayerOperator) -> None:
     identity = torch.eye(SAMPLES**2, dtype=torch.float64).view(-1, SAMPLES, SAMPLES)
     matrix = operator.displacement(identity).flatten(1)
     assert float(torch.linalg.eigvalsh(matrix)[0]) > 0.0
 
 
-def test_strain_is_linear(operator: HybridOperator) -> None:
+def test_strain_is_linear(operator: ElasticLayerOperator) -> None:
     p, q = random_field(), random_field()
     together = operator.strain(2.0 * p - 3.0 * q)
     torch.testing.assert_close(together, 2.0 * operator.strain(p) - 3.0 * operator.strain(q))
@@ -51,7 +51,7 @@ def test_strain_is_linear(operator: HybridOperator) -> None:
     )
 
 
-def test_moved_pressure_gives_moved_displacement_and_strain(operator: HybridOperator) -> None:
+def test_moved_pressure_gives_moved_displacement_and_strain(operator: ElasticLayerOperator) -> None:
     p = random_field()
     displacement = operator.displacement(p)
     strain = operator.strain(p)
@@ -62,12 +62,12 @@ def test_moved_pressure_gives_moved_displacement_and_strain(operator: HybridOper
         torch.testing.assert_close(principal, moved(smallest_eigenvalue(strain), turns, mirrored))
 
 
-def test_between_sliding_sides_the_preconditioner_is_the_inverse(sliding: HybridOperator) -> None:
+def test_between_sliding_sides_the_preconditioner_is_the_inverse(sliding: ElasticLayerOperator) -> None:
     p = random_field()
     torch.testing.assert_close(sliding.precondition(sliding.displacement(p)), p)
 
 
-def test_between_sliding_sides_uniform_pressure_squeezes_uniaxially(sliding: HybridOperator) -> None:
+def test_between_sliding_sides_uniform_pressure_squeezes_uniaxially(sliding: ElasticLayerOperator) -> None:
     skin = Skin()
     lam, mu = lame(1.0, skin.poisson_ratio)
     uniform = torch.ones(SAMPLES, SAMPLES, dtype=torch.float64)
@@ -83,7 +83,7 @@ def test_a_smooth_wave_moves_the_block_as_finite_elements_say(sides: Sides) -> N
     """Every displacement and strain component of the operator, with its sign, in the quarter x, y > 0."""
     quarter, skin = 12, Skin()
     samples = 2 * quarter
-    hybrid = hybrid_operator(skin, samples, SIZE, coarse=16, free_sides=sides == "free")
+    hybrid = elastic_layer_operator(skin, samples, SIZE, coarse=16, free_sides=sides == "free")
     levels = depth_levels(skin.depth_mm, skin.thickness_mm, 0.2)
     even = quarter_responses(0.5 * SIZE, quarter, levels, skin.depth_mm, skin.poisson_ratio, sides)[
         False, False
@@ -110,7 +110,9 @@ def test_a_smooth_wave_moves_the_block_as_finite_elements_say(sides: Sides) -> N
         assert float((component - reference).abs().max() / reference.abs().max()) < 0.05
 
 
-def test_lateral_strains_are_compatible(operator: HybridOperator, sliding: HybridOperator) -> None:
+def test_lateral_strains_are_compatible(
+    operator: ElasticLayerOperator, sliding: ElasticLayerOperator
+) -> None:
     """Saint-Venant in the plane: e_xx,yy + e_yy,xx = 2 e_xy,xy, here for one wave along the diagonal."""
     x = centres(SAMPLES)
     k = 2.0 * torch.pi / SIZE
@@ -125,7 +127,7 @@ def test_lateral_strains_are_compatible(operator: HybridOperator, sliding: Hybri
     assert -((2.0 * k) ** 2) * rows - k**2 * columns == pytest.approx(2.0 * k * 2.0 * k * shear, rel=1e-10)
 
 
-def test_single_precision_agrees(operator: HybridOperator) -> None:
+def test_single_precision_agrees(operator: ElasticLayerOperator) -> None:
     p = torch.rand(SAMPLES, SAMPLES, dtype=torch.float64)
     single = operator.to(torch.float32)
     for double_result, single_result in (
@@ -139,13 +141,13 @@ def test_single_precision_agrees(operator: HybridOperator) -> None:
 
 def test_an_odd_coarse_mesh_is_refused() -> None:
     with pytest.raises(ValueError, match="even"):
-        hybrid_operator(Skin(), SAMPLES, SIZE, coarse=15)
+        elastic_layer_operator(Skin(), SAMPLES, SIZE, coarse=15)
 
 
 @pytest.mark.parametrize(("thickness", "depth"), [(2.5, 2.35), (0.15, 0.1), (0.45, 0.37)])
 def test_receptors_next_to_the_bone_are_served(thickness: float, depth: float) -> None:
     skin = Skin(thickness_mm=thickness, depth_mm=depth)
-    strain = hybrid_operator(skin, SAMPLES, SIZE, coarse=4).strain(random_field().abs())
+    strain = elastic_layer_operator(skin, SAMPLES, SIZE, coarse=4).strain(random_field().abs())
     assert bool(torch.isfinite(strain).all())
 
 
@@ -154,7 +156,7 @@ def test_roughness_settles_as_the_coarse_mesh_is_refined() -> None:
     heights = torch.stack([waves(64, 1.2, seed) for seed in range(3)])
 
     def roughness_with(coarse: int) -> torch.Tensor:
-        operator = hybrid_operator(Skin(), 64, SIZE, coarse=coarse)
+        operator = elastic_layer_operator(Skin(), 64, SIZE, coarse=coarse)
         flat, pressed = (
             solve_contact(operator, h, MEAN_PRESSURE).pressure
             for h in (torch.zeros_like(heights[0]), heights)

@@ -9,13 +9,13 @@ from tactile import Skin, roughness
 from tactile.block import STRAIN_COMPONENTS
 from tactile.contact import press, solve_contact
 from tactile.cosine_layer import layer_symbols, modes_at_centres
-from tactile.elastic_layer import HybridOperator, hybrid_operator
+from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.finite_elements import (
     THICKEST_MM,
-    ReferenceOperator,
+    FiniteElementOperator,
     _modes,
+    finite_element_operator,
     graded_levels,
-    reference_operator,
 )
 from tactile.pixel_block import PixelBlock, face_response
 from tactile.pixel_layer import discrete_layer
@@ -33,18 +33,18 @@ EVERY_RELIEF = pytest.mark.parametrize("name", RELIEFS)
 
 
 @pytest.fixture(scope="module")
-def operator() -> ReferenceOperator:
-    return reference_operator(SKIN, SAMPLES, SIZE)
+def operator() -> FiniteElementOperator:
+    return finite_element_operator(SKIN, SAMPLES, SIZE)
 
 
 @pytest.fixture(scope="module")
-def fine() -> ReferenceOperator:
-    return reference_operator(SKIN, FINE, SIZE)
+def fine() -> FiniteElementOperator:
+    return finite_element_operator(SKIN, FINE, SIZE)
 
 
 @pytest.fixture(scope="module")
-def layer() -> HybridOperator:
-    return hybrid_operator(SKIN, FINE, SIZE)
+def layer() -> ElasticLayerOperator:
+    return elastic_layer_operator(SKIN, FINE, SIZE)
 
 
 def random_field(*batch: int, samples: int = SAMPLES) -> torch.Tensor:
@@ -52,7 +52,9 @@ def random_field(*batch: int, samples: int = SAMPLES) -> torch.Tensor:
 
 
 def strain_map(
-    operator: ReferenceOperator | HybridOperator, heights: torch.Tensor, tolerance: float | None = None
+    operator: FiniteElementOperator | ElasticLayerOperator,
+    heights: torch.Tensor,
+    tolerance: float | None = None,
 ) -> torch.Tensor:
     """What reliefs add to the flat plate's principal strain; differentiable at the default tolerance."""
     if tolerance is None:
@@ -64,7 +66,9 @@ def strain_map(
 
 
 def felt(
-    operator: ReferenceOperator | HybridOperator, heights: torch.Tensor, tolerance: float | None = None
+    operator: FiniteElementOperator | ElasticLayerOperator,
+    heights: torch.Tensor,
+    tolerance: float | None = None,
 ) -> torch.Tensor:
     """Roughness of reliefs."""
     return roughness(strain_map(operator, heights, tolerance), SIZE)
@@ -98,7 +102,7 @@ def test_the_parities_are_the_whole_block() -> None:
     field[moving] = factorised(sp.csr_matrix(whole_stiffness(block)[np.ix_(moving, moving)]))(force[moving])
     u = field[dofs]
 
-    operator = reference_operator(SKIN, 2 * half, SIZE, exact_layer=False)
+    operator = finite_element_operator(SKIN, 2 * half, SIZE, exact_layer=False)
     displacement = operator.displacement(pressure)[1:-1, 1:-1].numpy()
     np.testing.assert_allclose(displacement, u[2, 2:-2, 2:-2, 0], atol=1e-6 * np.abs(u).max())
 
@@ -122,27 +126,27 @@ def test_the_parities_are_the_whole_block() -> None:
     np.testing.assert_allclose(strain, expected, atol=1e-6 * np.abs(expected).max())
 
 
-def test_compliance_and_its_preconditioner_are_their_own_adjoints(operator: ReferenceOperator) -> None:
+def test_compliance_and_its_preconditioner_are_their_own_adjoints(operator: FiniteElementOperator) -> None:
     """To rounding, although compliances are kept in single precision: they are symmetric before."""
     for _ in range(5):
         assert dot_test(operator.displacement, operator.displacement, random_field(), random_field()) < 1e-13
         assert dot_test(operator.precondition, operator.precondition, random_field(), random_field()) < 1e-13
 
 
-def test_compliance_is_positive(operator: ReferenceOperator) -> None:
+def test_compliance_is_positive(operator: FiniteElementOperator) -> None:
     identity = torch.eye(SAMPLES**2, dtype=torch.float64).view(-1, SAMPLES, SAMPLES)
     matrix = operator.displacement(identity).flatten(1)
     assert float(torch.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0]) > 0.0
 
 
-def test_the_answer_is_linear_in_the_pressure(operator: ReferenceOperator) -> None:
+def test_the_answer_is_linear_in_the_pressure(operator: FiniteElementOperator) -> None:
     p, q = random_field(), random_field()
     for answer in (operator.displacement, operator.strain):
         torch.testing.assert_close(answer(2.0 * p - 3.0 * q), 2.0 * answer(p) - 3.0 * answer(q))
         torch.testing.assert_close(answer(torch.stack((p, q))), torch.stack((answer(p), answer(q))))
 
 
-def test_moved_pressure_gives_moved_displacement_and_turned_strain(operator: ReferenceOperator) -> None:
+def test_moved_pressure_gives_moved_displacement_and_turned_strain(operator: FiniteElementOperator) -> None:
     p = random_field()
     displacement, strain = operator.displacement(p), operator.strain(p)
     quarter_turn = torch.tensor([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], dtype=torch.float64)
@@ -161,7 +165,7 @@ def test_moved_pressure_gives_moved_displacement_and_turned_strain(operator: Ref
         torch.testing.assert_close(operator.strain(image), turned, rtol=0.0, atol=1e-6)
 
 
-def test_a_flat_plate_squeezes_the_block_as_a_finer_mesh_says(operator: ReferenceOperator) -> None:
+def test_a_flat_plate_squeezes_the_block_as_a_finer_mesh_says(operator: FiniteElementOperator) -> None:
     flat = torch.zeros(SAMPLES, SAMPLES, dtype=torch.float64)
     soft = solve_contact(operator, flat, SKIN.mean_pressure_mpa(SIZE) / 0.25)
     strain = smallest_eigenvalue(operator.strain(soft.pressure))
@@ -174,7 +178,7 @@ def test_a_flat_plate_squeezes_the_block_as_a_finer_mesh_says(operator: Referenc
 
 @EVERY_RELIEF
 def test_contact_carries_the_force_and_neither_pulls_nor_enters(
-    operator: ReferenceOperator, name: str
+    operator: FiniteElementOperator, name: str
 ) -> None:
     state = solve_contact(operator, RELIEFS[name], MEAN_PRESSURE)
     assert bool(state.converged)
@@ -187,14 +191,16 @@ def test_contact_carries_the_force_and_neither_pulls_nor_enters(
 
 @EVERY_RELIEF
 def test_roughness_does_not_depend_on_the_tolerance_of_contact(
-    operator: ReferenceOperator, name: str
+    operator: FiniteElementOperator, name: str
 ) -> None:
     loose, tight = (float(felt(operator, RELIEFS[name], tolerance)) for tolerance in (1e-6, 1e-9))
     assert loose == pytest.approx(tight, rel=1e-5)
 
 
 @EVERY_RELIEF
-def test_slopes_of_roughness_are_those_of_finite_differences(operator: ReferenceOperator, name: str) -> None:
+def test_slopes_of_roughness_are_those_of_finite_differences(
+    operator: FiniteElementOperator, name: str
+) -> None:
     noise = torch.rand(SAMPLES, SAMPLES, dtype=torch.float64)  # away from pixels that only just touch
     heights = RELIEFS[name] + 0.02 * noise
 
@@ -208,7 +214,7 @@ def test_slopes_of_roughness_are_those_of_finite_differences(operator: Reference
         assert slope_error(function, heights, unit, step=1e-5, scale=scale) < 1e-3
 
 
-def test_single_precision_agrees(operator: ReferenceOperator) -> None:
+def test_single_precision_agrees(operator: FiniteElementOperator) -> None:
     p = random_field().abs()
     single = operator.to(torch.float32)
     for double_result, single_result in (
@@ -221,7 +227,7 @@ def test_single_precision_agrees(operator: ReferenceOperator) -> None:
 
 
 def test_the_layer_model_feels_what_finite_elements_feel(
-    fine: ReferenceOperator, layer: HybridOperator
+    fine: FiniteElementOperator, layer: ElasticLayerOperator
 ) -> None:
     """Roughness within 1.5 % (0.94 % at most is measured), the strain maps alike pixel by pixel."""
     reliefs = [waves(FINE, height, seed) for seed, height in enumerate((0.4, 1.2, 2.4))]
@@ -255,9 +261,9 @@ def test_layers_grow_towards_the_bone(thickness: float, pitch: float) -> None:
 
 def test_an_odd_mesh_is_refused() -> None:
     with pytest.raises(ValueError, match="even"):
-        reference_operator(SKIN, 15, SIZE)
+        finite_element_operator(SKIN, 15, SIZE)
     with pytest.raises(ValueError, match="node at every pixel"):
-        reference_operator(SKIN, 32, SIZE, mesh=16, exact_layer=False)
+        finite_element_operator(SKIN, 32, SIZE, mesh=16, exact_layer=False)
 
 
 def test_elements_make_of_long_waves_what_the_exact_layer_does() -> None:
@@ -281,7 +287,7 @@ def test_elements_make_of_long_waves_what_the_exact_layer_does() -> None:
 
 def test_modes_of_sliding_sides_are_those_of_the_mesh_itself() -> None:
     """Its blocks answer a short wave, deep inside a wide plate, as the solution mode by mode does."""
-    operator = reference_operator(SKIN, SAMPLES, SIZE, exact_layer=False)
+    operator = finite_element_operator(SKIN, SAMPLES, SIZE, exact_layer=False)
     mesh = PixelBlock(
         SIZE / 2.0, SAMPLES // 2, graded_levels(SKIN.thickness_mm, SIZE / SAMPLES), 0.75, SKIN.poisson_ratio
     )
@@ -294,8 +300,8 @@ def test_modes_of_sliding_sides_are_those_of_the_mesh_itself() -> None:
 
 
 @EVERY_RELIEF
-def test_a_mesh_coarser_than_the_pixels_feels_the_same(operator: ReferenceOperator, name: str) -> None:
+def test_a_mesh_coarser_than_the_pixels_feels_the_same(operator: FiniteElementOperator, name: str) -> None:
     """What free sides add is smooth: 24 nodes a side for 32 pixels change V by 1 % at most."""
-    coarser = reference_operator(SKIN, SAMPLES, SIZE, mesh=24)
+    coarser = finite_element_operator(SKIN, SAMPLES, SIZE, mesh=24)
     expected, found = (float(felt(body, RELIEFS[name])) for body in (operator, coarser))
     assert found == pytest.approx(expected, rel=0.015)

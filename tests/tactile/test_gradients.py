@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from tactile import Skin, contact_area, press, roughness
-from tactile.elastic_layer import hybrid_operator
+from tactile.elastic_layer import elastic_layer_operator
 from tests.tactile.reliefs import SIZE, bumps, grating, manufactured, waves
 from tests.taylor import gradient, slope_error, taylor_rates
 
@@ -53,7 +53,7 @@ def test_slopes_are_those_of_finite_differences(quantity: str, relief: str) -> N
 @pytest.mark.parametrize("quantity", [name for name in TOUCH if name != "stiff roughness"])
 def test_the_taylor_remainder_falls_quadratically_while_the_contact_set_stays(quantity: str) -> None:
     """Pressures are piecewise linear in the heights: they bend where a pixel joins or leaves the contact."""
-    heights, pressure, _ = manufactured(hybrid_operator(Skin(), SAMPLES, SIZE), MEAN_PRESSURE)
+    heights, pressure, _ = manufactured(elastic_layer_operator(Skin(), SAMPLES, SIZE), MEAN_PRESSURE)
     direction = waves(SAMPLES, 1.0, seed=5) - 0.5
     steps = (4e-3, 2e-3, 1e-3)
     for step in steps:

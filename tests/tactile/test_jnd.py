@@ -2,7 +2,7 @@
 
 import pytest
 
-from tactile import jnd_apart, jnd_scaled, told_apart
+from tactile import discrimination_probability, jnd_apart, jnd_scaled
 
 
 def test_one_jnd_is_a_factor_of_1_19() -> None:
@@ -17,7 +17,7 @@ def test_steps_add_up_and_turn_around() -> None:
 
 
 def test_plates_one_jnd_apart_are_told_apart_84_percent_of_the_time() -> None:
-    assert told_apart(1.0) == pytest.approx(0.84, abs=0.002)
-    assert told_apart(-1.0) == told_apart(1.0)
-    assert told_apart(0.0) == 0.5
-    assert told_apart(3.0) > 0.998
+    assert discrimination_probability(1.0) == pytest.approx(0.84, abs=0.002)
+    assert discrimination_probability(-1.0) == discrimination_probability(1.0)
+    assert discrimination_probability(0.0) == 0.5
+    assert discrimination_probability(3.0) > 0.998

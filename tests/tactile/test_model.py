@@ -8,7 +8,7 @@ import torch
 
 from tactile import InputError, Skin, press, roughness, touch_model
 from tactile.contact import solve_contact
-from tactile.elastic_layer import hybrid_operator
+from tactile.elastic_layer import elastic_layer_operator
 from tactile.strain import smallest_eigenvalue
 from tests.tactile.reliefs import SIZE, bumps, grating, waves
 
@@ -40,7 +40,7 @@ def test_a_flat_plate_squeezes_the_free_block_as_finite_elements_say() -> None:
 
 
 def test_sliding_sides_would_hardly_let_the_block_squeeze() -> None:
-    operator = hybrid_operator(SOFT, 32, SIZE, free_sides=False)
+    operator = elastic_layer_operator(SOFT, 32, SIZE, free_sides=False)
     mean_pressure = SOFT.mean_pressure_mpa(SIZE) / SOFT.young_modulus_mpa
     strain = smallest_eigenvalue(operator.strain(solve_contact(operator, FLAT, mean_pressure).pressure))
     assert float(strain.mean()) == pytest.approx(-0.0455, rel=0.01)

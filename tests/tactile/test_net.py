@@ -10,14 +10,14 @@ import tactile
 from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import Card, has_weights, load_net, save_net, weights_bytes
 from tactile import Skin
-from tactile.elastic_layer import hybrid_operator
+from tactile.elastic_layer import elastic_layer_operator
 from tactile.model import TouchModel
 from tactile.net import (
     CHANNELS,
     KIND,
     TALLEST_MM,
-    NetGuess,
-    first_guess,
+    NetInitialGuess,
+    first_steps,
     inputs,
     net_solver,
     pressure,
@@ -41,7 +41,7 @@ def net(noise: float) -> UNet:
 
 def model(noise: float, dtype: torch.dtype = torch.float64, skin: Skin = SKIN) -> TouchModel:
     layer = tactile.touch_model(skin, SAMPLES, SIZE, dtype)
-    solver = solver_of(net(noise), hybrid_operator(skin, SAMPLES, SIZE, torch.float32))
+    solver = solver_of(net(noise), elastic_layer_operator(skin, SAMPLES, SIZE, torch.float32))
     return TouchModel(skin, layer.operator, layer.flat_strain, solver, GRADIENT_TOLERANCE)
 
 
@@ -92,21 +92,21 @@ def test_twice_the_force_on_twice_the_relief_is_twice_the_strain() -> None:
 
 
 def test_inputs_turn_with_the_relief() -> None:
-    operator = hybrid_operator(SKIN, SAMPLES, SIZE)
+    operator = elastic_layer_operator(SKIN, SAMPLES, SIZE)
     mean = MEAN / SKIN.young_modulus_mpa
     relief = RELIEFS[1:2]
-    seen = inputs(operator, relief, first_guess(operator, relief, mean), mean)
+    seen = inputs(operator, relief, first_steps(operator, relief, mean), mean)
     assert seen.shape == (1, CHANNELS, SAMPLES, SAMPLES) and float(seen.abs().max()) < 10.0
     for turns, mirrored in EIGHT:
         image = moved(relief, turns, mirrored)
-        found = inputs(operator, image, first_guess(operator, image, mean), mean)
+        found = inputs(operator, image, first_steps(operator, image, mean), mean)
         # The distances from the middle, x and y, change places with a quarter turn.
         torch.testing.assert_close(found[:, :4], moved(seen, turns, mirrored)[:, :4], rtol=1e-5, atol=1e-7)
 
 
 def test_predicted_pressure_is_positive_and_of_the_given_mean() -> None:
-    guess = torch.relu(torch.randn(2, SAMPLES, SAMPLES))
-    found = pressure(net(1.0), torch.randn(2, CHANNELS, SAMPLES, SAMPLES), guess, 0.2)
+    initial = torch.relu(torch.randn(2, SAMPLES, SAMPLES))
+    found = pressure(net(1.0), torch.randn(2, CHANNELS, SAMPLES, SAMPLES), initial, 0.2)
     assert bool((found >= 0.0).all())
     torch.testing.assert_close(found.mean((-2, -1)), torch.full((2,), 0.2))
 
@@ -151,8 +151,8 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_a_net_is_found_in_its_folder(folder: Path) -> None:
-    guess = net_solver(SKIN, SAMPLES, SIZE, folder).guess
-    assert isinstance(guess, NetGuess) and guess.net.shape == Shape(CHANNELS, 1, (4, 6))
+    initial = net_solver(SKIN, SAMPLES, SIZE, folder).initial_guess
+    assert isinstance(initial, NetInitialGuess) and initial.net.shape == Shape(CHANNELS, 1, (4, 6))
     # Modulus, force and depth make no difference to the relation of relief to pressure that is not known.
     net_solver(Skin(young_modulus_mpa=0.3, force_n=5.0, depth_mm=1.0), SAMPLES, SIZE, folder)
 
@@ -179,8 +179,8 @@ def test_without_weights_the_model_is_refused_in_one_line(tmp_path: Path) -> Non
 
 
 def test_the_solver_cut_short_tells_that_it_has_not_converged() -> None:
-    state = solver_of(net(0.0), hybrid_operator(SKIN, SAMPLES, SIZE, torch.float32))(
-        hybrid_operator(SKIN, SAMPLES, SIZE), RELIEFS, MEAN / SKIN.young_modulus_mpa, None
+    state = solver_of(net(0.0), elastic_layer_operator(SKIN, SAMPLES, SIZE, torch.float32))(
+        elastic_layer_operator(SKIN, SAMPLES, SIZE), RELIEFS, MEAN / SKIN.young_modulus_mpa, None
     )
     assert not bool(state.converged.all())
 

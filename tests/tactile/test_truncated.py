@@ -5,8 +5,8 @@ import torch
 
 import tactile
 from tactile import Skin
-from tactile.elastic_layer import hybrid_operator
-from tactile.truncated import STEPS, QuickSolver
+from tactile.elastic_layer import elastic_layer_operator
+from tactile.truncated import STEPS, TruncatedSolver
 from tests.tactile.reliefs import SIZE, grating, waves
 
 SAMPLES = 32
@@ -27,11 +27,11 @@ def test_the_force_is_exact_and_skin_only_pushes(dtype: torch.dtype) -> None:
 def test_it_is_near_the_converged_layer_and_more_steps_are_nearer() -> None:
     whole = tactile.press(RELIEFS, SIZE, SKIN)
     wanted = tactile.roughness(whole.strain, SIZE)
-    operator = hybrid_operator(SKIN, SAMPLES, SIZE, torch.float32)
+    operator = elastic_layer_operator(SKIN, SAMPLES, SIZE, torch.float32)
     mean = SKIN.mean_pressure_mpa(SIZE) / SKIN.young_modulus_mpa
     worst = []
     for steps in (STEPS // 2, STEPS, 4 * STEPS):
-        state = QuickSolver(operator, steps)(operator, RELIEFS, mean, None)
+        state = TruncatedSolver(operator, steps)(operator, RELIEFS, mean, None)
         worst.append(float((state.pressure * SKIN.young_modulus_mpa - whole.pressure).abs().mean()))
     assert worst[0] > worst[1] > worst[2]
     touch = tactile.press(RELIEFS, SIZE, SKIN, "quick")

@@ -11,7 +11,7 @@ from torch import Tensor
 from relief.errors import InputError
 from tactile import Skin, contact_area, roughness
 from tactile.contact import solve_contact
-from tactile.finite_elements import ReferenceOperator, reference_operator
+from tactile.finite_elements import FiniteElementOperator, finite_element_operator
 from tactile.model import Touch
 from tactile.skin import lame
 from tactile.strain import smallest_eigenvalue
@@ -26,7 +26,7 @@ from tactile.unstructured.tetrahedra import (
 from tests.tactile.reliefs import SIZE, bumps, grating, waves
 from tests.taylor import dot_test
 
-Body = TetrahedralOperator | ReferenceOperator
+Body = TetrahedralOperator | FiniteElementOperator
 
 SAMPLES = 32
 SOFT = Skin(young_modulus_mpa=0.25)
@@ -123,7 +123,7 @@ def test_condensed_and_whole_bodies_are_the_same(
 
 
 def test_a_flat_plate_sinks_in_as_far_as_into_the_structured_block(block: TetrahedralOperator) -> None:
-    reference = reference_operator(SOFT, SAMPLES, SIZE)
+    reference = finite_element_operator(SOFT, SAMPLES, SIZE)
     flat = torch.zeros(SAMPLES, SAMPLES, dtype=torch.float64)
     states = [solve_contact(body, flat, MEAN_PRESSURE) for body in (block, reference)]
     assert float(states[0].approach) == pytest.approx(float(states[1].approach), rel=0.02)
@@ -142,7 +142,7 @@ def test_roughness_is_that_of_the_structured_block(
     heights = relief(SAMPLES)
     ours, theirs = (
         strain_of(block, heights)[0],
-        strain_of(reference_operator(SOFT, SAMPLES, SIZE), heights)[0],
+        strain_of(finite_element_operator(SOFT, SAMPLES, SIZE), heights)[0],
     )
     assert float(roughness(ours, SIZE)) == pytest.approx(float(roughness(theirs, SIZE)), rel=0.1)
     assert np.corrcoef(ours.ravel(), theirs.ravel())[0, 1] > 0.985
@@ -150,7 +150,7 @@ def test_roughness_is_that_of_the_structured_block(
 
 def test_every_strain_has_the_axes_of_the_structured_block(block: TetrahedralOperator) -> None:
     pressure = waves(SAMPLES, 1.0, seed=2)
-    ours, theirs = block.strain(pressure), reference_operator(SOFT, SAMPLES, SIZE).strain(pressure)
+    ours, theirs = block.strain(pressure), finite_element_operator(SOFT, SAMPLES, SIZE).strain(pressure)
     for one, other in zip(ours, theirs, strict=True):
         assert np.corrcoef(one.ravel(), other.ravel())[0, 1] > 0.97
 

@@ -6,8 +6,8 @@ The bare elements are, in the limit of fine meshes; the operator takes off what 
 import pytest
 import torch
 
-from tactile.elastic_layer import hybrid_operator
-from tactile.finite_elements import reference_operator
+from tactile.elastic_layer import elastic_layer_operator
+from tactile.finite_elements import finite_element_operator
 from tactile.skin import Skin
 from tests.tactile.reliefs import SIZE, centres
 
@@ -22,8 +22,8 @@ def differences(samples: int, exact_layer: bool) -> torch.Tensor:
     middle = slice(samples // 4, 3 * samples // 4)
     fields = []
     for operator in (
-        reference_operator(THIN, samples, SIZE, exact_layer=exact_layer),
-        hybrid_operator(THIN, samples, SIZE, free_sides=False),
+        finite_element_operator(THIN, samples, SIZE, exact_layer=exact_layer),
+        elastic_layer_operator(THIN, samples, SIZE, free_sides=False),
     ):
         displacement, strain = operator.displacement(pressure), operator.strain(pressure)
         fields.append((displacement[None, middle, middle], strain[:, middle, middle]))

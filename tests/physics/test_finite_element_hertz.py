@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactile.contact import solve_contact
-from tactile.finite_elements import reference_operator
+from tactile.finite_elements import finite_element_operator
 from tactile.layer_response import layer_response
 from tactile.skin import Skin
 from tests.physics import hertz
@@ -35,7 +35,7 @@ def errors(samples: int) -> dict[str, float]:
     square = (centres(samples) - 0.5 * SIZE) ** 2
     distance2 = square[:, None] + square[None, :]
     state = solve_contact(
-        reference_operator(SKIN, samples, SIZE), -distance2 / (2.0 * RADIUS), FORCE / SIZE**2
+        finite_element_operator(SKIN, samples, SIZE), -distance2 / (2.0 * RADIUS), FORCE / SIZE**2
     )
     moment = float((state.pressure * distance2).sum() / state.pressure.sum())
     approach = hertz.approach(FORCE, RADIUS, MODULUS) + FORCE * layer_shift()
