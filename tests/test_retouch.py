@@ -1,0 +1,60 @@
+"""`import retouch` offers what README and docs use, and loads nothing until a name is used."""
+
+import ast
+import inspect
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import retouch
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_the_import_loads_nothing_heavy() -> None:
+    script = (
+        "import retouch, sys; dir(retouch)\n"
+        "print(*sorted({'tactile', 'visual', 'optimize', 'surrogate', 'relief', 'torch', 'numpy', 'scipy',"
+        " 'mitsuba', 'drjit', 'pydantic', 'rich', 'trimesh', 'PIL'} & sys.modules.keys()))"
+    )
+    child = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert child.stdout.strip() == ""
+
+
+@pytest.mark.parametrize("name", retouch.__all__)
+def test_every_name_is_there_and_keeps_its_value(name: str) -> None:
+    assert callable(getattr(retouch, name))
+    assert vars(retouch)[name] is getattr(retouch, name)
+
+
+def test_completion_offers_the_public_names_and_no_other() -> None:
+    assert dir(retouch) == sorted(retouch.__all__)
+    with pytest.raises(AttributeError, match="'retouch' has no attribute 'feel'"):
+        retouch.feel  # noqa: B018
+
+
+def test_type_checkers_see_the_same_names_from_the_same_modules() -> None:
+    imports = [
+        node for node in ast.walk(ast.parse(inspect.getsource(retouch))) if isinstance(node, ast.ImportFrom)
+    ]
+    seen = {
+        alias.asname or alias.name: f"{node.module}:{alias.name}"
+        for node in imports
+        for alias in node.names
+        if node.module not in ("pkgutil", "typing")
+    }
+    assert seen == retouch._SOURCES
+    assert set(retouch._SOURCES) == set(retouch.__all__)
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/scenes.md"])
+def test_the_pages_use_names_that_exist(page: str) -> None:
+    blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"), re.M | re.S)
+    used = set(re.findall(r"\bretouch\.(\w+)", "\n".join(blocks)))
+    assert used
+    assert used <= set(retouch.__all__)
