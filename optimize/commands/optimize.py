@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mitsuba_scenes import find_file
 from optimize.commands.options import add_mitsuba, add_plate, console, contact_of, seed
 
 if TYPE_CHECKING:
@@ -122,10 +123,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 def load(arguments: argparse.Namespace) -> "Run":
     """The run that the arguments ask for. Raises InputError."""
+    source = arguments.source = find_file(arguments.source, ".toml", ".xml")
     from optimize.runs import config
     from relief.errors import InputError
 
-    source = arguments.source
     if _is_run_file(source):
         return config.load_run(source, overrides(arguments))
     if arguments.texture is None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mitsuba_scenes import find_file
 from optimize.commands.options import add_mitsuba, console, count, seed
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    arguments.scene = find_file(arguments.scene, ".xml")
     from optimize.report.formatting import duration
     from optimize.report.pictures import write_pictures
     from relief.errors import InputError

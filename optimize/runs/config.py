@@ -11,6 +11,7 @@ import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 from pydantic.fields import FieldInfo
 
+from mitsuba_scenes import bundled, find_file
 from relief.errors import InputError
 from tactile.model import FEM_MESH, MAX_MESH, MIN_MESH
 
@@ -146,9 +147,7 @@ def load_run(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Run
     as strings. Relative paths of the file are relative to it, those of an override to the working directory.
     Raises InputError, one line that names the file and the key.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
+    path = find_file(path, ".toml")
     if path.stat().st_size > LARGEST_FILE:
         raise InputError(f"{path}: larger than {LARGEST_FILE} bytes; not read as a run file")
     try:
@@ -196,10 +195,12 @@ def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
 
 
 def _anchor(values: dict[str, Any], folder: Path) -> None:
-    """Make the paths among a run's values absolute, taking relative ones as relative to ``folder``."""
+    """Make the paths of a run absolute, relative ones from ``folder``; a scene may be a bundled one."""
     for key in ("scene", "texture"):
         if isinstance(values.get(key), str):
-            values[key] = os.path.abspath(folder / values[key])
+            file = folder / values[key]
+            scene = bundled(values[key], ".xml") if key == "scene" and not file.is_file() else None
+            values[key] = os.path.abspath(scene or file)
 
 
 def _override(values: dict[str, Any], override: str) -> None:

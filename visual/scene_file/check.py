@@ -15,6 +15,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from mitsuba_scenes import find_file
 from relief import heightmap
 from relief.errors import InputError
 from visual.backend import heightfield, llvm
@@ -67,9 +68,7 @@ def check_scene(path: str | Path, defines: Mapping[str, str] | None = None) -> C
     names must lie in its folder; a value of ``defines`` comes from the user and may name any file. Raises
     InputError, one line that names the file and what is wrong.
     """
-    path, defines = Path(path), dict(defines or {})
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
+    path, defines = find_file(path, ".xml"), dict(defines or {})
     text = TextCheck(path.resolve().parent)
     text.read(path, ())
     for key in defines:
