@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from relief.heightmap import load_heights, save_heights_exr, save_heights_png
     from tactile.area import contact_area
     from tactile.contact import ContactError
-    from tactile.jnd import jnd_apart, jnd_scaled, told_apart
+    from tactile.jnd import discrimination_probability, jnd_apart, jnd_scaled
     from tactile.model import Touch, press
     from tactile.roughness import roughness
     from tactile.skin import Skin
@@ -30,6 +30,7 @@ _SOURCES = {
     "Skin": "tactile.skin:Skin",
     "Touch": "tactile.model:Touch",
     "contact_area": "tactile.area:contact_area",
+    "discrimination_probability": "tactile.jnd:discrimination_probability",
     "export_plate": "relief.export:export_plate",
     "jnd_apart": "tactile.jnd:jnd_apart",
     "jnd_scaled": "tactile.jnd:jnd_scaled",
@@ -43,7 +44,6 @@ _SOURCES = {
     "run_from_scene": "optimize.runs.config:run_from_scene",
     "save_heights_exr": "relief.heightmap:save_heights_exr",
     "save_heights_png": "relief.heightmap:save_heights_png",
-    "told_apart": "tactile.jnd:told_apart",
 }
 """Where each public name comes from, as ``module:name``; the imports above say the same to type checkers."""
 
@@ -56,6 +56,7 @@ __all__ = [
     "Skin",
     "Touch",
     "contact_area",
+    "discrimination_probability",
     "export_plate",
     "jnd_apart",
     "jnd_scaled",
@@ -69,7 +70,6 @@ __all__ = [
     "run_from_scene",
     "save_heights_exr",
     "save_heights_png",
-    "told_apart",
 ]
 
 
