@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.export import write_atomically
+from relief.files import write_atomically
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import optimised, read
 from surrogate.corpus.optimised import checksum

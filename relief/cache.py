@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import ModuleType
@@ -16,16 +14,10 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError
 from safetensors.numpy import load_file, save_file
 
+from relief.files import cache_folder, partial_file
+
 Arrays = dict[str, NDArray[Any]]
 """Of any floating-point type, which they keep."""
-
-
-def cache_folder() -> Path:
-    """Where operators are kept: `RETOUCH_CACHE`, else `retouch` in the user's cache folder."""
-    named = os.environ.get("RETOUCH_CACHE")
-    if named:
-        return Path(named)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "retouch"
 
 
 def fingerprint(*modules: ModuleType) -> str:
@@ -56,15 +48,9 @@ def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], 
             pass  # cut short by a full disk, say: built anew and replaced below
     arrays = build()
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-        os.close(handle)
-        try:
-            save_file({n: np.ascontiguousarray(a) for n, a in arrays.items()}, name, metadata={"key": text})
-            os.replace(name, path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
+        with partial_file(path) as partial:
+            contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+            save_file(contiguous, partial, metadata={"key": text})
     except (SafetensorError, OSError):
         pass
     return arrays

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +9,10 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from relief.errors import InputError
+from relief.files import write_atomically
 from relief.grid import grid_faces, grid_vertices, pad_index
+from relief.limits import BASE_MM
 
-BASE_MM = 2.0
 SUFFIXES = (".stl", ".3mf", ".ply")
 
 
@@ -60,20 +59,6 @@ def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: flo
     scene.add_geometry(plate_mesh(heights_mm, size_mm, base_mm), geom_name="plate")
     write_atomically(path, scene.export(file_type=suffix.removeprefix(".")))
     return path
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Writes a file beside its final place and moves it there, so that no reader ever meets half of it."""
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
-        temporary = Path(file.name)
-        try:
-            file.write(content)
-            file.close()
-            temporary.chmod(0o644)
-            os.replace(temporary, path)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
 
 
 def _checked(heights_mm: ArrayLike, size_mm: float, base_mm: float) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Triangles of the plate, and the only place that knows how Mitsuba names a mesh's buffers.
+"""Triangles of the plate over the grid of its height samples.
 
 Height samples sit at pixel centres; a ring of vertices that repeats the outermost samples carries the plate
 to its sides, so the vertex grid is ``(rows + 2, cols + 2)``, row-major, row 0 at ``y = +size / 2``. The cell
@@ -6,17 +6,8 @@ with corners ``a = (i, j)``, ``b = (i, j + 1)``, ``c = (i + 1, j)``, ``d = (i + 
 ``(a, c, b)`` and ``(b, c, d)``, in this order, counter-clockwise seen from +z. Lengths are mm.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
-
-VERTEX_POSITIONS = "vertex_positions"
-"""Mitsuba's name of the vertex buffer; 3.10 renames it."""
-FACES = "faces"
-"""Mitsuba's name of the index buffer."""
-HEIGHTS = "heights"
-"""Name under which the height-field plugin exposes its samples."""
 
 
 def grid_axes(rows: int, cols: int, size_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -88,35 +79,3 @@ def flat_positions(rows: int, cols: int, size_mm: float) -> NDArray[np.float32]:
     """Interleaved ``x, y, z`` in mm of the vertices of a plate at ``z = 0``, shape ``(3 * vertices,)``."""
     x, y = grid_vertices(rows, cols, size_mm)
     return np.stack([x, y, np.zeros_like(x)], axis=-1).astype(np.float32).ravel()
-
-
-def write_geometry(params: Any, positions: Any, faces: Any) -> None:
-    """Give a Mitsuba mesh (its ``mi.traverse`` parameters) vertices and faces."""
-    params[FACES] = faces
-    params[VERTEX_POSITIONS] = positions
-    params.update()
-
-
-def write_positions(params: Any, positions: Any) -> None:
-    """Move the vertices of a Mitsuba mesh (its ``mi.traverse`` parameters), keeping the faces."""
-    params[VERTEX_POSITIONS] = positions
-    params.update()
-
-
-def heights_key(params: Any) -> str:
-    """Name of the plate's heights among ``mi.traverse`` parameters; KeyError if there is no plate."""
-    for key in params.keys():  # noqa: SIM118  # Mitsuba's own iteration yields pairs
-        if key == HEIGHTS or key.endswith(f".{HEIGHTS}"):
-            return key
-    raise KeyError(HEIGHTS)
-
-
-def set_heights(params: Any, heights: Any) -> None:
-    """Put new heights into a kept scene.
-
-    ``params``: ``mi.traverse`` of a scene or of the plate. ``heights``: flat Dr.Jit array or anything that
-    one can be made of, ``rows * cols`` values in mm. A Dr.Jit array may carry gradients. Raises ValueError
-    when a value is not finite or the number of samples differs.
-    """
-    params[heights_key(params)] = heights
-    params.update()

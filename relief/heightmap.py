@@ -1,10 +1,8 @@
 """Reading and writing height maps: pictures whose grey is height, and files that hold mm."""
 
 import os
-import tempfile
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from relief.errors import InputError
+from relief.files import partial_file
+from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
 
-HIGHEST_MM = 3.0
-"""H_trg of the paper (4.1): the tallest relief that the method works with."""
 TOLERANCE_MM = 1e-6
-"""Heights this far outside [0, HIGHEST_MM] are rounding, not mistakes."""
-LARGEST_SIDE = 4096
+"""Heights this far outside [0, HEIGHT_LIMIT_MM] are rounding, not mistakes."""
 LARGEST_FIELD_SIDE = 8192
 """Of what textures are cut from."""
-SMALLEST_SIDE = 16
 MOST_CHANNELS = 16
 """A file with more channels than this is no height map; each costs memory to open."""
 
@@ -91,11 +87,11 @@ def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[n
     lowest, highest = heights.min(), heights.max()
     if lowest < -TOLERANCE_MM:
         raise InputError(f"{name}: heights go down to {lowest:g} mm; the lowest allowed is 0")
-    if highest > HIGHEST_MM + TOLERANCE_MM:
+    if highest > HEIGHT_LIMIT_MM + TOLERANCE_MM:
         raise InputError(
-            f"{name}: relief_mm: heights reach {highest:g} mm; the highest allowed is {HIGHEST_MM:g}"
+            f"{name}: relief_mm: heights reach {highest:g} mm; the highest allowed is {HEIGHT_LIMIT_MM:g}"
         )
-    return np.clip(heights, 0.0, HIGHEST_MM)
+    return np.clip(heights, 0.0, HEIGHT_LIMIT_MM)
 
 
 def save_heights_exr(path: str | os.PathLike[str], heights: ArrayLike) -> None:
@@ -104,7 +100,7 @@ def save_heights_exr(path: str | os.PathLike[str], heights: ArrayLike) -> None:
 
     samples = np.ascontiguousarray(heights, dtype=np.float32)
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    with _whole(Path(path)) as partial:
+    with partial_file(path) as partial:
         OpenEXR.File(header, {"Y": samples}).write(str(partial))
 
 
@@ -122,17 +118,8 @@ def save_heights_png(path: str | os.PathLike[str], heights: ArrayLike, relief_mm
             f"{path}: relief_mm: heights {low:g} to {high:g} mm do not fit in 0 to {relief_mm:g}"
         )
     grey = np.rint(np.clip(heights / relief_mm, 0.0, 1.0) * 65535).astype(np.uint16)
-    with _whole(Path(path)) as partial:
+    with partial_file(path) as partial:
         Image.fromarray(grey).save(partial, format="PNG")
-
-
-@contextmanager
-def _whole(path: Path) -> Iterator[Path]:
-    """A path beside ``path`` that takes its place once the block has ended well, and is removed otherwise."""
-    with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent) as folder:
-        partial = Path(folder) / path.name
-        yield partial
-        partial.replace(path)
 
 
 def _check_shape(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:

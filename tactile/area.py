@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from torch import Tensor
 
+from relief.limits import PATCH_SIDE_MM
+
 GAP_WEIGHT_PER_MM = 80.0
 """A gap of 0.0125 mm counts half (paper equation 3)."""
 
 
-def contact_area(gap: Tensor, size_mm: float = 10.0, gap_weight: float = GAP_WEIGHT_PER_MM) -> Tensor:
+def contact_area(
+    gap: Tensor, size_mm: float = PATCH_SIDE_MM, gap_weight: float = GAP_WEIGHT_PER_MM
+) -> Tensor:
     """A = sum over pixels of p² / (1 + 80 g), in mm² (paper equation 3).
 
     Args:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from relief.errors import InputError
+from relief.limits import PATCH_SIDE_MM
 from tactile.contact import Compliance, Solver, solve_contact
 from tactile.contact import press as press_contact
 from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
@@ -146,7 +147,7 @@ def touch_model(
 
 def press(
     heights: Tensor | NDArray[np.floating],
-    size_mm: float = 10.0,
+    size_mm: float = PATCH_SIDE_MM,
     skin: Skin | None = None,
     model: ModelName = "layer",
     start: Tensor | None = None,

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from relief.errors import InputError
+from relief.limits import PATCH_SIDE_MM
 
 PAIR_DISTANCE_MM = 2.2
 """Mean distance d of a pair of receptors (paper section 4.2)."""
@@ -23,7 +24,7 @@ QUADRATURE_LENGTHS, QUADRATURE_ANGLES = 4, 16
 Quadrature = Literal["full", "polar"]
 
 
-def roughness(strain: Tensor, size_mm: float = 10.0, quadrature: Quadrature = "full") -> Tensor:
+def roughness(strain: Tensor, size_mm: float = PATCH_SIDE_MM, quadrature: Quadrature = "full") -> Tensor:
     """V = mean over positions p and offsets o of |s(p) - s(p + o)| (paper equation 2).
 
     Offsets have length in [d - r, d + r] = [1.4, 3.0] mm and direction in [0, pi), uniform in (length,

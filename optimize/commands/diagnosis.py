@@ -16,8 +16,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from relief.cache import cache_folder
 from relief.errors import InputError
+from relief.files import cache_folder
 from tactile.sparse import has_pardiso
 from visual.backend import llvm
 from visual.backend.variants import choose_variant, is_differentiable

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from optimize.commands.options import add_plate, console, contact_of
+from relief.limits import PATCH_SIDE_MM
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
 
     from tactile import Skin
 
-SIZE_MM = 10.0
 MODELS = {
     "layer": "Elastic layer with free sides",
     "quick": "Elastic layer, few steps of the solver",
@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="TEXTURE",
         help="height map: PNG or TIFF (grey is height), EXR or NPY (mm)",
     )
-    add_plate(parser, f"{SIZE_MM:g}", "none, and needed, for PNG and TIFF; EXR and NPY hold mm")
+    add_plate(parser, f"{PATCH_SIDE_MM:g}", "none, and needed, for PNG and TIFF; EXR and NPY hold mm")
     parser.add_argument(
         "--model",
         choices=tuple(MODELS),
@@ -86,7 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
     from relief.heightmap import load_heights
     from tactile import Skin
 
-    size_mm = SIZE_MM if arguments.size_mm is None else arguments.size_mm
+    size_mm = PATCH_SIDE_MM if arguments.size_mm is None else arguments.size_mm
     with naming("evaluate"):
         skin = Skin(
             force_n=arguments.force_n,

@@ -4,9 +4,7 @@ import argparse
 from pathlib import Path
 
 from optimize.commands.options import add_plate
-
-SIZE_MM = 10.0
-BASE_MM = 2.0
+from relief.limits import BASE_MM, PATCH_SIDE_MM
 
 HELP = "write a texture as a plate for a 3-D printer"
 DESCRIPTION = """\
@@ -32,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="OUT",
         help="the file to write: .3mf, .stl or .ply",
     )
-    add_plate(parser, f"{SIZE_MM:g}", "none, and needed, for PNG and TIFF; EXR and NPY hold mm")
+    add_plate(parser, f"{PATCH_SIDE_MM:g}", "none, and needed, for PNG and TIFF; EXR and NPY hold mm")
     parser.add_argument(
         "--base-mm",
         type=float,
@@ -48,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     from relief.heightmap import load_heights
 
     out, base_mm = arguments.out, arguments.base_mm
-    size_mm = SIZE_MM if arguments.size_mm is None else arguments.size_mm
+    size_mm = PATCH_SIDE_MM if arguments.size_mm is None else arguments.size_mm
     if not out.parent.is_dir():
         raise InputError(f"{out}: -o: there is no folder {out.parent}")
     if out.is_dir():

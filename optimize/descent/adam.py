@@ -17,7 +17,8 @@ from torch import Tensor
 import tactile
 from optimize.descent import energies
 from optimize.descent.driver import Iterate
-from optimize.descent.problem import HEIGHT_LIMIT_MM, Problem
+from optimize.descent.problem import Problem
+from relief.limits import HEIGHT_LIMIT_MM
 
 Array = NDArray[np.float64]
 

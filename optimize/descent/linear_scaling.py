@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from optimize.descent.problem import HEIGHT_LIMIT_MM, Problem
+from optimize.descent.problem import Problem
+from relief.limits import HEIGHT_LIMIT_MM
 
 Array = NDArray[np.float64]
 

@@ -10,14 +10,12 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 import tactile
+from relief.limits import HEIGHT_LIMIT_MM
 from tactile.area import GAP_WEIGHT_PER_MM
 from tactile.model import ModelName
 from visual.scene import LookModel, Scene
 
 Array = NDArray[np.float64]
-
-HEIGHT_LIMIT_MM = 3.0
-"""H_trg: the finger feels nothing deeper (paper sections 4.1 and 7.1)."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from markupsafe import Markup
 from optimize.report import figures
 from optimize.report.content import Report
 from optimize.report.formatting import between, duration, number, percent, plus_minus
-from relief.export import write_atomically
+from relief.files import write_atomically
 
 TOUCH_KEYS = (
     *("target_roughness", "initial_roughness", "roughness", "verified_roughness", "verified_by"),

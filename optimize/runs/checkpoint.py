@@ -15,7 +15,7 @@ from optimize.descent.correction import Course, Round
 from optimize.descent.driver import Iterate
 from optimize.descent.problem import Targets
 from relief.errors import InputError
-from relief.export import write_atomically
+from relief.files import write_atomically
 
 Array = NDArray[np.float64]
 
@@ -50,7 +50,6 @@ def save_checkpoint(run_dir: Path, checkpoint: Checkpoint) -> None:
         tensors[f"{name}.heights"] = np.asarray(iterate.heights, order="C")
         tensors |= {f"{name}.memory.{key}": np.asarray(v, order="C") for key, v in iterate.memory.items()}
         numbers[name] = json.dumps({"step": iterate.step} | {key: getattr(iterate, key) for key in _NUMBERS})
-    (run_dir / FILE).parent.mkdir(parents=True, exist_ok=True)
     write_atomically(run_dir / FILE, save(tensors, metadata=numbers))
 
 

@@ -13,6 +13,7 @@ from pydantic.fields import FieldInfo
 
 from mitsuba_scenes import bundled, find_file
 from relief.errors import InputError
+from relief.limits import PATCH_SIDE_MM
 from tactile.model import FEM_MESH, MAX_MESH, MIN_MESH
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -112,7 +113,7 @@ class Run(_Section):
 
     scene: FilePath
     texture: FilePath
-    size_mm: Positive = 10.0
+    size_mm: Positive = PATCH_SIDE_MM
     relief_mm: Positive | None = None
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     define: Mapping[str, str] = {}

@@ -21,7 +21,8 @@ from optimize.report.content import Baseline, Report
 from optimize.report.page import write_report
 from optimize.report.pictures import write_pictures
 from optimize.runs.config import Run, dump_resolved
-from relief.export import export_plate, write_atomically
+from relief.export import export_plate
+from relief.files import write_atomically
 from relief.heightmap import save_heights_exr, save_heights_png
 from visual.noise import Batches
 

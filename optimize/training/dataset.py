@@ -22,17 +22,18 @@ from optimize.training.fields import STUDIO, STUDIO_AZIMUTHS
 from optimize.training.shard_jobs import Task, versions
 from optimize.training.workers import Runner
 from relief.errors import InputError
+from relief.files import write_atomically
+from relief.limits import PATCH_SIDE_MM
 from surrogate.corpus import manifest
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import Entry
-from surrogate.corpus.optimised import Optimised, write_whole
+from surrogate.corpus.optimised import Optimised
 from surrogate.corpus.photographs import Source, by_name
 from surrogate.corpus.recipes import PROCEDURAL_SHARE, SAMPLES, Recipe
 from surrogate.data.field_set import FAILURES, open_fieldset, shard_path, text_of_failures
 from surrogate.data.request import NAME, SHARD_SIZE, Asked, read_asked, text_of_asked
 from surrogate.data.shard import Failure, Shard, open_shard
 
-SIZE_MM = 10.0
 DIRECTIONS = 8
 """Random lights of each texture, unless told otherwise."""
 
@@ -138,7 +139,7 @@ def plan(
         optimised=_digest(line.sha256 for line in more),
         total=count + len(more),
         samples=samples,
-        size_mm=SIZE_MM,
+        size_mm=PATCH_SIDE_MM,
         touch=touch,
         skin=asdict(skin or tactile.Skin()),
         lights=lights,
@@ -180,7 +181,7 @@ def make(wanted: Plan, folder: Path, runner: Runner, told: Callable[[Made], None
             number = done.task.number
             if isinstance(done.content, bytes):
                 path = shard_path(folder, number)
-                write_whole(path, done.content)
+                write_atomically(path, done.content)
                 told(Made(open_shard(path, asked, number)))
             else:
                 textures = zip(asked.places(number), done.task.textures, strict=True)
@@ -188,7 +189,7 @@ def make(wanted: Plan, folder: Path, runner: Runner, told: Callable[[Made], None
                 lost += gone
                 told(Made(None, gone))
     failures = sorted([*open_fieldset(folder).failures(), *lost], key=lambda failure: failure.index)
-    write_whole(folder / FAILURES, text_of_failures(failures).encode())
+    write_atomically(folder / FAILURES, text_of_failures(failures).encode())
     return failures
 
 
@@ -199,7 +200,7 @@ def _claim(folder: Path, asked: Asked) -> None:
             raise InputError(f"{folder}: holds files that are not a data set's; choose another folder")
         if folder.exists() and not folder.is_dir():
             raise InputError(f"{folder}: is a file; a data set is a folder")
-        write_whole(folder / NAME, text_of_asked(asked).encode())
+        write_atomically(folder / NAME, text_of_asked(asked).encode())
         return
     there, here = asdict(read_asked(folder)), asdict(asked)
     for name, value in here.items():

@@ -15,7 +15,7 @@ import torch
 from optimize.training.curves import curves_page
 from optimize.training.setup import Kind, Lesson
 from relief.errors import InputError
-from surrogate.corpus.optimised import write_whole
+from relief.files import write_atomically
 from surrogate.data import request as asked
 from surrogate.data.field_set import Fieldset, open_fieldset
 from surrogate.nets.checkpoint import NAME, Begun, load_training, save_training
@@ -79,7 +79,7 @@ def train_net(kind: Kind, order: Order, tell: Callable[[Epoch], None] = lambda e
 
     def keep(training: Training) -> None:
         save_training(order.out, begun, training)
-        write_whole(order.out / CURVES_PAGE, curves_page(kind, training.epochs).encode())
+        write_atomically(order.out / CURVES_PAGE, curves_page(kind, training.epochs).encode())
         tell(training.epochs[-1])
 
     there = lesson.task.to(torch.device(order.device))

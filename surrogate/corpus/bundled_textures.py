@@ -5,12 +5,13 @@ another folder.
 """
 
 import argparse
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from relief.files import partial_file
 
 SIDE = 128
 """Samples a side of a texture."""
@@ -75,14 +76,11 @@ def write_all(folder: Path = FOLDER) -> list[Path]:
     """Write every texture as a PNG into ``folder`` and return the paths; each appears whole or not at all."""
     from PIL import Image
 
-    folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for name in SOURCES:
         path = folder / f"{name}.png"
-        with tempfile.TemporaryDirectory(dir=folder, prefix=f".{name}-") as scratch:
-            partial = Path(scratch) / path.name
+        with partial_file(path) as partial:
             Image.fromarray(make(name)).save(partial)
-            partial.replace(path)
         paths.append(path)
     return paths
 

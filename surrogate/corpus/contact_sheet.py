@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from surrogate.corpus.optimised import write_whole
+from relief.files import write_atomically
+from relief.limits import PATCH_SIDE_MM
 from surrogate.corpus.photographs import FILES
 from surrogate.corpus.recipes import Recipe, heights
 from surrogate.families import FAMILIES
-from surrogate.families.fields import PLATE_MM
 
 ELEVATION_DEG, AZIMUTH_DEG = 35.0, 135.0
 """Toward the light: above the plate, and counter-clockwise from +x, that is from the upper left."""
@@ -32,7 +32,7 @@ SHEET = Path(__file__).resolve().parents[2] / "docs" / "images" / "corpus.png"
 
 def shaded(heights_mm: NDArray[np.floating]) -> NDArray[np.float64]:
     """Lambert shading in [0, 1] of heights (size, size) in mm under one parallel light, without shadows."""
-    pitch = PLATE_MM / len(heights_mm)
+    pitch = PATCH_SIDE_MM / len(heights_mm)
     downward, rightward = np.gradient(heights_mm.astype(np.float64), pitch)
     elevation, azimuth = np.radians(ELEVATION_DEG), np.radians(AZIMUTH_DEG)
     facing = (
@@ -93,7 +93,7 @@ def main() -> None:
     )
     parser.add_argument("--out", type=Path, default=SHEET, help="PNG to write (default: %(default)s)")
     out = parser.parse_args().out
-    write_whole(out, contact_sheet(examples()))
+    write_atomically(out, contact_sheet(examples()))
     print(out)
 
 

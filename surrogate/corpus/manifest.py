@@ -1,9 +1,7 @@
 """The manifest of a corpus: one texture a line, as JSON, with its split and the checksum of its heights."""
 
 import json
-import os
 import re
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -14,7 +12,9 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from relief.errors import InputError
-from surrogate.corpus.optimised import LARGEST_SIDE, Optimised, checksum, load
+from relief.files import partial_file
+from relief.limits import LARGEST_SIDE
+from surrogate.corpus.optimised import Optimised, checksum, load
 from surrogate.corpus.photographs import FILES, Source
 from surrogate.corpus.recipes import Recipe, heights
 from surrogate.corpus.splits import Split
@@ -55,12 +55,8 @@ def entry(texture: Recipe | Optimised, heights_mm: NDArray[np.float32]) -> Entry
 
 def write_manifest(path: Path, entries: Iterable[Entry]) -> None:
     """Write a manifest line by line as the entries come; it appears whole, or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent) as scratch:
-        partial = Path(scratch) / path.name
-        with partial.open("w", encoding="utf-8", newline="\n") as file:
-            file.writelines(text_of(line) + "\n" for line in entries)
-        os.replace(partial, path)
+    with partial_file(path) as partial, partial.open("w", encoding="utf-8", newline="\n") as file:
+        file.writelines(text_of(line) + "\n" for line in entries)
 
 
 def read_manifest(path: Path) -> Iterator[Entry]:

@@ -2,8 +2,6 @@
 
 import hashlib
 import io
-import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Annotated, ClassVar, Literal
@@ -13,10 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, ConfigDict, Field
 
 from relief.errors import InputError
-from surrogate.corpus.recipes import HIGHEST_RELIEF_MM
+from relief.files import write_atomically
+from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE
 from surrogate.corpus.splits import Split, split_of
-
-LARGEST_SIDE = 4096
 
 
 def _inside(path: str) -> str:
@@ -57,7 +54,7 @@ def store(folder: Path, name: str, heights: ArrayLike, source: str) -> Optimised
     content = io.BytesIO()
     np.save(content, np.ascontiguousarray(heights, dtype="<f4"), allow_pickle=False)
     texture = Optimised(source=source, path=_inside(f"{name}.npy"))
-    write_whole(folder / texture.path, content.getvalue())
+    write_atomically(folder / texture.path, content.getvalue())
     return texture
 
 
@@ -79,20 +76,11 @@ def load(folder: Path, texture: Optimised) -> NDArray[np.float32]:
     if mapped.ndim != 2 or mapped.shape[0] != mapped.shape[1] or not 0 < mapped.shape[0] <= LARGEST_SIDE:
         raise InputError(f"{path}: shape {mapped.shape} is not that of a square height map")
     heights = np.array(mapped, dtype=np.float32)
-    if not (np.isfinite(heights).all() and heights.min() >= 0 and heights.max() <= HIGHEST_RELIEF_MM):
-        raise InputError(f"{path}: heights are not all within 0 to {HIGHEST_RELIEF_MM:g} mm")
+    if not (np.isfinite(heights).all() and heights.min() >= 0 and heights.max() <= HEIGHT_LIMIT_MM):
+        raise InputError(f"{path}: heights are not all within 0 to {HEIGHT_LIMIT_MM:g} mm")
     return heights
 
 
 def checksum(heights: NDArray[np.float32]) -> str:
     """SHA-256, in hexadecimal, of heights as little-endian float32 in rows."""
     return hashlib.sha256(np.ascontiguousarray(heights, dtype="<f4").tobytes()).hexdigest()
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that no reader ever meets half of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent) as scratch:
-        partial = Path(scratch) / path.name
-        partial.write_bytes(content)
-        os.replace(partial, path)

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from relief.errors import InputError
+from relief.limits import PATCH_SIDE_MM
 from surrogate.corpus.splits import Split, split_of
-from surrogate.families.fields import PLATE_MM, Field, log_uniform
+from surrogate.families.fields import Field, log_uniform
 
 Reader = Callable[[Path], ArrayLike]
 """Reads a file of heights (rows, cols) in any unit; raises its own error for one that it cannot read."""
@@ -163,7 +164,7 @@ def _square(rng: np.random.Generator, picture: Field, size: int) -> Field:
     row, col = rng.uniform(reach, rows - 1 - reach), rng.uniform(reach, cols - 1 - reach)
     blur_mm = log_uniform(rng, 0.01, 0.3)
     # Half a plate sample keeps out detail below the plate's pitch; 0.7 picture samples soften their squares.
-    blur = np.hypot(max(0.5 * across / size, 0.7), blur_mm * across / PLATE_MM)
+    blur = np.hypot(max(0.5 * across / size, 0.7), blur_mm * across / PATCH_SIDE_MM)
 
     margin = int(np.ceil(4 * blur)) + 2
     top, left = max(int(row - reach) - margin, 0), max(int(col - reach) - margin, 0)

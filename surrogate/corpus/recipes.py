@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, Field
 
 from relief.errors import InputError
+from relief.limits import HEIGHT_LIMIT_MM
 from surrogate.corpus.photographs import Source, bundled, by_name, crop
 from surrogate.corpus.splits import SHARES, SPLITS, Split, split_of
 from surrogate.families import FAMILIES
@@ -17,8 +18,8 @@ from surrogate.families.fields import log_uniform, smooth_noise, unit
 
 SAMPLES = 128
 """Samples a side of the paper's height maps."""
-LOWEST_RELIEF_MM, HIGHEST_RELIEF_MM = 0.1, 3.0
-"""Range of the relief, whose logarithm is uniform: from hardly felt to H_trg of the paper (4.1)."""
+LOWEST_RELIEF_MM = 0.1
+"""Least relief, mm, which is hardly felt; its logarithm is uniform up to `HEIGHT_LIMIT_MM`."""
 STEP_MM = 2.0**-16
 """Heights are multiples of this, so that the last bits of a sine, in which processors differ, do not show."""
 PROCEDURAL_SHARE = 0.7
@@ -38,7 +39,7 @@ class Recipe:
     """"<family>/<draw in 16 hexadecimal digits>" for a procedural texture, else the name of the picture."""
     draw: Annotated[int, Field(ge=0, lt=2**63)]
     """Seed of everything random in the texture."""
-    relief_mm: Annotated[float, Field(gt=0, le=HIGHEST_RELIEF_MM, allow_inf_nan=False)]
+    relief_mm: Annotated[float, Field(gt=0, le=HEIGHT_LIMIT_MM, allow_inf_nan=False)]
     """Highest height; the lowest is 0."""
     power: Annotated[float, Field(ge=0.25, le=4, allow_inf_nan=False)] = 1.0
     """Exponent of the heights as parts of the relief: above 1 leaves peaks, below 1 plateaus."""
@@ -91,7 +92,7 @@ def recipe(
         index=index,
         source=source,
         draw=draw,
-        relief_mm=log_uniform(rng, LOWEST_RELIEF_MM, HIGHEST_RELIEF_MM),
+        relief_mm=log_uniform(rng, LOWEST_RELIEF_MM, HEIGHT_LIMIT_MM),
         power=_sometimes(rng, 0.4, 1.0, log_uniform(rng, 0.5, 2.0)),
         upside_down=bool(rng.random() < 0.25),
         white_noise=_sometimes(rng, 0.25, 0.0, log_uniform(rng, 0.002, 0.03)),

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from relief.limits import PATCH_SIDE_MM
 from surrogate.families.fields import (
-    PLATE_MM,
     Field,
     any_direction,
     coordinates,
@@ -24,7 +24,7 @@ def fibres(rng: np.random.Generator, size: int) -> Field:
     heights = np.full_like(x, -depth)
     for _ in range(count):
         along, across = turned(x, y, main + spread * rng.uniform(-0.5, 0.5))
-        start, side = rng.uniform(-0.6, 0.6, 2) * PLATE_MM
+        start, side = rng.uniform(-0.6, 0.6, 2) * PATCH_SIDE_MM
         bend, wave, pace = rng.normal(0.0, 0.03), rng.normal(0.0, 0.15), rng.uniform(0.5, 1.5)
         radius = thick / 2 * rng.uniform(0.7, 1.2)
         level = -depth * rng.random()

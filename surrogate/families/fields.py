@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-PLATE_MM = 10.0
-"""Side of the plate that a texture covers (paper 4.2)."""
+from relief.limits import PATCH_SIDE_MM
 
 Field = NDArray[np.float64]
 
@@ -19,7 +18,7 @@ _MARGIN = 1.25
 
 def coordinates(size: int) -> tuple[Field, Field]:
     """x and y in mm of the samples, each (size, size); the origin is the middle of the plate, row 0 is +y."""
-    along = (np.arange(size) + 0.5) * (PLATE_MM / size) - PLATE_MM / 2
+    along = (np.arange(size) + 0.5) * (PATCH_SIDE_MM / size) - PATCH_SIDE_MM / 2
     x, y = np.meshgrid(along, -along)
     return x, y
 
@@ -70,7 +69,7 @@ def gaussian_field(rng: np.random.Generator, size: int, amplitude: Amplitude) ->
             fx to the right and fy downwards; it must be even. The mean is taken out.
     """
     count = _padded(size)
-    pitch = PLATE_MM / size
+    pitch = PATCH_SIDE_MM / size
     fx, fy = _frequencies(count, pitch)[: count // 2 + 1], _frequencies(count, pitch)[:, None]
     spectrum = np.fft.rfft2(rng.standard_normal((count, count))) * amplitude(fx, fy)
     spectrum[0, 0] = 0.0
@@ -85,7 +84,7 @@ def wave_field(rng: np.random.Generator, size: int, amplitude: Amplitude) -> Fie
     of the frequency plane.
     """
     count = _padded(size)
-    frequencies = _frequencies(count, PLATE_MM / size)
+    frequencies = _frequencies(count, PATCH_SIDE_MM / size)
     noise = np.fft.fft2(rng.standard_normal((count, count)))
     waves = np.fft.ifft2(noise * amplitude(frequencies, frequencies[:, None]))
     return np.angle(waves[:size, :size])
@@ -126,7 +125,7 @@ def scattered(rng: np.random.Generator, spacing_mm: float, jitter: float, *, mar
     spacings along x and y: 0 leaves the lattice, 0.5 and more looks random.
     """
     # The lattice is shifted by up to 1 spacing, its odd rows by 1/2 more, its points by the jitter.
-    reach = PLATE_MM / 2 + margin_mm + (1.5 + jitter) * spacing_mm
+    reach = PATCH_SIDE_MM / 2 + margin_mm + (1.5 + jitter) * spacing_mm
     rows = np.arange(-reach, reach, spacing_mm * np.sqrt(3) / 2)
     columns = np.arange(-reach, reach, spacing_mm)
     shift = rng.uniform(0, spacing_mm, 2)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from relief.limits import PATCH_SIDE_MM
 from surrogate.families.fields import (
-    PLATE_MM,
     Field,
     any_direction,
     coordinates,
@@ -35,7 +35,7 @@ def scratches(rng: np.random.Generator, size: int) -> Field:
     for _ in range(int(log_uniform(rng, 12, 90))):
         angle = main + spread * rng.uniform(-0.5, 0.5)
         along, across = turned(x, y, angle)
-        start, side = rng.uniform(-0.6, 0.6, 2) * PLATE_MM
+        start, side = rng.uniform(-0.6, 0.6, 2) * PATCH_SIDE_MM
         length = log_uniform(rng, 3.0, 20.0)
         bend = rng.normal(0.0, 0.01)
         width = half_width * rng.uniform(0.6, 1.5)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from relief.limits import PATCH_SIDE_MM
 from surrogate.families.fields import (
-    PLATE_MM,
     Field,
     any_direction,
     coordinates,
@@ -39,7 +39,7 @@ def blocks(rng: np.random.Generator, size: int) -> Field:
     edge = 0.12
     u, v = turned(*coordinates(size), any_direction(rng))
     heights = np.zeros_like(u)
-    reach = PLATE_MM / np.sqrt(2)
+    reach = PATCH_SIDE_MM / np.sqrt(2)
     parts = [(-reach, reach, -reach, reach)]
     while parts:
         left, right, bottom, top = parts.pop()

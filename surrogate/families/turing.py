@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from surrogate.families.fields import PLATE_MM, Field, log_uniform, turned, unit
+from relief.limits import PATCH_SIDE_MM
+from surrogate.families.fields import Field, log_uniform, turned, unit
 
 _STEPS = 24
 
@@ -19,9 +20,9 @@ def turing(rng: np.random.Generator, size: int) -> Field:
     stretch = rng.uniform(1.0, 1.0 if rng.random() < 0.6 else 1.6)
     gain = rng.uniform(3.0, 6.0)
     count = size + size // 4
-    frequencies = np.fft.fftfreq(count, PLATE_MM / size)
+    frequencies = np.fft.fftfreq(count, PATCH_SIDE_MM / size)
     along, across = turned(
-        np.fft.rfftfreq(count, PLATE_MM / size), frequencies[:, None], rng.uniform(0, np.pi)
+        np.fft.rfftfreq(count, PATCH_SIDE_MM / size), frequencies[:, None], rng.uniform(0, np.pi)
     )
     squared = ((along * stretch) ** 2 + across**2) * wavelength**2
     # With widths of 0.16 and 0.32 wavelengths the difference peaks at a frequency near 1 / wavelength.

@@ -13,8 +13,8 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 
 from relief.errors import InputError
+from relief.files import write_atomically
 from surrogate.corpus.manifest import parse_problem
-from surrogate.corpus.optimised import write_whole
 from surrogate.nets.training import Epoch, Settings, Training
 from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import read_tensors
@@ -58,8 +58,8 @@ def save_training(folder: Path, begun: Begun, training: Training) -> None:
     told = json.dumps(asdict(_Told(begun, training.epochs)), sort_keys=True)
     # Tensors that share memory (the best weights are often the last) are refused by safetensors.
     content = save({name: values.clone() for name, values in sorted(tensors.items())}, {"training": told})
-    write_whole(folder / NAME, content)
-    write_whole(folder / CURVES, "".join(json.dumps(asdict(e)) + "\n" for e in training.epochs).encode())
+    write_atomically(folder / NAME, content)
+    write_atomically(folder / CURVES, "".join(json.dumps(asdict(e)) + "\n" for e in training.epochs).encode())
 
 
 def load_training(folder: Path, begun: Begun) -> Training:

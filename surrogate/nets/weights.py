@@ -19,8 +19,8 @@ from safetensors.torch import load, save
 from torch import Tensor, nn
 
 from relief.errors import InputError
+from relief.files import write_atomically
 from surrogate.corpus.manifest import parse_problem
-from surrogate.corpus.optimised import write_whole
 from surrogate.nets.unet import Shape, UNet
 
 FOLDER = Path(__file__).parents[1] / "weights"
@@ -108,9 +108,9 @@ def save_net(folder: Path, net: UNet, card: Card) -> None:
     if hashlib.sha256(content).hexdigest() != card.sha256 or card.shape != net.shape:
         raise ValueError("the card does not belong to these weights")
     path = weights_path(card.kind, folder)
-    write_whole(path, content)
+    write_atomically(path, content)
     text = json.dumps(asdict(card), indent=2, sort_keys=True, allow_nan=False) + "\n"
-    write_whole(path.with_suffix(".json"), text.encode())
+    write_atomically(path.with_suffix(".json"), text.encode())
 
 
 def read_card(kind: str, folder: Path = FOLDER) -> Card:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from relief.errors import InputError
+from relief.limits import PATCH_SIDE_MM
 from tactile.block import STRAIN_COMPONENTS
 from tactile.condensation import condensed_onto_loads
 from tactile.contact import solve_contact
@@ -167,7 +168,7 @@ def press_tetrahedra(
     heights: Tensor,
     skin: Skin,
     surface: Surface,
-    size_mm: float = 10.0,
+    size_mm: float = PATCH_SIDE_MM,
     sizing: Sizing | None = None,
     operator: TetrahedralOperator | None = None,
 ) -> Touch:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import tactile.elastic_layer
-from relief.cache import Arrays, cache_folder, cached
+from relief.cache import Arrays, cached
+from relief.files import cache_folder
 from tactile import Skin
 
 REPOSITORY = Path(__file__).parents[2]

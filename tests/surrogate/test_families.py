@@ -5,9 +5,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
+from relief.limits import PATCH_SIDE_MM
 from surrogate.families import FAMILIES
 from surrogate.families.fields import (
-    PLATE_MM,
     border_distance,
     coordinates,
     gaussian_field,
@@ -28,7 +28,7 @@ def generator(seed: int) -> np.random.Generator:
 
 def mean_wavelength(heights: NDArray[np.float64]) -> float:
     """Wavelength in mm of the sine whose slopes are as large against its heights."""
-    slopes = np.hypot(*np.gradient(heights, PLATE_MM / len(heights)))
+    slopes = np.hypot(*np.gradient(heights, PATCH_SIDE_MM / len(heights)))
     return float(2 * np.pi * heights.std() / np.sqrt((slopes**2).mean()))
 
 
@@ -46,7 +46,7 @@ def test_a_family_fills_the_unit_range_and_is_the_same_again(name: str) -> None:
 def test_features_are_neither_noise_of_single_samples_nor_a_plain(name: str) -> None:
     wavelengths = [mean_wavelength(FAMILIES[name](generator(seed), SIZE)) for seed in range(DRAWS)]
     assert min(wavelengths) > 0.3
-    assert np.median(wavelengths) < PLATE_MM
+    assert np.median(wavelengths) < PATCH_SIDE_MM
 
 
 @pytest.mark.parametrize("name", FAMILIES)
@@ -74,7 +74,7 @@ def test_noise_blurred_by_a_length_is_correlated_over_it() -> None:
     fields = [smooth_noise(generator(seed), SIZE, blur_mm) for seed in range(20)]
     found = np.mean([(field[:, lag:] * field[:, :-lag]).mean() for field in fields])
     # White noise blurred by a Gaussian of width s is correlated as exp(-d^2 / 4 s^2).
-    assert found == pytest.approx(np.exp(-((lag * PLATE_MM / SIZE) ** 2) / (4 * blur_mm**2)), abs=0.05)
+    assert found == pytest.approx(np.exp(-((lag * PATCH_SIDE_MM / SIZE) ** 2) / (4 * blur_mm**2)), abs=0.05)
 
 
 def test_rough_noise_falls_with_the_slope_asked_for() -> None:

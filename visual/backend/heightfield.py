@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from relief import grid as mesh
-from relief import heightmap
+from relief import grid, heightmap
 from relief.errors import InputError
+from relief.limits import PATCH_SIDE_MM
+from visual.backend import buffers
 
 PLUGIN = "heightfield"
-DEFAULT_SIZE_MM = 10.0
 
 
 def register() -> None:
@@ -60,13 +60,13 @@ def _plugin_class(variant: str) -> type:
             super().__init__(PLUGIN, (rows + 2) * (cols + 2), 2 * (rows + 1) * (cols + 1), props)
             self.rows, self.cols, self.size_mm = rows, cols, size_mm
             self._Float, self._UInt = type(self.vertex_positions_buffer()), type(self.faces_buffer())
-            self._flat = self._Float(mesh.flat_positions(rows, cols, size_mm))
-            self._sample_of_vertex = self._UInt(mesh.pad_index(rows, cols))
+            self._flat = self._Float(grid.flat_positions(rows, cols, size_mm))
+            self._sample_of_vertex = self._UInt(grid.pad_index(rows, cols))
             vertices = (rows + 2) * (cols + 2)
             self._z_slots = self._UInt(np.arange(vertices, dtype=np.uint32) * 3 + 2)
             self.heights = self._Float(samples.astype(np.float32).ravel())
-            faces = self._UInt(mesh.grid_faces(rows, cols).astype(np.uint32).ravel())
-            mesh.write_geometry(mi.traverse(self), self._positions(), faces)
+            faces = self._UInt(grid.grid_faces(rows, cols).astype(np.uint32).ravel())
+            buffers.write_geometry(mi.traverse(self), self._positions(), faces)
 
         def _positions(self) -> Any:
             heights: Any = self.heights
@@ -82,12 +82,12 @@ def _plugin_class(variant: str) -> type:
         def traverse(self, callback: Any) -> None:
             super().traverse(callback)
             callback.put(
-                mesh.HEIGHTS, self.heights, mi.ParamFlags.Differentiable | mi.ParamFlags.Discontinuous
+                buffers.HEIGHTS, self.heights, mi.ParamFlags.Differentiable | mi.ParamFlags.Discontinuous
             )
 
         def parameters_changed(self, keys: Sequence[str] = ()) -> None:
-            if mesh.HEIGHTS in keys:
-                mesh.write_positions(mi.traverse(self), self._positions())
+            if buffers.HEIGHTS in keys:
+                buffers.write_positions(mi.traverse(self), self._positions())
             else:
                 super().parameters_changed(keys)
 
@@ -107,7 +107,7 @@ def _read(props: Any) -> tuple[float, np.ndarray]:
     """Size in mm and heights of shape (rows, cols) in mm that a plugin's properties ask for."""
     import mitsuba as mi
 
-    size_mm = float(props.get("size_mm", DEFAULT_SIZE_MM))
+    size_mm = float(props.get("size_mm", PATCH_SIDE_MM))
     if not (np.isfinite(size_mm) and size_mm > 0):
         raise InputError(f"heightfield: size_mm: {size_mm} is not a length above 0")
     check_placement(props, PLUGIN)

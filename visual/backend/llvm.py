@@ -20,6 +20,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from relief.files import cache_folder, write_atomically
 from visual.backend.llvm_candidates import Library, candidates, find
 
 VARIABLE = "DRJIT_LIBLLVM_PATH"
@@ -72,16 +73,6 @@ class Verdict:
     @property
     def usable(self) -> bool:
         return not self.fault
-
-
-def cache_folder() -> Path:
-    """Folder for what can be computed again: RETOUCH_CACHE, else `retouch` in the user's cache folder.
-
-    It may not exist yet.
-    """
-    if chosen := os.environ.get("RETOUCH_CACHE"):
-        return Path(chosen)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "retouch"
 
 
 def _known_fault(library: Library) -> str:
@@ -158,14 +149,8 @@ def _remembered(memory: Path) -> dict[str, str]:
 
 def _remember(memory: Path, key: str, fault: str) -> None:
     """Add one answer; a cache folder that cannot be written only costs the next process a probe."""
-    part = memory.with_name(f"{memory.name}.{os.getpid()}.tmp")
     with contextlib.suppress(OSError):
-        memory.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            part.write_text(json.dumps(_remembered(memory) | {key: fault}, indent=1), encoding="utf-8")
-            os.replace(part, memory)
-        finally:
-            part.unlink(missing_ok=True)
+        write_atomically(memory, json.dumps(_remembered(memory) | {key: fault}, indent=1).encode())
 
 
 def judge(library: Library) -> Verdict:

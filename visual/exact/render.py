@@ -20,8 +20,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from relief import grid as mesh
-from visual.backend import variants
+from visual.backend import buffers, variants
 from visual.backend.rays import plate_shape
 from visual.exact.discontinuities import (
     Background,
@@ -95,9 +94,9 @@ class LightScene:
         """
         variants.use(self.variant)
         wanted = np.array(heights, dtype=np.float32).ravel()
-        held = self.params[mesh.heights_key(self.params)]
+        held = self.params[buffers.heights_key(self.params)]
         if _has_gradient(held) or not np.array_equal(np.asarray(held), wanted):
-            mesh.set_heights(self.params, wanted)
+            buffers.set_heights(self.params, wanted)
 
 
 @dataclass(frozen=True)
@@ -215,7 +214,7 @@ def interior_gradient(
 
     variants.use(light.variant)
     integrator = light.gradient_integrator or light.integrator
-    key = mesh.heights_key(light.params)
+    key = buffers.heights_key(light.params)
     value = mi.Float(heights.astype(np.float32).ravel())
     dr.enable_grad(value)
     light.params[key] = value

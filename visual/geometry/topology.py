@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from relief import grid as mesh
+from relief import grid
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -56,16 +56,16 @@ class Relief:
 @lru_cache(maxsize=4)
 def relief(rows: int, cols: int, size_mm: float) -> Relief:
     """The mesh of a plate of `rows` x `cols` height samples."""
-    x, y = mesh.grid_vertices(rows, cols, size_mm)
-    faces = mesh.grid_faces(rows, cols).astype(np.int64)
+    x, y = grid.grid_vertices(rows, cols, size_mm)
+    faces = grid.grid_faces(rows, cols).astype(np.int64)
     fx, fy = x[faces], y[faces]
     # Gradients of the barycentric coordinates of each face.
     twice_area = (fx[:, 1] - fx[:, 0]) * (fy[:, 2] - fy[:, 0]) - (fx[:, 2] - fx[:, 0]) * (fy[:, 1] - fy[:, 0])
     following, last = [1, 2, 0], [2, 0, 1]
     slope_x = (fy[:, following] - fy[:, last]) / twice_area[:, None]
     slope_y = (fx[:, last] - fx[:, following]) / twice_area[:, None]
-    start, end, left, right = (part.astype(np.int64) for part in mesh.edges(rows, cols))
-    sample = mesh.pad_index(rows, cols).astype(np.int64)
+    start, end, left, right = (part.astype(np.int64) for part in grid.edges(rows, cols))
+    sample = grid.pad_index(rows, cols).astype(np.int64)
     return Relief(rows, cols, size_mm, x, y, sample, faces, slope_x, slope_y, start, end, left, right)
 
 

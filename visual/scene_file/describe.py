@@ -253,7 +253,7 @@ class _Reader:
         )
 
     def plate(self, index: int) -> Plate:
-        from visual.backend.heightfield import DEFAULT_SIZE_MM
+        from relief.limits import PATCH_SIDE_MM
 
         props = self.nodes[index].props
         material = self.material(index)
@@ -263,7 +263,7 @@ class _Reader:
             reflectance = self.rgb(material[-1], _DIFFUSE[innermost], _REFLECTANCE)
         return Plate(
             filename=Path(props["filename"]) if "filename" in props else None,
-            size_mm=float(props.get("size_mm", DEFAULT_SIZE_MM)),
+            size_mm=float(props.get("size_mm", PATCH_SIDE_MM)),
             relief_mm=float(props["relief_mm"]) if "relief_mm" in props else None,
             material=tuple(self.kind(part) for part in material) or ("diffuse",),
             diffuse_reflectance=reflectance,

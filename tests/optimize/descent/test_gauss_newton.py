@@ -14,9 +14,10 @@ from optimize.descent import gauss_newton
 from optimize.descent.driver import Descent, StopReason, descend
 from optimize.descent.gauss_newton import GaussNewton, _way_left
 from optimize.descent.linear_scaling import linear_scaling
-from optimize.descent.problem import HEIGHT_LIMIT_MM, Feel, Problem, Targets
+from optimize.descent.problem import Feel, Problem, Targets
 from optimize.descent.verification import converged_pictures, measure_touch
 from optimize.report.metrics import rms_change
+from relief.limits import HEIGHT_LIMIT_MM
 from tests.optimize.conftest import SAMPLES, ProblemWith
 from tests.tactile.reliefs import waves
 

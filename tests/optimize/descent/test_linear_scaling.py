@@ -7,7 +7,8 @@ import pytest
 
 import tactile
 from optimize.descent.linear_scaling import linear_scaling
-from optimize.descent.problem import HEIGHT_LIMIT_MM, Feel, Targets
+from optimize.descent.problem import Feel, Targets
+from relief.limits import HEIGHT_LIMIT_MM
 from tests.optimize.conftest import ProblemWith
 
 TOLERANCE = 0.01

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from optimize.descent.problem import HEIGHT_LIMIT_MM, Problem, Targets, within_limits
+from optimize.descent.problem import Problem, Targets, within_limits
+from relief.limits import HEIGHT_LIMIT_MM
 from tests.optimize.conftest import ProblemWith
 
 

@@ -24,8 +24,8 @@ from optimize.runs.checkpoint import load_checkpoint
 from optimize.runs.config import Run, dump_resolved, load_run
 from optimize.runs.job import Result
 from relief.errors import InputError
-from relief.export import BASE_MM
 from relief.heightmap import load_heights, save_heights_exr
+from relief.limits import BASE_MM
 from tests.optimize.conftest import SAMPLES
 
 ROOT = Path(__file__).resolve().parents[3]

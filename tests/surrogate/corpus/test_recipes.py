@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from relief.errors import InputError
+from relief.limits import HEIGHT_LIMIT_MM
 from surrogate.corpus.optimised import checksum
 from surrogate.corpus.photographs import bundled
 from surrogate.corpus.recipes import (
-    HIGHEST_RELIEF_MM,
     LOWEST_RELIEF_MM,
     STEP_MM,
     Recipe,
@@ -68,13 +68,13 @@ def test_heights_are_float32_from_0_to_the_relief() -> None:
         assert found.shape == (128, 128) and found.dtype == np.float32 and found.flags.c_contiguous
         assert found.min() == 0.0
         assert found.max() == pytest.approx(texture.relief_mm, abs=STEP_MM)
-        assert LOWEST_RELIEF_MM - STEP_MM <= found.max() <= HIGHEST_RELIEF_MM
+        assert LOWEST_RELIEF_MM - STEP_MM <= found.max() <= HEIGHT_LIMIT_MM
         np.testing.assert_array_equal(found / STEP_MM, np.rint(found / STEP_MM))
 
 
 def test_reliefs_are_spread_evenly_over_their_logarithm() -> None:
     reliefs = [texture.relief_mm for texture in recipes(SEED, 2000)]
-    thirds = np.geomspace(LOWEST_RELIEF_MM, HIGHEST_RELIEF_MM, 4)
+    thirds = np.geomspace(LOWEST_RELIEF_MM, HEIGHT_LIMIT_MM, 4)
     np.testing.assert_allclose(np.histogram(reliefs, thirds)[0] / 2000, 1 / 3, atol=0.04)
 
 

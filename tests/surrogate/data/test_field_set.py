@@ -11,8 +11,8 @@ import pytest
 from safetensors.numpy import load_file, save_file
 
 from relief.errors import InputError
+from relief.files import write_atomically
 from surrogate.corpus.manifest import entry
-from surrogate.corpus.optimised import write_whole
 from surrogate.corpus.recipes import Recipe, heights, recipes
 from surrogate.data.field_set import FAILURES, open_fieldset, read_failures, shard_path, text_of_failures
 from surrogate.data.request import NAME, Asked, read_asked, text_of_asked
@@ -56,9 +56,9 @@ def content(number: int, left_out: int | None = None) -> bytes:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    write_whole(tmp_path / NAME, text_of_asked(ASKED).encode())
-    write_whole(shard_path(tmp_path, 0), content(0, left_out=2))
-    write_whole(shard_path(tmp_path, 1), content(1))
+    write_atomically(tmp_path / NAME, text_of_asked(ASKED).encode())
+    write_atomically(shard_path(tmp_path, 0), content(0, left_out=2))
+    write_atomically(shard_path(tmp_path, 1), content(1))
     return tmp_path
 
 

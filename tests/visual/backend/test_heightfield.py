@@ -1,4 +1,4 @@
-"""The plate: its triangles, and the Mitsuba plugin that renders them and gives gradients of pictures."""
+"""The plate: the Mitsuba plugin that renders them and gives gradients of pictures."""
 
 from pathlib import Path
 from types import ModuleType
@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from relief import grid as mesh
 from relief.errors import InputError
 from relief.heightmap import save_heights_exr
-from visual.backend import heightfield
+from tests.relief.triangles import face_normals
+from visual.backend import buffers, heightfield
 from visual.scene_file.check import check_scene, instantiate
 from visual.scene_file.describe import describe
 
@@ -23,47 +23,6 @@ def smooth_relief(side: int) -> NDArray[np.float64]:
     """A wave so gentle that no part of it shadows another under a light 50 degrees high."""
     y, x = np.mgrid[:side, :side] / side
     return 0.4 + 0.3 * np.sin(2 * np.pi * x) * np.cos(2 * np.pi * y)
-
-
-def face_normals(heights: NDArray[np.float64], size_mm: float) -> NDArray[np.float64]:
-    rows, cols = heights.shape
-    x, y = mesh.grid_vertices(rows, cols, size_mm)
-    vertices = np.stack([x, y, heights.ravel()[mesh.pad_index(rows, cols)]], axis=-1)
-    a, b, c = (vertices[corner] for corner in mesh.grid_faces(rows, cols).T)
-    return np.cross(b - a, c - a)
-
-
-def test_samples_sit_at_pixel_centres_and_the_border_at_the_sides() -> None:
-    x, y = mesh.grid_axes(4, 5, SIZE_MM)
-    np.testing.assert_allclose(x, [-5, -4, -2, 0, 2, 4, 5])
-    np.testing.assert_allclose(y, [5, 3.75, 1.25, -1.25, -3.75, -5])
-
-
-def test_every_face_looks_up_and_together_they_cover_the_plate() -> None:
-    relief = np.random.default_rng(0).random((6, 8))
-    normals = face_normals(relief, SIZE_MM)
-    assert (normals[:, 2] > 0).all()
-    assert normals[:, 2].sum() / 2 == pytest.approx(SIZE_MM**2)
-
-
-def test_the_border_repeats_the_outermost_samples() -> None:
-    heights = np.arange(12.0).reshape(3, 4)
-    padded = heights.ravel()[mesh.pad_index(3, 4)].reshape(5, 6)
-    np.testing.assert_array_equal(padded, np.pad(heights, 1, mode="edge"))
-
-
-def test_edges_agree_with_a_search_over_the_faces() -> None:
-    rows, cols = 3, 5
-    faces = mesh.grid_faces(rows, cols)
-    left_of = {
-        (int(face[k]), int(face[(k + 1) % 3])): number for number, face in enumerate(faces) for k in range(3)
-    }
-    start, end, left, right = mesh.edges(rows, cols)
-    assert len({frozenset(edge) for edge in zip(start, end, strict=True)}) == len(start)
-    assert len(start) == (rows + 2) * (cols + 2) + len(faces) - 1
-    for a, b, on_left, on_right in zip(start, end, left, right, strict=True):
-        assert left_of[a, b] == on_left
-        assert left_of.get((b, a), -1) == on_right
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +65,7 @@ def test_a_kept_scene_with_new_heights_is_a_new_scene(mi: ModuleType, scene_of: 
     before, after = smooth_relief(32), smooth_relief(32).T
     kept = scene_of(before)
     first = np.array(mi.render(kept, seed=1))
-    mesh.set_heights(mi.traverse(kept), mi.Float(after.ravel()))
+    buffers.set_heights(mi.traverse(kept), mi.Float(after.ravel()))
     updated = np.array(mi.render(kept, seed=1))
     assert np.abs(updated - first).max() > 0.01
     np.testing.assert_array_equal(updated, np.array(mi.render(scene_of(after), seed=1)))
@@ -133,7 +92,7 @@ def test_gradients_run_from_pictures_to_heights(mi: ModuleType, scene_of: Any, m
     weights, direction = 1 + np.sin(2 * np.pi * x + 1), np.cos(2 * np.pi * (x - y)) + 0.3
 
     def loss(step: float) -> float:
-        mesh.set_heights(params, mi.Float((heights + step * direction).ravel()))
+        buffers.set_heights(params, mi.Float((heights + step * direction).ravel()))
         return float((weights * np.array(mi.render(scene, spp=256, seed=3), dtype=np.float64)[..., 0]).sum())
 
     step = 5e-3
@@ -142,7 +101,7 @@ def test_gradients_run_from_pictures_to_heights(mi: ModuleType, scene_of: Any, m
     dr.enable_grad(attached)
     if mode == "forward":
         dr.set_grad(attached, mi.Float(direction.ravel()))
-    mesh.set_heights(params, attached)
+    buffers.set_heights(params, attached)
     picture = mi.render(scene, params=params, spp=1024, seed=3, seed_grad=4)
     if mode == "forward":
         dr.forward_to(picture)
@@ -161,10 +120,10 @@ def test_impossible_heights_are_refused_and_the_scene_goes_on(mi: ModuleType, sc
     spoiled = heights.ravel().copy()
     spoiled[7] = np.nan
     with pytest.raises(InputError, match="finite"):
-        mesh.set_heights(params, mi.Float(spoiled))
+        buffers.set_heights(params, mi.Float(spoiled))
     with pytest.raises(InputError, match="5 samples"):
-        mesh.set_heights(params, mi.Float(np.zeros(5)))
-    mesh.set_heights(params, mi.Float(heights.ravel()))
+        buffers.set_heights(params, mi.Float(np.zeros(5)))
+    buffers.set_heights(params, mi.Float(heights.ravel()))
     np.testing.assert_array_equal(np.array(mi.render(scene, seed=1)), picture)
 
 
@@ -256,7 +215,7 @@ def test_light_adds_up(mi: ModuleType, studio: Any) -> None:
 def test_plain_mitsuba_opens_the_studio_too(mi: ModuleType, studio: Any) -> None:
     heightfield.register()
     scene = mi.load_file(str(SCENES / "studio.xml"), resolution="64", spp="16")
-    assert mesh.heights_key(mi.traverse(scene))
+    assert buffers.heights_key(mi.traverse(scene))
     ours = instantiate(studio)
     np.testing.assert_array_equal(
         np.array(mi.render(scene, spp=16, seed=1)), np.array(mi.render(ours, spp=16, seed=1))

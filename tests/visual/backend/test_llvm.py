@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from relief.files import cache_folder
 from visual.backend import llvm, llvm_candidates
 from visual.backend.llvm_candidates import Library
 
@@ -122,7 +123,7 @@ def test_a_library_that_changed_is_tried_again(machine: Callable[..., list[Path]
 def test_a_damaged_memory_is_ignored(
     machine: Callable[..., list[Path]], probes: list[str], content: str
 ) -> None:
-    memory = llvm.cache_folder() / "llvm.json"
+    memory = cache_folder() / "llvm.json"
     memory.parent.mkdir()
     memory.write_text(content)
     machine("a/libLLVM.so.19.1")
@@ -146,7 +147,7 @@ def test_a_probe_that_takes_too_long_is_not_remembered(
     monkeypatch.setattr(llvm, "PROBE_SECONDS", 0.01)
     machine("a/libLLVM.so.19.1")
     assert "longer than" in llvm.judge(llvm.candidates()[0]).fault
-    assert not llvm.cache_folder().exists()
+    assert not cache_folder().exists()
 
 
 def test_the_users_library_wins_if_it_works(

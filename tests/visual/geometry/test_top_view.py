@@ -5,7 +5,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from relief import grid as mesh
 from tests.visual.differences import DIRECTIONS, by_gradients, differ_by_noise, measured
 from tests.visual.scenes import (
     ALBEDO,
@@ -22,6 +21,7 @@ from tests.visual.scenes import (
     sky,
     sun,
 )
+from visual.backend import buffers
 from visual.backend.rays import plate_shape
 from visual.exact.view import Illumination, View
 from visual.geometry.film_samples import film_points, samples_from_above
@@ -41,7 +41,7 @@ def ambient_view(heights: Array, seed: int, floor: bool = False) -> View:
     return View(
         scene,
         plate_shape(scene).bsdf(),
-        lambda field: mesh.set_heights(params, field.astype(np.float32).ravel()),
+        lambda field: buffers.set_heights(params, field.astype(np.float32).ravel()),
         (SIDE, SIDE),
         SIZE_MM,
         from_above(SIZE_MM, SIDE),
