@@ -17,7 +17,7 @@ from visual.backend import rays
 REPEATS = 5
 GROUPS = {
     "rays (shadows, edges)": (("rays.py", "blocked"), ("rays.py", "first_hits")),
-    "heights into the scene": (("mesh.py", "set_heights"),),
+    "heights into the scene": (("buffers.py", "set_heights"),),
     "radiance and its slopes": (("shading.py", "shade"),),
     "shadow edges": (("edges.py", "shadow_edges"), ("boundaries.py", "boundary_entries")),
     "Mitsuba's pictures": (("exact.py", "_render"),),
