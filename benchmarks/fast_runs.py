@@ -38,10 +38,10 @@ from surrogate.nets.weights import has_weights
 
 WAYS = {
     "exact": {"touch.model": "layer", "look.model": "exact"},
-    "quick touch, net look": {"touch.model": "quick", "look.model": "net"},
-    "nets alone": {"touch.model": "net", "look.model": "net"},
+    "quick touch, fast look": {"touch.model": "quick", "look.model": "fast"},
+    "nets alone": {"touch.model": "net", "look.model": "fast"},
 }
-FASTEST, MIXED_STEPS = "quick touch, net look", 10
+FASTEST, MIXED_STEPS = "quick touch, fast look", 10
 
 
 def main() -> None:

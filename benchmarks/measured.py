@@ -124,7 +124,7 @@ def _fast_summary() -> str:
         felt = (told(errors[what]) for what in ("roughness_percent", "contact_area_percent"))
         lines.append([model, *felt, None, " / ".join(f"{t:.0f}" for t in times)])
     shown = " / ".join(f"{t:.0f}" for t in look["milliseconds"]["2"])
-    lines.append(["`look.model`: net", None, None, told(look["unseen"]["studio"]), shown])
+    lines.append(["`look.model`: fast", None, None, told(look["unseen"]["studio"]), shown])
     head = ("model", "V off, %", "A off, %", "pixels off, %", "ms, with gradient")
     return table(head, lines) + "\n"
 

@@ -81,7 +81,7 @@ def optimised(scene: Scene, original: np.ndarray) -> Descent:
     jnd = float(draw.uniform(LEAST_JND, MOST_JND) * draw.choice((-1.0, 1.0)))
     skin = tactile.Skin()
     untargeted = Problem(
-        original, SIZE_MM, skin, Targets(None, None, TOLERANCE), scene, touch="quick", look="net"
+        original, SIZE_MM, skin, Targets(None, None, TOLERANCE), scene, touch="quick", look="fast"
     )
     goal = tactile.jnd_scaled(untargeted.feel(original, gradients=False).roughness, jnd)
     targets = Targets(goal, None, TOLERANCE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
@@ -19,6 +19,7 @@ from visual.exact.discontinuities import EdgeSamples, darkness, surroundings
 from visual.exact.view import Illumination, View
 from visual.geometry.projection import from_above, projection_of
 from visual.lights.parallel import LUMINANCE, ParallelLights, Quadrature, parallel_obstacle, prepare
+from visual.models import LookModel, look_model
 from visual.needs import casts_shadows, met_by_chance, needs_of
 from visual.scene_file.check import CheckedScene, check_scene, instantiate
 from visual.scene_file.describe import PARALLEL, Description, Light, Plate, describe
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from visual.fast.pictures import QuickLook
 
 Array = NDArray[np.float64]
-LookModel = Literal["exact", "net"]
-MODELS: tuple[str, ...] = get_args(LookModel)
 
 FIXED_DIRECTIONS = 24
 """Directions that stand for each light that is not parallel in `Scene.views`. Under ambient light gradients
@@ -95,9 +94,8 @@ class Scene:
             size_mm: must agree with the scene's plate if given.
             samples: a pixel; default as the scene file says.
             seed: the same seed, the same pictures.
-            model: "exact", Mitsuba with shadow edges in its gradient; "net", `visual.fast.pictures`, which
-            takes
-                no samples, no seed and no other resolution.
+            model: "exact", Mitsuba with shadow edges in its gradient; "fast", `visual.fast.pictures`, which
+                takes no samples, no seed and no other resolution.
             resolution: pixels along the film's longer side instead of its own.
             shadow_edges: whether the gradient follows shadow boundaries.
 
@@ -108,8 +106,7 @@ class Scene:
             InputError: heights of another shape or not finite; a gradient is asked for that this scene or
             variant has not.
         """
-        if model not in MODELS:
-            raise InputError(f'look.model: "{model}" is not one of {", ".join(MODELS)}')
+        model = look_model(model)
         self.check_size(size_mm)
         variants.use(self.variant)
         field = torch.as_tensor(self.heights if heights is None else heights)
@@ -121,7 +118,7 @@ class Scene:
             )
         if not bool(torch.isfinite(field).all()):
             raise InputError("heights: not every value is finite")
-        if model == "net":
+        if model == "fast":
             return self.quick_look().pictures(field)
         if field.requires_grad:
             self._require_gradients()

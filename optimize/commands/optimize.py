@@ -52,7 +52,7 @@ _SETTINGS = {
 """Options that stand for a number in the run file, and its key there."""
 TARGETS = frozenset(key for key in _SETTINGS.values() if key.startswith("touch."))
 
-FAST = ('touch.model="quick"', 'look.model="net"')
+FAST = ('touch.model="quick"', 'look.model="fast"')
 """What ``--fast`` sets; ``--set`` wins over it."""
 
 
@@ -101,7 +101,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     details.add_argument(
         "--fast",
         action="store_true",
-        help="steer by the fast models (touch quick, look net); what verifies the result stays as it is",
+        help="steer by the fast models (touch quick, look fast); what verifies the result stays as it is",
     )
     details.add_argument("--seed", type=seed, metavar="N", help="of all random numbers (default: 0)")
     add_mitsuba(details)

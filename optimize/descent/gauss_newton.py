@@ -237,7 +237,7 @@ class GaussNewton:
 
 def _views(problem: Problem) -> tuple[View | QuickView, ...]:
     """What the pictures of steps and their Jacobians come from."""
-    if problem.look == "net":
+    if problem.look == "fast":
         return (QuickView(problem.scene.quick_look()),)
     resolution = REFINEMENT * max(problem.scene.resolution)
     return problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)

@@ -13,7 +13,8 @@ import tactile
 from relief.limits import HEIGHT_LIMIT_MM
 from tactile.area import GAP_WEIGHT_PER_MM
 from tactile.model import ModelName
-from visual.scene import LookModel, Scene
+from visual.models import LookModel, look_model
+from visual.scene import Scene
 
 Array = NDArray[np.float64]
 
@@ -99,6 +100,7 @@ class Problem:
         dtype = torch.float32 if self.fast_touch else torch.float64
         model = tactile.touch_model(self.skin, self.heights.shape[0], self.size_mm, dtype, self.touch)
         object.__setattr__(self, "model", model)
+        object.__setattr__(self, "look", look_model(self.look))
 
     @property
     def fast_touch(self) -> bool:

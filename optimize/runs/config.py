@@ -1,6 +1,7 @@
 """Run files: what one optimisation is asked to do, in TOML, checked before any work begins."""
 
 import difflib
+import logging
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -15,6 +16,8 @@ from mitsuba_scenes import bundled, find_file
 from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
 from tactile.model import FEM_MESH, MAX_MESH, MIN_MESH
+
+_log = logging.getLogger(__name__)
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -73,9 +76,18 @@ class Touch(_Section):
 class Look(_Section):
     """``[look]``: how pictures are made, their weight w1, and samples a pixel (None: as the scene says)."""
 
-    model: Literal["exact", "net"] = "exact"
+    model: Literal["exact", "fast"] = "exact"
     weight: NotNegative = 1.0
     samples: Samples | None = None
+
+    @field_validator("model", mode="before")
+    @classmethod
+    def _renamed(cls, model: Any) -> Any:
+        """Until version 0.2, "fast" may also be written by its former name."""
+        if model != "net":
+            return model
+        _log.warning('look.model: "net" is called "fast" now; version 0.2 will refuse the old word')
+        return "fast"
 
 
 class Descent(_Section):

@@ -53,6 +53,19 @@ def test_defaults_are_those_of_the_design(run_file: Path) -> None:
     assert (run.touch.model, run.look.model, run.verify.model) == ("layer", "exact", "fem")
 
 
+@pytest.mark.parametrize("overrides", [(), ("look.model=net",)], ids=["run file", "--set"])
+def test_the_former_name_of_the_fast_look_is_accepted_with_a_line_that_says_so(
+    run_file: Path, caplog: pytest.LogCaptureFixture, overrides: tuple[str, ...]
+) -> None:
+    named = "fast" if overrides else "net"
+    write(run_file.parent, f'[touch]\njnd = 1\nmodel = "net"\n[look]\nmodel = "{named}"\n')
+    run = config.load_run(run_file, overrides)
+    assert (run.touch.model, run.look.model) == ("net", "fast")
+    assert '[look]\nmodel = "fast"' in config.dump_resolved(run)
+    (line,) = caplog.messages
+    assert line.startswith('look.model: "net" is called "fast" now')
+
+
 def test_a_run_cannot_be_changed(run_file: Path) -> None:
     run = config.load_run(run_file)
     with pytest.raises(ValidationError):
@@ -135,7 +148,7 @@ def test_an_overridden_path_is_relative_to_the_working_directory(
         ("jnd = 1\nroughness = 0.1", "exclude each other"),
         ("contact_area_mm2 = 40\ncontact_area_scale = 0.8", "exclude each other"),
         ("", "a target is missing"),
-        ('jnd = 1\n[look]\nmodel = "fast"', "look.model"),
+        ('jnd = 1\n[look]\nmodel = "quick"', "look.model"),
         ("jnd = 1\n[look]\nweight = -1", "look.weight"),
         ("jnd = 1\n[look]\nsamples = 0", "look.samples"),
         ("jnd = 1\n[descent]\nsteps = 0", "descent.steps"),

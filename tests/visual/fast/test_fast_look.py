@@ -74,12 +74,12 @@ def suns(scene_of: Callable[..., Scene]) -> QuickLook:
 def test_pictures_are_near_those_of_mitsuba(scene: Scene, with_net: None) -> None:
     """With a net that mends nothing: what is left is mostly what it would have to mend."""
     heights = waves(SIDE, 1.0).numpy()
-    ours, theirs = (scene.render(heights, samples=1024, model=model).numpy() for model in ("net", "exact"))
+    ours, theirs = (scene.render(heights, samples=1024, model=model).numpy() for model in ("fast", "exact"))
     assert ours.shape == theirs.shape
     assert np.abs(ours - theirs).mean() < 0.05 * theirs.mean()
     flat = np.zeros((SIDE, SIDE))
     np.testing.assert_allclose(
-        scene.render(flat, model="net").numpy(), scene.render(flat, samples=4096).numpy(), rtol=0.02
+        scene.render(flat, model="fast").numpy(), scene.render(flat, samples=4096).numpy(), rtol=0.02
     )
 
 
@@ -184,7 +184,7 @@ def test_what_it_cannot_show_is_told(
 ) -> None:
     scene = scene_of(sun(35.0), heights=np.zeros((SIDE, SIDE)), **written)
     with pytest.raises(InputError, match=told):
-        scene.render(model="net")
+        scene.render(model="fast")
 
 
 def test_another_number_of_samples_or_another_material_is_refused(scene: Scene, folder: Path) -> None:
@@ -234,3 +234,12 @@ def test_batches_have_a_picture_each(suns: QuickLook) -> None:
     assert found.shape == (2, 2, SIDE, SIDE)
     torch.testing.assert_close(found[1], suns.pictures(both[1]))
     assert swept.pooled(found).shape == (2, 2, SIDE // 2, SIDE // 2)
+
+
+def test_its_former_name_is_accepted_with_a_warning(scene_of: Callable[..., Scene]) -> None:
+    scene = scene_of(sun(35.0), heights=waves(SIDE, 1.5).numpy())
+    with pytest.warns(FutureWarning, match='"net" is called "fast" now'):
+        named = scene.render(model="net")  # type: ignore[arg-type]
+    assert torch.equal(named, scene.render(model="fast"))
+    with pytest.raises(InputError, match=r'^look\.model: "quick" is not one of exact, fast'):
+        scene.render(model="quick")  # type: ignore[arg-type]
