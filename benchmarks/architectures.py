@@ -48,7 +48,7 @@ from tactile.contact import ContactState
 from tactile.net import CHANNELS, inputs, pressure
 from tactile.strain import smallest_eigenvalue
 from visual.exact.shading import unshadowed
-from visual.fast import ambient_net as sky
+from visual.fast import ambient_net
 from visual.fast import shadow_sweep as swept
 from visual.fast.bsdf_table import ABOVE
 from visual.lights.parallel import ParallelLights
@@ -140,10 +140,10 @@ class WithoutHorizons(LookTask):
     """Ambient light from heights and slopes alone."""
 
     def _difference(self, net: nn.Module, examples: Examples) -> Tensor:
-        unhidden, wanted = examples["unhidden"], examples["ambient"]
-        maps = sky.inputs(examples["heights"], self.size_mm, unhidden)
-        maps[:, [0, *range(3, 3 + len(sky.WAYS))]] = 0.0
-        found = unhidden * functional.softplus(net(maps)[:, 0] + sky.OPEN)
+        unoccluded, wanted = examples["unoccluded"], examples["ambient"]
+        maps = ambient_net.inputs(examples["heights"], self.size_mm, unoccluded)
+        maps[:, [0, *range(3, 3 + len(ambient_net.WAYS))]] = 0.0
+        found = unoccluded * functional.softplus(net(maps)[:, 0] + ambient_net.OPEN)
         return (found - wanted) / wanted.mean((-2, -1), keepdim=True)
 
 
@@ -164,7 +164,7 @@ class LightTask(LookTask):
     def _difference(self, net: nn.Module, examples: Examples) -> Tensor:
         heights, bare = examples["heights"], examples["bare"]
         toward = examples["toward"][:, :, None, None].expand(-1, -1, *heights.shape[-2:])
-        maps = sky.inputs(heights, self.size_mm, bare.clamp_min(1e-6))[:, 1:]
+        maps = ambient_net.inputs(heights, self.size_mm, bare.clamp_min(1e-6))[:, 1:]
         # A sigmoid in its place ends where all is lit, and learns nothing from there.
         found = bare * (1.0 + net(torch.cat((maps, toward), 1))[:, 0])
         return (found - examples["picture"]) / examples["picture"].mean((-2, -1), keepdim=True)
@@ -227,7 +227,7 @@ def known(data: Fieldset) -> dict[str, Candidate]:
     parts = (task.operator, task.flat_strain, task.mean_pressure, task.young_modulus_mpa)
     between, direct = PressureWay(*parts), StrainWay(*parts)
     look, blind, light = LookTask(size), WithoutHorizons(size), LightTask(size)
-    told = sky.CHANNELS - 1 + 3
+    told = ambient_net.CHANNELS - 1 + 3
 
     def unet(maps: int, block: int = 4) -> Callable[[], nn.Module]:
         return lambda: UNet(Shape(maps, 1, WIDTHS, block))
@@ -249,13 +249,17 @@ def known(data: Fieldset) -> dict[str, Candidate]:
             "touch", CHANNELS, lambda: Without(unet(CHANNELS)(), hidden), between, roughness(between)
         ),
         "touch: U-Net, 4 x 4, heights to strain": Candidate("touch", 3, unet(3), direct, roughness(direct)),
-        "ambient: U-Net, 4 x 4": Candidate("look", sky.CHANNELS, unet(sky.CHANNELS), look, pixels(look)),
-        "ambient: U-Net, 2 x 2": Candidate("look", sky.CHANNELS, unet(sky.CHANNELS, 2), look, pixels(look)),
+        "ambient: U-Net, 4 x 4": Candidate(
+            "look", ambient_net.CHANNELS, unet(ambient_net.CHANNELS), look, pixels(look)
+        ),
+        "ambient: U-Net, 2 x 2": Candidate(
+            "look", ambient_net.CHANNELS, unet(ambient_net.CHANNELS, 2), look, pixels(look)
+        ),
         "ambient: Fourier operator": Candidate(
-            "look", sky.CHANNELS, lambda: FourierOperator(sky.CHANNELS), look, pixels(look)
+            "look", ambient_net.CHANNELS, lambda: FourierOperator(ambient_net.CHANNELS), look, pixels(look)
         ),
         "ambient: U-Net, 4 x 4, no horizons": Candidate(
-            "look", sky.CHANNELS, unet(sky.CHANNELS), blind, pixels(blind)
+            "look", ambient_net.CHANNELS, unet(ambient_net.CHANNELS), blind, pixels(blind)
         ),
         "light: U-Net, 4 x 4, told the direction": Candidate("light", told, unet(told), light, pixels(light)),
         "light: U-Net, 2 x 2, told the direction": Candidate(

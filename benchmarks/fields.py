@@ -24,8 +24,8 @@ from benchmarks.common import machine, save, table
 from optimize.training.fields import STUDIO, VARIANT, light_directions, touch_fields
 from surrogate.corpus.photographs import bundled
 from surrogate.corpus.recipes import heights, recipes
-from visual.exact.render import Exposure, LightScene, pictures
-from visual.reference.pictures import Relit
+from visual.exact.render import LightScene, RenderSettings, pictures
+from visual.reference.renderer import ReferenceRenderer
 from visual.scene import Scene
 from visual.scene_file.check import check_scene
 
@@ -76,7 +76,7 @@ def _pictures(seen: list[Array]) -> list[dict[str, Any]]:
 
     def rendered(light: LightScene, relief: Array, samples: int, seed: int) -> Array:
         suns, ambient, strength = ((sun,), None, 1.0) if light is sun else ((), sky, AMBIENT)
-        exposure = Exposure(samples, seed, False)
+        exposure = RenderSettings(samples, seed, False)
         found = pictures(suns, ambient, torch.as_tensor(relief), SIZE_MM, exposure)[0]
         return np.asarray(found.numpy() / strength)
 
@@ -86,12 +86,12 @@ def _pictures(seen: list[Array]) -> list[dict[str, Any]]:
     suns, skies = ([converged(light, relief) for relief in seen] for light in (sun, sky))
     rows = []
     for strata in STRATA:
-        relit = Relit(scene, strata, seed=1)
+        renderer = ReferenceRenderer(scene, strata, seed=1)
 
-        def sunlit(relief: Array, relit: Relit = relit) -> Array:
-            return relit.sunlit(relief, toward)[0]
+        def parallel(relief: Array, renderer: ReferenceRenderer = renderer) -> Array:
+            return renderer.parallel_pictures(relief, toward)[0]
 
-        rows.append(_row(f"light, {strata} x {strata} shadow rays", sunlit, seen, suns))
+        rows.append(_row(f"light, {strata} x {strata} shadow rays", parallel, seen, suns))
     for samples in SAMPLES:
 
         def by_mitsuba(relief: Array, samples: int = samples) -> Array:
@@ -100,10 +100,10 @@ def _pictures(seen: list[Array]) -> list[dict[str, Any]]:
         rows.append(_row(f"light, Mitsuba, {samples} samples", by_mitsuba, seen, suns))
     for azimuths in AZIMUTHS:
 
-        def skylit(relief: Array, azimuths: int = azimuths) -> Array:
-            return relit.skylit(relief, 0, azimuths)
+        def ambient(relief: Array, azimuths: int = azimuths) -> Array:
+            return renderer.ambient_picture(relief, 0, azimuths)
 
-        rows.append(_row(f"ambient, {azimuths} azimuths", skylit, seen, skies))
+        rows.append(_row(f"ambient, {azimuths} azimuths", ambient, seen, skies))
     for samples in (*SAMPLES, CONVERGED):
 
         def sky_by_mitsuba(relief: Array, samples: int = samples) -> Array:

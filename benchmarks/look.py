@@ -209,7 +209,7 @@ def mitsubas(scene: Scene, kind: str, samples: int) -> Method:
 
     def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
         variable = torch.tensor(heights, requires_grad=True)
-        exposure = exact.Exposure(samples, seed, shadow_edges=False)
+        exposure = exact.RenderSettings(samples, seed, shadow_edges=False)
         exact.pictures(suns, ambient, variable, SIZE_MM, exposure).backward(torch.as_tensor(adjoint))
         assert variable.grad is not None
         return np.asarray(variable.grad.numpy())

@@ -30,9 +30,9 @@ from benchmarks.common import load, machine, save, table
 from benchmarks.unseen import Reliefs, arguments, kept, sets, spread, unseen
 from optimize.training.fields import STUDIO
 from visual.exact.discontinuities import EdgeSamples
-from visual.fast.bsdf_table import SlopeTable
-from visual.fast.pictures import QuickLook
-from visual.reference.pictures import Relit
+from visual.fast.bsdf_table import BsdfTable
+from visual.fast.renderer import FastRenderer
+from visual.reference.renderer import ReferenceRenderer
 from visual.scene import Scene, load_scene
 
 Array = NDArray[np.float64]
@@ -67,18 +67,22 @@ def main() -> None:
     print(as_text(load("quick_look")))
 
 
-def first_light(look: QuickLook) -> QuickLook:
+def first_light(look: FastRenderer) -> FastRenderer:
     """Its first picture alone, as one of the paper's nets makes it."""
     assert look.table is not None
-    table_ = SlopeTable(look.table.values[:1])
-    return QuickLook(look.samples, look.size_mm, look.toward[:1], look.condition[:1], 1, table_, look.sky)
+    table_ = BsdfTable(look.table.values[:1])
+    return FastRenderer(
+        look.samples, look.size_mm, look.toward[:1], look.condition[:1], 1, table_, look.ambient
+    )
 
 
-def picture_errors(scene: Scene, look: QuickLook, reliefs: Reliefs, folder: Path) -> dict[str, list[float]]:
+def picture_errors(
+    scene: Scene, look: FastRenderer, reliefs: Reliefs, folder: Path
+) -> dict[str, list[float]]:
     """Mean error of the pixels of each texture, in % of the mean: lights alone, all light, the sky."""
     toward = np.array(look.toward)
-    assert look.sky is not None
-    alone = QuickLook(
+    assert look.ambient is not None
+    alone = FastRenderer(
         look.samples, look.size_mm, look.toward, look.condition, look.conditions, look.table, None
     )
     found: dict[str, list[float]] = {"lights alone": [], "studio": [], "ambient": []}
@@ -99,23 +103,26 @@ def reference_pictures(scene: Scene, toward: Array, relief: Reliefs, folder: Pat
     heights = relief.astype(np.float64)
 
     def make() -> dict[str, Array]:
-        relit = _relit(scene)
-        return {"lights": relit.sunlit(heights, toward), "ambient": relit.skylit(heights, 0, AZIMUTHS)}
+        reference = _reference(scene)
+        return {
+            "lights": reference.parallel_pictures(heights, toward),
+            "ambient": reference.ambient_picture(heights, 0, AZIMUTHS),
+        }
 
     return kept(folder, f"studio-{STRATA}-{AZIMUTHS}", relief, make)
 
 
 @lru_cache(maxsize=1)
-def _relit(scene: Scene) -> Relit:
+def _reference(scene: Scene) -> ReferenceRenderer:
     """Dear to make: it sorts the shadow rays of all pixels."""
-    return Relit(scene, STRATA)
+    return ReferenceRenderer(scene, STRATA)
 
 
 def _error(ours: Array, reference: Array) -> float:
     return float(100.0 * np.abs(ours - reference).mean() / reference.mean())
 
 
-def gradient_cosines(scene: Scene, look: QuickLook, reliefs: Reliefs, folder: Path) -> list[float]:
+def gradient_cosines(scene: Scene, look: FastRenderer, reliefs: Reliefs, folder: Path) -> list[float]:
     """Of the gradient of a loss with that of the explicit Jacobian from many samples, for each texture."""
     (view,) = scene.views(None, 0, GRADIENT_STRATA, ALONG, DIRECTIONS)
     cosines = []
@@ -135,14 +142,14 @@ def gradient_cosines(scene: Scene, look: QuickLook, reliefs: Reliefs, folder: Pa
     return cosines
 
 
-def _gradient(look: QuickLook, heights: Tensor) -> Tensor:
+def _gradient(look: FastRenderer, heights: Tensor) -> Tensor:
     with torch.no_grad():
         target = look.pictures(ALTERED * heights)
     field = heights.clone().requires_grad_()
     return torch.autograd.grad(0.5 * (look.pictures(field) - target).square().sum(), field)[0]
 
 
-def milliseconds(look: QuickLook, reliefs: Reliefs, threads: int) -> tuple[float, float]:
+def milliseconds(look: FastRenderer, reliefs: Reliefs, threads: int) -> tuple[float, float]:
     """Median time of the pictures, and of pictures and gradient."""
     torch.set_num_threads(threads)
     forward, both = [], []

@@ -126,7 +126,7 @@ def by_adam(
 ) -> Iterator[Array]:
     """Adam on Mitsuba's pictures, the same random numbers at every step."""
     suns, ambient = lights[:-1], lights[-1]
-    exposure = exact.Exposure(SAMPLES, 0, edges)
+    exposure = exact.RenderSettings(SAMPLES, 0, edges)
 
     def pictures(heights: torch.Tensor) -> torch.Tensor:
         return exact.pictures(suns, ambient, heights, scene.size_mm, exposure)

@@ -15,7 +15,7 @@ from relief import heightmap
 from relief.errors import InputError
 from visual.backend import variants
 from visual.exact import render as exact
-from visual.exact.discontinuities import EdgeSamples, darkness, surroundings
+from visual.exact.discontinuities import EdgeSamples, black_background, scene_background
 from visual.exact.view import Illumination, View
 from visual.geometry.projection import from_above, projection_of
 from visual.lights.parallel import LUMINANCE, ParallelLights, Quadrature, parallel_obstacle, prepare
@@ -25,7 +25,7 @@ from visual.scene_file.check import CheckedScene, check_scene, instantiate
 from visual.scene_file.describe import PARALLEL, Description, Light, Plate, describe
 
 if TYPE_CHECKING:
-    from visual.fast.pictures import QuickLook
+    from visual.fast.renderer import FastRenderer
 
 Array = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ class Scene:
         self.weights = np.array(self._needs.weights)
         self._loaded: dict[tuple[int, ...], exact.LightScene] = {}
         self._quadratures: dict[tuple[int, ...], Quadrature] = {}
-        self._quick: QuickLook | None = None
+        self._quick: FastRenderer | None = None
         self.white = self._white()
 
     def render(
@@ -94,7 +94,7 @@ class Scene:
             size_mm: must agree with the scene's plate if given.
             samples: a pixel; default as the scene file says.
             seed: the same seed, the same pictures.
-            model: "exact", Mitsuba with shadow edges in its gradient; "fast", `visual.fast.pictures`, which
+            model: "exact", Mitsuba with shadow edges in its gradient; "fast", `visual.fast.renderer`, which
                 takes no samples, no seed and no other resolution.
             resolution: pixels along the film's longer side instead of its own.
             shadow_edges: whether the gradient follows shadow boundaries.
@@ -125,7 +125,7 @@ class Scene:
         suns = tuple(self._light_scene((light,), resolution) for light in self._needs.alone)
         around = self._needs.around
         ambient = self._light_scene(around, resolution) if around else None
-        exposure = exact.Exposure(samples or self.samples, seed, shadow_edges)
+        exposure = exact.RenderSettings(samples or self.samples, seed, shadow_edges)
         reliefs = field.reshape(-1, *field.shape[-2:])
         each = [exact.pictures(suns, ambient, relief, self.size_mm, exposure) for relief in reliefs]
         return torch.stack(each).reshape(*field.shape[:-2], *each[0].shape)
@@ -183,7 +183,7 @@ class Scene:
         )
         return tuple(self._light_scene(group, resolution) for group in groups)
 
-    def quick_look(self) -> QuickLook:
+    def quick_look(self) -> FastRenderer:
         """What makes these pictures quickly and roughly, made once; it needs Mitsuba no longer.
 
         Raises:
@@ -253,7 +253,7 @@ class Scene:
             self._integrator(1) if any(met_by_chance(light) for light in lights) else by_light,
             lambda generator: self._quadrature(lights, DIRECTIONS).lights(generator),
             any(casts_shadows(light) for light in lights),
-            surroundings(scene),
+            scene_background(scene),
             by_light,
         )
 
@@ -261,7 +261,9 @@ class Scene:
         """Fixed parallel lights that stand for these."""
         fixed = self._quadrature(lights, count).lights()
         seen = all(light.kind == PARALLEL for light in lights)
-        background = darkness if seen else surroundings(self._light_scene(lights, resolution).scene)
+        background = (
+            black_background if seen else scene_background(self._light_scene(lights, resolution).scene)
+        )
         return Illumination(fixed, background)
 
     def _quadrature(self, lights: tuple[Light, ...], count: int) -> Quadrature:

@@ -97,7 +97,7 @@ def _packages() -> Finding:
 def _llvm() -> Finding:
     """The library chosen, and every other on the machine with the reason why it was not."""
     asked = os.environ.get(llvm.VARIABLE)
-    verdicts = [llvm.judge_asked(asked)] if asked else []
+    verdicts = [llvm.judge_requested(asked)] if asked else []
     verdicts += [llvm.judge(library) for library in llvm.candidates()]
     try:
         found, lines = True, [f"{llvm.prepare()} is used"]

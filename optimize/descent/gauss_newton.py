@@ -24,7 +24,7 @@ from optimize.descent.problem import Feel, Problem, within_limits
 from tactile.sparse import factorised
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures, View
-from visual.fast.jacobian import QuickView
+from visual.fast.jacobian import FastView
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ LARGEST_STEP_MM = 0.2
 REFINEMENT, STRATA = 2, 2
 """Pictures of a step have twice the film's resolution (waves of two pixels show there) and 2 x 2 samples a
 pixel: as many rays as 4 x 4 at the film's own, a sparser system to solve, and a look that holds at both."""
-EDGE_SAMPLES = EdgeSamples(shadows=2, outlines=4)
+EDGE_SAMPLES = EdgeSamples(shadows=2, visibility=4)
 """The noise of the edges' motion then lies about at that of these pictures."""
 DIRECTIONS = 16
 """That stand for ambient light and other light that is not parallel."""
@@ -235,10 +235,10 @@ class GaussNewton:
         return _System(matrix, damping, load)
 
 
-def _views(problem: Problem) -> tuple[View | QuickView, ...]:
+def _views(problem: Problem) -> tuple[View | FastView, ...]:
     """What the pictures of steps and their Jacobians come from."""
     if problem.look == "fast":
-        return (QuickView(problem.scene.quick_look()),)
+        return (FastView(problem.scene.quick_look()),)
     resolution = REFINEMENT * max(problem.scene.resolution)
     return problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
 

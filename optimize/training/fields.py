@@ -14,7 +14,7 @@ import mitsuba_scenes
 import tactile
 
 if TYPE_CHECKING:
-    from visual.reference.pictures import Relit
+    from visual.reference.renderer import ReferenceRenderer
 
 Array = NDArray[Any]
 LightRule = Literal["studio", "random"]
@@ -81,10 +81,10 @@ def picture_fields(heights: Array, toward: Array, strata: int, seed: int) -> dic
         it; ambient: (s, s) float32 radiance under ambient light of radiance 1. A white matte plate that faces
         the light, or lies flat under the sky, has radiance 1.
     """
-    relit, field = _studio(heights.shape[-1], strata), np.asarray(heights, dtype=np.float64)
+    renderer, field = _studio(heights.shape[-1], strata), np.asarray(heights, dtype=np.float64)
     return {
-        "pictures": relit.sunlit(field, toward).astype(np.float32),
-        "ambient": relit.skylit(field, seed).astype(np.float32),
+        "pictures": renderer.parallel_pictures(field, toward).astype(np.float32),
+        "ambient": renderer.ambient_picture(field, seed).astype(np.float32),
     }
 
 
@@ -109,14 +109,14 @@ def light_directions(rule: LightRule, count: int, seed: int) -> Array:
 
 
 @lru_cache(maxsize=2)
-def _studio(samples: int, strata: int) -> Relit:
+def _studio(samples: int, strata: int) -> ReferenceRenderer:
     """The studio, loaded once: only heights and lights change."""
-    from visual.reference.pictures import Relit
+    from visual.reference.renderer import ReferenceRenderer
     from visual.scene import Scene
     from visual.scene_file.check import check_scene
 
     checked = check_scene(STUDIO, {"resolution": str(samples)})
-    return Relit(Scene(checked, np.zeros((samples, samples)), VARIANT), strata)
+    return ReferenceRenderer(Scene(checked, np.zeros((samples, samples)), VARIANT), strata)
 
 
 def studio_material() -> Any:

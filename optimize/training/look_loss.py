@@ -13,8 +13,8 @@ from surrogate.data.field_set import Fieldset
 from surrogate.nets.augmentation import moved
 from surrogate.nets.training import Examples
 from visual.fast import shadow_sweep as swept
-from visual.fast.ambient_net import inputs, openness
-from visual.fast.bsdf_table import SlopeTable
+from visual.fast.ambient_net import inputs, sky_visibility
+from visual.fast.bsdf_table import BsdfTable
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class LookTask:
         return self._difference(net, examples).abs().mean((-2, -1))
 
     def _difference(self, net: nn.Module, examples: Examples) -> Tensor:
-        unhidden, wanted = examples["unhidden"], examples["ambient"]
-        found = unhidden * openness(net, inputs(examples["heights"], self.size_mm, unhidden))
+        unoccluded, wanted = examples["unoccluded"], examples["ambient"]
+        found = unoccluded * sky_visibility(net, inputs(examples["heights"], self.size_mm, unoccluded))
         return (found - wanted) / wanted.mean((-2, -1), keepdim=True)
 
     def moved(self, examples: Examples, symmetry: int) -> Examples:
@@ -52,17 +52,17 @@ class LookTask:
         return self
 
 
-def unhidden_pictures(heights: Tensor, size_mm: float, table: SlopeTable) -> Tensor:
+def unoccluded_pictures(heights: Tensor, size_mm: float, table: BsdfTable) -> Tensor:
     """(examples, n, n) radiance of reliefs (examples, n, n) in mm under a sky that nothing hides."""
     table = table.to(heights.dtype)
-    return torch.stack([_unhidden(h, size_mm, table) for h in heights])
+    return torch.stack([_unoccluded(h, size_mm, table) for h in heights])
 
 
-def _unhidden(heights: Tensor, size_mm: float, table: SlopeTable) -> Tensor:
+def _unoccluded(heights: Tensor, size_mm: float, table: BsdfTable) -> Tensor:
     return swept.pooled_faces(None, table(*swept.slopes(heights, size_mm))[0])
 
 
-def examples_of(data: Fieldset, split: Split, table: SlopeTable) -> dict[str, Tensor]:
+def examples_of(data: Fieldset, split: Split, table: BsdfTable) -> dict[str, Tensor]:
     """The examples of a split of a data set, in memory: 3 maps of 64 KiB each.
 
     Args:
@@ -78,8 +78,8 @@ def examples_of(data: Fieldset, split: Split, table: SlopeTable) -> dict[str, Te
         places = shard.places(split)
         if len(places):
             heights, ambient = (torch.from_numpy(shard.read(name, places)) for name in ("heights", "ambient"))
-            unhidden = unhidden_pictures(heights, data.asked.size_mm, table)
-            parts.append({"heights": heights, "ambient": ambient, "unhidden": unhidden})
+            unoccluded = unoccluded_pictures(heights, data.asked.size_mm, table)
+            parts.append({"heights": heights, "ambient": ambient, "unoccluded": unoccluded})
     if not parts:
         raise InputError(f"{data.folder}: no texture with fields is for {split}")
     return {name: torch.cat([part[name] for part in parts]) for name in parts[0]}

@@ -8,15 +8,15 @@ import numpy as np
 import torch
 
 from optimize.training.fields import studio_material
-from optimize.training.look_loss import LookTask, examples_of, unhidden_pictures
+from optimize.training.look_loss import LookTask, examples_of, unoccluded_pictures
 from optimize.training.setup import Lesson
 from surrogate.corpus import recipes as corpus
 from surrogate.data.field_set import Fieldset, first_of
 from surrogate.nets.training import Examples, errors
 from surrogate.nets.unet import UNet
 from surrogate.nets.weights import Sample
-from visual.fast.ambient_net import CHANNELS, KIND, inputs, openness, validity
-from visual.fast.bsdf_table import SlopeTable, sky_table
+from visual.fast.ambient_net import CHANNELS, KIND, inputs, sky_visibility, validity
+from visual.fast.bsdf_table import BsdfTable, ambient_table
 
 SAMPLE_SEED, SAMPLES = 0, 4
 """Textures that a card tells figures of, without pictures."""
@@ -48,13 +48,13 @@ def look_lesson(data: Fieldset, tested: int) -> Lesson:
 
 
 @lru_cache(maxsize=1)
-def studio_sky() -> SlopeTable:
+def studio_sky() -> BsdfTable:
     """The studio's material under a sky of radiance 1."""
-    return sky_table(studio_material(), np.ones(3))
+    return ambient_table(studio_material(), np.ones(3))
 
 
 def measure_look_net(
-    net: UNet, task: LookTask, table: SlopeTable, data: Fieldset, tested: int
+    net: UNet, task: LookTask, table: BsdfTable, data: Fieldset, tested: int
 ) -> dict[str, float]:
     """Errors of a net on the first pictures of a data set's test split, whose own noise they include.
 
@@ -67,7 +67,7 @@ def measure_look_net(
     examples: Examples = {
         "heights": heights,
         "ambient": torch.from_numpy(first_of(data, "ambient", "test", tested)),
-        "unhidden": unhidden_pictures(heights, data.asked.size_mm, table),
+        "unoccluded": unoccluded_pictures(heights, data.asked.size_mm, table),
     }
     found = 100.0 * errors(net, task, examples).double().numpy()
     return {
@@ -78,14 +78,14 @@ def measure_look_net(
     }
 
 
-def net_figures(net: UNet, table: SlopeTable, samples: int, size_mm: float) -> tuple[Sample, ...]:
+def net_figures(net: UNet, table: BsdfTable, samples: int, size_mm: float) -> tuple[Sample, ...]:
     """What a net makes of some textures of the corpus."""
     figures = []
     for texture in corpus.recipes(SAMPLE_SEED, SAMPLES):
         heights = torch.from_numpy(corpus.heights(texture, samples=samples)[None])
-        unhidden = unhidden_pictures(heights, size_mm, table)
+        unoccluded = unoccluded_pictures(heights, size_mm, table)
         with torch.no_grad():
-            found = openness(net, inputs(heights, size_mm, unhidden))
+            found = sky_visibility(net, inputs(heights, size_mm, unoccluded))
         told = {"mean_openness": float(found.mean()), "least_openness": float(found.min())}
         figures.append(Sample(SAMPLE_SEED, texture.index, told))
     return tuple(figures)

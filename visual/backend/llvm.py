@@ -170,7 +170,7 @@ def judge(library: Library) -> Verdict:
     return Verdict(library, fault)
 
 
-def judge_asked(asked: str) -> Verdict:
+def judge_requested(asked: str) -> Verdict:
     """Verdict on the value of `VARIABLE`, a path or the bare name of a library the loader knows."""
     library = find(asked)
     if not library.path.is_file():
@@ -182,7 +182,7 @@ def judge_asked(asked: str) -> Verdict:
 def _choose(asked: str | None) -> Path:
     """The library asked for if it works, else the newest that does."""
     if asked:
-        verdict = judge_asked(asked)
+        verdict = judge_requested(asked)
         if verdict.usable:
             return verdict.library.path
         _log.warning("%s: %s is not used: %s", VARIABLE, asked, verdict.fault)

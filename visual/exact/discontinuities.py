@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 
 from visual.exact.shading import Shading, unshadowed
 from visual.exact.shadow_edges import EDGE_SAMPLES, Entries, ShadowEdges, shadow_entries
-from visual.exact.visibility_edges import Outlines, outlines
-from visual.geometry.placed_mesh import Posed
+from visual.exact.visibility_edges import VisibilityEdges, visibility_edges
+from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
-from visual.geometry.topology import Relief
+from visual.geometry.topology import PlateTopology
 from visual.lights.parallel import ParallelLights
 
 Array = NDArray[np.float64]
 
-OUTLINE_SAMPLES = 16
+VISIBILITY_EDGE_SAMPLES = 16
 """Along each edge that moves in a picture. Seen at 45 degrees, under light at 35, one gradient of gravel is
 8.7 % off with 1, 5.9 with 2, 2.5 with 4; under light at 10, in its highlights, gradients scatter by 20 % with
 4 and by 7 % with 16."""
-SHARE_OF_MANY = {"shadows": 0.5, "outlines": 0.25}
+SHARE_UNDER_MANY_LIGHTS = {"shadows": 0.5, "visibility": 0.25}
 """Of the samples, under lights of many directions: each adds a small share of the picture."""
 
 
@@ -31,23 +31,23 @@ class EdgeSamples(NamedTuple):
     """Samples along each edge that casts a shadow, and along each that moves in the picture."""
 
     shadows: int = EDGE_SAMPLES
-    outlines: int = OUTLINE_SAMPLES
+    visibility: int = VISIBILITY_EDGE_SAMPLES
 
 
 Background = Callable[[Array], Array]
 """Radiance (rays,) that comes along unit directions (rays, 3) in which the camera sees no plate."""
 
 
-def darkness(directions: Array) -> Array:
+def black_background(directions: Array) -> Array:
     """The background under lights that are not seen themselves."""
     return np.zeros(len(directions))
 
 
-def surroundings(scene: Any) -> Background:
+def scene_background(scene: Any) -> Background:
     """What lies around the plate in a Mitsuba scene: its constant light or environment map, if it has one."""
     around = scene.environment()
     if around is None:
-        return darkness
+        return black_background
 
     def radiance(directions: Array) -> Array:
         import drjit as dr
@@ -70,37 +70,40 @@ class Jitter:
 
     Attributes:
         shadows: (edges, samples) in [0, 1), of the edges that cast shadows.
-        outlines: (edges, samples) in [0, 1), of all edges as the camera sees them.
+        visibility: (edges, samples) in [0, 1), of all edges as the camera sees them.
     """
 
     shadows: Array
-    outlines: Array
+    visibility: Array
 
-    def of_many(self) -> Jitter:
+    def under_many_lights(self) -> Jitter:
         """Those that are worth their while under lights of many directions."""
-        kept = {name: max(1, int(share * vars(self)[name].shape[1])) for name, share in SHARE_OF_MANY.items()}
+        kept = {
+            name: max(1, int(share * vars(self)[name].shape[1]))
+            for name, share in SHARE_UNDER_MANY_LIGHTS.items()
+        }
         return Jitter(**{name: vars(self)[name][:, :count] for name, count in kept.items()})
 
 
-def edge_jitter(plate: Relief, generator: np.random.Generator, samples: EdgeSamples) -> Jitter:
+def edge_jitter(plate: PlateTopology, generator: np.random.Generator, samples: EdgeSamples) -> Jitter:
     """Random positions along every edge."""
     return Jitter(*(generator.uniform(size=(len(plate.edge_start), count)) for count in samples))
 
 
-def seen_outlines(posed: Posed, camera: Projection, jitter: Jitter) -> Outlines | None:
+def moving_edges(posed: PlacedMesh, camera: Projection, jitter: Jitter) -> VisibilityEdges | None:
     """Edges that move in the picture, whatever the light; none if the camera looks straight down."""
-    return None if camera.overhead else outlines(posed, camera, jitter.outlines)
+    return None if camera.overhead else visibility_edges(posed, camera, jitter.visibility)
 
 
-def boundary_entries(
-    posed: Posed,
+def discontinuity_entries(
+    posed: PlacedMesh,
     camera: Projection,
     bsdf: Any,
     lights: ParallelLights,
     shading: Shading,
     background: Background,
     shadows: ShadowEdges,
-    moving: Outlines | None,
+    moving: VisibilityEdges | None,
 ) -> list[Entries]:
     """Entries d radiance / d mm of a picture under lights that shine together.
 
@@ -108,7 +111,7 @@ def boundary_entries(
         bsdf: the plate's material.
         shading: of the faces under these lights, toward this camera.
         shadows: of these lights.
-        moving: of `seen_outlines`.
+        moving: of `moving_edges`.
     """
     seen = shadows.seen(posed.scene, camera)
     entries = [shadow_entries(posed.plate, camera, seen, shading.radiance[seen.light, seen.receiver])]
@@ -119,10 +122,10 @@ def boundary_entries(
 
 
 def _beside(
-    posed: Posed,
+    posed: PlacedMesh,
     camera: Projection,
     bsdf: Any,
-    moving: Outlines,
+    moving: VisibilityEdges,
     lights: ParallelLights,
     shading: Shading,
     background: Background,

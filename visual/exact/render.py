@@ -25,22 +25,22 @@ from visual.backend.rays import plate_shape
 from visual.exact.discontinuities import (
     Background,
     EdgeSamples,
-    boundary_entries,
-    darkness,
+    black_background,
+    discontinuity_entries,
     edge_jitter,
-    seen_outlines,
+    moving_edges,
 )
 from visual.exact.shading import shade
 from visual.exact.shadow_edges import shadow_edges
-from visual.geometry.placed_mesh import Posed
+from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
-from visual.geometry.topology import relief
+from visual.geometry.topology import plate_topology
 from visual.lights.parallel import LUMINANCE, ParallelLights
 
 Array = NDArray[np.float64]
 
 
-class Shot(NamedTuple):
+class PictureIndex(NamedTuple):
     """Which picture: numbers of the camera and of the light (or the lights that shine together)."""
 
     camera: int
@@ -82,7 +82,7 @@ class LightScene:
     integrator: Any
     lights: Callable[[np.random.Generator], ParallelLights]
     shadows: bool = True
-    background: Background = darkness
+    background: Background = black_background
     gradient_integrator: Any = None
     variant: str = field(default_factory=_variant)
 
@@ -100,7 +100,7 @@ class LightScene:
 
 
 @dataclass(frozen=True)
-class Exposure:
+class RenderSettings:
     """How a picture is taken.
 
     Attributes:
@@ -119,7 +119,7 @@ def pictures(
     ambient: LightScene | None,
     heights: Tensor,
     size_mm: float,
-    exposure: Exposure,
+    exposure: RenderSettings,
 ) -> Tensor:
     """(conditions, rows, cols) radiance, camera by camera; differentiable by `heights` (rows, cols), mm."""
     result: Tensor = _Pictures.apply(heights, suns, ambient, size_mm, exposure)
@@ -134,14 +134,16 @@ class _Pictures(torch.autograd.Function):
         suns: tuple[LightScene, ...],
         ambient: LightScene | None,
         size_mm: float,
-        exposure: Exposure,
+        exposure: RenderSettings,
     ) -> Tensor:
         values = _to_numpy(heights)
         rendered = []
         for camera in range(_cameras(suns, ambient)):
-            alone = [_render(s, values, exposure, Shot(camera, number)) for number, s in enumerate(suns)]
+            alone = [
+                _render(s, values, exposure, PictureIndex(camera, number)) for number, s in enumerate(suns)
+            ]
             if ambient is not None:
-                around = _render(ambient, values, exposure, Shot(camera, len(suns)))
+                around = _render(ambient, values, exposure, PictureIndex(camera, len(suns)))
                 alone = [picture + around for picture in alone] or [around]
             rendered += alone
         ctx.heights, ctx.suns, ctx.ambient = values, suns, ambient
@@ -160,7 +162,7 @@ class _Pictures(torch.autograd.Function):
             for number, (light, adjoint) in enumerate(pairs):
                 if not adjoint.any():
                     continue  # a loss that leaves this condition out
-                shot = Shot(camera, number)
+                shot = PictureIndex(camera, number)
                 total += interior_gradient(light, ctx.heights, adjoint, ctx.exposure, shot)
                 if ctx.exposure.shadow_edges:
                     total += edge_gradient(light, ctx.heights, adjoint, ctx.size_mm, ctx.exposure, shot)
@@ -175,12 +177,12 @@ def _to_numpy(tensor: Tensor) -> Array:
     return np.array(tensor.detach().cpu().numpy(), dtype=np.float64)
 
 
-def _seed(exposure: Exposure, shot: Shot, purpose: int) -> int:
+def _seed(exposure: RenderSettings, shot: PictureIndex, purpose: int) -> int:
     """Keeps apart the random numbers of pictures, and those of a picture and of its gradient."""
     return int(np.random.SeedSequence((exposure.seed, purpose, *shot)).generate_state(1)[0])
 
 
-def _render(light: LightScene, heights: Array, exposure: Exposure, shot: Shot) -> Array:
+def _render(light: LightScene, heights: Array, exposure: RenderSettings, shot: PictureIndex) -> Array:
     import drjit as dr
     import mitsuba as mi
 
@@ -206,7 +208,7 @@ def _grey(picture: Array) -> Array:
 
 
 def interior_gradient(
-    light: LightScene, heights: Array, adjoint: Array, exposure: Exposure, shot: Shot
+    light: LightScene, heights: Array, adjoint: Array, exposure: RenderSettings, shot: PictureIndex
 ) -> Array:
     """Mitsuba's own gradient (rows, cols): how radiance changes with slope, shadows held still."""
     import drjit as dr
@@ -238,7 +240,12 @@ def interior_gradient(
 
 
 def edge_gradient(
-    light: LightScene, heights: Array, adjoint: Array, size_mm: float, exposure: Exposure, shot: Shot
+    light: LightScene,
+    heights: Array,
+    adjoint: Array,
+    size_mm: float,
+    exposure: RenderSettings,
+    shot: PictureIndex,
 ) -> Array:
     """What moving shadows, and faces that move in the picture, add to the gradient, (rows, cols)."""
     camera = light.cameras[shot.camera]
@@ -246,18 +253,18 @@ def edge_gradient(
         return np.zeros_like(heights)
     generator = np.random.default_rng(_seed(exposure, shot, 1))
     lights = light.lights(generator)
-    posed = Posed(light.scene, relief(*heights.shape, size_mm), heights)
+    posed = PlacedMesh(light.scene, plate_topology(*heights.shape, size_mm), heights)
     jitter = edge_jitter(posed.plate, generator, EdgeSamples())
     if len(lights) > 1:
-        jitter = jitter.of_many()
+        jitter = jitter.under_many_lights()
     shadows = shadow_edges(posed, lights, jitter.shadows)
-    moving = seen_outlines(posed, camera, jitter)
+    moving = moving_edges(posed, camera, jitter)
     if len(shadows.light) == 0 and moving is None:
         return np.zeros_like(heights)
     bsdf = plate_bsdf(light.scene)
     shading = shade(bsdf, *posed.slopes, lights, camera.toward(posed.centres))
     gradient = np.zeros(heights.size)
-    for pixels, samples, values in boundary_entries(
+    for pixels, samples, values in discontinuity_entries(
         posed, camera, bsdf, lights, shading, light.background, shadows, moving
     ):
         weighted = adjoint.ravel()[pixels] * values

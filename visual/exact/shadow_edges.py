@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from visual.backend.rays import blocked, first_hits
-from visual.geometry.placed_mesh import LIFT_MM, Posed
+from visual.geometry.placed_mesh import LIFT_MM, PlacedMesh
 from visual.geometry.projection import Projection
-from visual.geometry.topology import Relief, silhouettes
+from visual.geometry.topology import PlateTopology, silhouettes
 from visual.lights.parallel import ParallelLights
 
 Array = NDArray[np.float64]
@@ -81,7 +81,7 @@ class ShadowEdges:
         return ShadowEdges(**{name: values[keep] for name, values in vars(self).items()})
 
 
-def shadow_edges(posed: Posed, lights: ParallelLights, jitter: Array) -> ShadowEdges:
+def shadow_edges(posed: PlacedMesh, lights: ParallelLights, jitter: Array) -> ShadowEdges:
     """Sample the shadow boundaries that a relief casts on itself.
 
     Args:
@@ -130,7 +130,7 @@ def shadow_edges(posed: Posed, lights: ParallelLights, jitter: Array) -> ShadowE
     return ShadowEdges(light, point, face, vertices, over, growth, tangent)
 
 
-def shadow_entries(plate: Relief, camera: Projection, found: ShadowEdges, radiance: Array) -> Entries:
+def shadow_entries(plate: PlateTopology, camera: Projection, found: ShadowEdges, radiance: Array) -> Entries:
     """What the motion of shadow boundaries changes: pixels, height samples, d radiance / d mm.
 
     Args:

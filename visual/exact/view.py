@@ -22,18 +22,18 @@ from visual.exact.discontinuities import (
     Background,
     EdgeSamples,
     Jitter,
-    boundary_entries,
-    darkness,
+    black_background,
+    discontinuity_entries,
     edge_jitter,
-    seen_outlines,
+    moving_edges,
 )
 from visual.exact.shading import shade
 from visual.exact.shadow_edges import Entries, shadow_edges
-from visual.exact.visibility_edges import Outlines
+from visual.exact.visibility_edges import VisibilityEdges
 from visual.geometry.film_samples import PictureSamples, film_points, samples_by_rays, samples_from_above
-from visual.geometry.placed_mesh import Posed
+from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
-from visual.geometry.topology import relief
+from visual.geometry.topology import plate_topology
 from visual.lights.parallel import ParallelLights
 
 Array = NDArray[np.float64]
@@ -57,7 +57,7 @@ class Illumination:
     """Lights that shine together. `background`: what the camera sees of them beside the plate."""
 
     lights: ParallelLights
-    background: Background = darkness
+    background: Background = black_background
 
 
 class _Sight(NamedTuple):
@@ -65,7 +65,7 @@ class _Sight(NamedTuple):
 
     samples: PictureSamples
     jitter: Jitter
-    moving: Outlines | None
+    moving: VisibilityEdges | None
 
 
 class View:
@@ -100,7 +100,7 @@ class View:
         """
         generator = np.random.default_rng(seed)
         self._scene, self._bsdf, self._set_heights = scene, bsdf, set_heights
-        self._plate = relief(*shape, size_mm)
+        self._plate = plate_topology(*shape, size_mm)
         self.camera = camera
         self._alone, self._ambient = alone, ambient
         self._strata = strata, ambient_strata
@@ -122,7 +122,7 @@ class View:
             edges: whether they include the motion of shadow boundaries and of the faces' edges.
         """
         self._set_heights(heights)
-        posed, camera = Posed(self._scene, self._plate, heights), self.camera
+        posed, camera = PlacedMesh(self._scene, self._plate, heights), self.camera
         shining = (*self._alone, *(() if self._ambient is None else (self._ambient,)))
         many = [len(light.lights) > 1 for light in shining]
         sights = {which: self._sight(posed, which, jacobian and edges) for which in set(many)}
@@ -138,16 +138,16 @@ class View:
         pictures = np.stack([p.reshape(camera.rows, camera.cols) for p, _ in found])
         return Pictures(pictures, tuple(d for _, d in found) if jacobian else ())
 
-    def _sight(self, posed: Posed, many: bool, edges: bool) -> _Sight:
+    def _sight(self, posed: PlacedMesh, many: bool, edges: bool) -> _Sight:
         if self._from_above:
             samples = self._from_above[many]
         else:
             samples = samples_by_rays(posed, self.camera, self._film[many], self._strata[many] ** 2)
-        jitter = self._jitter.of_many() if many else self._jitter
-        return _Sight(samples, jitter, seen_outlines(posed, self.camera, jitter) if edges else None)
+        jitter = self._jitter.under_many_lights() if many else self._jitter
+        return _Sight(samples, jitter, moving_edges(posed, self.camera, jitter) if edges else None)
 
     def _lit_by(
-        self, light: Illumination, sight: _Sight, posed: Posed, jacobian: bool, edges: bool
+        self, light: Illumination, sight: _Sight, posed: PlacedMesh, jacobian: bool, edges: bool
     ) -> tuple[Array, Any]:
         """Picture (pixels,) and Jacobian (pixels, heights) under a set of lights that shine together."""
         plate, pixels, lights, samples = self._plate, self.camera.pixels, light.lights, sight.samples
@@ -170,14 +170,14 @@ class View:
         parts: list[Entries] = [(np.repeat(samples.pair_pixel, 3), columns, values.ravel())]
         if edges:
             shadows = shadow_edges(posed, lights, sight.jitter.shadows)
-            parts += boundary_entries(
+            parts += discontinuity_entries(
                 posed, self.camera, self._bsdf, lights, shading, light.background, shadows, sight.moving
             )
         r, c, v = (np.concatenate(p) for p in zip(*parts, strict=True))
         return picture, sp.csr_matrix((v, (r, c)), shape=(pixels, plate.rows * plate.cols))
 
 
-def _lit_shares(lights: ParallelLights, samples: PictureSamples, posed: Posed) -> Array:
+def _lit_shares(lights: ParallelLights, samples: PictureSamples, posed: PlacedMesh) -> Array:
     """(lights, pairs): share of the pixel that is this face and sees the light."""
     shares = np.empty((len(lights), len(samples.pair_pixel)))
     points = posed.lifted(samples.face, samples.x, samples.y)

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from visual.backend.rays import first_hits
 from visual.exact.shadow_edges import Entries
-from visual.geometry.placed_mesh import Posed
+from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
-from visual.geometry.topology import Relief
+from visual.geometry.topology import PlateTopology
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -29,7 +29,7 @@ BESIDE_PIXELS = 2e-3
 
 
 @dataclass(frozen=True)
-class Outlines:
+class VisibilityEdges:
     """Samples of edges that the camera sees.
 
     Attributes:
@@ -49,7 +49,7 @@ class Outlines:
     y: Array
     direction: Array
 
-    def entries(self, plate: Relief, radiance: Array) -> Entries:
+    def entries(self, plate: PlateTopology, radiance: Array) -> Entries:
         """What the motion of edges changes: pixels, height samples, d radiance / d mm.
 
         Args:
@@ -59,7 +59,7 @@ class Outlines:
         return np.repeat(self.pixel, 2), plate.sample[self.vertices].ravel(), values.ravel()
 
 
-def outlines(posed: Posed, camera: Projection, jitter: Array) -> Outlines:
+def visibility_edges(posed: PlacedMesh, camera: Projection, jitter: Array) -> VisibilityEdges:
     """Sample the edges that move in a picture.
 
     Args:
@@ -67,7 +67,7 @@ def outlines(posed: Posed, camera: Projection, jitter: Array) -> Outlines:
     """
     plate, positions = posed.plate, posed.vertices
     per_edge = jitter.shape[1]
-    edge = np.repeat(_worth_a_look(posed, camera), per_edge)
+    edge = np.repeat(_facing_edges(posed, camera), per_edge)
     stratum = np.tile(np.arange(per_edge), len(edge) // per_edge)
     start, end = plate.edge_start[edge], plate.edge_end[edge]
     t = ((stratum + jitter[edge, stratum]) / per_edge)[:, None]
@@ -95,12 +95,12 @@ def outlines(posed: Posed, camera: Projection, jitter: Array) -> Outlines:
     growth = moved[:, None] * np.stack((1.0 - t[keep], t[keep]), axis=1)
     vertices = np.stack((start[keep], end[keep]), axis=1)
     seen_along = directions.reshape(2, -1, 3)[:, keep]
-    return Outlines(
+    return VisibilityEdges(
         pixel[keep], vertices, growth, face[:, keep], hit[:, keep, 0], hit[:, keep, 1], seen_along
     )
 
 
-def _worth_a_look(posed: Posed, camera: Projection) -> Index:
+def _facing_edges(posed: PlacedMesh, camera: Projection) -> Index:
     """Edges of which a face looks toward the camera, but for those between two faces of one plane."""
     plate, (slope_x, slope_y) = posed.plate, posed.slopes
     facing = posed.facing(camera.toward(posed.centres))

@@ -1,6 +1,6 @@
-"""Ambient light by a trained net: how much of the sky each pixel of a relief sees, as its material counts it.
+"""Ambient light by a trained net: what share of the sky each pixel of a relief sees.
 
-    radiance = that of the pixel's faces under a sky that nothing hides * openness * the net's correction
+    radiance = unoccluded radiance of the faces * approximate sky visibility * correction by the net
 
 The first factor is exact (`visual.fast.bsdf_table`). Openness is what rough horizons in eight directions
 leave of
@@ -25,7 +25,7 @@ from torch.nn import functional
 from relief.errors import InputError
 from surrogate.nets.unet import UNet
 from surrogate.nets.weights import FOLDER, load_net
-from visual.fast.bsdf_table import SlopeTable
+from visual.fast.bsdf_table import BsdfTable
 
 KIND: Literal["look"] = "look"
 REACHES = (3, 9, 27)
@@ -122,8 +122,8 @@ def _by_step(width: int) -> tuple[Tensor, Tensor]:
     return per_length.view(-1), offset.view(-1)
 
 
-def roughly_open(horizon: Tensor, slope_x: Tensor, slope_y: Tensor) -> Tensor:
-    """(batch, n, n) share of an unhidden sky's light on faces of these slopes that horizons leave.
+def approximate_visibility(horizon: Tensor, slope_x: Tensor, slope_y: Tensor) -> Tensor:
+    """(batch, n, n) share of an unoccluded sky's light on faces of these slopes that horizons leave.
 
     Of light from a direction on a level matte face, the share above an elevation is its cosine squared.
 
@@ -165,13 +165,13 @@ class _Share(torch.autograd.Function):
         return to_horizon, by_most.sub_(to_horizon).sub_(by_whole)
 
 
-def inputs(heights: Tensor, size_mm: float, unhidden: Tensor) -> Tensor:
-    """What the net sees: (batch, CHANNELS, n, n), all of order 1; first the rough openness that it mends.
+def inputs(heights: Tensor, size_mm: float, unoccluded: Tensor) -> Tensor:
+    """Input maps (batch, CHANNELS, n, n) of the net, all of order 1; the first is the approximate visibility.
 
     Args:
         heights: (batch, n, n) mm.
         size_mm: side of the plate.
-        unhidden: (batch, n, n) radiance if nothing hid the sky; only its proportions count.
+        unoccluded: (batch, n, n) radiance if nothing hid the sky; only its proportions count.
     """
     n = heights.shape[-1]
     lengths = heights * (n / size_mm)
@@ -183,12 +183,12 @@ def inputs(heights: Tensor, size_mm: float, unhidden: Tensor) -> Tensor:
     horizon = horizons(lengths)
     return torch.stack(
         (
-            roughly_open(horizon, slope_x, slope_y),
+            approximate_visibility(horizon, slope_x, slope_y),
             functional.softsign(slope_x),
             functional.softsign(slope_y),
             *torch.atan(horizon).unbind(1),
             *(functional.softsign(lengths - mean) for mean in means),
-            unhidden / unhidden.mean((-2, -1), keepdim=True) - 1.0,
+            unoccluded / unoccluded.mean((-2, -1), keepdim=True) - 1.0,
             away.expand_as(heights),
             away[:, None].expand_as(heights),
         ),
@@ -210,13 +210,13 @@ def _mean_of_row(n: int, reach: int) -> Tensor:
     return near / near.sum(1, keepdim=True)
 
 
-def openness(net: nn.Module, maps: Tensor) -> Tensor:
+def sky_visibility(net: nn.Module, maps: Tensor) -> Tensor:
     """(batch, n, n), not negative."""
     return maps[:, 0] * functional.softplus(net(maps)[:, 0] + OPEN)
 
 
 @dataclass(frozen=True, eq=False)
-class Sky:
+class AmbientLight:
     """Ambient light on a plate.
 
     Attributes:
@@ -224,16 +224,16 @@ class Sky:
         net: in single precision.
     """
 
-    table: SlopeTable
+    table: BsdfTable
     net: UNet
 
-    def openness(self, heights: Tensor, size_mm: float, unhidden: Tensor) -> Tensor:
-        """(n, n) share of what an unhidden sky would give; heights and radiance (n, n)."""
-        maps = inputs(heights[None].float(), size_mm, unhidden[None].float())
-        return openness(self.net, maps)[0].to(heights.dtype)
+    def visibility(self, heights: Tensor, size_mm: float, unoccluded: Tensor) -> Tensor:
+        """(n, n) share of what an unoccluded sky would give; heights and radiance (n, n)."""
+        maps = inputs(heights[None].float(), size_mm, unoccluded[None].float())
+        return sky_visibility(self.net, maps)[0].to(heights.dtype)
 
 
-def material_figures(table: SlopeTable) -> dict[str, float]:
+def material_figures(table: BsdfTable) -> dict[str, float]:
     """How a material's radiance under the whole sky falls as a face tilts; all that the net knows of it."""
     angles = torch.tensor((0.0, *MATERIAL_ANGLES), dtype=table.values.dtype)
     radiance = table(torch.tan(angles), torch.zeros_like(angles))[0]
@@ -241,12 +241,12 @@ def material_figures(table: SlopeTable) -> dict[str, float]:
     return {f"sky at {angle:g} rad": fall for angle, fall in zip(MATERIAL_ANGLES, falls, strict=True)}
 
 
-def validity(table: SlopeTable, samples: int) -> dict[str, float]:
+def validity(table: BsdfTable, samples: int) -> dict[str, float]:
     """What a net of ambient light holds for, by name."""
     return {"samples": float(samples), **material_figures(table)}
 
 
-def trained_sky(table: SlopeTable, samples: int, folder: Path = FOLDER) -> Sky:
+def trained_ambient_light(table: BsdfTable, samples: int, folder: Path = FOLDER) -> AmbientLight:
     """Ambient light by the trained net that lies in a folder.
 
     Raises:
@@ -262,7 +262,7 @@ def trained_sky(table: SlopeTable, samples: int, folder: Path = FOLDER) -> Sky:
             f"expected {CHANNELS} and 1"
         )
     _check(card.valid, validity(table, samples))
-    return Sky(table, net)
+    return AmbientLight(table, net)
 
 
 def _check(trained: Mapping[str, float], asked: Mapping[str, float]) -> None:

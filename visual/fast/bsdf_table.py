@@ -29,7 +29,7 @@ ABOVE = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
-class SlopeTable:
+class BsdfTable:
     """Radiance of a face under each of some lights.
 
     Attributes:
@@ -46,18 +46,18 @@ class SlopeTable:
         found = functional.grid_sample(self.values[None], place, "bilinear", "border", align_corners=True)
         return found.view(len(self.values), *slope_x.shape)
 
-    def to(self, dtype: torch.dtype) -> SlopeTable:
+    def to(self, dtype: torch.dtype) -> BsdfTable:
         """The same in another precision; the one in single precision is kept."""
         if dtype == self.values.dtype:
             return self
-        return self._single if dtype == torch.float32 else SlopeTable(self.values.to(dtype))
+        return self._single if dtype == torch.float32 else BsdfTable(self.values.to(dtype))
 
     @cached_property
-    def _single(self) -> SlopeTable:
-        return SlopeTable(self.values.float())
+    def _single(self) -> BsdfTable:
+        return BsdfTable(self.values.float())
 
 
-def light_table(bsdf: Any, lights: ParallelLights, entries: int = ENTRIES) -> SlopeTable:
+def light_table(bsdf: Any, lights: ParallelLights, entries: int = ENTRIES) -> BsdfTable:
     """Of a Mitsuba BSDF under each of some parallel lights."""
     slope_x, slope_y = _slopes(entries)
     single = zip(lights.toward, lights.irradiance, strict=True)
@@ -65,10 +65,10 @@ def light_table(bsdf: Any, lights: ParallelLights, entries: int = ENTRIES) -> Sl
         unshadowed(bsdf, slope_x, slope_y, ParallelLights(toward[None], np.asarray(irradiance)[None]), ABOVE)
         for toward, irradiance in single
     ]
-    return SlopeTable(torch.from_numpy(np.concatenate(radiance).reshape(-1, entries, entries)))
+    return BsdfTable(torch.from_numpy(np.concatenate(radiance).reshape(-1, entries, entries)))
 
 
-def sky_table(bsdf: Any, radiance: NDArray[np.float64], entries: int = SKY_ENTRIES) -> SlopeTable:
+def ambient_table(bsdf: Any, radiance: NDArray[np.float64], entries: int = SKY_ENTRIES) -> BsdfTable:
     """Of a Mitsuba BSDF under a sky of constant radiance that nothing hides, down to the horizon.
 
     Args:
@@ -84,7 +84,7 @@ def sky_table(bsdf: Any, radiance: NDArray[np.float64], entries: int = SKY_ENTRI
     for first in range(0, SKY_DIRECTIONS, 64):
         part = slice(first, first + 64)
         total += unshadowed(bsdf, slope_x, slope_y, ParallelLights(toward[part], share[part]), ABOVE).sum(0)
-    return SlopeTable(torch.from_numpy(total.reshape(1, entries, entries)))
+    return BsdfTable(torch.from_numpy(total.reshape(1, entries, entries)))
 
 
 def _slopes(entries: int) -> tuple[Any, Any]:

@@ -9,9 +9,9 @@ import numpy as np
 
 from relief.errors import InputError
 from visual.exact.render import plate_bsdf
-from visual.fast.ambient_net import trained_sky
-from visual.fast.bsdf_table import light_table, sky_table
-from visual.fast.pictures import QuickLook
+from visual.fast.ambient_net import trained_ambient_light
+from visual.fast.bsdf_table import ambient_table, light_table
+from visual.fast.renderer import FastRenderer
 from visual.lights.parallel import ParallelLights
 from visual.needs import Needs
 
@@ -22,7 +22,7 @@ LEAST_RADIANCE = 1e-9
 """Of ambient light that is worth a net."""
 
 
-def quick_look(path: Path, scene: Scene, needs: Needs, ambient: tuple[float, float, float]) -> QuickLook:
+def quick_look(path: Path, scene: Scene, needs: Needs, ambient: tuple[float, float, float]) -> FastRenderer:
     """The quick look of a loaded scene, in whose variant Mitsuba is.
 
     Args:
@@ -48,10 +48,10 @@ def quick_look(path: Path, scene: Scene, needs: Needs, ambient: tuple[float, flo
     )
     sky = None
     if needs.around and max(ambient) > LEAST_RADIANCE:
-        sky = trained_sky(sky_table(bsdf, np.array(ambient)), rows)
+        sky = trained_ambient_light(ambient_table(bsdf, np.array(ambient)), rows)
     conditions = max(len(sets), 1)
     condition = [number for number, lights in enumerate(sets) for _ in lights.toward]
-    return QuickLook(
+    return FastRenderer(
         rows,
         scene.size_mm,
         tuple((float(x), float(y), float(z)) for x, y, z in toward),

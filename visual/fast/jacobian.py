@@ -3,8 +3,8 @@
 Three parts, as of `visual.exact.view`: radiance by slope, the motion of shadow boundaries (each corner of a
 cut
 triangle moves with its own height and with those of what shades it), and nothing else, since from straight
-above no face moves in the picture. How openness changes with the heights, a net knows only as products with
-a vector, so the Jacobian holds openness still; pictures do not.
+above no face moves. A net gives the change of sky visibility only as products with
+a vector, so the Jacobian holds it still; pictures do not.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from torch import Tensor
 
 from visual.exact.view import Pictures
 from visual.fast import shadow_sweep as swept
-from visual.fast.bsdf_table import SlopeTable
-from visual.fast.pictures import EVERY, OVERHEAD, QuickLook, shared
+from visual.fast.bsdf_table import BsdfTable
+from visual.fast.renderer import EVERY, OVERHEAD, FastRenderer, shared
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-class QuickView:
-    """Pictures of quarters of pixels, each a pixel of its own, by a `QuickLook`."""
+class FastView:
+    """Pictures of quarters of pixels, each a pixel of its own, by a `FastRenderer`."""
 
-    def __init__(self, look: QuickLook) -> None:
+    def __init__(self, look: FastRenderer) -> None:
         self._look = look
 
     def evaluate(self, heights: Array, jacobian: bool = True, edges: bool = True) -> Pictures:
@@ -50,7 +50,7 @@ class QuickView:
         for number, (toward, condition) in enumerate(zip(look.toward, look.condition, strict=True)):
             where = slice(None) if condition == EVERY else slice(condition, condition + 1)
             assert look.table is not None
-            faces, *tilted = _with_slopes(SlopeTable(look.table.values[number : number + 1]), slopes)
+            faces, *tilted = _with_slopes(BsdfTable(look.table.values[number : number + 1]), slopes)
             radiance = swept.of_quarters(faces)
             shares, moved = torch.ones_like(radiance), None
             if math.hypot(*toward[:2]) > OVERHEAD:
@@ -66,15 +66,17 @@ class QuickView:
             if moved is not None:
                 for matrices in moving[where]:
                     matrices.append(moved)
-        if look.sky is not None:
-            faces, *tilted = _with_slopes(look.sky.table, slopes)
-            unhidden = swept.shown(swept.of_quarters(faces))
+        if look.ambient is not None:
+            faces, *tilted = _with_slopes(look.ambient.table, slopes)
+            unoccluded = swept.shown(swept.of_quarters(faces))
             with torch.no_grad():
-                openness = shared(look.sky.openness(field, look.size_mm, swept.pooled(unhidden)))
-            pictures += unhidden * openness
+                sky_visibility = shared(
+                    look.ambient.visibility(field, look.size_mm, swept.pooled(unoccluded))
+                )
+            pictures += unoccluded * sky_visibility
             if jacobian:
                 for of_slope, change in zip(by_slope, tilted, strict=True):
-                    of_slope += openness * swept.of_quarters(change)
+                    of_slope += sky_visibility * swept.of_quarters(change)
         if not jacobian:
             return Pictures(pictures.numpy(), ())
         found = [
@@ -95,7 +97,7 @@ class QuickView:
         return sp.csr_matrix(result)
 
 
-def _with_slopes(table: SlopeTable, slopes: tuple[Tensor, Tensor]) -> tuple[Tensor, Tensor, Tensor]:
+def _with_slopes(table: BsdfTable, slopes: tuple[Tensor, Tensor]) -> tuple[Tensor, Tensor, Tensor]:
     """Radiance (2, n + 1, n + 1) of faces, and its derivatives by dz/dx and dz/dy."""
     x, y = (slope.detach().clone().requires_grad_() for slope in slopes)
     radiance = table.to(x.dtype)(x, y)[0]

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from visual.backend.rays import first_hits
-from visual.geometry.placed_mesh import Posed
+from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
 from visual.geometry.top_view import face_at
-from visual.geometry.topology import Relief
+from visual.geometry.topology import PlateTopology
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -48,14 +48,16 @@ def film_points(camera: Projection, strata: int, generator: np.random.Generator)
     return np.stack(((col + jitter[0]).ravel(), (row + jitter[1]).ravel()), axis=1) / strata
 
 
-def samples_from_above(plate: Relief, camera: Projection, film: Array, per_pixel: int) -> PictureSamples:
+def samples_from_above(
+    plate: PlateTopology, camera: Projection, film: Array, per_pixel: int
+) -> PictureSamples:
     """Of a camera straight above; they hold for any heights."""
     origins, directions = camera.rays(film)
     x, y, _ = origins.T
     return _paired(plate, camera.pixel(film), x, y, face_at(plate, x, y), directions, per_pixel)
 
 
-def samples_by_rays(posed: Posed, camera: Projection, film: Array, per_pixel: int) -> PictureSamples:
+def samples_by_rays(posed: PlacedMesh, camera: Projection, film: Array, per_pixel: int) -> PictureSamples:
     """Of any camera."""
     origins, directions = camera.rays(film)
     face, distance = first_hits(posed.scene, origins, directions)
@@ -64,7 +66,7 @@ def samples_by_rays(posed: Posed, camera: Projection, film: Array, per_pixel: in
 
 
 def _paired(
-    plate: Relief, pixel: Index, x: Array, y: Array, face: Index, directions: Array, per_pixel: int
+    plate: PlateTopology, pixel: Index, x: Array, y: Array, face: Index, directions: Array, per_pixel: int
 ) -> PictureSamples:
     met, missed = np.flatnonzero(face >= 0), np.flatnonzero(face < 0)
     count = len(plate.faces)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from visual.backend.rays import blocked
-from visual.geometry.topology import Relief
+from visual.geometry.topology import PlateTopology
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -22,7 +22,7 @@ within the 1 % noise of finite differences; at 0 edges shadow themselves."""
 
 
 @dataclass(frozen=True)
-class Posed:
+class PlacedMesh:
     """A relief in a scene.
 
     Attributes:
@@ -31,7 +31,7 @@ class Posed:
     """
 
     scene: Any
-    plate: Relief
+    plate: PlateTopology
     heights: Array
 
     @cached_property

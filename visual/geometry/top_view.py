@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from visual.geometry.topology import Relief
+from visual.geometry.topology import PlateTopology
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def face_at(plate: Relief, x: Array, y: Array) -> Index:
+def face_at(plate: PlateTopology, x: Array, y: Array) -> Index:
     """The face under each point of the plate, (points,)."""
     across, down = _cell(plate.cols, plate.size_mm, x), _cell(plate.rows, plate.size_mm, -y)
     second = across[1] + down[1] >= 1.0

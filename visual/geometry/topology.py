@@ -15,7 +15,7 @@ Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Relief:
+class PlateTopology:
     """What of the plate's mesh does not depend on its heights.
 
     Attributes:
@@ -54,7 +54,7 @@ class Relief:
 
 
 @lru_cache(maxsize=4)
-def relief(rows: int, cols: int, size_mm: float) -> Relief:
+def plate_topology(rows: int, cols: int, size_mm: float) -> PlateTopology:
     """The mesh of a plate of `rows` x `cols` height samples."""
     x, y = grid.grid_vertices(rows, cols, size_mm)
     faces = grid.grid_faces(rows, cols).astype(np.int64)
@@ -66,10 +66,10 @@ def relief(rows: int, cols: int, size_mm: float) -> Relief:
     slope_y = (fx[:, last] - fx[:, following]) / twice_area[:, None]
     start, end, left, right = (part.astype(np.int64) for part in grid.edges(rows, cols))
     sample = grid.pad_index(rows, cols).astype(np.int64)
-    return Relief(rows, cols, size_mm, x, y, sample, faces, slope_x, slope_y, start, end, left, right)
+    return PlateTopology(rows, cols, size_mm, x, y, sample, faces, slope_x, slope_y, start, end, left, right)
 
 
-def silhouettes(plate: Relief, slope_x: Array, slope_y: Array, toward: Array) -> Index:
+def silhouettes(plate: PlateTopology, slope_x: Array, slope_y: Array, toward: Array) -> Index:
     """Edges at which one face looks toward the light, the other away, and which stand out rather than in.
 
     Beyond the border the plate falls away: an edge there counts if its only face looks away from the light.

@@ -22,7 +22,7 @@ LEVEL = 1e-9
 """A direction changes by less than this many pixels a mm across edges that it never meets."""
 
 
-def steepest_rise(heights: Array, size_mm: float, x: Any, y: Any, z: Any, across: Any, up: Any) -> Any:
+def horizon_tangent(heights: Array, size_mm: float, x: Any, y: Any, z: Any, across: Any, up: Any) -> Any:
     """Largest dz / distance from points of the relief to any other point of it, each along its own direction.
 
     A ring half a sample wide around the samples carries the outermost heights to the plate's sides, where the

@@ -29,7 +29,7 @@ from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import load_net, weights_path
 from tactile.net import CHANNELS
 from tests.tactile.reliefs import SIZE
-from visual.fast import ambient_net as sky
+from visual.fast import ambient_net
 
 SIDE = 32
 SETTINGS = Settings(seed=1, epochs=12, batch=8, warmup=5)
@@ -177,7 +177,7 @@ def test_the_rendering_net_mends_what_rough_horizons_tell(looked_at: Path, tmp_p
     order = Order(looked_at, tmp_path, SETTINGS, widths=(8, 12, 16), tested=6)
     card = train_net("look", order)
     net, read = load_net("look", tmp_path)
-    assert read == card and card.valid["samples"] == SIDE and net.shape.inputs == sky.CHANNELS
+    assert read == card and card.valid["samples"] == SIDE and net.shape.inputs == ambient_net.CHANNELS
     data, task = open_fieldset(looked_at), LookTask(SIZE)
     seen, validation = (look_examples(data, split, studio_sky()) for split in ("train", "validation"))
     untrained, trained = (float(errors_of(n, task, seen).mean()) for n in (UNet(net.shape), net))
@@ -191,7 +191,7 @@ def test_the_rendering_net_mends_what_rough_horizons_tell(looked_at: Path, tmp_p
 
 def test_its_pictures_turn_with_the_relief(looked_at: Path) -> None:
     examples = look_examples(open_fieldset(looked_at), "train", studio_sky())
-    task, net = LookTask(SIZE), UNet(Shape(sky.CHANNELS, 1, (4, 4), 2))
+    task, net = LookTask(SIZE), UNet(Shape(ambient_net.CHANNELS, 1, (4, 4), 2))
     few = {name: values[:2] for name, values in examples.items()}
     errors = [errors_of(net, task, task.moved(few, symmetry)) for symmetry in range(SYMMETRIES)]
     for error in errors[1:]:

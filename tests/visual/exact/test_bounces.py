@@ -9,7 +9,7 @@ import torch
 
 from tests.visual.differences import by_gradients, measured
 from tests.visual.scenes import SIDE, Array, hills, sun
-from visual.exact.render import Exposure, Shot, edge_gradient, interior_gradient
+from visual.exact.render import PictureIndex, RenderSettings, edge_gradient, interior_gradient
 from visual.scene import Scene
 
 SAMPLES, SEEDS = 256, 4
@@ -30,7 +30,7 @@ def followed(scene: Scene, heights: Array, *, boundaries: bool) -> Callable[[Arr
     (light,) = scene.light_scenes()
 
     def gradient(adjoint: Array, seed: int) -> Array:
-        exposure, shot = Exposure(SAMPLES, seed, boundaries), Shot(0, 0)
+        exposure, shot = RenderSettings(SAMPLES, seed, boundaries), PictureIndex(0, 0)
         found = interior_gradient(light, heights, adjoint, exposure, shot)
         if boundaries:
             found = found + edge_gradient(light, heights, adjoint, scene.size_mm, exposure, shot)

@@ -7,9 +7,9 @@ import pytest
 
 from tests.visual.scenes import SIDE, SIZE_MM, Array, hills, plate_scene, toward
 from visual.exact.shadow_edges import ShadowEdges, shadow_edges
-from visual.geometry.placed_mesh import Posed
+from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import from_above
-from visual.geometry.topology import Relief, relief
+from visual.geometry.topology import PlateTopology, plate_topology
 from visual.lights.parallel import ParallelLights
 
 PITCH = SIZE_MM / SIDE
@@ -27,15 +27,15 @@ def wall(height_mm: float = HEIGHT_MM) -> Array:
     return heights
 
 
-def plate() -> Relief:
-    return relief(SIDE, SIDE, SIZE_MM)
+def plate() -> PlateTopology:
+    return plate_topology(SIDE, SIDE, SIZE_MM)
 
 
 def found(heights: Array, *directions: Array, samples_per_edge: int = 1, floor: bool = False) -> ShadowEdges:
     lights = ParallelLights(np.stack(directions), np.ones(len(directions)))
     count = len(plate().edge_start)
     jitter = np.random.default_rng(0).uniform(size=(count, samples_per_edge))
-    return shadow_edges(Posed(plate_scene(heights, floor), plate(), heights), lights, jitter)
+    return shadow_edges(PlacedMesh(plate_scene(heights, floor), plate(), heights), lights, jitter)
 
 
 def shrinkage(edges: ShadowEdges) -> Array:

@@ -20,13 +20,19 @@ from tests.tactile.reliefs import waves
 from tests.visual.scenes import sun
 from visual.exact.render import plate_bsdf
 from visual.exact.shading import unshadowed
-from visual.fast import ambient_net as sky
-from visual.fast import conversion as quick_scene
+from visual.fast import ambient_net, conversion
 from visual.fast import shadow_sweep as swept
-from visual.fast.ambient_net import CHANNELS, WAYS, horizons, roughly_open, trained_sky, validity
-from visual.fast.bsdf_table import ABOVE, SlopeTable, light_table, sky_table
-from visual.fast.jacobian import QuickView
-from visual.fast.pictures import QuickLook
+from visual.fast.ambient_net import (
+    CHANNELS,
+    WAYS,
+    approximate_visibility,
+    horizons,
+    trained_ambient_light,
+    validity,
+)
+from visual.fast.bsdf_table import ABOVE, BsdfTable, ambient_table, light_table
+from visual.fast.jacobian import FastView
+from visual.fast.renderer import FastRenderer
 from visual.lights.parallel import ParallelLights
 from visual.scene import Scene
 from visual.scene_file.check import check_scene
@@ -51,7 +57,7 @@ def mi_module() -> ModuleType:
 def folder(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A net that mends nothing, for the studio's material."""
     net = UNet(Shape(CHANNELS, 1, (4, 4), 2))
-    table = sky_table(plate_bsdf(scene.light_scenes()[0].scene), np.ones(3))
+    table = ambient_table(plate_bsdf(scene.light_scenes()[0].scene), np.ones(3))
     valid = validity(table, SIDE)
     digest = hashlib.sha256(weights_bytes(net)).hexdigest()
     path = tmp_path_factory.mktemp("weights")
@@ -61,11 +67,11 @@ def folder(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def with_net(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(quick_scene, "trained_sky", partial(trained_sky, folder=folder))
+    monkeypatch.setattr(conversion, "trained_ambient_light", partial(trained_ambient_light, folder=folder))
 
 
 @pytest.fixture
-def suns(scene_of: Callable[..., Scene]) -> QuickLook:
+def suns(scene_of: Callable[..., Scene]) -> FastRenderer:
     """Two lights and none from all around."""
     lights = (sun(35.0, 20.0), sun(50.0, 145.0))
     return scene_of(*lights, heights=waves(SIDE, 1.5).numpy()).quick_look()
@@ -84,7 +90,7 @@ def test_pictures_are_near_those_of_mitsuba(scene: Scene, with_net: None) -> Non
 
 
 def test_pictures_under_parallel_lights_are_those_of_mitsuba(
-    suns: QuickLook, scene_of: Callable[..., Scene]
+    suns: FastRenderer, scene_of: Callable[..., Scene]
 ) -> None:
     heights = waves(SIDE, 1.5).numpy()
     scene = scene_of(sun(35.0, 20.0), sun(50.0, 145.0), heights=heights)
@@ -93,11 +99,11 @@ def test_pictures_under_parallel_lights_are_those_of_mitsuba(
     assert np.abs(ours - theirs).mean() < 0.012 * theirs.mean()
 
 
-def test_its_jacobian_is_that_of_small_changes(suns: QuickLook) -> None:
+def test_its_jacobian_is_that_of_small_changes(suns: FastRenderer) -> None:
     heights, random = waves(SIDE, 1.5).numpy(), np.random.default_rng(0)
     heights = heights + 0.02 * random.normal(size=heights.shape)
     way = random.normal(size=heights.shape)
-    view = QuickView(suns)
+    view = FastView(suns)
     found = view.evaluate(heights).jacobians
     up, down = (view.evaluate(heights + s * 1e-6 * way, jacobian=False).pictures for s in (1, -1))
     for jacobian, change in zip(found, (up - down) / 2e-6, strict=True):
@@ -105,20 +111,20 @@ def test_its_jacobian_is_that_of_small_changes(suns: QuickLook) -> None:
         assert np.linalg.norm(jacobian @ way.ravel() - change.ravel()) < 1e-3 * np.linalg.norm(change)
 
 
-def test_its_jacobian_and_its_gradient_agree(suns: QuickLook) -> None:
+def test_its_jacobian_and_its_gradient_agree(suns: FastRenderer) -> None:
     heights, random = waves(SIDE, 1.5), np.random.default_rng(1)
     adjoint = random.normal(size=(2, SIDE, SIDE))
     field = heights.clone().requires_grad_()
     (gradient,) = torch.autograd.grad((suns.pictures(field) * torch.as_tensor(adjoint)).sum(), field)
     quarters = adjoint.repeat(2, 1).repeat(2, 2) / 4.0
-    jacobians = QuickView(suns).evaluate(heights.numpy()).jacobians
+    jacobians = FastView(suns).evaluate(heights.numpy()).jacobians
     explicit = sum(j.T @ a.ravel() for j, a in zip(jacobians, quarters, strict=True)).reshape(SIDE, SIDE)
     assert np.linalg.norm(explicit - gradient.numpy()) < 2e-3 * np.linalg.norm(explicit)
 
 
-def test_without_edges_shadows_stand_still(suns: QuickLook) -> None:
+def test_without_edges_shadows_stand_still(suns: FastRenderer) -> None:
     heights = waves(SIDE, 2.0).numpy()
-    whole, still = (QuickView(suns).evaluate(heights, edges=e).jacobians[0] for e in (True, False))
+    whole, still = (FastView(suns).evaluate(heights, edges=e).jacobians[0] for e in (True, False))
     assert 0.05 < abs(whole - still).sum() / abs(whole).sum() < 0.95
 
 
@@ -140,7 +146,7 @@ def test_horizons_are_the_steepest_ways_up_to_some_samples() -> None:
     for number, (row, col) in enumerate(WAYS):
         for i, j in ((3, 4), (17, 30), (31, 0)):
             best = 0.0
-            for distance in sky.DISTANCES:
+            for distance in ambient_net.DISTANCES:
                 r, c = i + distance * row, j + distance * col
                 if 0 <= r < SIDE and 0 <= c < SIDE:
                     best = max(best, (plain[r, c] - plain[i, j]) / (distance * math.hypot(row, col)))
@@ -149,10 +155,10 @@ def test_horizons_are_the_steepest_ways_up_to_some_samples() -> None:
 
 def test_a_level_plate_is_open_and_a_pit_is_not() -> None:
     level = torch.zeros(1, SIDE, SIDE)
-    assert bool((roughly_open(horizons(level), level, level) == 1.0).all())
+    assert bool((approximate_visibility(horizons(level), level, level) == 1.0).all())
     pit = level.clone()
     pit[0, 10:20, 10:20] = -6.0
-    assert float(roughly_open(horizons(pit), level, level)[0, 15, 15]) < 0.6
+    assert float(approximate_visibility(horizons(pit), level, level)[0, 15, 15]) < 0.6
 
 
 def test_the_gradient_of_ambient_light_is_that_of_small_changes() -> None:
@@ -162,7 +168,9 @@ def test_the_gradient_of_ambient_light_is_that_of_small_changes() -> None:
     heights, way = waves(SIDE, 1.5)[None], torch.randn(1, SIDE, SIDE, dtype=torch.float64)
 
     def bright(field: torch.Tensor) -> torch.Tensor:
-        return sky.openness(net, sky.inputs(field, 10.0, 1.0 + 0.1 * field)).square().sum()
+        return (
+            ambient_net.sky_visibility(net, ambient_net.inputs(field, 10.0, 1.0 + 0.1 * field)).square().sum()
+        )
 
     field = heights.clone().requires_grad_()
     (gradient,) = torch.autograd.grad(bright(field), field)
@@ -188,47 +196,47 @@ def test_what_it_cannot_show_is_told(
 
 
 def test_another_number_of_samples_or_another_material_is_refused(scene: Scene, folder: Path) -> None:
-    table = sky_table(plate_bsdf(scene.light_scenes()[0].scene), np.ones(3))
-    assert trained_sky(table, SIDE, folder).table is table
+    table = ambient_table(plate_bsdf(scene.light_scenes()[0].scene), np.ones(3))
+    assert trained_ambient_light(table, SIDE, folder).table is table
     with pytest.raises(InputError, match="height samples a side 32, not 64"):
-        trained_sky(table, 64, folder)
+        trained_ambient_light(table, 64, folder)
     way = torch.linspace(-1.0, 1.0, table.values.shape[-1]).abs()
-    shiny = SlopeTable(table.values * (1.0 - 0.5 * torch.maximum(way[:, None], way)))
+    shiny = BsdfTable(table.values * (1.0 - 0.5 * torch.maximum(way[:, None], way)))
     with pytest.raises(InputError, match="a material with sky at"):
-        trained_sky(shiny, SIDE, folder)
+        trained_ambient_light(shiny, SIDE, folder)
 
 
 def test_no_net_is_told_with_the_way_to_one(scene: Scene, tmp_path: Path) -> None:
-    table = sky_table(plate_bsdf(scene.light_scenes()[0].scene), np.ones(3))
+    table = ambient_table(plate_bsdf(scene.light_scenes()[0].scene), np.ones(3))
     with pytest.raises(InputError, match="retouch train look"):
-        trained_sky(table, SIDE, tmp_path)
+        trained_ambient_light(table, SIDE, tmp_path)
 
 
 def test_a_light_straight_above_casts_no_shadow() -> None:
-    table = SlopeTable(torch.ones(1, 8, 8, dtype=torch.float64))
-    look = QuickLook(SIDE, 10.0, ((0.0, 0.0, 1.0),), (0,), 1, table, None)
+    table = BsdfTable(torch.ones(1, 8, 8, dtype=torch.float64))
+    look = FastRenderer(SIDE, 10.0, ((0.0, 0.0, 1.0),), (0,), 1, table, None)
     heights = waves(SIDE, 2.0)
     torch.testing.assert_close(look.pictures(heights), torch.ones(1, SIDE, SIDE, dtype=torch.float64))
-    np.testing.assert_allclose(QuickView(look).evaluate(heights.numpy()).pictures, 1.0)
+    np.testing.assert_allclose(FastView(look).evaluate(heights.numpy()).pictures, 1.0)
 
 
 def test_pictures_and_gradients_take_no_mitsuba() -> None:
     script = """
 import sys, torch
-from visual.fast.pictures import QuickLook
-from visual.fast.jacobian import QuickView
-from visual.fast.bsdf_table import SlopeTable
-look = QuickLook(16, 10.0, ((0.6, 0.0, 0.8),), (0,), 1, SlopeTable(torch.rand(1, 16, 16)), None)
+from visual.fast.renderer import FastRenderer
+from visual.fast.jacobian import FastView
+from visual.fast.bsdf_table import BsdfTable
+look = FastRenderer(16, 10.0, ((0.6, 0.0, 0.8),), (0,), 1, BsdfTable(torch.rand(1, 16, 16)), None)
 heights = torch.rand(16, 16, dtype=torch.float64, requires_grad=True)
 look.pictures(heights).sum().backward()
-QuickView(look).evaluate(heights.detach().numpy())
+FastView(look).evaluate(heights.detach().numpy())
 print(*({"mitsuba", "drjit"} & sys.modules.keys()))
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""
 
 
-def test_batches_have_a_picture_each(suns: QuickLook) -> None:
+def test_batches_have_a_picture_each(suns: FastRenderer) -> None:
     both = torch.stack((waves(SIDE, 1.5), waves(SIDE, 0.5)))
     found = suns.pictures(both)
     assert found.shape == (2, 2, SIDE, SIDE)

@@ -10,7 +10,7 @@ import torch
 from tests.tactile.reliefs import waves
 from visual.fast import shadow_sweep as swept
 from visual.geometry.top_view import face_at
-from visual.geometry.topology import relief
+from visual.geometry.topology import plate_topology
 
 SIZE, SIDE = 10.0, 32
 DOUBLE = torch.float64
@@ -38,7 +38,7 @@ def centres_of_triangles() -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_triangles_of_quarters_have_the_slopes_of_the_faces_that_they_lie_on() -> None:
-    heights, plate = waves(SIDE, 1.5).numpy(), relief(SIDE, SIDE, SIZE)
+    heights, plate = waves(SIDE, 1.5).numpy(), plate_topology(SIDE, SIDE, SIZE)
     x, y = centres_of_triangles()
     face = face_at(plate, x.ravel(), y.ravel()).reshape(x.shape)
     for ours, theirs in zip(swept.slopes(torch.as_tensor(heights), SIZE), plate.slopes(heights), strict=True):
@@ -46,7 +46,7 @@ def test_triangles_of_quarters_have_the_slopes_of_the_faces_that_they_lie_on() -
 
 
 def test_refined_heights_lie_on_the_relief() -> None:
-    heights, plate = waves(SIDE, 1.5).numpy(), relief(SIDE, SIDE, SIZE)
+    heights, plate = waves(SIDE, 1.5).numpy(), plate_topology(SIDE, SIDE, SIZE)
     fine = swept.refined(torch.as_tensor(heights)).numpy()
     corners = np.stack(
         (
@@ -96,7 +96,7 @@ def test_nothing_is_dark_on_a_flat_plate_nor_where_all_slopes_are_gentler_than_t
 @pytest.mark.parametrize("azimuth", range(10, 370, 40))
 def test_points_lie_in_light_where_no_ray_is_blocked(azimuth: int, mi: ModuleType) -> None:
     """Corners of quarters of pixels against small steps toward the light along the triangulated surface."""
-    heights, plate = waves(SIDE, 2.0).numpy(), relief(SIDE, SIDE, SIZE)
+    heights, plate = waves(SIDE, 2.0).numpy(), plate_topology(SIDE, SIDE, SIZE)
     light = toward(25.0, azimuth)
     fine = swept.refined(torch.as_tensor(heights))
     clearance = swept.sweep(SIDE, SIZE, light, DOUBLE).clearance(fine).numpy()

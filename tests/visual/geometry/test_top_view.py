@@ -27,7 +27,7 @@ from visual.exact.view import Illumination, View
 from visual.geometry.film_samples import film_points, samples_from_above
 from visual.geometry.projection import from_above
 from visual.geometry.top_view import face_at
-from visual.geometry.topology import relief
+from visual.geometry.topology import plate_topology
 from visual.lights.parallel import ambient_lights
 from visual.scene import Scene
 
@@ -53,7 +53,7 @@ def ambient_view(heights: Array, seed: int, floor: bool = False) -> View:
 
 @pytest.mark.parametrize(("rows", "cols"), [(16, 16), (5, 9)])
 def test_the_face_under_a_point_is_the_one_whose_corners_surround_it(rows: int, cols: int) -> None:
-    plate = relief(rows, cols, SIZE_MM)
+    plate = plate_topology(rows, cols, SIZE_MM)
     x, y = np.random.default_rng(0).uniform(-SIZE_MM / 2, SIZE_MM / 2, size=(2, 500))
     corner_x, corner_y = plate.x[plate.faces], plate.y[plate.faces]
     inside = np.ones((len(x), len(plate.faces)), dtype=bool)
@@ -68,7 +68,7 @@ def test_the_face_under_a_point_is_the_one_whose_corners_surround_it(rows: int, 
 def test_points_on_the_sides_of_the_plate_have_a_face() -> None:
     half = SIZE_MM / 2
     corners = face_at(
-        relief(SIDE, SIDE, SIZE_MM),
+        plate_topology(SIDE, SIDE, SIZE_MM),
         np.array([-half, half, -half, half]),
         np.array([half, half, -half, -half]),
     )
@@ -78,7 +78,7 @@ def test_points_on_the_sides_of_the_plate_have_a_face() -> None:
 
 @pytest.mark.parametrize("resolution", [SIDE, 20])
 def test_every_pixel_has_its_samples(resolution: int) -> None:
-    plate = relief(SIDE, SIDE, SIZE_MM)
+    plate = plate_topology(SIDE, SIDE, SIZE_MM)
     camera = from_above(SIZE_MM, resolution)
     film = film_points(camera, 3, np.random.default_rng(0))
     samples = samples_from_above(plate, camera, film, 9)

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.visual.scenes import SIDE, SIZE_MM, Array, hills, toward
-from visual.geometry.topology import Index, Relief, relief, silhouettes
+from visual.geometry.topology import Index, PlateTopology, plate_topology, silhouettes
 
 PITCH = SIZE_MM / SIDE
 STEEP = 1.0
@@ -13,8 +13,8 @@ STEEP = 1.0
 
 
 @pytest.fixture
-def plate() -> Relief:
-    return relief(SIDE, SIDE, SIZE_MM)
+def plate() -> PlateTopology:
+    return plate_topology(SIDE, SIDE, SIZE_MM)
 
 
 def sample_x() -> Array:
@@ -26,23 +26,23 @@ FOLD = PITCH / 2
 """Where that column lies."""
 
 
-def found(plate: Relief, heights: Array, light: Array) -> Index:
+def found(plate: PlateTopology, heights: Array, light: Array) -> Index:
     return silhouettes(plate, *plate.slopes(heights), light)
 
 
-def on_line(plate: Relief, edges: Index, x: float) -> Index:
+def on_line(plate: PlateTopology, edges: Index, x: float) -> Index:
     """Those edges that lie on a line of constant x."""
     on = np.isclose(plate.x[plate.edge_start[edges]], x) & np.isclose(plate.x[plate.edge_end[edges]], x)
     return edges[on]
 
 
-def inner_faces(plate: Relief) -> NDArray[np.bool_]:
+def inner_faces(plate: PlateTopology) -> NDArray[np.bool_]:
     limit = 0.5 * (SIZE_MM - PITCH) + 1e-9
     inside = (np.abs(plate.x) <= limit) & (np.abs(plate.y) <= limit)
     return np.asarray(inside[plate.faces].all(axis=1))
 
 
-def test_a_plane_has_its_slopes_everywhere_but_in_the_border_strip(plate: Relief) -> None:
+def test_a_plane_has_its_slopes_everywhere_but_in_the_border_strip(plate: PlateTopology) -> None:
     centre = (np.arange(SIDE) + 0.5) * PITCH - SIZE_MM / 2
     heights = 2.0 + 0.3 * centre[None, :] - 0.2 * centre[::-1, None]
     slope_x, slope_y = plate.slopes(heights)
@@ -54,7 +54,7 @@ def test_a_plane_has_its_slopes_everywhere_but_in_the_border_strip(plate: Relief
     np.testing.assert_allclose(slope_x[at_side], 0.0, atol=1e-12)
 
 
-def test_slopes_are_linear_in_the_heights(plate: Relief) -> None:
+def test_slopes_are_linear_in_the_heights(plate: PlateTopology) -> None:
     one, other = hills(seed=1), hills(seed=2)
     together = plate.slopes(2.0 * one - 0.5 * other + 7.0)
     for axis in (0, 1):
@@ -62,7 +62,7 @@ def test_slopes_are_linear_in_the_heights(plate: Relief) -> None:
         np.testing.assert_allclose(together[axis], expected, atol=1e-12)
 
 
-def test_vertices_outside_the_samples_repeat_them(plate: Relief) -> None:
+def test_vertices_outside_the_samples_repeat_them(plate: PlateTopology) -> None:
     heights = hills()
     np.testing.assert_array_equal(
         plate.vertex_heights(heights).reshape(SIDE + 2, SIDE + 2), np.pad(heights, 1, mode="edge")
@@ -70,7 +70,7 @@ def test_vertices_outside_the_samples_repeat_them(plate: Relief) -> None:
 
 
 @pytest.mark.parametrize("azimuth", [0, 30, 180, 200])
-def test_the_top_of_a_ridge_is_a_silhouette_from_side_to_side(plate: Relief, azimuth: float) -> None:
+def test_the_top_of_a_ridge_is_a_silhouette_from_side_to_side(plate: PlateTopology, azimuth: float) -> None:
     heights = 5.0 - STEEP * np.abs(sample_x())
     edges = found(plate, heights, toward(30.0, azimuth))
     ridge = on_line(plate, edges, FOLD)
@@ -80,23 +80,23 @@ def test_the_top_of_a_ridge_is_a_silhouette_from_side_to_side(plate: Relief, azi
 
 @pytest.mark.parametrize(("elevation", "azimuth"), [(50, 0), (30, 90), (90, 0)])
 def test_a_light_that_shines_on_both_of_its_flanks_sees_no_silhouette(
-    plate: Relief, elevation: float, azimuth: float
+    plate: PlateTopology, elevation: float, azimuth: float
 ) -> None:
     assert len(found(plate, 5.0 - STEEP * np.abs(sample_x()), toward(elevation, azimuth))) == 0
 
 
 @pytest.mark.parametrize("azimuth", [0, 30, 180, 200])
-def test_the_bottom_of_a_valley_is_none(plate: Relief, azimuth: float) -> None:
+def test_the_bottom_of_a_valley_is_none(plate: PlateTopology, azimuth: float) -> None:
     edges = found(plate, STEEP * np.abs(sample_x()), toward(30.0, azimuth))
     assert len(on_line(plate, edges, FOLD)) == 0
 
 
 @pytest.mark.parametrize("elevation", [1, 35, 90])
-def test_a_flat_plate_has_none(plate: Relief, elevation: float) -> None:
+def test_a_flat_plate_has_none(plate: PlateTopology, elevation: float) -> None:
     assert len(found(plate, np.full((SIDE, SIDE), 0.7), toward(elevation))) == 0
 
 
-def test_a_step_has_one_at_its_top_and_none_at_its_foot(plate: Relief) -> None:
+def test_a_step_has_one_at_its_top_and_none_at_its_foot(plate: PlateTopology) -> None:
     heights = np.where(sample_x() < 0, 1.0, 0.0)
     edges = found(plate, heights, toward(30.0, 180.0))
     top, foot = FOLD - PITCH, FOLD
@@ -106,7 +106,9 @@ def test_a_step_has_one_at_its_top_and_none_at_its_foot(plate: Relief) -> None:
     assert len(edges[inner]) == SIDE + 1
 
 
-def test_a_side_of_the_plate_counts_where_its_only_face_looks_away_from_the_light(plate: Relief) -> None:
+def test_a_side_of_the_plate_counts_where_its_only_face_looks_away_from_the_light(
+    plate: PlateTopology,
+) -> None:
     heights = 5.0 + STEEP * sample_x()
     light = toward(30.0, 0.0)
     slope_x, slope_y = plate.slopes(heights)
@@ -121,7 +123,7 @@ def test_a_side_of_the_plate_counts_where_its_only_face_looks_away_from_the_ligh
 @pytest.mark.parametrize("elevation", [10, 35])
 def test_silhouettes_agree_with_a_search_edge_by_edge(elevation: float) -> None:
     side = 8
-    plate = relief(side, side, SIZE_MM)
+    plate = plate_topology(side, side, SIZE_MM)
     heights = 3.0 * np.random.default_rng(4).random((side, side))
     light = toward(elevation)
     position = np.stack((plate.x, plate.y, plate.vertex_heights(heights)), axis=1)

@@ -7,8 +7,8 @@ import pytest
 
 from tests.tactile.reliefs import waves
 from visual.geometry.top_view import face_at
-from visual.geometry.topology import relief
-from visual.reference.horizon import steepest_rise
+from visual.geometry.topology import plate_topology
+from visual.reference.horizon import horizon_tangent
 
 SIZE = 10.0
 SIDE = 32
@@ -16,7 +16,7 @@ SIDE = 32
 
 def surface(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Height of the triangulation."""
-    plate = relief(*heights.shape, SIZE)
+    plate = plate_topology(*heights.shape, SIZE)
     face = face_at(plate, x, y)
     corner = plate.faces[face, 0]
     slope_x, slope_y = plate.slopes(heights)
@@ -26,7 +26,7 @@ def surface(heights: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def rises(mi: ModuleType, heights: np.ndarray, x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> np.ndarray:
     arrays = (x, y, surface(heights, x, y), np.cos(angle), np.sin(angle))
-    return np.array(steepest_rise(heights, SIZE, *(mi.Float(a.astype(np.float32)) for a in arrays)))
+    return np.array(horizon_tangent(heights, SIZE, *(mi.Float(a.astype(np.float32)) for a in arrays)))
 
 
 def marched(heights: np.ndarray, x: float, y: float, angle: float) -> float:
@@ -46,8 +46,8 @@ def test_it_is_what_small_steps_along_the_surface_find(mi: ModuleType) -> None:
     x, y = random.uniform(-4.9, 4.9, (2, 60))
     angle = random.uniform(0, 2 * np.pi, 60)
     found = rises(mi, heights, x, y, angle)
-    slope_x, slope_y = relief(SIDE, SIDE, SIZE).slopes(heights)
-    face = face_at(relief(SIDE, SIDE, SIZE), x, y)
+    slope_x, slope_y = plate_topology(SIDE, SIDE, SIZE).slopes(heights)
+    face = face_at(plate_topology(SIDE, SIDE, SIZE), x, y)
     own = slope_x[face] * np.cos(angle) + slope_y[face] * np.sin(angle)
     expected = [marched(heights, *place) for place in zip(x, y, angle, strict=True)]
     np.testing.assert_allclose(np.maximum(found, own), expected, atol=2e-3)

@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from visual.exact.render import plate_bsdf
 from visual.exact.shading import unshadowed
 from visual.geometry.film_samples import PictureSamples, film_points, samples_from_above
-from visual.geometry.placed_mesh import Posed
-from visual.geometry.topology import Relief, relief
+from visual.geometry.placed_mesh import PlacedMesh
+from visual.geometry.topology import PlateTopology, plate_topology
 from visual.lights.parallel import ParallelLights
-from visual.reference.horizon import steepest_rise
+from visual.reference.horizon import horizon_tangent
 from visual.scene import Scene
 
 Array = NDArray[np.float64]
@@ -55,7 +55,7 @@ class _Points:
     first: Index
 
 
-class Relit:
+class ReferenceRenderer:
     """The plate of a scene before a camera straight above, with a pixel at each height sample."""
 
     def __init__(self, scene: Scene, strata: int = STRATA, seed: int = 0) -> None:
@@ -76,7 +76,7 @@ class Relit:
         if not self._camera.overhead or scene.resolution != (rows, cols):
             raise ValueError("the camera must look straight down, with one pixel at each height sample")
         self._bsdf = plate_bsdf(loaded.scene)
-        self._plate = relief(rows, cols, scene.size_mm)
+        self._plate = plate_topology(rows, cols, scene.size_mm)
         random = np.random.default_rng(seed)
         film = film_points(self._camera, strata, random)
         self._fine = _sorted(samples_from_above(self._plate, self._camera, film, strata**2), random)
@@ -84,7 +84,7 @@ class Relit:
         self._single = _thinned(self._fine, 1)
         self._share = _shares(self._plate, self._fine.samples)
 
-    def sunlit(self, heights: Array, toward: Array, irradiance: float = np.pi) -> Array:
+    def parallel_pictures(self, heights: Array, toward: Array, irradiance: float = np.pi) -> Array:
         """Radiance (lights, rows, cols) under each of some parallel lights alone.
 
         Args:
@@ -104,7 +104,7 @@ class Relit:
             pictures.append(self._picture(full * lit))
         return np.stack(pictures)
 
-    def skylit(self, heights: Array, seed: int, azimuths: int = AZIMUTHS) -> Array:
+    def ambient_picture(self, heights: Array, seed: int, azimuths: int = AZIMUTHS) -> Array:
         """Radiance (rows, cols) under ambient light of radiance 1.
 
         Args:
@@ -115,9 +115,9 @@ class Relit:
         random = np.random.default_rng(seed)
         return self._picture(_sky(self._bsdf, self._pose(heights), self._single.samples, azimuths, random))
 
-    def _pose(self, heights: Array) -> Posed:
+    def _pose(self, heights: Array) -> PlacedMesh:
         self._loaded.set_heights(heights)
-        return Posed(self._loaded.scene, self._plate, heights)
+        return PlacedMesh(self._loaded.scene, self._plate, heights)
 
     def _picture(self, radiance: Array) -> Array:
         """(rows, cols), of the radiance (pairs,) of each part of a face in a pixel."""
@@ -126,7 +126,7 @@ class Relit:
         picture += np.bincount(samples.pair_pixel, radiance * self._share, minlength=camera.pixels)
         return picture.reshape(camera.rows, camera.cols)
 
-    def _lit_share(self, posed: Posed, toward: Array, starts: Array) -> Array:
+    def _lit_share(self, posed: PlacedMesh, toward: Array, starts: Array) -> Array:
         """(pairs,): what of each face in a pixel sees the light."""
         coarse = self._coarse
         found = np.add.reduceat(
@@ -161,7 +161,7 @@ class Relit:
 
 
 def _sky(
-    bsdf: Any, posed: Posed, samples: PictureSamples, azimuths: int, random: np.random.Generator
+    bsdf: Any, posed: PlacedMesh, samples: PictureSamples, azimuths: int, random: np.random.Generator
 ) -> Array:
     """(samples,) radiance toward the zenith under ambient light of radiance 1."""
     import drjit as dr
@@ -180,7 +180,7 @@ def _sky(
     slope_x, slope_y = of_points(p), of_points(q)
     turn = mi.Float(lane - point * azimuths) + of_points(random.uniform(size=count))
     up, across = dr.sincos(turn * (2.0 * np.pi / azimuths))
-    rise = steepest_rise(
+    rise = horizon_tangent(
         posed.heights,
         posed.plate.size_mm,
         of_points(samples.x),
@@ -205,7 +205,7 @@ def _sky(
     return np.asarray(each.sum(1) * (2.0 * np.pi / azimuths))
 
 
-def _shares(plate: Relief, samples: PictureSamples) -> Array:
+def _shares(plate: PlateTopology, samples: PictureSamples) -> Array:
     """(pairs,): the area of each face in a pixel as a part of the pixel, exactly.
 
     A cell between four samples is cut in two along its second diagonal; each of its corners lies in another
@@ -263,6 +263,6 @@ def _chosen(samples: PictureSamples, order: Index) -> _Points:
     return _Points(kept, np.searchsorted(kept.pair, np.arange(len(samples.pair_pixel) + 1)))
 
 
-def _lifted(posed: Posed, points: _Points) -> Array:
+def _lifted(posed: PlacedMesh, points: _Points) -> Array:
     samples = points.samples
     return posed.lifted(samples.face, samples.x, samples.y)

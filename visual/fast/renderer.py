@@ -14,8 +14,8 @@ import torch
 from torch import Tensor
 
 from visual.fast import shadow_sweep as swept
-from visual.fast.ambient_net import Sky
-from visual.fast.bsdf_table import SlopeTable
+from visual.fast.ambient_net import AmbientLight
+from visual.fast.bsdf_table import BsdfTable
 
 EVERY = -1
 """Condition of a light that shines in all of them."""
@@ -24,7 +24,7 @@ OVERHEAD = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class QuickLook:
+class FastRenderer:
     """A plate under lights that shine one at a time, each with the ambient light.
 
     Attributes:
@@ -34,7 +34,7 @@ class QuickLook:
         condition: for each of them the number of the picture that it shines in, or `EVERY`.
         conditions: how many pictures there are.
         table: radiance of faces under each light; None without lights.
-        sky: light from all around; None without.
+        ambient: light from all around; None without.
     """
 
     samples: int
@@ -42,8 +42,8 @@ class QuickLook:
     toward: tuple[tuple[float, float, float], ...]
     condition: tuple[int, ...]
     conditions: int
-    table: SlopeTable | None
-    sky: Sky | None
+    table: BsdfTable | None
+    ambient: AmbientLight | None
 
     def pictures(self, heights: Tensor) -> Tensor:
         """(..., conditions, n, n) radiance of heights (..., n, n) in mm, differentiable by them.
@@ -67,9 +67,9 @@ class QuickLook:
                 picture = swept.lit_picture(fine, faces, way)
                 for shining in alone if condition == EVERY else alone[condition : condition + 1]:
                     shining.append(picture)
-        if self.sky is not None:
-            unhidden = swept.pooled_faces(None, self.sky.table.to(heights.dtype)(*slopes)[0])
-            around = unhidden * self.sky.openness(heights, self.size_mm, unhidden)
+        if self.ambient is not None:
+            unoccluded = swept.pooled_faces(None, self.ambient.table.to(heights.dtype)(*slopes)[0])
+            around = unoccluded * self.ambient.visibility(heights, self.size_mm, unoccluded)
             for shining in alone:
                 shining.append(around)
         dark = heights.new_zeros(heights.shape)
