@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from tactile.contact import ContactError
     from tactile.jnd import discrimination_probability, jnd_apart, jnd_scaled
     from tactile.model import Touch, press
-    from tactile.roughness import roughness
+    from tactile.pair_variation import roughness
     from tactile.skin import Skin
     from visual.scene import Scene, load_scene
 
@@ -40,7 +40,7 @@ _SOURCES = {
     "optimize": "optimize.runs.job:run",
     "press": "tactile.model:press",
     "resume": "optimize.runs.job:resume",
-    "roughness": "tactile.roughness:roughness",
+    "roughness": "tactile.pair_variation:roughness",
     "run_from_scene": "optimize.runs.config:run_from_scene",
     "save_heights_exr": "relief.heightmap:save_heights_exr",
     "save_heights_png": "relief.heightmap:save_heights_png",

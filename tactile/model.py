@@ -17,17 +17,13 @@ from tactile.contact import Compliance, Solver, solve_contact
 from tactile.contact import press as press_contact
 from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.finite_elements import FiniteElementOperator, finite_element_operator
+from tactile.limits import FEM_MESH, MAX_MESH, MAX_SAMPLES, MIN_MESH, MIN_SAMPLES
 from tactile.skin import Skin
 from tactile.strain import smallest_eigenvalue
 from tactile.truncated import GRADIENT_TOLERANCE, TruncatedSolver
 
 ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)
-MIN_SAMPLES, MAX_SAMPLES = 16, 1024
-FEM_MESH = 64
-"""Nodes a side of the finite elements: V within 0.26 % of 128 nodes, median 0.04 % (docs/measured.md)."""
-MIN_MESH, MAX_MESH = 8, 160
-"""Building 128 nodes a side takes 88 s and 4.7 GB, and it grows fast."""
 
 
 @dataclass(frozen=True)

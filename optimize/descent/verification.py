@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 import tactile
 from optimize.descent.problem import Problem
-from tactile.model import FEM_MESH, ModelName
+from tactile.limits import FEM_MESH
+from tactile.model import ModelName
 from visual.noise import Batches, batched
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from mitsuba_scenes import bundled, find_file
 from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
-from tactile.model import FEM_MESH, MAX_MESH, MIN_MESH
+from tactile.limits import FEM_MESH, MAX_MESH, MIN_MESH
 
 _log = logging.getLogger(__name__)
 
