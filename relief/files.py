@@ -1,10 +1,12 @@
-"""Atomic files and the cache folder: a reader finds a whole file or none."""
+"""Files: written whole or not at all, read within a limit, and the folder of the cache."""
 
 import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from relief.errors import InputError
 
 
 @contextmanager
@@ -43,6 +45,29 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
     """
     with partial_file(path) as partial:
         partial.write_bytes(content)
+
+
+def read_limited(path: Path, limit: int) -> bytes:
+    """Read a file that may be hostile: never more than its kind can need.
+
+    Args:
+        path: The file.
+        limit: Most bytes that it may hold.
+
+    Returns:
+        All bytes of the file.
+
+    Raises:
+        InputError: The file cannot be read or is longer than ``limit``.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(limit + 1)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from error
+    if len(content) > limit:
+        raise InputError(f"{path}: is longer than {limit} bytes")
+    return content
 
 
 def cache_folder() -> Path:

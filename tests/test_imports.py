@@ -11,6 +11,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 FORBIDDEN = {
+    "relief": {"tactile", "visual", "surrogate", "optimize", "mitsuba", "drjit"},
     "tactile": {"visual", "optimize", "mitsuba", "drjit"},
     "visual": {"tactile", "optimize"},
     "surrogate": {"tactile", "visual", "optimize", "mitsuba", "drjit"},

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import ConfigDict, Field, TypeAdapter
 
 from relief.errors import InputError
 from relief.files import partial_file
@@ -19,6 +19,7 @@ from surrogate.corpus.photographs import FILES, Source
 from surrogate.corpus.recipes import Recipe, heights
 from surrogate.corpus.splits import Split
 from surrogate.families import FAMILIES
+from surrogate.validation import parse_json
 
 NAME = "manifest.jsonl"
 LONGEST_LINE = 4096
@@ -113,10 +114,7 @@ def parse_entry(text: bytes, where: str) -> Entry:
     """An entry from JSON, checked. Raises: InputError that begins with ``where``; see `read_manifest`."""
     if len(text) > LONGEST_LINE:
         raise InputError(f"{where}: is longer than {LONGEST_LINE} bytes")
-    try:
-        line = _LINE.validate_json(text)
-    except ValidationError as error:
-        raise InputError(f"{where}: {parse_problem(error)}") from error
+    line = parse_json(_LINE, text, where)
     texture = line.texture
     place, _, name = texture.source.partition("/")
     if place not in _SOURCES or not _SOURCES[place].fullmatch(name):
@@ -126,11 +124,3 @@ def parse_entry(text: bytes, where: str) -> Entry:
     if line.split != texture.split:
         raise InputError(f"{where}: split: {line.split}, but its source is in {texture.split}")
     return line
-
-
-def parse_problem(error: ValidationError) -> str:
-    """What pydantic found first, as the field's place and a few words."""
-    problem = error.errors(include_url=False)[0]
-    place = ".".join(str(part) for part in problem["loc"] if part not in ("recipe", "optimised"))
-    message = " ".join(problem["msg"].split())
-    return f"{place}: {message}" if place else message

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
 from relief.errors import InputError
-from surrogate.corpus.manifest import parse_problem
 from surrogate.corpus.splits import Split
 from surrogate.data.request import Asked, read_asked
 from surrogate.data.shard import Failure, Shard, layout, open_shard
+from surrogate.validation import parse_json
 
 SHARDS = "shards"
 FAILURES = "failures.jsonl"
@@ -88,11 +88,9 @@ def read_failures(folder: Path) -> Iterator[Failure]:
     try:
         with path.open("rb") as file:
             while text := file.readline(LONGEST_LINE + 1):
-                yield _FAILURE.validate_json(text)
+                yield parse_json(_FAILURE, text, str(path))
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from error
-    except ValidationError as error:
-        raise InputError(f"{path}: {parse_problem(error)}") from error
 
 
 def first_of(data: Fieldset, name: str, split: Split, count: int) -> NDArray[Any]:

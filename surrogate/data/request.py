@@ -7,10 +7,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import ConfigDict, Field, TypeAdapter
 
 from relief.errors import InputError
-from surrogate.corpus.manifest import parse_problem
+from relief.files import read_limited
+from surrogate.validation import parse_json
 
 NAME = "dataset.json"
 LARGEST_FILE = 1 << 20
@@ -77,17 +78,7 @@ _ASKED = TypeAdapter(Asked)
 def read_asked(folder: Path) -> Asked:
     """What dataset.json of a folder says. Raises InputError."""
     path = folder / NAME
-    try:
-        with path.open("rb") as file:
-            text = file.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from error
-    if len(text) > LARGEST_FILE:
-        raise InputError(f"{path}: is longer than {LARGEST_FILE} bytes")
-    try:
-        asked = _ASKED.validate_json(text)
-    except ValidationError as error:
-        raise InputError(f"{path}: {parse_problem(error)}") from error
+    asked = parse_json(_ASKED, read_limited(path, LARGEST_FILE), str(path))
     if asked.total < asked.count:
         raise InputError(f"{path}: total: is less than count")
     return asked

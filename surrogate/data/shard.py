@@ -11,14 +11,15 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import ConfigDict, Field, TypeAdapter
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from relief.errors import InputError
-from surrogate.corpus.manifest import Entry, parse_entry, parse_problem, text_of
+from surrogate.corpus.manifest import Entry, parse_entry, text_of
 from surrogate.corpus.splits import Split
 from surrogate.data.request import MOST_TEXTURES, Asked
+from surrogate.validation import parse_json
 
 Array = NDArray[Any]
 
@@ -194,10 +195,7 @@ def open_shard(path: Path, asked: Asked, number: int) -> Shard:
 
 def _told(path: Path, text: str) -> tuple[int, tuple[Row, ...], tuple[Failure, ...]]:
     """Number, textures and failures, as the metadata of a shard have them."""
-    try:
-        told = _TOLD.validate_json(text)
-    except ValidationError as error:
-        raise InputError(f"{path}: shard: {parse_problem(error)}") from error
+    told = parse_json(_TOLD, text, f"{path}: shard")
     rows = tuple(
         Row(place, parse_entry(line.encode(), f"{path}: shard: rows.{number}"))
         for number, (place, line) in enumerate(told.rows)

@@ -8,16 +8,16 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import ConfigDict, Field, TypeAdapter
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 
 from relief.errors import InputError
 from relief.files import write_atomically
-from surrogate.corpus.manifest import parse_problem
 from surrogate.nets.training import Epoch, Settings, Training
 from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import read_tensors
+from surrogate.validation import parse_json
 
 NAME, CURVES = "training.safetensors", "curves.jsonl"
 LARGEST_FILE = 256 << 20
@@ -75,11 +75,10 @@ def load_training(folder: Path, begun: Begun) -> Training:
         raise InputError(f"{path}: is longer than {LARGEST_FILE} bytes")
     try:
         with safe_open(path, framework="pt") as file:
-            told = _TOLD.validate_json((file.metadata() or {}).get("training", ""))
+            text = (file.metadata() or {}).get("training", "")
     except (SafetensorError, OSError) as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}") from error
-    except ValidationError as error:
-        raise InputError(f"{path}: training: {parse_problem(error)}") from error
+    told = parse_json(_TOLD, text, f"{path}: training")
     for name, (there, here) in _differences(told.begun, begun).items():
         raise InputError(f"{path}: {name}: begun with {there}, asked to go on with {here}")
     names = UNet(begun.shape).state_dict()

@@ -13,15 +13,15 @@ from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 import torch
-from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import ConfigDict, Field, TypeAdapter
 from safetensors import SafetensorError
 from safetensors.torch import load, save
 from torch import Tensor, nn
 
 from relief.errors import InputError
-from relief.files import write_atomically
-from surrogate.corpus.manifest import parse_problem
+from relief.files import read_limited, write_atomically
 from surrogate.nets.unet import Shape, UNet
+from surrogate.validation import parse_json
 
 FOLDER = Path(__file__).parents[1] / "weights"
 """Of the nets that come with the package."""
@@ -122,10 +122,7 @@ def read_card(kind: str, folder: Path = FOLDER) -> Card:
     path = weights_path(kind, folder).with_suffix(".json")
     if not path.is_file():
         raise InputError(f"{path}: no such file; the {kind} net is made by: retouch train {kind}")
-    try:
-        card = _CARD.validate_json(_read(path, LARGEST_CARD))
-    except ValidationError as error:
-        raise InputError(f"{path}: {parse_problem(error)}") from error
+    card = parse_json(_CARD, read_limited(path, LARGEST_CARD), str(path))
     if card.kind != kind:
         raise InputError(f'{path}: kind: "{card.kind}", expected "{kind}"')
     return card
@@ -140,7 +137,7 @@ def load_net(kind: str, folder: Path = FOLDER) -> tuple[UNet, Card]:
     """
     card = read_card(kind, folder)
     path = weights_path(kind, folder)
-    content = _read(path, LARGEST_WEIGHTS)
+    content = read_limited(path, LARGEST_WEIGHTS)
     if hashlib.sha256(content).hexdigest() != card.sha256:
         raise InputError(f"{path}: is not the file that {path.with_suffix('.json').name} tells of (SHA-256)")
     with torch.device("meta"):
@@ -174,14 +171,3 @@ def read_tensors(path: Path, content: bytes, expected: Mapping[str, Tensor]) -> 
         if not bool(torch.isfinite(values).all()):
             raise InputError(f"{path}: {name}: not every value is finite")
     return found
-
-
-def _read(path: Path, limit: int) -> bytes:
-    try:
-        with path.open("rb") as file:
-            content = file.read(limit + 1)
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from error
-    if len(content) > limit:
-        raise InputError(f"{path}: is longer than {limit} bytes")
-    return content

@@ -3,6 +3,8 @@
 import hashlib
 import json
 import pickle
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -27,6 +29,7 @@ from surrogate.nets.weights import (
     weights_path,
 )
 
+ROOT = Path(__file__).resolve().parents[3]
 SHAPE = Shape(2, 1, (3, 4))
 
 
@@ -173,3 +176,14 @@ def test_what_comes_with_the_package_is_whole_and_small() -> None:
         assert net.shape == card.shape
         assert card.errors and card.data and card.training and card.versions
     assert sum(path.stat().st_size for path in FOLDER.glob("*")) < 20_000_000
+
+
+def test_loading_a_net_loads_no_textures() -> None:
+    script = """
+import sys
+import surrogate.nets.weights
+print(*(name for name in sys.modules if name.startswith(("surrogate.corpus", "surrogate.families"))))
+"""
+    command = [sys.executable, "-c", script]
+    process = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert process.stdout.strip() == ""
