@@ -33,15 +33,15 @@ import tactile
 from benchmarks.common import load, machine, save, table
 from benchmarks.unseen import spread
 from optimize.training.fields import studio_material
-from optimize.training.look_loss import LookTask
+from optimize.training.look_loss import LookLoss
 from optimize.training.look_loss import examples_of as look_examples
 from optimize.training.look_setup import studio_sky
 from optimize.training.touch_accuracy import LEAST_ROUGHNESS
-from optimize.training.touch_loss import LEAST_STRAIN, TouchTask, skin_of, touch_task
+from optimize.training.touch_loss import LEAST_STRAIN, TouchLoss, skin_of, touch_loss
 from optimize.training.touch_loss import examples_of as touch_examples
 from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset, open_fieldset
-from surrogate.nets.augmentation import moved, moved_vectors
+from surrogate.nets.augmentation import transformed, transformed_vectors
 from surrogate.nets.training import Examples, Settings, train
 from surrogate.nets.unet import Shape, UNet, parameters
 from tactile.contact import ContactState
@@ -107,7 +107,7 @@ class Without(nn.Module):
 
 
 @dataclass(frozen=True)
-class PressureWay(TouchTask):
+class PressureWay(TouchLoss):
     """The package's way, its error that of roughness after the net alone."""
 
     def strain(self, net: nn.Module, examples: Examples) -> Tensor:
@@ -119,7 +119,7 @@ class PressureWay(TouchTask):
 
 
 @dataclass(frozen=True)
-class StrainWay(TouchTask):
+class StrainWay(TouchLoss):
     """Strain from heights, as the paper's net makes it."""
 
     def strain(self, net: nn.Module, examples: Examples) -> Tensor:
@@ -136,7 +136,7 @@ class StrainWay(TouchTask):
         return (strain - wanted).abs().mean((-2, -1)) / size + (rough / examples["roughness"] - 1.0).abs()
 
 
-class WithoutHorizons(LookTask):
+class WithoutHorizons(LookLoss):
     """Ambient light from heights and slopes alone."""
 
     def _difference(self, net: nn.Module, examples: Examples) -> Tensor:
@@ -147,7 +147,7 @@ class WithoutHorizons(LookTask):
         return (found - wanted) / wanted.mean((-2, -1), keepdim=True)
 
 
-class LightTask(LookTask):
+class LightTask(LookLoss):
     """A picture under one parallel light, its direction given: what unshadowed radiance is to be times."""
 
     def loss(self, net: nn.Module, examples: Examples) -> Tensor:
@@ -169,9 +169,9 @@ class LightTask(LookTask):
         found = bare * (1.0 + net(torch.cat((maps, toward), 1))[:, 0])
         return (found - examples["picture"]) / examples["picture"].mean((-2, -1), keepdim=True)
 
-    def moved(self, examples: Examples, symmetry: int) -> Examples:
+    def transformed(self, examples: Examples, symmetry: int) -> Examples:
         return {
-            name: moved_vectors(values, symmetry) if name == "toward" else moved(values, symmetry)
+            name: transformed_vectors(values, symmetry) if name == "toward" else transformed(values, symmetry)
             for name, values in examples.items()
         }
 
@@ -216,17 +216,17 @@ def main() -> None:
             keep(name, {"kind": candidate.kind, "minutes": asked.minutes, **told})
             print(name, told, flush=True)
         torch.manual_seed(SEED)
-        keep(name, milliseconds(candidate.make(), candidate.maps, data.asked.samples))
+        keep(name, milliseconds(candidate.make(), candidate.maps, data.request.samples))
     print(as_text(load("architectures")["rows"]))
 
 
 def known(data: Fieldset) -> dict[str, Candidate]:
     """By name."""
-    side, size = data.asked.samples, data.asked.size_mm
-    task = touch_task(skin_of(data), side, size)
+    side, size = data.request.samples, data.request.size_mm
+    task = touch_loss(skin_of(data), side, size)
     parts = (task.operator, task.flat_strain, task.mean_pressure, task.young_modulus_mpa)
     between, direct = PressureWay(*parts), StrainWay(*parts)
-    look, blind, light = LookTask(size), WithoutHorizons(size), LightTask(size)
+    look, blind, light = LookLoss(size), WithoutHorizons(size), LightTask(size)
     told = ambient_net.CHANNELS - 1 + 3
 
     def unet(maps: int, block: int = 4) -> Callable[[], nn.Module]:
@@ -235,8 +235,8 @@ def known(data: Fieldset) -> dict[str, Candidate]:
     def roughness(way: PressureWay | StrainWay) -> Callable[[nn.Module, Examples], Tensor]:
         return lambda net, some: _roughness_error(way.strain(net, some), some, size)
 
-    def pixels(way: LookTask) -> Callable[[nn.Module, Examples], Tensor]:
-        return lambda net, some: 100.0 * LookTask.errors(way, net, some)
+    def pixels(way: LookLoss) -> Callable[[nn.Module, Examples], Tensor]:
+        return lambda net, some: 100.0 * LookLoss.errors(way, net, some)
 
     hidden = tuple(range(1, 4))
     return {
@@ -273,7 +273,7 @@ def examples(data: Fieldset, kind: str) -> dict[Split, Examples]:
     """Of every split."""
     splits: tuple[Split, ...] = ("train", "validation", "test")
     if kind == "touch":
-        task = touch_task(skin_of(data), data.asked.samples, data.asked.size_mm)
+        task = touch_loss(skin_of(data), data.request.samples, data.request.size_mm)
         return {split: touch_examples(data, split, task) for split in splits}
     if kind == "look":
         return {split: look_examples(data, split, studio_sky()) for split in splits}
@@ -290,7 +290,7 @@ def light_examples(data: Fieldset, split: Split) -> Examples:
             continue
         heights, pictures, toward = (shard.read(name, places) for name in ("heights", "pictures", "toward"))
         for relief, picture, light in zip(heights, pictures[:, 0], toward[:, 0], strict=True):
-            slope_x, slope_y = swept.slopes(torch.as_tensor(relief).double(), data.asked.size_mm)
+            slope_x, slope_y = swept.slopes(torch.as_tensor(relief).double(), data.request.size_mm)
             lights = ParallelLights(light[None], np.full((1, 3), np.pi))
             radiance = unshadowed(bsdf, slope_x.numpy().ravel(), slope_y.numpy().ravel(), lights, ABOVE)
             faces = torch.as_tensor(radiance[0]).view(slope_x.shape).float()

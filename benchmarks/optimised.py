@@ -27,7 +27,7 @@ from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.problem import Problem, Targets
 from optimize.training.fields import STUDIO
 from surrogate.corpus import recipes as corpus
-from surrogate.corpus.manifest import NAME, Entry, entry, write_manifest
+from surrogate.corpus.manifest import MANIFEST_FILE, Entry, entry, write_manifest
 from surrogate.corpus.optimised import Optimised, checksum, load, store
 from surrogate.corpus.photographs import bundled, by_name
 from surrogate.corpus.splits import Split
@@ -60,7 +60,7 @@ def main() -> None:
                 f"{found.last.step} steps, {time.perf_counter() - began:.1f} s"
             )
         done.append(entry(kept, load(folder, kept)))
-        write_manifest(folder / NAME, done)
+        write_manifest(folder / MANIFEST_FILE, done)
 
 
 def chosen(seed: int) -> Iterator[corpus.Recipe]:

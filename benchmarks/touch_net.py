@@ -24,7 +24,13 @@ import torch
 import tactile
 from benchmarks.common import load, machine, save, table
 from benchmarks.unseen import Reliefs, arguments, kept, sets, spread, unseen
-from optimize.training.touch_accuracy import LEAST_ROUGHNESS, Felt, Press, cosines, felt
+from optimize.training.touch_accuracy import (
+    LEAST_ROUGHNESS,
+    Press,
+    TextureMeasures,
+    cosines,
+    measure_textures,
+)
 from surrogate.corpus import recipes as corpus
 from surrogate.nets.weights import has_weights
 from tactile.elastic_layer import elastic_layer_operator
@@ -86,7 +92,7 @@ def cut_short(steps: int) -> Press:
     return replace(model, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE).press
 
 
-def reference(folder: Path, reliefs: Reliefs) -> Felt:
+def reference(folder: Path, reliefs: Reliefs) -> TextureMeasures:
     """What finite elements make of reliefs, and the gradients of the first of them."""
     press = partial(tactile.press, size_mm=SIZE_MM, model="fem")
     fields = []
@@ -94,16 +100,18 @@ def reference(folder: Path, reliefs: Reliefs) -> Felt:
         grads = int(number < GRADIENTS)
 
         def make(relief: Any = relief, grads: int = grads) -> dict[str, Any]:
-            found = felt(press, relief[None], SIZE_MM, torch.float64, grads)
+            found = measure_textures(press, relief[None], SIZE_MM, torch.float64, grads)
             return {"roughness": found.roughness, "area": found.area, "gradients": found.gradients}
 
         fields.append(kept(folder, f"fem-{grads}", relief, make))
-    return Felt(*(np.concatenate([f[name] for f in fields]) for name in ("roughness", "area", "gradients")))
+    return TextureMeasures(
+        *(np.concatenate([f[name] for f in fields]) for name in ("roughness", "area", "gradients"))
+    )
 
 
-def accuracy(press: Press, reliefs: Reliefs, truth: Felt) -> dict[str, list[float]]:
+def accuracy(press: Press, reliefs: Reliefs, truth: TextureMeasures) -> dict[str, list[float]]:
     """Errors of each texture in percent (of roughness where there is any), and cosines of gradients."""
-    found = felt(press, reliefs, SIZE_MM, torch.float32, len(truth.gradients))
+    found = measure_textures(press, reliefs, SIZE_MM, torch.float32, len(truth.gradients))
     rough = truth.roughness >= LEAST_ROUGHNESS
     errors = {
         "roughness_percent": (100.0 * np.abs(found.roughness / truth.roughness - 1.0))[rough],

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from optimize.commands.options import seed, whole_number
 
 if TYPE_CHECKING:
-    from optimize.training.dataset import Made
+    from optimize.training.dataset import ShardResult
 
 WHOLE = 0
 WITH_FAILURES = 1
@@ -141,10 +141,10 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.dask is None
         else partial(run_on_dask, address=arguments.dask, workers=workers)
     )
-    with _silent() if arguments.quiet else _shown(wanted.asked.total) as told:
+    with _silent() if arguments.quiet else _shown(wanted.request.total) as told:
         failures = make(wanted, arguments.out, runner, told)
     if not arguments.quiet:
-        there = wanted.asked.total - len(failures)
+        there = wanted.request.total - len(failures)
         print(f"{arguments.out}: {there} textures with their fields, {len(failures)} without")
     for failure in failures[:MOST_SHOWN]:
         print(f"texture {failure.index} ({failure.source}): {failure.reason}", file=sys.stderr)
@@ -159,12 +159,12 @@ def _cores() -> int:
 
 
 @contextmanager
-def _silent() -> Iterator[Callable[["Made"], None]]:
+def _silent() -> Iterator[Callable[["ShardResult"], None]]:
     yield lambda made: None
 
 
 @contextmanager
-def _shown(total: int) -> Iterator[Callable[["Made"], None]]:
+def _shown(total: int) -> Iterator[Callable[["ShardResult"], None]]:
     """A moving bar on a terminal, a line a shard in a file or pipe."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -179,10 +179,10 @@ def _shown(total: int) -> Iterator[Callable[["Made"], None]]:
         yield lambda made: progress.advance(bar, made.textures)
 
 
-def _lines(total: int, show: Callable[[str], None]) -> Callable[["Made"], None]:
+def _lines(total: int, show: Callable[[str], None]) -> Callable[["ShardResult"], None]:
     began, done = time.monotonic(), 0
 
-    def told(made: "Made") -> None:
+    def told(made: "ShardResult") -> None:
         nonlocal done
         done += made.textures
         shard = "a shard given up" if made.shard is None else f"shard {made.shard.number}"

@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     import torch
 
-    from optimize.training.train import Order, train_net
+    from optimize.training.train import TrainingRequest, train_net
     from relief.errors import InputError
     from surrogate.nets.training import Settings
 
@@ -74,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     settings = Settings(
         seed=arguments.seed, **{name: value for name, value in given.items() if value is not None}
     )
-    order = Order(
+    request = TrainingRequest(
         arguments.data,
         arguments.out,
         settings,
@@ -83,14 +83,14 @@ def run(arguments: argparse.Namespace) -> int:
         **({} if arguments.widths is None else {"widths": arguments.widths}),
     )
     if arguments.quiet:
-        train_net(arguments.net, order)
+        train_net(arguments.net, request)
         return 0
     from rich.console import Console
 
     told = Console(highlight=False, stderr=True)
     card = train_net(
         arguments.net,
-        order,
+        request,
         lambda e: told.print(
             f"epoch {e.number}: loss {e.loss:.4f}, validation {e.error:.4f}, {e.seconds:.0f} s"
         ),

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 import tactile
 from optimize.training.fields import STUDIO, STUDIO_AZIMUTHS
-from optimize.training.shard_jobs import Task, versions
+from optimize.training.shard_jobs import ShardJob, versions
 from optimize.training.workers import Runner
 from relief.errors import InputError
 from relief.files import write_atomically
@@ -28,10 +28,10 @@ from surrogate.corpus import manifest
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import Entry
 from surrogate.corpus.optimised import Optimised
-from surrogate.corpus.photographs import Source, by_name
+from surrogate.corpus.photographs import Photograph, by_name
 from surrogate.corpus.recipes import PROCEDURAL_SHARE, SAMPLES, Recipe
 from surrogate.data.field_set import FAILURES, open_fieldset, shard_path, text_of_failures
-from surrogate.data.request import NAME, SHARD_SIZE, Asked, read_asked, text_of_asked
+from surrogate.data.request import DATASET_FILE, SHARD_SIZE, DatasetRequest, read_request, text_of_request
 from surrogate.data.shard import Failure, Shard, open_shard
 
 DIRECTIONS = 8
@@ -47,38 +47,38 @@ class Plan:
         optimised: further textures, and the folder that their files lie in.
     """
 
-    asked: Asked
-    sources: Mapping[str, Source]
+    request: DatasetRequest
+    sources: Mapping[str, Photograph]
     optimised: tuple[Entry, ...] = ()
     folder: Path = Path()
 
     def textures(self, shard: int) -> Iterator[Recipe | Optimised]:
         """The textures of a shard, in order."""
-        asked, sources = self.asked, tuple(self.sources.values())
-        for place in asked.places(shard):
-            if place < asked.count:
-                yield corpus.recipe(asked.seed, place, sources, asked.procedural_share)
+        request, sources = self.request, tuple(self.sources.values())
+        for place in request.places(shard):
+            if place < request.count:
+                yield corpus.recipe(request.seed, place, sources, request.procedural_share)
             else:
-                yield self.optimised[place - asked.count].texture
+                yield self.optimised[place - request.count].texture
 
-    def task(self, shard: int) -> Task:
+    def job(self, shard: int) -> ShardJob:
         """The task of a shard; heights that only this machine has come with it."""
         textures = tuple(self.textures(shard))
         given: dict[int, NDArray[np.float32] | str] = {}
-        for place, texture in zip(self.asked.places(shard), textures, strict=True):
+        for place, texture in zip(self.request.places(shard), textures, strict=True):
             try:
                 if isinstance(texture, Optimised):
-                    line = self.optimised[place - self.asked.count]
+                    line = self.optimised[place - self.request.count]
                     given[place] = manifest.read(line, self.folder)
                 elif texture.source.startswith("file/"):
-                    given[place] = corpus.heights(texture, self.sources, samples=self.asked.samples)
+                    given[place] = corpus.heights(texture, self.sources, samples=self.request.samples)
             except InputError as error:
                 given[place] = str(error)
-        return Task(self.asked, shard, textures, given)
+        return ShardJob(self.request, shard, textures, given)
 
 
 @dataclass(frozen=True)
-class Made:
+class ShardResult:
     """A shard that is there now, or the textures of one that is given up.
 
     Attributes:
@@ -98,7 +98,7 @@ class Made:
 def plan(
     seed: int,
     count: int,
-    sources: Sequence[Source],
+    sources: Sequence[Photograph],
     *,
     procedural_share: float = PROCEDURAL_SHARE,
     optimised: Path | None = None,
@@ -131,7 +131,7 @@ def plan(
         manifest.read(line, optimised)
         if line.samples != samples:
             raise InputError(f"{optimised}: {line.texture}: {line.samples} samples a side, not {samples}")
-    asked = Asked(
+    request = DatasetRequest(
         seed=seed,
         count=count,
         procedural_share=procedural_share,
@@ -149,10 +149,10 @@ def plan(
         versions=versions(),
         shard_size=shard_size,
     )
-    return Plan(asked, by_name(sources), tuple(more), optimised or Path())
+    return Plan(request, by_name(sources), tuple(more), optimised or Path())
 
 
-def make(wanted: Plan, folder: Path, runner: Runner, told: Callable[[Made], None]) -> list[Failure]:
+def make(wanted: Plan, folder: Path, runner: Runner, told: Callable[[ShardResult], None]) -> list[Failure]:
     """Make what is missing of a data set.
 
     Args:
@@ -166,47 +166,49 @@ def make(wanted: Plan, folder: Path, runner: Runner, told: Callable[[Made], None
     Raises:
         InputError: the folder holds another data set or other files.
     """
-    asked = wanted.asked
-    _claim(folder, asked)
+    request = wanted.request
+    _claim(folder, request)
     missing, lost = [], list[Failure]()
-    for number in range(asked.shards):
-        shard = _there(folder, asked, number)
+    for number in range(request.shards):
+        shard = _there(folder, request, number)
         if shard is None:
             missing.append(number)
         else:
-            told(Made(shard))
+            told(ShardResult(shard))
     # Closed at once on the way out: workers end before this does.
-    with closing(runner(wanted.task(number) for number in missing)) as results:
+    with closing(runner(wanted.job(number) for number in missing)) as results:
         for done in results:
-            number = done.task.number
+            number = done.job.number
             if isinstance(done.content, bytes):
                 path = shard_path(folder, number)
                 write_atomically(path, done.content)
-                told(Made(open_shard(path, asked, number)))
+                told(ShardResult(open_shard(path, request, number)))
             else:
-                textures = zip(asked.places(number), done.task.textures, strict=True)
+                textures = zip(request.places(number), done.job.textures, strict=True)
                 gone = tuple(Failure(place, texture.source, str(done.content)) for place, texture in textures)
                 lost += gone
-                told(Made(None, gone))
+                told(ShardResult(None, gone))
     failures = sorted([*open_fieldset(folder).failures(), *lost], key=lambda failure: failure.index)
     write_atomically(folder / FAILURES, text_of_failures(failures).encode())
     return failures
 
 
-def _claim(folder: Path, asked: Asked) -> None:
+def _claim(folder: Path, request: DatasetRequest) -> None:
     """Make a folder that of this data set, or see that it is."""
-    if not (folder / NAME).is_file():
+    if not (folder / DATASET_FILE).is_file():
         if folder.is_dir() and any(folder.iterdir()):
             raise InputError(f"{folder}: holds files that are not a data set's; choose another folder")
         if folder.exists() and not folder.is_dir():
             raise InputError(f"{folder}: is a file; a data set is a folder")
-        write_atomically(folder / NAME, text_of_asked(asked).encode())
+        write_atomically(folder / DATASET_FILE, text_of_request(request).encode())
         return
-    there, here = asdict(read_asked(folder)), asdict(asked)
+    there, here = asdict(read_request(folder)), asdict(request)
     for name, value in here.items():
         if there[name] != value:
             different = _difference(there[name], value)
-            raise InputError(f"{folder / NAME}: {name}: {different}: another data set; choose another folder")
+            raise InputError(
+                f"{folder / DATASET_FILE}: {name}: {different}: another data set; choose another folder"
+            )
 
 
 def _difference(there: Any, here: Any) -> str:
@@ -216,13 +218,13 @@ def _difference(there: Any, here: Any) -> str:
     return f"{there}, not {here}"
 
 
-def _there(folder: Path, asked: Asked, number: int) -> Shard | None:
+def _there(folder: Path, request: DatasetRequest, number: int) -> Shard | None:
     """A shard that was made before; None if there is none, or none that holds what it should."""
     path = shard_path(folder, number)
     if not path.is_file():
         return None
     try:
-        return open_shard(path, asked, number)
+        return open_shard(path, request, number)
     except InputError:
         return None
 

@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from relief.errors import InputError
 from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset
-from surrogate.nets.augmentation import moved
+from surrogate.nets.augmentation import transformed
 from surrogate.nets.training import Examples
 from visual.fast import shadow_sweep as swept
 from visual.fast.ambient_net import inputs, sky_visibility
@@ -18,7 +18,7 @@ from visual.fast.bsdf_table import BsdfTable
 
 
 @dataclass(frozen=True)
-class LookTask:
+class LookLoss:
     """The net's task for one material and grid.
 
     Attributes:
@@ -43,11 +43,11 @@ class LookTask:
         found = unoccluded * sky_visibility(net, inputs(examples["heights"], self.size_mm, unoccluded))
         return (found - wanted) / wanted.mean((-2, -1), keepdim=True)
 
-    def moved(self, examples: Examples, symmetry: int) -> Examples:
+    def transformed(self, examples: Examples, symmetry: int) -> Examples:
         """Light from all around and a camera above are as symmetric as the square."""
-        return {name: moved(values, symmetry) for name, values in examples.items()}
+        return {name: transformed(values, symmetry) for name, values in examples.items()}
 
-    def to(self, device: torch.device) -> LookTask:
+    def to(self, device: torch.device) -> LookLoss:
         """The same; nothing of it lies on a device."""
         return self
 
@@ -71,14 +71,14 @@ def examples_of(data: Fieldset, split: Split, table: BsdfTable) -> dict[str, Ten
     Raises:
         InputError: the data set has no pictures or no texture in the split, or is damaged.
     """
-    if data.asked.lights == "none":
+    if data.request.lights == "none":
         raise InputError(f"{data.folder}: lights: none; the rendering net needs pictures")
     parts = []
     for shard in data.shards:
         places = shard.places(split)
         if len(places):
             heights, ambient = (torch.from_numpy(shard.read(name, places)) for name in ("heights", "ambient"))
-            unoccluded = unoccluded_pictures(heights, data.asked.size_mm, table)
+            unoccluded = unoccluded_pictures(heights, data.request.size_mm, table)
             parts.append({"heights": heights, "ambient": ambient, "unoccluded": unoccluded})
     if not parts:
         raise InputError(f"{data.folder}: no texture with fields is for {split}")

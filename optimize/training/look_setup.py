@@ -8,8 +8,8 @@ import numpy as np
 import torch
 
 from optimize.training.fields import studio_material
-from optimize.training.look_loss import LookTask, examples_of, unoccluded_pictures
-from optimize.training.setup import Lesson
+from optimize.training.look_loss import LookLoss, examples_of, unoccluded_pictures
+from optimize.training.setup import TrainingSetup
 from surrogate.corpus import recipes as corpus
 from surrogate.data.field_set import Fieldset, first_of
 from surrogate.nets.training import Examples, errors
@@ -22,7 +22,7 @@ SAMPLE_SEED, SAMPLES = 0, 4
 """Textures that a card tells figures of, without pictures."""
 
 
-def look_lesson(data: Fieldset, tested: int) -> Lesson:
+def look_setup(data: Fieldset, tested: int) -> TrainingSetup:
     """From a data set with pictures.
 
     Args:
@@ -31,9 +31,9 @@ def look_lesson(data: Fieldset, tested: int) -> Lesson:
     Raises:
         InputError: the data set is no good.
     """
-    side, size, table = data.asked.samples, data.asked.size_mm, studio_sky()
-    task = LookTask(size)
-    return Lesson(
+    side, size, table = data.request.samples, data.request.size_mm, studio_sky()
+    task = LookLoss(size)
+    return TrainingSetup(
         KIND,
         CHANNELS,
         task,
@@ -54,7 +54,7 @@ def studio_sky() -> BsdfTable:
 
 
 def measure_look_net(
-    net: UNet, task: LookTask, table: BsdfTable, data: Fieldset, tested: int
+    net: UNet, task: LookLoss, table: BsdfTable, data: Fieldset, tested: int
 ) -> dict[str, float]:
     """Errors of a net on the first pictures of a data set's test split, whose own noise they include.
 
@@ -67,7 +67,7 @@ def measure_look_net(
     examples: Examples = {
         "heights": heights,
         "ambient": torch.from_numpy(first_of(data, "ambient", "test", tested)),
-        "unoccluded": unoccluded_pictures(heights, data.asked.size_mm, table),
+        "unoccluded": unoccluded_pictures(heights, data.request.size_mm, table),
     }
     found = 100.0 * errors(net, task, examples).double().numpy()
     return {

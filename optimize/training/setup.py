@@ -8,14 +8,14 @@ from typing import Literal, Protocol, Self
 
 import torch
 
-from surrogate.nets.training import Examples, Task
+from surrogate.nets.training import Examples, Loss
 from surrogate.nets.unet import UNet
 from surrogate.nets.weights import Sample
 
 Kind = Literal["touch", "look"]
 
 
-class MovableTask(Task, Protocol):
+class MovableLoss(Loss, Protocol):
     """A task that can lie on another device."""
 
     def to(self, device: torch.device) -> Self:
@@ -23,7 +23,7 @@ class MovableTask(Task, Protocol):
 
 
 @dataclass(frozen=True)
-class Lesson:
+class TrainingSetup:
     """What a net is to learn from a data set.
 
     Attributes:
@@ -40,7 +40,7 @@ class Lesson:
 
     kind: Kind
     inputs: int
-    task: MovableTask
+    task: MovableLoss
     examples: Examples
     validation: Examples
     valid: Mapping[str, float]

@@ -18,7 +18,7 @@ from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import entry
 from surrogate.corpus.optimised import Optimised, checksum
 from surrogate.corpus.recipes import Recipe
-from surrogate.data.request import Asked
+from surrogate.data.request import DatasetRequest
 from surrogate.data.shard import Failure, Row, layout, shard_bytes
 
 Array = NDArray[Any]
@@ -34,7 +34,7 @@ _ONE_AT_A_TIME = threading.Lock()
 
 
 @dataclass(frozen=True)
-class Task:
+class ShardJob:
     """All that decides a shard: the same task makes the same file, bit for bit.
 
     Attributes:
@@ -43,7 +43,7 @@ class Task:
             which no other machine need have; or in a line why there are none.
     """
 
-    asked: Asked
+    request: DatasetRequest
     number: int
     textures: tuple[Recipe | Optimised, ...]
     given: Mapping[int, NDArray[np.float32] | str]
@@ -58,7 +58,7 @@ def versions() -> dict[str, str]:
     return {name: version(name) for name in PACKAGES}
 
 
-def run_shard(task: Task) -> bytes:
+def run_shard(job: ShardJob) -> bytes:
     """The content of a shard's file.
 
     A texture that fails is tried again alone, and left out with its reason if it fails again.
@@ -66,50 +66,50 @@ def run_shard(task: Task) -> bytes:
     Raises:
         InputError: the packages here are not those of the data set.
     """
-    asked, here = task.asked, versions()
-    for name, wanted in asked.versions.items():
+    request, here = job.request, versions()
+    for name, wanted in request.versions.items():
         if here.get(name) != wanted:
             raise InputError(f"{name}: the data set is made by version {wanted}, this is {here.get(name)}")
-    with _ONE_AT_A_TIME, _one_thread(asked):
-        return _run(task)
+    with _ONE_AT_A_TIME, _one_thread(request):
+        return _run(job)
 
 
-def _run(task: Task) -> bytes:
-    asked = task.asked
-    places = asked.places(task.number)
+def _run(job: ShardJob) -> bytes:
+    request = job.request
+    places = request.places(job.number)
     made: dict[int, Array] = {}
     reasons: dict[int, str] = {}
-    for place, texture in zip(places, task.textures, strict=True):
+    for place, texture in zip(places, job.textures, strict=True):
         try:
-            made[place] = _heights(task, place, texture)
+            made[place] = _heights(job, place, texture)
         except _Failed as error:
             reasons[place] = str(error)
     fields: dict[int, dict[str, Array]] = {}
     try:
-        fields = dict(zip(made, _fields(asked, list(made.values())), strict=True))
+        fields = dict(zip(made, _fields(request, list(made.values())), strict=True))
     except _Failed:
         # One of them spoils it for all: each alone.
         for place, heights in made.items():
             try:
-                (fields[place],) = _fields(asked, [heights])
+                (fields[place],) = _fields(request, [heights])
             except _Failed as error:
                 reasons[place] = str(error)
-    textures = dict(zip(places, task.textures, strict=True))
+    textures = dict(zip(places, job.textures, strict=True))
     rows = tuple(Row(place, entry(textures[place], made[place])) for place in fields)
     failures = tuple(Failure(place, textures[place].source, reasons[place]) for place in sorted(reasons))
     tensors = {
         name: np.array([fields[place][name] for place in fields], dtype=kind).reshape(shape)
-        for name, (shape, kind) in layout(asked, len(rows)).items()
+        for name, (shape, kind) in layout(request, len(rows)).items()
     }
-    return shard_bytes(asked, task.number, rows, failures, tensors)
+    return shard_bytes(request, job.number, rows, failures, tensors)
 
 
-def _heights(task: Task, place: int, texture: Recipe | Optimised) -> Array:
-    heights: Array | str | None = task.given.get(place)
+def _heights(job: ShardJob, place: int, texture: Recipe | Optimised) -> Array:
+    heights: Array | str | None = job.given.get(place)
     if heights is None:
         assert isinstance(texture, Recipe)
         try:
-            heights = corpus.heights(texture, samples=task.asked.samples)
+            heights = corpus.heights(texture, samples=job.request.samples)
         except InputError as error:
             raise _Failed(str(error)) from error
     if isinstance(heights, str):
@@ -119,16 +119,16 @@ def _heights(task: Task, place: int, texture: Recipe | Optimised) -> Array:
     return heights
 
 
-def _fields(asked: Asked, heights: list[Array]) -> list[dict[str, Array]]:
+def _fields(request: DatasetRequest, heights: list[Array]) -> list[dict[str, Array]]:
     """Every tensor of the layout for each of some reliefs. Raises _Failed if one of them has none."""
     each: list[dict[str, Array]] = [{"heights": relief} for relief in heights]
-    if asked.touch != "none" and each:
-        touched = _touched(asked, np.stack(heights))
+    if request.touch != "none" and each:
+        touched = _touched(request, np.stack(heights))
         for number, fields in enumerate(each):
             fields |= {name: values[number] for name, values in touched.items()}
-    if asked.lights != "none":
+    if request.lights != "none":
         for fields in each:
-            fields |= _lit(asked, fields["heights"])
+            fields |= _lit(request, fields["heights"])
     for fields in each:
         for name, values in fields.items():
             if not np.isfinite(values).all():
@@ -136,36 +136,36 @@ def _fields(asked: Asked, heights: list[Array]) -> list[dict[str, Array]]:
     return each
 
 
-def _touched(asked: Asked, heights: Array) -> dict[str, Array]:
+def _touched(request: DatasetRequest, heights: Array) -> dict[str, Array]:
     import tactile
     from optimize.training.fields import touch_fields
 
-    assert asked.touch != "none"
+    assert request.touch != "none"
     try:
-        return touch_fields(heights, asked.size_mm, tactile.Skin(**asked.skin), asked.touch)
+        return touch_fields(heights, request.size_mm, tactile.Skin(**request.skin), request.touch)
     except (tactile.ContactError, tactile.InputError) as error:
         raise _Failed(f"touch: {error}") from error
 
 
-def _lit(asked: Asked, heights: Array) -> dict[str, Array]:
+def _lit(request: DatasetRequest, heights: Array) -> dict[str, Array]:
     from optimize.training.fields import light_directions, picture_fields
 
-    assert asked.lights != "none"
+    assert request.lights != "none"
     # Of the heights alone: a texture is lit alike wherever in a data set it stands.
     seed = int(hashlib.sha256(f"lights {checksum(heights)}".encode()).hexdigest()[:15], 16)
-    toward = light_directions(asked.lights, asked.directions, seed)
-    return {"toward": toward, **picture_fields(heights, toward, asked.strata, seed)}
+    toward = light_directions(request.lights, request.directions, seed)
+    return {"toward": toward, **picture_fields(heights, toward, request.strata, seed)}
 
 
 @contextmanager
-def _one_thread(asked: Asked) -> Iterator[None]:
+def _one_thread(request: DatasetRequest) -> Iterator[None]:
     """Sums are added in one order; several processes share the cores better than threads do."""
     import torch
 
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
-        with _one_thread_of_drjit() if asked.lights != "none" else nullcontext():
+        with _one_thread_of_drjit() if request.lights != "none" else nullcontext():
             yield
     finally:
         torch.set_num_threads(before)

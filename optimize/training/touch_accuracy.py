@@ -21,7 +21,7 @@ LEAST_ROUGHNESS = 0.003
 
 
 @dataclass(frozen=True)
-class Felt:
+class TextureMeasures:
     """Roughness (full sum), contact area (mm²) and the gradient of roughness by the heights.
 
     Attributes:
@@ -34,7 +34,9 @@ class Felt:
     gradients: NDArray[np.float64]
 
 
-def felt(press: Press, reliefs: NDArray[np.float32], size_mm: float, dtype: torch.dtype, grads: int) -> Felt:
+def measure_textures(
+    press: Press, reliefs: NDArray[np.float32], size_mm: float, dtype: torch.dtype, grads: int
+) -> TextureMeasures:
     """Press on reliefs (textures, n, n) in mm one by one; gradients of the first so many."""
     roughness, area, gradients = [], [], []
     for number, relief in enumerate(reliefs):
@@ -46,10 +48,10 @@ def felt(press: Press, reliefs: NDArray[np.float32], size_mm: float, dtype: torc
             value = tactile.roughness(touch.strain, size_mm, "polar")
             gradients.append(torch.autograd.grad(value, heights)[0].double().numpy())
     side = reliefs.shape[-2:]
-    return Felt(np.array(roughness), np.array(area), np.reshape(gradients, (-1, *side)))
+    return TextureMeasures(np.array(roughness), np.array(area), np.reshape(gradients, (-1, *side)))
 
 
-def errors(model: Felt, reference: Felt) -> dict[str, float]:
+def errors(model: TextureMeasures, reference: TextureMeasures) -> dict[str, float]:
     """Errors in percent, and how well gradients agree, by name."""
     rough = reference.roughness >= LEAST_ROUGHNESS
     of_roughness = 100.0 * np.abs(model.roughness[rough] / reference.roughness[rough] - 1.0)

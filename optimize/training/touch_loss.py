@@ -12,7 +12,7 @@ import tactile
 from relief.errors import InputError
 from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset
-from surrogate.nets.augmentation import moved
+from surrogate.nets.augmentation import transformed
 from surrogate.nets.training import Examples
 from tactile.contact import ContactState
 from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
@@ -26,7 +26,7 @@ LEAST_STRAIN, LEAST_ROUGHNESS = 0.01, 0.01
 
 
 @dataclass(frozen=True)
-class TouchTask:
+class TouchLoss:
     """The net's task on one skin and grid.
 
     Attributes:
@@ -65,10 +65,11 @@ class TouchTask:
             + (found - examples["pressure"]).abs().mean((-2, -1)) / self.mean_pressure
         )
 
-    def moved(self, examples: Examples, symmetry: int) -> Examples:
+    def transformed(self, examples: Examples, symmetry: int) -> Examples:
         """The block is as symmetric as the square: every map turns, no number changes."""
         return {
-            name: moved(values, symmetry) if name in MAPS else values for name, values in examples.items()
+            name: transformed(values, symmetry) if name in MAPS else values
+            for name, values in examples.items()
         }
 
     def prepared(self, heights: Tensor, strain: Tensor, pressure_mpa: Tensor) -> dict[str, Tensor]:
@@ -94,9 +95,9 @@ class TouchTask:
             "guess_gap": torch.cat([guess.gap for guess in guesses]),
         }
 
-    def to(self, device: torch.device) -> TouchTask:
+    def to(self, device: torch.device) -> TouchLoss:
         """The same task on another device."""
-        return TouchTask(
+        return TouchLoss(
             self.operator.to(torch.float32, device),
             self.flat_strain.to(device),
             self.mean_pressure,
@@ -104,21 +105,21 @@ class TouchTask:
         )
 
 
-def touch_task(skin: tactile.Skin, samples: int, size_mm: float) -> TouchTask:
+def touch_loss(skin: tactile.Skin, samples: int, size_mm: float) -> TouchLoss:
     """The task for a skin and a grid, on the CPU."""
     operator = elastic_layer_operator(skin, samples, size_mm, torch.float32)
     model = tactile.touch_model(skin, samples, size_mm, torch.float32)
     modulus = skin.young_modulus_mpa
-    return TouchTask(operator, model.flat_strain, skin.mean_pressure_mpa(size_mm) / modulus, modulus)
+    return TouchLoss(operator, model.flat_strain, skin.mean_pressure_mpa(size_mm) / modulus, modulus)
 
 
-def examples_of(data: Fieldset, split: Split, task: TouchTask) -> dict[str, Tensor]:
+def examples_of(data: Fieldset, split: Split, task: TouchLoss) -> dict[str, Tensor]:
     """The examples of a split of a data set, in memory: 5 maps of 64 KiB each.
 
     Raises:
         InputError: the data set has no fields of touch or no texture in the split, or is damaged.
     """
-    if data.asked.touch == "none":
+    if data.request.touch == "none":
         raise InputError(f"{data.folder}: touch: none; the touch net needs fields of touch")
     parts = []
     for shard in data.shards:
@@ -134,6 +135,6 @@ def examples_of(data: Fieldset, split: Split, task: TouchTask) -> dict[str, Tens
 def skin_of(data: Fieldset) -> tactile.Skin:
     """The skin of a data set. Raises InputError."""
     try:
-        return tactile.Skin(**data.asked.skin)
+        return tactile.Skin(**data.request.skin)
     except (TypeError, tactile.InputError) as error:
         raise InputError(f"{Path(data.folder) / 'dataset.json'}: skin: {error}") from error

@@ -8,9 +8,9 @@ from typing import Literal
 import torch
 
 import tactile
-from optimize.training.setup import Lesson
-from optimize.training.touch_accuracy import errors, felt
-from optimize.training.touch_loss import examples_of, skin_of, touch_task
+from optimize.training.setup import TrainingSetup
+from optimize.training.touch_accuracy import errors, measure_textures
+from optimize.training.touch_loss import examples_of, skin_of, touch_loss
 from surrogate.corpus import recipes as corpus
 from surrogate.data.field_set import Fieldset, first_of
 from surrogate.nets.unet import UNet
@@ -26,7 +26,7 @@ SAMPLE_SEED, SAMPLES = 0, 4
 """Textures that a card tells figures of, without pictures."""
 
 
-def touch_lesson(data: Fieldset, tested: int, reference: Literal["fem", "layer"]) -> Lesson:
+def touch_setup(data: Fieldset, tested: int, reference: Literal["fem", "layer"]) -> TrainingSetup:
     """From a data set with fields of touch.
 
     Args:
@@ -36,9 +36,9 @@ def touch_lesson(data: Fieldset, tested: int, reference: Literal["fem", "layer"]
     Raises:
         InputError: the data set is no good.
     """
-    skin, side, size = skin_of(data), data.asked.samples, data.asked.size_mm
-    task = touch_task(skin, side, size)
-    return Lesson(
+    skin, side, size = skin_of(data), data.request.samples, data.request.size_mm
+    task = touch_loss(skin, side, size)
+    return TrainingSetup(
         KIND,
         CHANNELS,
         task,
@@ -46,7 +46,7 @@ def touch_lesson(data: Fieldset, tested: int, reference: Literal["fem", "layer"]
         examples_of(data, "validation", task),
         validity(skin, side, size),
         {
-            "model of touch": data.asked.touch,
+            "model of touch": data.request.touch,
             "young_modulus_mpa": skin.young_modulus_mpa,
             "force_n": skin.force_n,
         },
@@ -64,15 +64,15 @@ def measure_touch_net(
     Returns:
         By name; none where the split is empty.
     """
-    reliefs, size = first_of(data, "heights", "test", tested), data.asked.size_mm
+    reliefs, size = first_of(data, "heights", "test", tested), data.request.size_mm
     if not len(reliefs):
         return {}
     grads = min(TESTED_GRADIENTS, len(reliefs))
     truth = partial(tactile.press, size_mm=size, skin=skin, model=reference)
     model = _net_model(net, skin, reliefs.shape[-1], size)
     return errors(
-        felt(model.press, reliefs, size, torch.float32, grads),
-        felt(truth, reliefs, size, torch.float64, grads),
+        measure_textures(model.press, reliefs, size, torch.float32, grads),
+        measure_textures(truth, reliefs, size, torch.float64, grads),
     )
 
 
@@ -82,7 +82,7 @@ def net_figures(net: UNet, skin: tactile.Skin, samples: int, size_mm: float) -> 
     figures = []
     for texture in corpus.recipes(SAMPLE_SEED, SAMPLES):
         relief = corpus.heights(texture, samples=samples)[None]
-        found = felt(model.press, relief, size_mm, torch.float32, 0)
+        found = measure_textures(model.press, relief, size_mm, torch.float32, 0)
         told = {"roughness": float(found.roughness[0]), "contact_area_mm2": float(found.area[0])}
         figures.append(Sample(SAMPLE_SEED, texture.index, told))
     return tuple(figures)

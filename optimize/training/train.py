@@ -13,12 +13,12 @@ from typing import Literal
 import torch
 
 from optimize.training.curves import curves_page
-from optimize.training.setup import Kind, Lesson
+from optimize.training.setup import Kind, TrainingSetup
 from relief.errors import InputError
 from relief.files import write_atomically
-from surrogate.data import request as asked
 from surrogate.data.field_set import Fieldset, open_fieldset
-from surrogate.nets.checkpoint import NAME, Begun, load_training, save_training
+from surrogate.data.request import DATASET_FILE
+from surrogate.nets.checkpoint import CHECKPOINT_FILE, TrainingKey, load_training, save_training
 from surrogate.nets.training import Epoch, Settings, Training, train
 from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import Card, save_net, weights_bytes
@@ -33,7 +33,7 @@ WIDTHS, BLOCK = (24, 48, 72, 96), 4
 
 
 @dataclass(frozen=True)
-class Order:
+class TrainingRequest:
     """What to train.
 
     Attributes:
@@ -56,7 +56,9 @@ class Order:
     reference: Literal["fem", "layer"] = "fem"
 
 
-def train_net(kind: Kind, order: Order, tell: Callable[[Epoch], None] = lambda epoch: None) -> Card:
+def train_net(
+    kind: Kind, request: TrainingRequest, tell: Callable[[Epoch], None] = lambda epoch: None
+) -> Card:
     """Train a net and write ``KIND.safetensors``, ``KIND.json`` and the curves into `order.out`.
 
     Interrupted, it leaves a checkpoint after every epoch; resumed, it ends at the same weights.
@@ -64,70 +66,79 @@ def train_net(kind: Kind, order: Order, tell: Callable[[Epoch], None] = lambda e
     Raises:
         InputError: the data set is no good, `out` holds another training, or there is none to resume.
     """
-    data = open_fieldset(order.data)
-    lesson = _lesson(kind, data, order)
-    shape = Shape(lesson.inputs, 1, order.widths, BLOCK)
-    side = data.asked.samples
+    data = open_fieldset(request.data)
+    setup = _setup(kind, data, request)
+    shape = Shape(setup.inputs, 1, request.widths, BLOCK)
+    side = data.request.samples
     if side % shape.multiple:
-        raise InputError(f"{order.data}: samples: {side} is no multiple of {shape.multiple}")
-    begun = Begun(kind, shape, order.settings, _digest(order.data / asked.NAME))
-    if not order.resume and (order.out / NAME).exists():
-        raise InputError(f"{order.out / NAME}: a training lies here; go on with --resume, or choose another")
-    start = load_training(order.out, begun) if order.resume else None
-    torch.manual_seed(order.settings.seed)
-    net = UNet(shape).to(order.device)
+        raise InputError(f"{request.data}: samples: {side} is no multiple of {shape.multiple}")
+    begun = TrainingKey(kind, shape, request.settings, _digest(request.data / DATASET_FILE))
+    if not request.resume and (request.out / CHECKPOINT_FILE).exists():
+        raise InputError(
+            f"{request.out / CHECKPOINT_FILE}: a training lies here; go on with --resume, or choose another"
+        )
+    start = load_training(request.out, begun) if request.resume else None
+    torch.manual_seed(request.settings.seed)
+    net = UNet(shape).to(request.device)
 
     def keep(training: Training) -> None:
-        save_training(order.out, begun, training)
-        write_atomically(order.out / CURVES_PAGE, curves_page(kind, training.epochs).encode())
+        save_training(request.out, begun, training)
+        write_atomically(request.out / CURVES_PAGE, curves_page(kind, training.epochs).encode())
         tell(training.epochs[-1])
 
-    there = lesson.task.to(torch.device(order.device))
-    training = train(net, there, lesson.examples, lesson.validation, order.settings, start, keep)
+    there = setup.task.to(torch.device(request.device))
+    training = train(net, there, setup.examples, setup.validation, request.settings, start, keep)
     best = training.best_epoch
     if best is None or not math.isfinite(best.error):
-        raise InputError(f"{order.out}: the training went astray; try a smaller --learning-rate")
-    card = _card(order, lesson, data, net.cpu().requires_grad_(False), begun, training)
-    save_net(order.out, net, card)
+        raise InputError(f"{request.out}: the training went astray; try a smaller --learning-rate")
+    card = _card(request, setup, data, net.cpu().requires_grad_(False), begun, training)
+    save_net(request.out, net, card)
     return card
 
 
-def _lesson(kind: Kind, data: Fieldset, order: Order) -> Lesson:
+def _setup(kind: Kind, data: Fieldset, request: TrainingRequest) -> TrainingSetup:
     if kind == "touch":
-        from optimize.training.touch_setup import touch_lesson
+        from optimize.training.touch_setup import touch_setup
 
-        return touch_lesson(data, order.tested, order.reference)
-    from optimize.training.look_setup import look_lesson
+        return touch_setup(data, request.tested, request.reference)
+    from optimize.training.look_setup import look_setup
 
-    return look_lesson(data, order.tested)
+    return look_setup(data, request.tested)
 
 
-def _card(order: Order, lesson: Lesson, data: Fieldset, net: UNet, begun: Begun, training: Training) -> Card:
+def _card(
+    request: TrainingRequest,
+    setup: TrainingSetup,
+    data: Fieldset,
+    net: UNet,
+    begun: TrainingKey,
+    training: Training,
+) -> Card:
     best = training.best_epoch
     assert best is not None
     splits = {split: data.count(split) for split in ("train", "validation", "test")}
     return Card(
-        kind=lesson.kind,
+        kind=setup.kind,
         shape=net.shape,
         sha256=hashlib.sha256(weights_bytes(net)).hexdigest(),
-        valid=lesson.valid,
+        valid=setup.valid,
         data={
             **{f"{split} textures": count for split, count in splits.items()},
-            **lesson.data,
-            "corpus seed": data.asked.seed,
+            **setup.data,
+            "corpus seed": data.request.seed,
             "dataset.json sha256": begun.data,
         },
         training={
-            **{name: value for name, value in asdict(order.settings).items() if value is not None},
+            **{name: value for name, value in asdict(request.settings).items() if value is not None},
             "epochs done": training.epochs[-1].number,
             "best epoch": best.number,
             "best validation error": best.error,
             "seconds": training.epochs[-1].seconds,
-            "ended": training.ended(order.settings) or "",
+            "ended": training.ended(request.settings) or "",
         },
-        errors=lesson.measure(net),
-        versions={"reference": lesson.reference} | {name: version(name) for name in PACKAGES},
-        sample=lesson.figures(net),
+        errors=setup.measure(net),
+        versions={"reference": setup.reference} | {name: version(name) for name in PACKAGES},
+        sample=setup.figures(net),
     )
 
 

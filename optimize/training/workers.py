@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from typing import Any, Protocol
 
-from optimize.training.shard_jobs import Task, run_shard
+from optimize.training.shard_jobs import ShardJob, run_shard
 from relief.errors import InputError
 
 TRIES = 3
@@ -24,25 +24,25 @@ GIVEN_UP = f"its worker died {TRIES} times"
 ON_A_LOCAL_CLUSTER = "local"
 WITHOUT_DASK = "--dask: the package distributed is missing: pip install 'retouch[dask]'"
 
-Work = Callable[[Task], bytes]
+Work = Callable[[ShardJob], bytes]
 
 
 @dataclass(frozen=True)
-class Done:
+class JobResult:
     """A shard that was done or given up: the content of its file, or in a line why there is none."""
 
-    task: Task
+    job: ShardJob
     content: bytes | str
 
 
-Results = Generator[Done, None, None]
+Results = Generator[JobResult, None, None]
 """In any order; closing it ends the workers."""
 
 
 class Runner(Protocol):
     """Does tasks, in any order."""
 
-    def __call__(self, tasks: Iterable[Task]) -> Results: ...
+    def __call__(self, jobs: Iterable[ShardJob]) -> Results: ...
 
 
 class WorkerError(RuntimeError):
@@ -55,7 +55,7 @@ class _Worker:
 
     process: multiprocessing.process.BaseProcess
     connection: Connection
-    task: Task | None = None
+    job: ShardJob | None = None
 
     def stop(self) -> None:
         self.connection.close()
@@ -63,50 +63,50 @@ class _Worker:
         self.process.join()
 
 
-def run_here(tasks: Iterable[Task], workers: int, work: Work = run_shard) -> Results:
+def run_here(jobs: Iterable[ShardJob], workers: int, work: Work = run_shard) -> Results:
     """Processes of this machine; each has one task at a time, so that it is known which one took it down.
 
     Raises:
         InputError: a worker did.
         WorkerError: a worker raised anything else.
     """
-    todo, again = iter(tasks), list[Task]()
+    todo, again = iter(jobs), list[ShardJob]()
     deaths: dict[int, int] = {}
     crew: list[_Worker] = []
     try:
         while True:
-            while sum(worker.task is not None for worker in crew) < workers:
-                task = again.pop() if again else next(todo, None)
-                if task is None:
+            while sum(worker.job is not None for worker in crew) < workers:
+                job = again.pop() if again else next(todo, None)
+                if job is None:
                     break
-                idle = next((worker for worker in crew if worker.task is None), None)
+                idle = next((worker for worker in crew if worker.job is None), None)
                 if idle is None:
                     idle = _hired(work)
                     crew.append(idle)
-                idle.task = task
+                idle.job = job
                 _hand_over(idle)
-            busy = {worker.connection: worker for worker in crew if worker.task is not None}
+            busy = {worker.connection: worker for worker in crew if worker.job is not None}
             if not busy:
                 return
             for ready in wait(list(busy)):
                 worker = busy[ready]  # type: ignore[index]  # of the connections asked about
-                task = worker.task
-                assert task is not None
+                job = worker.job
+                assert job is not None
                 try:
                     answer = worker.connection.recv()
                 except (EOFError, OSError):
                     crew.remove(worker)
                     worker.stop()
-                    deaths[task.number] = deaths.get(task.number, 0) + 1
-                    if deaths[task.number] < TRIES:
-                        again.append(task)
+                    deaths[job.number] = deaths.get(job.number, 0) + 1
+                    if deaths[job.number] < TRIES:
+                        again.append(job)
                     else:
-                        yield Done(task, GIVEN_UP)
+                        yield JobResult(job, GIVEN_UP)
                     continue
-                worker.task = None
+                worker.job = None
                 if isinstance(answer, Exception):
                     raise answer
-                yield Done(task, answer)
+                yield JobResult(job, answer)
     finally:
         for worker in crew:
             worker.stop()
@@ -126,19 +126,19 @@ def _hired(work: Work) -> _Worker:
 def _hand_over(worker: _Worker) -> None:
     # If it has died, waiting for its answer tells.
     with suppress(OSError):
-        worker.connection.send(worker.task)
+        worker.connection.send(worker.job)
 
 
 def _serve(connection: Connection, work: Work) -> None:
     """The life of a worker: tasks come in, shards go out, until the other end is closed."""
     while True:
         try:
-            task = connection.recv()
+            job = connection.recv()
         except EOFError:
             return
         answer: bytes | Exception
         try:
-            answer = work(task)
+            answer = work(job)
         except InputError as error:
             answer = InputError(str(error))
         except Exception:  # told to the process that can show it
@@ -174,7 +174,7 @@ def _deaf_to_interrupts() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def run_on_dask(tasks: Iterable[Task], address: str, workers: int, work: Work = run_shard) -> Results:
+def run_on_dask(jobs: Iterable[ShardJob], address: str, workers: int, work: Work = run_shard) -> Results:
     """Workers of a Dask cluster; their machines need this program, but no files of this one.
 
     Args:
@@ -195,42 +195,42 @@ def run_on_dask(tasks: Iterable[Task], address: str, workers: int, work: Work = 
             ) as cluster,
             Client(cluster) as client,
         ):
-            yield from run_on_client(tasks, client, work)
+            yield from run_on_client(jobs, client, work)
         return
     try:
         client = Client(address)
     except (OSError, ValueError) as error:
         raise InputError(f"--dask: {address}: no scheduler answers: {error}") from error
     with client:
-        yield from run_on_client(tasks, client, work)
+        yield from run_on_client(jobs, client, work)
 
 
-def run_on_client(tasks: Iterable[Task], client: Any, work: Work = run_shard) -> Results:
+def run_on_client(jobs: Iterable[ShardJob], client: Any, work: Work = run_shard) -> Results:
     """As `run_on_dask`, on the cluster of a `distributed.Client`."""
     from distributed import KilledWorker, as_completed
 
-    todo = iter(tasks)
-    doing: dict[Any, Task] = {}
+    todo = iter(jobs)
+    doing: dict[Any, ShardJob] = {}
     finished = as_completed()
 
     def hand_out() -> None:
         # A few more than there are threads: no worker waits for this process, and few results wait for it.
         room = 2 + sum(client.nthreads().values())
         while len(doing) < room:
-            task = next(todo, None)
-            if task is None:
+            job = next(todo, None)
+            if job is None:
                 return
-            future = client.submit(work, task, pure=False)
-            doing[future] = task
+            future = client.submit(work, job, pure=False)
+            doing[future] = job
             finished.add(future)
 
     hand_out()
     for future in finished:
-        task = doing.pop(future)
+        job = doing.pop(future)
         try:
             content: bytes | str = future.result()
         except KilledWorker:
             content = "the cluster gave it up: its workers died"
         future.release()
         hand_out()
-        yield Done(task, content)
+        yield JobResult(job, content)

@@ -26,7 +26,7 @@ FOLDER = Path(__file__).resolve().parents[2] / "mitsuba_scenes" / "textures"
 
 
 @dataclass(frozen=True)
-class Source:
+class Crop:
     """Where in a photograph of ``skimage.data`` a texture is cut from: top row and left column, in pixels."""
 
     photograph: str
@@ -39,9 +39,9 @@ class Source:
 
 
 SOURCES = {
-    "gravel": Source("gravel", top=128, left=128, relief_mm=1.2),
-    "brick": Source("brick", top=128, left=128, relief_mm=1.0, dark_is_high=True),
-    "grass": Source("grass", top=128, left=128, relief_mm=1.0),
+    "gravel": Crop("gravel", top=128, left=128, relief_mm=1.2),
+    "brick": Crop("brick", top=128, left=128, relief_mm=1.0, dark_is_high=True),
+    "grass": Crop("grass", top=128, left=128, relief_mm=1.0),
 }
 
 

@@ -15,13 +15,13 @@ from relief.errors import InputError
 from relief.files import partial_file
 from relief.limits import LARGEST_SIDE
 from surrogate.corpus.optimised import Optimised, checksum, load
-from surrogate.corpus.photographs import FILES, Source
+from surrogate.corpus.photographs import FILES, Photograph
 from surrogate.corpus.recipes import Recipe, heights
 from surrogate.corpus.splits import Split
 from surrogate.families import FAMILIES
 from surrogate.validation import parse_json
 
-NAME = "manifest.jsonl"
+MANIFEST_FILE = "manifest.jsonl"
 LONGEST_LINE = 4096
 
 
@@ -83,10 +83,10 @@ def optimised(folder: Path) -> list[Entry]:
 
     Raises: InputError as `read_manifest`.
     """
-    return [line for line in read_manifest(folder / NAME) if line.texture.kind == "optimised"]
+    return [line for line in read_manifest(folder / MANIFEST_FILE) if line.texture.kind == "optimised"]
 
 
-def read(line: Entry, folder: Path, sources: Mapping[str, Source] | None = None) -> NDArray[np.float32]:
+def read(line: Entry, folder: Path, sources: Mapping[str, Photograph] | None = None) -> NDArray[np.float32]:
     """Heights (samples, samples) in mm of an entry, made or loaded, and checked against its checksum.
 
     Args:

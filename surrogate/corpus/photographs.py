@@ -72,7 +72,7 @@ _VARIANT = re.compile(r"\d+k|\d+bit|exr|jpg|png|tiff?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class Source:
+class Photograph:
     """A picture that textures are cut from."""
 
     name: str
@@ -85,12 +85,12 @@ class Source:
         return split_of(self.name)
 
 
-def bundled() -> list[Source]:
+def bundled() -> list[Photograph]:
     """The pictures of scikit-image. Nothing is downloaded, and nothing read before it is needed."""
-    return [Source(f"scikit-image/{name}", functools.partial(_bundled, name)) for name in FILES]
+    return [Photograph(f"scikit-image/{name}", functools.partial(_bundled, name)) for name in FILES]
 
 
-def folder(path: Path, reader: Reader) -> list[Source]:
+def folder(path: Path, reader: Reader) -> list[Photograph]:
     """The height maps in a folder and the folders in it, by name; nothing but checksums is read as yet.
 
     Of a material's files, as ambientCG and Poly Haven name them, its displacement alone is taken; of one
@@ -115,10 +115,10 @@ def folder(path: Path, reader: Reader) -> list[Source]:
         key = (path if material else file.parent, material)
         rank = (displacement, file.stat().st_size, file)
         best[key] = max(rank, best.get(key, rank))
-    sources: dict[str, Source] = {}
+    sources: dict[str, Photograph] = {}
     for _, _, file in best.values():
         name = source_of_file(file)
-        sources.setdefault(name, Source(name, functools.partial(_user_file, file, reader)))
+        sources.setdefault(name, Photograph(name, functools.partial(_user_file, file, reader)))
     if not sources:
         raise InputError(f"{path}: no height map in it: expected {', '.join(SUFFIXES)}")
     return list(sources.values())
@@ -209,6 +209,6 @@ def _read_only(heights: Field) -> NDArray[np.float64]:
     return heights
 
 
-def by_name(sources: Sequence[Source]) -> dict[str, Source]:
+def by_name(sources: Sequence[Photograph]) -> dict[str, Photograph]:
     """Sources by their names, for `surrogate.corpus.recipes.heights`."""
     return {source.name: source for source in sources}

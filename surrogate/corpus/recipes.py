@@ -11,7 +11,7 @@ from pydantic import ConfigDict, Field
 
 from relief.errors import InputError
 from relief.limits import HEIGHT_LIMIT_MM
-from surrogate.corpus.photographs import Source, bundled, by_name, crop
+from surrogate.corpus.photographs import Photograph, bundled, by_name, crop
 from surrogate.corpus.splits import SHARES, SPLITS, Split, split_of
 from surrogate.families import FAMILIES
 from surrogate.families.fields import log_uniform, smooth_noise, unit
@@ -68,7 +68,7 @@ class Recipe:
 
 
 def recipe(
-    seed: int, index: int, sources: Sequence[Source], procedural_share: float = PROCEDURAL_SHARE
+    seed: int, index: int, sources: Sequence[Photograph], procedural_share: float = PROCEDURAL_SHARE
 ) -> Recipe:
     """The texture at place ``index`` of the corpus of ``seed``; it does not depend on any other place.
 
@@ -103,14 +103,14 @@ def recipe(
 
 
 def recipes(
-    seed: int, count: int, sources: Sequence[Source] = (), procedural_share: float = PROCEDURAL_SHARE
+    seed: int, count: int, sources: Sequence[Photograph] = (), procedural_share: float = PROCEDURAL_SHARE
 ) -> Iterator[Recipe]:
     """The first ``count`` textures of a corpus, one by one; see `recipe`."""
     return (recipe(seed, index, sources, procedural_share) for index in range(count))
 
 
 def heights(
-    texture: Recipe, sources: Mapping[str, Source] | None = None, *, samples: int = SAMPLES
+    texture: Recipe, sources: Mapping[str, Photograph] | None = None, *, samples: int = SAMPLES
 ) -> NDArray[np.float32]:
     """The height map of a recipe: (samples, samples) in mm, lowest 0, highest ``relief_mm`` to 2**-16 mm.
 
@@ -139,7 +139,7 @@ def heights(
     return np.ascontiguousarray(steps * STEP_MM, dtype=np.float32)
 
 
-def _shape(texture: Recipe, sources: Mapping[str, Source] | None, samples: int) -> NDArray[np.float64]:
+def _shape(texture: Recipe, sources: Mapping[str, Photograph] | None, samples: int) -> NDArray[np.float64]:
     rng = _generator(texture.draw, _SHAPE)
     if texture.family is not None:
         return FAMILIES[texture.family](rng, samples)
@@ -149,7 +149,7 @@ def _shape(texture: Recipe, sources: Mapping[str, Source] | None, samples: int) 
     return crop(rng, known[texture.source].read(), samples)
 
 
-def _picture(sources: Sequence[Source], split_place: float, source_place: float) -> str:
+def _picture(sources: Sequence[Photograph], split_place: float, source_place: float) -> str:
     """Name of a picture; both places are uniform in [0, 1). An empty split leaves its share to the others."""
     names = _by_split(tuple(source.name for source in sources))
     ends = np.cumsum([SHARES[split] for split in names])

@@ -16,7 +16,7 @@ from pydantic import TypeAdapter
 
 from relief.errors import InputError
 from surrogate.corpus.splits import Split
-from surrogate.data.request import Asked, read_asked
+from surrogate.data.request import DatasetRequest, read_request
 from surrogate.data.shard import Failure, Shard, layout, open_shard
 from surrogate.validation import parse_json
 
@@ -37,13 +37,13 @@ class Fieldset:
     """
 
     folder: Path
-    asked: Asked
+    request: DatasetRequest
     shards: tuple[Shard, ...] = field(repr=False)
 
     @property
     def finished(self) -> bool:
         """Whether every shard is there."""
-        return len(self.shards) == self.asked.shards
+        return len(self.shards) == self.request.shards
 
     def count(self, split: Split | None = None) -> int:
         """Textures of a split, or all, that have fields."""
@@ -60,13 +60,13 @@ def open_fieldset(folder: Path) -> Fieldset:
     Raises:
         InputError: one line that names the file and the field, for anything that is not as it should be.
     """
-    asked = read_asked(folder)
+    request = read_request(folder)
     shards = []
-    for number in range(asked.shards):
+    for number in range(request.shards):
         path = shard_path(folder, number)
         if path.is_file():
-            shards.append(open_shard(path, asked, number))
-    return Fieldset(folder, asked, tuple(shards))
+            shards.append(open_shard(path, request, number))
+    return Fieldset(folder, request, tuple(shards))
 
 
 def shard_path(folder: Path, number: int) -> Path:
@@ -100,5 +100,5 @@ def first_of(data: Fieldset, name: str, split: Split, count: int) -> NDArray[Any
         if len(values) >= count:
             break
         values += list(shard.read(name, shard.places(split)))
-    shape, kind = layout(data.asked, 1)[name]
+    shape, kind = layout(data.request, 1)[name]
     return np.stack(values[:count]) if values else np.zeros((0, *shape[1:]), kind)

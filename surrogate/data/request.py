@@ -13,7 +13,7 @@ from relief.errors import InputError
 from relief.files import read_limited
 from surrogate.validation import parse_json
 
-NAME = "dataset.json"
+DATASET_FILE = "dataset.json"
 LARGEST_FILE = 1 << 20
 """Bytes of dataset.json."""
 SHARD_SIZE = 32
@@ -26,7 +26,7 @@ Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
 
 @dataclass(frozen=True)
-class Asked:
+class DatasetRequest:
     """What a data set was asked to be; the same is the same data, bit for bit, on processors of one kind."""
 
     seed: Annotated[int, Field(ge=0)]
@@ -72,18 +72,18 @@ class Asked:
         return range(shard * self.shard_size, min((shard + 1) * self.shard_size, self.total))
 
 
-_ASKED = TypeAdapter(Asked)
+_REQUEST = TypeAdapter(DatasetRequest)
 
 
-def read_asked(folder: Path) -> Asked:
+def read_request(folder: Path) -> DatasetRequest:
     """What dataset.json of a folder says. Raises InputError."""
-    path = folder / NAME
-    asked = parse_json(_ASKED, read_limited(path, LARGEST_FILE), str(path))
-    if asked.total < asked.count:
+    path = folder / DATASET_FILE
+    request = parse_json(_REQUEST, read_limited(path, LARGEST_FILE), str(path))
+    if request.total < request.count:
         raise InputError(f"{path}: total: is less than count")
-    return asked
+    return request
 
 
-def text_of_asked(asked: Asked) -> str:
+def text_of_request(request: DatasetRequest) -> str:
     """The content of dataset.json."""
-    return json.dumps(asdict(asked), indent=2, sort_keys=True) + "\n"
+    return json.dumps(asdict(request), indent=2, sort_keys=True) + "\n"

@@ -18,7 +18,7 @@ from safetensors.numpy import save
 from relief.errors import InputError
 from surrogate.corpus.manifest import Entry, parse_entry, text_of
 from surrogate.corpus.splits import Split
-from surrogate.data.request import MOST_TEXTURES, Asked
+from surrogate.data.request import MOST_TEXTURES, DatasetRequest
 from surrogate.validation import parse_json
 
 Array = NDArray[Any]
@@ -67,7 +67,7 @@ class _Told:
 _TOLD = TypeAdapter(_Told)
 
 
-def layout(asked: Asked, count: int) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
+def layout(request: DatasetRequest, count: int) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
     """Shape and type of every tensor in a shard of `count` textures.
 
     heights, mm; strain, the flat plate's subtracted, compression negative; gap, mm; pressure, MPa;
@@ -75,13 +75,13 @@ def layout(asked: Asked, count: int) -> dict[str, tuple[tuple[int, ...], np.dtyp
     irradiance pi on a plane that faces it, from the unit vectors `toward`; ambient: radiance under ambient
     light of radiance 1.
     """
-    side = asked.samples
+    side = request.samples
     tensors: dict[str, tuple[tuple[int, ...], np.dtype[Any]]] = {"heights": ((count, side, side), SINGLE)}
-    if asked.touch != "none":
+    if request.touch != "none":
         tensors |= dict.fromkeys(("strain", "gap", "pressure"), ((count, side, side), SINGLE))
         tensors |= dict.fromkeys(("roughness", "contact_area_mm2", "contact_fraction"), ((count,), DOUBLE))
-    if asked.lights != "none":
-        lights = asked.directions
+    if request.lights != "none":
+        lights = request.directions
         tensors["pictures"] = ((count, lights, side, side), SINGLE)
         tensors["toward"] = ((count, lights, 3), DOUBLE)
         tensors["ambient"] = ((count, side, side), SINGLE)
@@ -99,7 +99,7 @@ class Shard:
     """
 
     path: Path
-    asked: Asked
+    request: DatasetRequest
     number: int
     rows: tuple[Row, ...]
     failures: tuple[Failure, ...]
@@ -115,7 +115,7 @@ class Shard:
             KeyError: a data set like this has no such tensor.
             InputError: the file is damaged, or a value is not finite.
         """
-        if name not in layout(self.asked, 0):
+        if name not in layout(self.request, 0):
             raise KeyError(name)
         try:
             with safe_open(self.path, framework="numpy") as file:
@@ -132,7 +132,7 @@ class Shard:
 
 
 def shard_bytes(
-    asked: Asked,
+    request: DatasetRequest,
     number: int,
     rows: tuple[Row, ...],
     failures: tuple[Failure, ...],
@@ -143,7 +143,7 @@ def shard_bytes(
     Raises:
         ValueError: the tensors are not those of `layout`, or a value is not finite.
     """
-    expected = layout(asked, len(rows))
+    expected = layout(request, len(rows))
     if tensors.keys() != expected.keys():
         raise ValueError(f"tensors {sorted(tensors)}, expected {sorted(expected)}")
     for name, (shape, kind) in expected.items():
@@ -159,7 +159,7 @@ def shard_bytes(
     )
 
 
-def open_shard(path: Path, asked: Asked, number: int) -> Shard:
+def open_shard(path: Path, request: DatasetRequest, number: int) -> Shard:
     """Check the header of a shard.
 
     Raises:
@@ -175,7 +175,7 @@ def open_shard(path: Path, asked: Asked, number: int) -> Shard:
     told, rows, failures = _told(path, metadata.get("shard", ""))
     if told != number:
         raise InputError(f"{path}: shard: number: {told}, expected {number}")
-    expected = layout(asked, len(rows))
+    expected = layout(request, len(rows))
     for name in sorted(expected.keys() | shapes.keys()):
         if name not in expected:
             raise InputError(f"{path}: {name}: no such tensor is expected")
@@ -186,11 +186,11 @@ def open_shard(path: Path, asked: Asked, number: int) -> Shard:
             there = "{1} {0}".format(*shapes[name])
             raise InputError(f"{path}: {name}: {there}, expected {_NAMES[kind]} {shape}")
     held = sorted([*(row.index for row in rows), *(failure.index for failure in failures)])
-    if held != list(asked.places(number)):
+    if held != list(request.places(number)):
         raise InputError(f"{path}: rows: are not the textures of shard {number}, each once")
-    if any(row.entry.samples != asked.samples for row in rows):
-        raise InputError(f"{path}: rows: samples: not {asked.samples}")
-    return Shard(path, asked, number, rows, failures)
+    if any(row.entry.samples != request.samples for row in rows):
+        raise InputError(f"{path}: rows: samples: not {request.samples}")
+    return Shard(path, request, number, rows, failures)
 
 
 def _told(path: Path, text: str) -> tuple[int, tuple[Row, ...], tuple[Failure, ...]]:

@@ -9,7 +9,7 @@ SYMMETRIES = 8
 """Quarter turns, and then a mirror image or none."""
 
 
-def moved(field: Tensor, symmetry: int) -> Tensor:
+def transformed(field: Tensor, symmetry: int) -> Tensor:
     """Maps (..., n, n) after a symmetry of the square.
 
     Args:
@@ -19,7 +19,7 @@ def moved(field: Tensor, symmetry: int) -> Tensor:
     return turned.flip(-1) if symmetry >= 4 else turned
 
 
-def moved_vectors(vectors: Tensor, symmetry: int) -> Tensor:
+def transformed_vectors(vectors: Tensor, symmetry: int) -> Tensor:
     """Vectors (..., 3) after the same symmetry: x to the right, y up in the maps, z out of them."""
     x, y, z = vectors.unbind(-1)
     for _ in range(symmetry % 4):

@@ -19,13 +19,13 @@ from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import read_tensors
 from surrogate.validation import parse_json
 
-NAME, CURVES = "training.safetensors", "curves.jsonl"
+CHECKPOINT_FILE, CURVES = "training.safetensors", "curves.jsonl"
 LARGEST_FILE = 256 << 20
 _PARTS = ("weights", "best", "first", "second")
 
 
 @dataclass(frozen=True)
-class Begun:
+class TrainingKey:
     """What a training was begun with: the same goes on, anything else is refused.
 
     Attributes:
@@ -43,7 +43,7 @@ class Begun:
 
 @dataclass(frozen=True)
 class _Told:
-    begun: Begun
+    begun: TrainingKey
     epochs: Annotated[tuple[Epoch, ...], Field(min_length=1)]
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -52,23 +52,23 @@ class _Told:
 _TOLD = TypeAdapter(_Told)
 
 
-def save_training(folder: Path, begun: Begun, training: Training) -> None:
+def save_training(folder: Path, begun: TrainingKey, training: Training) -> None:
     """Write checkpoint and curves (one epoch a line) into a folder."""
     tensors = {f"{part}.{k}": v.contiguous() for part in _PARTS for k, v in getattr(training, part).items()}
     told = json.dumps(asdict(_Told(begun, training.epochs)), sort_keys=True)
     # Tensors that share memory (the best weights are often the last) are refused by safetensors.
     content = save({name: values.clone() for name, values in sorted(tensors.items())}, {"training": told})
-    write_atomically(folder / NAME, content)
+    write_atomically(folder / CHECKPOINT_FILE, content)
     write_atomically(folder / CURVES, "".join(json.dumps(asdict(e)) + "\n" for e in training.epochs).encode())
 
 
-def load_training(folder: Path, begun: Begun) -> Training:
+def load_training(folder: Path, begun: TrainingKey) -> Training:
     """A training to go on with.
 
     Raises:
         InputError: there is none, it does not read, or it was begun with anything else than this.
     """
-    path = folder / NAME
+    path = folder / CHECKPOINT_FILE
     if not path.is_file():
         raise InputError(f"{path}: no such file; nothing to go on from")
     if path.stat().st_size > LARGEST_FILE:
@@ -88,7 +88,7 @@ def load_training(folder: Path, begun: Begun) -> Training:
     return Training(**parts, epochs=told.epochs)
 
 
-def _differences(there: Begun, here: Begun) -> Mapping[str, tuple[object, object]]:
+def _differences(there: TrainingKey, here: TrainingKey) -> Mapping[str, tuple[object, object]]:
     """Fields in which two differ, each as it was and as it is asked."""
     ours, theirs = _flat(asdict(here)), _flat(asdict(there))
     return {name: (theirs[name], value) for name, value in ours.items() if theirs[name] != value}

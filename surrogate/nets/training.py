@@ -26,7 +26,7 @@ _ORDER, _SYMMETRY = range(2)
 """What the generators of an epoch are for."""
 
 
-class Task(Protocol):
+class Loss(Protocol):
     """What a net is to learn."""
 
     def loss(self, net: nn.Module, examples: Examples) -> Tensor:
@@ -35,7 +35,7 @@ class Task(Protocol):
     def errors(self, net: nn.Module, examples: Examples) -> Tensor:
         """(examples,) what the best net is chosen by: smaller is better."""
 
-    def moved(self, examples: Examples, symmetry: int) -> Examples:
+    def transformed(self, examples: Examples, symmetry: int) -> Examples:
         """The examples after one of the eight symmetries of the square."""
 
 
@@ -134,7 +134,7 @@ def beginning(net: nn.Module) -> Training:
 
 def train(
     net: nn.Module,
-    task: Task,
+    task: Loss,
     examples: Examples,
     validation: Examples,
     settings: Settings,
@@ -165,7 +165,7 @@ def train(
     return training
 
 
-def errors(net: nn.Module, task: Task, examples: Examples, batch: int = 16) -> Tensor:
+def errors(net: nn.Module, task: Loss, examples: Examples, batch: int = 16) -> Tensor:
     """(examples,) the task's errors of a net, on the CPU."""
     net.eval()
     with torch.no_grad():
@@ -174,7 +174,7 @@ def errors(net: nn.Module, task: Task, examples: Examples, batch: int = 16) -> T
 
 def _one_epoch(
     net: nn.Module,
-    task: Task,
+    task: Loss,
     examples: Examples,
     validation: Examples,
     settings: Settings,
@@ -194,7 +194,7 @@ def _one_epoch(
         for group in optimiser.param_groups:
             group["lr"] = rate
         optimiser.zero_grad()
-        loss = task.loss(net, task.moved(batch, symmetry))
+        loss = task.loss(net, task.transformed(batch, symmetry))
         torch.autograd.backward(loss)
         nn.utils.clip_grad_norm_(net.parameters(), settings.largest_gradient)
         optimiser.step()

@@ -5,33 +5,33 @@ import signal
 import time
 from pathlib import Path
 
-from optimize.training.shard_jobs import Task, run_shard
+from optimize.training.shard_jobs import ShardJob, run_shard
 
 MARKED = 1
 """Number of the shard that something happens to."""
 
 
-def dies_once(task: Task, mark: Path) -> bytes:
+def dies_once(job: ShardJob, mark: Path) -> bytes:
     """Takes its process down on the first try of the marked shard."""
-    if task.number == MARKED and not mark.exists():
+    if job.number == MARKED and not mark.exists():
         mark.touch()
         os.kill(os.getpid(), signal.SIGKILL)
-    return run_shard(task)
+    return run_shard(job)
 
 
-def dies_always(task: Task) -> bytes:
+def dies_always(job: ShardJob) -> bytes:
     """Takes its process down on the marked shard."""
-    if task.number == MARKED:
+    if job.number == MARKED:
         os.kill(os.getpid(), signal.SIGKILL)
-    return run_shard(task)
+    return run_shard(job)
 
 
-def is_mistaken(task: Task) -> bytes:
+def is_mistaken(job: ShardJob) -> bytes:
     """Fails as only a mistake of the program does."""
-    raise ZeroDivisionError(task.number)
+    raise ZeroDivisionError(job.number)
 
 
-def slow(task: Task) -> bytes:
+def slow(job: ShardJob) -> bytes:
     """Takes long enough to be caught at it."""
     time.sleep(0.5)
-    return run_shard(task)
+    return run_shard(job)

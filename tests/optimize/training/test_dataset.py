@@ -12,17 +12,17 @@ import pytest
 
 import tactile
 from optimize.training import shard_jobs as shard_work
-from optimize.training.dataset import Made, Plan, make, plan
+from optimize.training.dataset import Plan, ShardResult, make, plan
 from optimize.training.fields import touch_fields
-from optimize.training.shard_jobs import Task, run_shard
-from optimize.training.workers import GIVEN_UP, Done, WorkerError, run_here, run_on_client, run_on_dask
+from optimize.training.shard_jobs import ShardJob, run_shard
+from optimize.training.workers import GIVEN_UP, JobResult, WorkerError, run_here, run_on_client, run_on_dask
 from relief.errors import InputError
 from surrogate.corpus import manifest
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.optimised import store
-from surrogate.corpus.photographs import Source, by_name, folder
+from surrogate.corpus.photographs import Photograph, by_name, folder
 from surrogate.data.field_set import FAILURES, open_fieldset, read_failures, shard_path
-from surrogate.data.request import NAME
+from surrogate.data.request import DATASET_FILE
 from tests.optimize.training.shard_works import MARKED, dies_always, dies_once, is_mistaken, slow
 
 SIDE = 16
@@ -34,13 +34,13 @@ def small(count: int = 7, **options: object) -> Plan:
     return plan(5, count, (), **chosen)  # type: ignore[arg-type]
 
 
-def in_process(tasks: Iterable[Task]) -> Generator[Done, None, None]:
+def in_process(jobs: Iterable[ShardJob]) -> Generator[JobResult, None, None]:
     """Here, one after another."""
-    for task in tasks:
-        yield Done(task, run_shard(task))
+    for job in jobs:
+        yield JobResult(job, run_shard(job))
 
 
-def unheard(_: Made) -> None:
+def unheard(_: ShardResult) -> None:
     pass
 
 
@@ -86,8 +86,8 @@ def test_pictures_come_with_their_lights(tmp_path: Path) -> None:
 
 
 def test_the_order_of_shards_changes_nothing(whole: Path, tmp_path: Path) -> None:
-    def backward(tasks: Iterable[Task]) -> Generator[Done, None, None]:
-        yield from in_process(reversed(list(tasks)))
+    def backward(jobs: Iterable[ShardJob]) -> Generator[JobResult, None, None]:
+        yield from in_process(reversed(list(jobs)))
 
     make(small(), tmp_path / "data", backward, unheard)
     assert files(tmp_path / "data") == files(whole)
@@ -96,9 +96,9 @@ def test_the_order_of_shards_changes_nothing(whole: Path, tmp_path: Path) -> Non
 def test_what_is_there_is_not_made_again(whole: Path, tmp_path: Path) -> None:
     out, done = tmp_path / "data", list[int]()
 
-    def interrupted(tasks: Iterable[Task]) -> Generator[Done, None, None]:
-        for result in in_process(tasks):
-            done.append(result.task.number)
+    def interrupted(jobs: Iterable[ShardJob]) -> Generator[JobResult, None, None]:
+        for result in in_process(jobs):
+            done.append(result.job.number)
             yield result
             if len(done) == 2:
                 raise KeyboardInterrupt
@@ -106,16 +106,16 @@ def test_what_is_there_is_not_made_again(whole: Path, tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         make(small(), out, interrupted, unheard)
     assert files(out).items() < files(whole).items() and len(files(out)) == 3
-    told: list[Made] = []
+    told: list[ShardResult] = []
     make(small(), out, interrupted_never(done), told.append)
     assert done == [0, 1, 2, 3] and sum(made.textures for made in told) == 7
     assert files(out) == files(whole)
 
 
-def interrupted_never(done: list[int]) -> partial[Generator[Done, None, None]]:
-    def noted(tasks: Iterable[Task], done: list[int]) -> Generator[Done, None, None]:
-        for result in in_process(tasks):
-            done.append(result.task.number)
+def interrupted_never(done: list[int]) -> partial[Generator[JobResult, None, None]]:
+    def noted(jobs: Iterable[ShardJob], done: list[int]) -> Generator[JobResult, None, None]:
+        for result in in_process(jobs):
+            done.append(result.job.number)
             yield result
 
     return partial(noted, done=done)
@@ -194,31 +194,33 @@ def read(path: Path) -> np.ndarray:
 
 
 @pytest.fixture
-def hills(tmp_path: Path) -> list[Source]:
+def hills(tmp_path: Path) -> list[Photograph]:
     (tmp_path / "hills").mkdir()
     random = np.random.default_rng(0)
     np.save(tmp_path / "hills" / "a.npy", random.uniform(0, 500, (64, 80)))
     return folder(tmp_path / "hills", read)
 
 
-def test_workers_need_no_files_of_the_user(hills: list[Source], tmp_path: Path) -> None:
+def test_workers_need_no_files_of_the_user(hills: list[Photograph], tmp_path: Path) -> None:
     run = tmp_path / "optimised"
     relief = np.random.default_rng(1).uniform(0, 1, (SIDE, SIDE)).astype(np.float32)
     texture = store(run, "plate", relief, hills[0].name)
-    manifest.write_manifest(run / manifest.NAME, [manifest.entry(texture, relief)])
+    manifest.write_manifest(run / manifest.MANIFEST_FILE, [manifest.entry(texture, relief)])
     options = {"touch": "none", "lights": "studio", "strata": 6, "samples": SIDE}
     wanted = plan(5, 3, hills, procedural_share=0.0, optimised=run, **options)  # type: ignore[arg-type]
-    task = wanted.task(0)
+    job = wanted.job(0)
     for file in tmp_path.rglob("*.npy"):
         file.unlink()
-    make(wanted, tmp_path / "data", lambda _: in_process([task]), unheard)
+    make(wanted, tmp_path / "data", lambda _: in_process([job]), unheard)
     (shard,) = open_fieldset(tmp_path / "data").shards
     np.testing.assert_array_equal(shard.read("heights")[3], relief)
     assert shard.rows[3].entry.texture == texture
     assert by_name(hills).keys() == {row.entry.texture.source for row in shard.rows}
 
 
-def test_pictures_that_cannot_be_read_are_told_before_any_work(hills: list[Source], tmp_path: Path) -> None:
+def test_pictures_that_cannot_be_read_are_told_before_any_work(
+    hills: list[Photograph], tmp_path: Path
+) -> None:
     np.save(tmp_path / "hills" / "a.npy", np.zeros((64, 64)))
     with pytest.raises(InputError, match="is flat"):
         plan(5, 3, hills)
@@ -236,7 +238,7 @@ def test_a_folder_with_another_data_set_is_refused(
     whole: Path, change: dict[str, object], field: str
 ) -> None:
     before = files(whole)
-    with pytest.raises(InputError, match=rf"{NAME}: {field}") as caught:
+    with pytest.raises(InputError, match=rf"{DATASET_FILE}: {field}") as caught:
         make(small(**change), whole, in_process, unheard)  # type: ignore[arg-type]
     assert "\n" not in str(caught.value) and files(whole) == before
 
@@ -251,10 +253,10 @@ def test_a_folder_with_other_files_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_worker_with_other_packages_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    task = small().task(0)
+    job = small().job(0)
     monkeypatch.setattr(shard_work, "version", lambda name: "0.0")
     with pytest.raises(InputError, match="the data set is made by version"):
-        run_shard(task)
+        run_shard(job)
 
 
 def test_failures_are_listed_even_if_there_are_none(whole: Path) -> None:
@@ -265,14 +267,14 @@ def test_failures_are_listed_even_if_there_are_none(whole: Path) -> None:
 def test_a_dask_cluster_makes_the_same_files_though_a_worker_is_killed(whole: Path, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
 
-    def killing(tasks: Iterable[Task]) -> Generator[Done, None, None]:
+    def killing(jobs: Iterable[ShardJob]) -> Generator[JobResult, None, None]:
         with (
             distributed.LocalCluster(
                 n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
             ) as cluster,
             distributed.Client(cluster) as client,
         ):
-            results = run_on_client(tasks, client, slow)
+            results = run_on_client(jobs, client, slow)
             yield next(results)
             pids = client.run(os.getpid)
             working = [worker for worker, keys in client.processing().items() if keys]
@@ -291,4 +293,4 @@ def test_a_local_cluster_is_made_where_one_is_asked_for(whole: Path, tmp_path: P
 
 
 def test_marked_shards_are_there_to_be_killed() -> None:
-    assert MARKED in range(small().asked.shards)
+    assert MARKED in range(small().request.shards)

@@ -12,17 +12,17 @@ import torch
 import tactile
 from optimize.commands.main import main
 from optimize.training.dataset import make, plan
-from optimize.training.look_loss import LookTask
+from optimize.training.look_loss import LookLoss
 from optimize.training.look_loss import examples_of as look_examples
 from optimize.training.look_setup import studio_sky
-from optimize.training.touch_accuracy import errors, felt
-from optimize.training.touch_loss import examples_of, touch_task
-from optimize.training.train import CURVES_PAGE, Order, train_net
+from optimize.training.touch_accuracy import errors, measure_textures
+from optimize.training.touch_loss import examples_of, touch_loss
+from optimize.training.train import CURVES_PAGE, TrainingRequest, train_net
 from optimize.training.workers import run_here
 from relief.errors import InputError
 from surrogate.data.field_set import open_fieldset
 from surrogate.nets.augmentation import SYMMETRIES
-from surrogate.nets.checkpoint import CURVES, NAME
+from surrogate.nets.checkpoint import CHECKPOINT_FILE, CURVES
 from surrogate.nets.training import Settings
 from surrogate.nets.training import errors as errors_of
 from surrogate.nets.unet import Shape, UNet
@@ -45,21 +45,21 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def order(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Order:
+def training(data: Path, tmp_path_factory: pytest.TempPathFactory) -> TrainingRequest:
     out = tmp_path_factory.mktemp("out")
-    return Order(data, out, SETTINGS, widths=(8, 12, 16), tested=6, reference="layer")
+    return TrainingRequest(data, out, SETTINGS, widths=(8, 12, 16), tested=6, reference="layer")
 
 
 @pytest.fixture(scope="module")
-def trained(order: Order) -> Order:
-    train_net("touch", order)
-    return order
+def trained(training: TrainingRequest) -> TrainingRequest:
+    train_net("touch", training)
+    return training
 
 
-def test_a_net_errs_less_than_the_solver_steps_that_it_starts_from(trained: Order) -> None:
+def test_a_net_errs_less_than_the_solver_steps_that_it_starts_from(trained: TrainingRequest) -> None:
     """The configuration that continuous integration trains: under a minute on one core."""
     data = open_fieldset(trained.data)
-    task = touch_task(tactile.Skin(), SIDE, SIZE)
+    task = touch_loss(tactile.Skin(), SIDE, SIZE)
     validation = examples_of(data, "validation", task)
     net, card = load_net("touch", trained.out)
     untrained = float(errors_of(UNet(net.shape), task, validation).mean())
@@ -68,7 +68,7 @@ def test_a_net_errs_less_than_the_solver_steps_that_it_starts_from(trained: Orde
     assert card.training["best validation error"] == pytest.approx(error, rel=1e-5)
 
 
-def test_its_card_tells_what_it_is_and_how_far_it_errs(trained: Order) -> None:
+def test_its_card_tells_what_it_is_and_how_far_it_errs(trained: TrainingRequest) -> None:
     _, card = load_net("touch", trained.out)
     assert card.shape.inputs == CHANNELS and card.shape.widths == (8, 12, 16)
     assert card.valid["samples"] == SIDE and card.valid["poisson_ratio"] == 0.48
@@ -80,13 +80,13 @@ def test_its_card_tells_what_it_is_and_how_far_it_errs(trained: Order) -> None:
     assert len(card.sample) == 4
 
 
-def test_it_leaves_curves(trained: Order) -> None:
+def test_it_leaves_curves(trained: TrainingRequest) -> None:
     assert len((trained.out / CURVES).read_text(encoding="utf-8").splitlines()) == 12
     page = (trained.out / CURVES_PAGE).read_text(encoding="utf-8")
     assert "<svg" in page and "12 epochs" in page and "http" not in page
 
 
-def test_a_training_that_was_stopped_ends_at_the_same_file(trained: Order, tmp_path: Path) -> None:
+def test_a_training_that_was_stopped_ends_at_the_same_file(trained: TrainingRequest, tmp_path: Path) -> None:
     again = replace(trained, out=tmp_path)
 
     def stop(epoch: object) -> None:
@@ -95,25 +95,25 @@ def test_a_training_that_was_stopped_ends_at_the_same_file(trained: Order, tmp_p
 
     with pytest.raises(KeyboardInterrupt):
         train_net("touch", again, stop)
-    assert (tmp_path / NAME).is_file() and not weights_path("touch", tmp_path).exists()
+    assert (tmp_path / CHECKPOINT_FILE).is_file() and not weights_path("touch", tmp_path).exists()
     train_net("touch", replace(again, resume=True))
     assert weights_path("touch", tmp_path).read_bytes() == weights_path("touch", trained.out).read_bytes()
 
 
-def test_the_task_is_as_symmetric_as_the_square(trained: Order) -> None:
-    task = touch_task(tactile.Skin(), SIDE, SIZE)
+def test_the_task_is_as_symmetric_as_the_square(trained: TrainingRequest) -> None:
+    task = touch_loss(tactile.Skin(), SIDE, SIZE)
     validation = examples_of(open_fieldset(trained.data), "validation", task)
     net, _ = load_net("touch", trained.out)
     blind = UNet(net.shape)
     for symmetry in range(SYMMETRIES):
-        found = task.errors(blind, task.moved(validation, symmetry))
+        found = task.errors(blind, task.transformed(validation, symmetry))
         torch.testing.assert_close(found, task.errors(blind, validation), rtol=1e-3, atol=1e-5)
 
 
 def test_a_model_compared_with_itself_has_no_error() -> None:
     reliefs = np.random.default_rng(0).uniform(0.0, 0.5, (3, SIDE, SIDE)).astype(np.float32)
     reliefs[2] = 0.0
-    found = felt(partial(tactile.press, size_mm=SIZE), reliefs, SIZE, torch.float64, 2)
+    found = measure_textures(partial(tactile.press, size_mm=SIZE), reliefs, SIZE, torch.float64, 2)
     same = errors(found, found)
     assert same["textures"] == 3 and same["textures_with_roughness"] == 2
     assert same["roughness_mean_percent"] == same["contact_area_95th_percent"] == 0.0
@@ -128,7 +128,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 
 def test_the_command_trains_and_tells(
-    trained: Order, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    trained: TrainingRequest, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Against finite elements, on few textures."""
     arguments = ["--data", str(trained.data), "-o", str(tmp_path), "--epochs", "1", "--widths", "4,4"]
@@ -140,7 +140,7 @@ def test_the_command_trains_and_tells(
 
 
 def test_a_training_that_goes_astray_leaves_no_net(
-    trained: Order, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    trained: TrainingRequest, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = str(tmp_path / "astray")
     arguments = ["--widths", "4,4", "--epochs", "2", "--learning-rate", "1e30", "-q"]
@@ -149,7 +149,7 @@ def test_a_training_that_goes_astray_leaves_no_net(
 
 
 def test_what_is_wrong_is_told_in_one_line(
-    trained: Order, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    trained: TrainingRequest, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     data, new = ["--data", str(trained.data)], str(tmp_path / "new")
     assert "dataset.json" in refusal(capsys, "--data", new, "-o", new)
@@ -174,11 +174,11 @@ def looked_at(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_rendering_net_mends_what_rough_horizons_tell(looked_at: Path, tmp_path: Path) -> None:
-    order = Order(looked_at, tmp_path, SETTINGS, widths=(8, 12, 16), tested=6)
-    card = train_net("look", order)
+    training = TrainingRequest(looked_at, tmp_path, SETTINGS, widths=(8, 12, 16), tested=6)
+    card = train_net("look", training)
     net, read = load_net("look", tmp_path)
     assert read == card and card.valid["samples"] == SIDE and net.shape.inputs == ambient_net.CHANNELS
-    data, task = open_fieldset(looked_at), LookTask(SIZE)
+    data, task = open_fieldset(looked_at), LookLoss(SIZE)
     seen, validation = (look_examples(data, split, studio_sky()) for split in ("train", "validation"))
     untrained, trained = (float(errors_of(n, task, seen).mean()) for n in (UNet(net.shape), net))
     assert trained < 0.85 * untrained and trained < 0.05
@@ -191,9 +191,9 @@ def test_the_rendering_net_mends_what_rough_horizons_tell(looked_at: Path, tmp_p
 
 def test_its_pictures_turn_with_the_relief(looked_at: Path) -> None:
     examples = look_examples(open_fieldset(looked_at), "train", studio_sky())
-    task, net = LookTask(SIZE), UNet(Shape(ambient_net.CHANNELS, 1, (4, 4), 2))
+    task, net = LookLoss(SIZE), UNet(Shape(ambient_net.CHANNELS, 1, (4, 4), 2))
     few = {name: values[:2] for name, values in examples.items()}
-    errors = [errors_of(net, task, task.moved(few, symmetry)) for symmetry in range(SYMMETRIES)]
+    errors = [errors_of(net, task, task.transformed(few, symmetry)) for symmetry in range(SYMMETRIES)]
     for error in errors[1:]:
         # Faces turn along: only the diagonal that cells are cut along does not.
         torch.testing.assert_close(error, errors[0], rtol=0.05, atol=0.002)
@@ -201,7 +201,7 @@ def test_its_pictures_turn_with_the_relief(looked_at: Path) -> None:
 
 def test_the_rendering_net_needs_pictures(data: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="lights: none"):
-        train_net("look", Order(data, tmp_path, SETTINGS))
+        train_net("look", TrainingRequest(data, tmp_path, SETTINGS))
 
 
 SEEDS = (1, 2, 3)
@@ -213,8 +213,10 @@ def test_three_seeds_make_touch_nets_that_err_alike(data: Path, tmp_path: Path) 
     found = []
     for seed in SEEDS:
         settings = replace(SETTINGS, seed=seed)
-        order = Order(data, tmp_path / str(seed), settings, widths=(8, 12, 16), tested=12, reference="layer")
-        card = train_net("touch", order)
+        training = TrainingRequest(
+            data, tmp_path / str(seed), settings, widths=(8, 12, 16), tested=12, reference="layer"
+        )
+        card = train_net("touch", training)
         assert card.errors["roughness_mean_percent"] < 6.0
         assert card.errors["contact_area_mean_percent"] < 6.0
         found.append(float(card.training["best validation error"]))
@@ -227,7 +229,7 @@ def test_three_seeds_make_rendering_nets_that_err_alike(looked_at: Path, tmp_pat
     for seed in SEEDS:
         settings = replace(SETTINGS, seed=seed)
         card = train_net(
-            "look", Order(looked_at, tmp_path / str(seed), settings, widths=(8, 12, 16), tested=6)
+            "look", TrainingRequest(looked_at, tmp_path / str(seed), settings, widths=(8, 12, 16), tested=6)
         )
         found.append(float(card.training["best validation error"]))
         assert card.errors["ambient_mean_percent"] < 8.0

@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 
 from relief.errors import InputError
-from surrogate.corpus.manifest import NAME, Entry, entry, optimised, read, read_manifest, write_manifest
+from surrogate.corpus.manifest import (
+    MANIFEST_FILE,
+    Entry,
+    entry,
+    optimised,
+    read,
+    read_manifest,
+    write_manifest,
+)
 from surrogate.corpus.optimised import Optimised, load, store
 from surrogate.corpus.photographs import bundled
 from surrogate.corpus.recipes import heights, recipes
@@ -23,14 +31,14 @@ def entries() -> list[Entry]:
 
 
 def line_of(line: Entry, folder: Path) -> Line:
-    write_manifest(folder / NAME, [line])
-    return json.loads((folder / NAME).read_text(encoding="utf-8"))
+    write_manifest(folder / MANIFEST_FILE, [line])
+    return json.loads((folder / MANIFEST_FILE).read_text(encoding="utf-8"))
 
 
 def test_a_manifest_is_read_as_it_was_written(tmp_path: Path, entries: list[Entry]) -> None:
-    write_manifest(tmp_path / NAME, entries)
-    assert list(read_manifest(tmp_path / NAME)) == entries
-    assert [path.name for path in tmp_path.iterdir()] == [NAME]
+    write_manifest(tmp_path / MANIFEST_FILE, entries)
+    assert list(read_manifest(tmp_path / MANIFEST_FILE)) == entries
+    assert [path.name for path in tmp_path.iterdir()] == [MANIFEST_FILE]
 
 
 def test_heights_made_anew_are_those_of_the_checksums(tmp_path: Path, entries: list[Entry]) -> None:
@@ -50,14 +58,14 @@ def test_a_manifest_cut_short_while_written_does_not_appear(tmp_path: Path, entr
         raise RuntimeError("out of power")
 
     with pytest.raises(RuntimeError):
-        write_manifest(tmp_path / NAME, broken())
+        write_manifest(tmp_path / MANIFEST_FILE, broken())
     assert list(tmp_path.iterdir()) == []
 
 
 def test_an_optimised_texture_stays_in_the_split_of_its_origin(tmp_path: Path, entries: list[Entry]) -> None:
     relief = np.random.default_rng(0).uniform(0, 3, (16, 16)).astype(np.float32)
     texture = store(tmp_path, "gravel-rougher", relief, "scikit-image/gravel")
-    write_manifest(tmp_path / NAME, [*entries, entry(texture, relief)])
+    write_manifest(tmp_path / MANIFEST_FILE, [*entries, entry(texture, relief)])
     (line,) = optimised(tmp_path)
     assert line.split == "test"
     np.testing.assert_array_equal(read(line, tmp_path), relief)
@@ -90,19 +98,19 @@ def test_a_bad_line_is_refused_by_file_line_and_field(
     line = line_of(procedural, tmp_path)
     good = json.dumps(line)
     spoil(line)
-    (tmp_path / NAME).write_text(f"{good}\n{json.dumps(line)}\n", encoding="utf-8")
+    (tmp_path / MANIFEST_FILE).write_text(f"{good}\n{json.dumps(line)}\n", encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        list(read_manifest(tmp_path / NAME))
-    assert str(caught.value).startswith(f"{tmp_path / NAME}: line 2: {field}")
+        list(read_manifest(tmp_path / MANIFEST_FILE))
+    assert str(caught.value).startswith(f"{tmp_path / MANIFEST_FILE}: line 2: {field}")
     assert "\n" not in str(caught.value)
 
 
 def test_a_training_texture_cannot_be_declared_a_test(tmp_path: Path, entries: list[Entry]) -> None:
     line = line_of(next(line for line in entries if line.split == "train"), tmp_path)
     line["split"] = "test"
-    (tmp_path / NAME).write_text(json.dumps(line), encoding="utf-8")
+    (tmp_path / MANIFEST_FILE).write_text(json.dumps(line), encoding="utf-8")
     with pytest.raises(InputError, match="split: test, but its source is in train"):
-        list(read_manifest(tmp_path / NAME))
+        list(read_manifest(tmp_path / MANIFEST_FILE))
 
 
 @pytest.mark.parametrize(
@@ -111,21 +119,21 @@ def test_a_training_texture_cannot_be_declared_a_test(tmp_path: Path, entries: l
 def test_a_path_that_leads_elsewhere_is_refused(tmp_path: Path, path: str) -> None:
     line = line_of(Entry(Optimised("scikit-image/brick", "a.npy"), "test", 16, "0" * 64), tmp_path)
     line["texture"]["path"] = path
-    (tmp_path / NAME).write_text(json.dumps(line), encoding="utf-8")
+    (tmp_path / MANIFEST_FILE).write_text(json.dumps(line), encoding="utf-8")
     with pytest.raises(InputError, match=r"line 1: texture\.path: "):
         optimised(tmp_path)
 
 
 @pytest.mark.parametrize("text", [b"not json\n", b"\xff\xfe\n", b"\n", b"[" * 3000 + b"\n", b"x" * 10**6])
 def test_what_is_no_manifest_is_refused(tmp_path: Path, text: bytes) -> None:
-    (tmp_path / NAME).write_bytes(text)
+    (tmp_path / MANIFEST_FILE).write_bytes(text)
     with pytest.raises(InputError, match="line 1: ") as caught:
-        list(read_manifest(tmp_path / NAME))
+        list(read_manifest(tmp_path / MANIFEST_FILE))
     assert len(str(caught.value)) < 1000
 
 
 def test_a_missing_manifest_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=NAME):
+    with pytest.raises(InputError, match=MANIFEST_FILE):
         optimised(tmp_path)
 
 

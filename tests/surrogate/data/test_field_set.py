@@ -15,11 +15,11 @@ from relief.files import write_atomically
 from surrogate.corpus.manifest import entry
 from surrogate.corpus.recipes import Recipe, heights, recipes
 from surrogate.data.field_set import FAILURES, open_fieldset, read_failures, shard_path, text_of_failures
-from surrogate.data.request import NAME, Asked, read_asked, text_of_asked
+from surrogate.data.request import DATASET_FILE, DatasetRequest, read_request, text_of_request
 from surrogate.data.shard import DOUBLE, SINGLE, Failure, Row, layout, open_shard, shard_bytes
 
 SIDE = 16
-ASKED = Asked(
+REQUEST = DatasetRequest(
     seed=4,
     count=6,
     procedural_share=1.0,
@@ -37,26 +37,26 @@ ASKED = Asked(
     versions={"numpy": "2"},
     shard_size=4,
 )
-TEXTURES = list(recipes(ASKED.seed, ASKED.count))
+TEXTURES = list(recipes(REQUEST.seed, REQUEST.count))
 
 
 def content(number: int, left_out: int | None = None) -> bytes:
     """A shard with numbers of no meaning."""
-    held: list[tuple[int, Recipe]] = [(k, TEXTURES[k]) for k in ASKED.places(number) if k != left_out]
+    held: list[tuple[int, Recipe]] = [(k, TEXTURES[k]) for k in REQUEST.places(number) if k != left_out]
     reliefs = [heights(texture, samples=SIDE) for _, texture in held]
     rows = tuple(Row(k, entry(t, h)) for (k, t), h in zip(held, reliefs, strict=True))
-    lost = tuple(Failure(k, TEXTURES[k].source, "no") for k in ASKED.places(number) if k == left_out)
+    lost = tuple(Failure(k, TEXTURES[k].source, "no") for k in REQUEST.places(number) if k == left_out)
     random = np.random.default_rng(number)
     tensors = {
         name: random.uniform(size=shape).astype(kind)
-        for name, (shape, kind) in layout(ASKED, len(rows)).items()
+        for name, (shape, kind) in layout(REQUEST, len(rows)).items()
     }
-    return shard_bytes(ASKED, number, rows, lost, tensors | {"heights": np.array(reliefs)})
+    return shard_bytes(REQUEST, number, rows, lost, tensors | {"heights": np.array(reliefs)})
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    write_atomically(tmp_path / NAME, text_of_asked(ASKED).encode())
+    write_atomically(tmp_path / DATASET_FILE, text_of_request(REQUEST).encode())
     write_atomically(shard_path(tmp_path, 0), content(0, left_out=2))
     write_atomically(shard_path(tmp_path, 1), content(1))
     return tmp_path
@@ -64,11 +64,11 @@ def folder(tmp_path: Path) -> Path:
 
 def test_a_data_set_is_read_as_it_was_written(folder: Path) -> None:
     found = open_fieldset(folder)
-    assert found.asked == ASKED and found.finished
+    assert found.request == REQUEST and found.finished
     assert [row.index for shard in found.shards for row in shard.rows] == [0, 1, 3, 4, 5]
     assert found.failures() == [Failure(2, TEXTURES[2].source, "no")]
     for shard in found.shards:
-        for name, (shape, kind) in layout(ASKED, len(shard.rows)).items():
+        for name, (shape, kind) in layout(REQUEST, len(shard.rows)).items():
             values = shard.read(name)
             assert values.shape == shape and values.dtype == kind
         for row, relief in zip(shard.rows, shard.read("heights"), strict=True):
@@ -96,15 +96,15 @@ def test_a_data_set_that_is_not_finished_says_so(folder: Path) -> None:
 
 
 def test_a_shard_is_not_written_with_other_tensors_or_without_numbers() -> None:
-    good = {name: np.zeros(shape, kind) for name, (shape, kind) in layout(ASKED, 0).items()}
+    good = {name: np.zeros(shape, kind) for name, (shape, kind) in layout(REQUEST, 0).items()}
     for bad in (
         {name: good[name] for name in good if name != "gap"},
         good | {"gap": np.zeros((1, SIDE, SIDE), SINGLE)},
         good | {"gap": np.zeros((0, SIDE, SIDE), DOUBLE)},
     ):
         with pytest.raises(ValueError, match="gap"):
-            shard_bytes(ASKED, 0, (), (), bad)
-    one = replace(ASKED, touch="none", lights="none")
+            shard_bytes(REQUEST, 0, (), (), bad)
+    one = replace(REQUEST, touch="none", lights="none")
     with pytest.raises(ValueError, match="finite"):
         shard_bytes(
             one,
@@ -173,7 +173,7 @@ def test_a_shard_cut_short_is_refused(folder: Path) -> None:
     path = shard_path(folder, 1)
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(InputError, match=r"00001\.safetensors: "):
-        open_shard(path, ASKED, 1)
+        open_shard(path, REQUEST, 1)
 
 
 def test_a_shard_without_what_it_tells_is_refused(folder: Path) -> None:
@@ -207,16 +207,16 @@ SETTINGS: dict[str, tuple[Any, str]] = {
 @pytest.mark.parametrize("case", SETTINGS)
 def test_a_bad_dataset_json_is_refused_by_file_and_field(folder: Path, case: str) -> None:
     change, field = SETTINGS[case]
-    values = json.loads((folder / NAME).read_text(encoding="utf-8")) | change
-    (folder / NAME).write_text(json.dumps(values), encoding="utf-8")
+    values = json.loads((folder / DATASET_FILE).read_text(encoding="utf-8")) | change
+    (folder / DATASET_FILE).write_text(json.dumps(values), encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        read_asked(folder)
-    assert str(caught.value).startswith(f"{folder / NAME}: ")
+        read_request(folder)
+    assert str(caught.value).startswith(f"{folder / DATASET_FILE}: ")
     assert field in str(caught.value) or case == "no number"
 
 
 def test_a_folder_that_is_no_data_set_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=NAME):
+    with pytest.raises(InputError, match=DATASET_FILE):
         open_fieldset(tmp_path)
 
 

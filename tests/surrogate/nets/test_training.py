@@ -12,14 +12,14 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from relief.errors import InputError
-from surrogate.nets.augmentation import moved
-from surrogate.nets.checkpoint import CURVES, NAME, Begun, load_training, save_training
+from surrogate.nets.augmentation import transformed
+from surrogate.nets.checkpoint import CHECKPOINT_FILE, CURVES, TrainingKey, load_training, save_training
 from surrogate.nets.training import Epoch, Examples, Settings, Training, beginning, errors, train
 from surrogate.nets.unet import Shape, UNet
 
 SHAPE = Shape(1, 1, (4, 6))
 SETTINGS = Settings(seed=3, epochs=4, batch=4, learning_rate=1e-2, warmup=2)
-BEGUN = Begun("touch", SHAPE, SETTINGS, "0" * 64)
+KEY = TrainingKey("touch", SHAPE, SETTINGS, "0" * 64)
 
 
 class Blur:
@@ -33,8 +33,8 @@ class Blur:
         wanted = functional.avg_pool2d(field, 3, stride=1, padding=1, count_include_pad=False)
         return (net(field) - wanted).square().mean((1, 2, 3))
 
-    def moved(self, examples: Examples, symmetry: int) -> Examples:
-        return {name: moved(values, symmetry) for name, values in examples.items()}
+    def transformed(self, examples: Examples, symmetry: int) -> Examples:
+        return {name: transformed(values, symmetry) for name, values in examples.items()}
 
 
 def fields(count: int, seed: int) -> dict[str, Tensor]:
@@ -80,13 +80,13 @@ def test_a_training_that_was_interrupted_ends_at_the_same_weights_bit_for_bit(
     tmp_path: Path, epoch: int
 ) -> None:
     def keep(training: Training) -> None:
-        save_training(tmp_path, BEGUN, training)
+        save_training(tmp_path, KEY, training)
         if len(training.epochs) == epoch:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         train(new_net(), Blur(), EXAMPLES, VALIDATION, SETTINGS, keep=keep)
-    start = load_training(tmp_path, BEGUN)
+    start = load_training(tmp_path, KEY)
     assert len(start.epochs) == epoch
     torch.manual_seed(99)
     resumed = train(UNet(SHAPE), Blur(), EXAMPLES, VALIDATION, SETTINGS, start)
@@ -136,7 +136,7 @@ def kept(tmp_path: Path) -> Path:
         EXAMPLES,
         VALIDATION,
         replace(SETTINGS, epochs=2),
-        keep=lambda t: save_training(tmp_path, BEGUN, t),
+        keep=lambda t: save_training(tmp_path, KEY, t),
     )
     return tmp_path
 
@@ -148,30 +148,30 @@ def test_curves_have_a_line_an_epoch(kept: Path) -> None:
 
 
 OTHERS = {
-    "data": replace(BEGUN, data="1" * 64),
-    "settings.seed": replace(BEGUN, settings=replace(SETTINGS, seed=4)),
-    "shape.widths": replace(BEGUN, shape=Shape(1, 1, (4, 7))),
-    "kind": replace(BEGUN, kind="look"),
+    "data": replace(KEY, data="1" * 64),
+    "settings.seed": replace(KEY, settings=replace(SETTINGS, seed=4)),
+    "shape.widths": replace(KEY, shape=Shape(1, 1, (4, 7))),
+    "kind": replace(KEY, kind="look"),
 }
 
 
 @pytest.mark.parametrize("field", OTHERS)
 def test_another_training_does_not_go_on(kept: Path, field: str) -> None:
-    with pytest.raises(InputError, match=rf"{NAME}: {field}: begun with"):
+    with pytest.raises(InputError, match=rf"{CHECKPOINT_FILE}: {field}: begun with"):
         load_training(kept, OTHERS[field])
 
 
 def test_a_damaged_checkpoint_is_refused(kept: Path) -> None:
-    path = kept / NAME
+    path = kept / CHECKPOINT_FILE
     whole = path.read_bytes()
     for content in (b"", b"x" * 100, whole[:-8]):
         path.write_bytes(content)
-        with pytest.raises(InputError, match=NAME):
-            load_training(kept, BEGUN)
+        with pytest.raises(InputError, match=CHECKPOINT_FILE):
+            load_training(kept, KEY)
     path.write_bytes(whole)
     save_file(load_file(path), path)
     with pytest.raises(InputError, match="training: "):
-        load_training(kept, BEGUN)
+        load_training(kept, KEY)
     path.unlink()
     with pytest.raises(InputError, match="nothing to go on from"):
-        load_training(kept, BEGUN)
+        load_training(kept, KEY)

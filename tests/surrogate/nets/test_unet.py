@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from surrogate.nets.augmentation import SYMMETRIES, moved, moved_vectors
+from surrogate.nets.augmentation import SYMMETRIES, transformed, transformed_vectors
 from surrogate.nets.unet import Shape, UNet, parameters
 from tests.taylor import slope_error
 
@@ -38,9 +38,9 @@ def test_a_net_with_symmetric_filters_sees_every_symmetry_alike(symmetry: int) -
     net = alive(Shape(1, 1, (4, 6), block=1)).double()
     for values in net.parameters():
         if values.ndim == 4:
-            values.data = torch.stack([moved(values.data, k) for k in range(SYMMETRIES)]).mean(0)
+            values.data = torch.stack([transformed(values.data, k) for k in range(SYMMETRIES)]).mean(0)
     field = torch.randn(1, 1, 16, 16, dtype=torch.float64)
-    torch.testing.assert_close(net(moved(field, symmetry)), moved(net(field), symmetry))
+    torch.testing.assert_close(net(transformed(field, symmetry)), transformed(net(field), symmetry))
 
 
 def test_its_gradient_is_that_of_its_values() -> None:
@@ -56,10 +56,10 @@ def test_parameters_are_counted() -> None:
 
 def test_the_eight_symmetries_are_eight_and_vectors_follow_them() -> None:
     field = torch.arange(9.0).view(3, 3)
-    assert len({tuple(moved(field, k).flatten().tolist()) for k in range(SYMMETRIES)}) == SYMMETRIES
+    assert len({tuple(transformed(field, k).flatten().tolist()) for k in range(SYMMETRIES)}) == SYMMETRIES
     # The slope of a map is a vector that turns with it: x to the right, y up.
     ramp = torch.arange(5.0).expand(5, 5)
     for symmetry in range(SYMMETRIES):
-        down, right = (float(torch.diff(moved(ramp, symmetry), dim=k).mean()) for k in (0, 1))
-        x, y, z = moved_vectors(torch.tensor([1.0, 0.0, 2.0]), symmetry).tolist()
+        down, right = (float(torch.diff(transformed(ramp, symmetry), dim=k).mean()) for k in (0, 1))
+        x, y, z = transformed_vectors(torch.tensor([1.0, 0.0, 2.0]), symmetry).tolist()
         assert (x, y, z) == (right, -down, 2.0)
