@@ -8,13 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from visual.backend import variants
-from visual.needs import Needs, camera_name, casts_shadows, met_by_chance, needs_of
+from visual.lights.kind import Light
+from visual.lights.parallel import angles
+from visual.lights.quadrature import kind_of
+from visual.needs import Needs, camera_name, needs_of
 from visual.scene import plate_heights
 from visual.scene_file.check import check_scene
-from visual.scene_file.describe import AMBIENT, PARALLEL, Camera, Description, Light, Plate, describe
+from visual.scene_file.describe import describe
+from visual.scene_file.parsed import Camera, Description, Plate
 
-KINDS = {"point": "point light", "area": "shining surface", "envmap": "environment map"}
-"""Lights other than parallel and ambient, by Mitsuba's names, in words."""
 NO_EDGES = "not followed: only gradients need them"
 NO_GRADIENTS = "none, so retouch optimize refuses this scene: "
 GRADIENTS = "there, with those of moving shadows: retouch optimize can keep the look of this scene"
@@ -46,7 +48,7 @@ def explain_scene(
     return [
         ("plate", _plate(description.plate, texture or description.plate.filename, relief)),
         *_cameras(description, needs, samples),
-        *((name, _light(light)) for name, light in zip(needs.lights, needs.alone, strict=False)),
+        *((name, _words(light)) for name, light in zip(needs.lights, needs.alone, strict=False)),
         *_ambient(description, needs),
         ("pictures", _pictures(description, needs)),
         ("bounces", _bounces(needs)),
@@ -91,29 +93,20 @@ def _camera(camera: Camera, top_view: bool, samples: int) -> str:
 
 def _view(camera: Camera) -> str:
     """From where a camera looks."""
-    x, y, z = -camera.to_world[:3, 2] / np.linalg.norm(camera.to_world[:3, 2])
-    elevation = round(float(np.degrees(np.arcsin(np.clip(z, -1.0, 1.0)))), 1) + 0.0
-    azimuth = round(float(np.degrees(np.arctan2(y, x))) % 360.0, 1) % 360.0
+    behind = camera.to_world[:3, 2]
+    azimuth, elevation = angles(-behind / np.linalg.norm(behind))
     return f"{camera.kind}, from azimuth {azimuth:g}°, elevation {elevation:g}°"
 
 
-def _light(light: Light) -> str:
-    if light.kind != PARALLEL or light.direction is None:
-        return KINDS[light.kind]
-    x, y, z = light.direction
-    if not casts_shadows(light):
-        return "parallel light from straight above"
-    # Adding 0 turns a negative zero into a positive one.
-    elevation = round(float(np.degrees(np.arcsin(np.clip(z, -1.0, 1.0)))), 1) + 0.0
-    azimuth = round(float(np.degrees(np.arctan2(y, x))) % 360.0, 1) % 360.0
-    return f"parallel light, azimuth {azimuth:g}°, elevation {elevation:g}°"
+def _words(light: Light) -> str:
+    return kind_of(light).words(light)
 
 
 def _ambient(description: Description, needs: Needs) -> Iterator[tuple[str, str]]:
     if needs.around:
         role = "part of every condition" if needs.alone else "the only condition"
-        yield "ambient", f"light from all around, {role}"
-    elif any(light.kind == AMBIENT for light in description.lights):
+        yield "ambient", f"{_words(needs.around[0])}, {role}"
+    elif any(kind_of(light).ambient for light in description.lights):
         yield "ambient", "black, hence left out"
 
 
@@ -143,8 +136,8 @@ def _bounces(needs: Needs) -> str:
 def _random_rays(needs: Needs) -> str:
     if not needs.direct:
         return "at every bounce, as the paths go on by them"
-    by_chance = [name for name, light in _named(needs) if met_by_chance(light)]
-    others = [name for name, light in _named(needs) if not met_by_chance(light)]
+    by_chance = [name for name, light in _named(needs) if kind_of(light).met_by_chance]
+    others = [name for name, light in _named(needs) if not kind_of(light).met_by_chance]
     never = "a ray off the plate never meets a parallel light or a point"
     if not by_chance:
         return f"none: {never}"
@@ -167,8 +160,8 @@ def _channels(variant: str, needs: Needs) -> str:
 
 
 def _shadow_edges(needs: Needs) -> str:
-    followed = [name for name, light in _named(needs) if casts_shadows(light) or light.kind == AMBIENT]
-    above = [name for name, light in _named(needs) if not (casts_shadows(light) or light.kind == AMBIENT)]
+    followed = [name for name, light in _named(needs) if _has_edges(light)]
+    above = [name for name, light in _named(needs) if not _has_edges(light)]
     sentences = []
     if followed:
         sentences.append(
@@ -178,6 +171,10 @@ def _shadow_edges(needs: Needs) -> str:
     if above:
         sentences.append(f"none for {_list(above)}: under light from straight above nothing is shaded")
     return "; ".join(sentences)
+
+
+def _has_edges(light: Light) -> bool:
+    return kind_of(light).ambient or kind_of(light).casts_shadows(light)
 
 
 def _named(needs: Needs) -> Iterator[tuple[str, Light]]:

@@ -7,18 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from visual.lights.parallel import parallel_obstacle
-from visual.scene_file.describe import AMBIENT, Camera, Description, Light
+from visual.lights.kind import Light, shines
+from visual.lights.quadrature import kind_of, parallel_obstacle
+from visual.scene_file.parsed import Camera, Description
 
 DIRECT_DEPTH = 2
 """The `max_depth` of light that goes from lamp to plate to camera."""
-MET_BY_CHANCE = ("constant", "envmap", "area")
-"""Lights that a ray sent off at random may meet; it never meets a parallel light or a point."""
 MATTE = ("diffuse", "twosided")
 """Materials that have no highlight."""
-OVERHEAD = 1e-6
-"""Largest horizontal part of the direction toward a light that stands straight above: a face would have to
-rise a million times as far as it is wide to turn away from it."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +60,8 @@ class Needs:
 
 def needs_of(description: Description) -> Needs:
     """What pictures of this scene take."""
-    alone = tuple(light for light in description.lights if light.kind != AMBIENT)
-    ambient = tuple(light for light in description.lights if light.kind == AMBIENT)
+    alone = tuple(light for light in description.lights if not kind_of(light).ambient)
+    ambient = tuple(light for light in description.lights if kind_of(light).ambient)
     direct = description.max_depth == DIRECT_DEPTH
     every = description.cameras
     # Where none has any weight, all are alike.
@@ -85,7 +81,7 @@ def needs_of(description: Description) -> Needs:
         weights=tuple(share for share in shares for _ in lights),
         alone=alone,
         # Alone in the dark, black light still has its picture.
-        around=tuple(light for light in ambient if _shines(light) or not alone),
+        around=tuple(light for light in ambient if shines(light) or not alone),
         direct=direct,
         max_depth=description.max_depth,
         colour=not description.grey,
@@ -95,22 +91,6 @@ def needs_of(description: Description) -> Needs:
     )
 
 
-def met_by_chance(light: Light) -> bool:
-    """Whether rays sent off the material at random can meet a light; if not, none are sent."""
-    return light.kind in MET_BY_CHANCE
-
-
-def casts_shadows(light: Light) -> bool:
-    """Whether the plate can stand in its own way of a light, on some relief.
-
-    Under all others no shadow edge is looked for. Whether a given relief has any is for
-    `visual.exact.shadow_edges`.
-    """
-    if light.direction is not None:
-        return bool(light.direction[2] < 0.0 or np.hypot(*light.direction[:2]) > OVERHEAD)
-    return _shines(light)
-
-
 def _name(light: Light, number: int) -> str:
     return light.id if light.id and not light.id.startswith("_") else f"light-{number + 1}"
 
@@ -118,11 +98,6 @@ def _name(light: Light, number: int) -> str:
 def camera_name(camera: Camera, number: int) -> str:
     """Its id, or its number from 1."""
     return camera.id if camera.id and not camera.id.startswith("_") else f"camera-{number + 1}"
-
-
-def _shines(light: Light) -> bool:
-    """Whether a light is not known to be black."""
-    return light.strength is None or any(light.strength)
 
 
 def _obstacles(description: Description, from_above: bool) -> Iterator[str]:

@@ -18,11 +18,14 @@ from visual.exact import render as exact
 from visual.exact.discontinuities import EdgeSamples, black_background, scene_background
 from visual.exact.view import Illumination, View
 from visual.geometry.projection import from_above, projection_of
-from visual.lights.parallel import LUMINANCE, ParallelLights, Quadrature, parallel_obstacle, prepare
+from visual.lights.kind import Light
+from visual.lights.parallel import LUMINANCE, ParallelLights
+from visual.lights.quadrature import Quadrature, kind_of, parallel_obstacle, prepare
 from visual.models import LookModel, look_model
-from visual.needs import casts_shadows, met_by_chance, needs_of
-from visual.scene_file.check import CheckedScene, check_scene, instantiate
-from visual.scene_file.describe import PARALLEL, Description, Light, Plate, describe
+from visual.needs import needs_of
+from visual.scene_file.check import check_scene, instantiate
+from visual.scene_file.describe import describe
+from visual.scene_file.parsed import CheckedScene, Description, Plate
 
 if TYPE_CHECKING:
     from visual.fast.renderer import FastRenderer
@@ -209,9 +212,9 @@ class Scene:
     def _white(self) -> float:
         strengths = [float(LUMINANCE @ np.array(self._description.ambient))]
         for light in self._needs.alone:
-            if light.kind == PARALLEL and light.strength is not None:
+            if light.direction is not None and light.strength is not None:
                 strengths.append(float(LUMINANCE @ np.array(light.strength)) / np.pi)
-            elif light.kind != PARALLEL and parallel_obstacle(light, self.size_mm) is None:
+            elif light.direction is None and parallel_obstacle(light, self.size_mm) is None:
                 around = self._quadrature((light,), FIXED_DIRECTIONS).lights()
                 facing = around.irradiance.T @ np.maximum(around.toward[:, 2], 0.0)
                 strengths.append(float(LUMINANCE @ facing) / np.pi)
@@ -250,9 +253,9 @@ class Scene:
             params,
             self._needs.cameras,
             tuple(cameras),
-            self._integrator(1) if any(met_by_chance(light) for light in lights) else by_light,
+            self._integrator(1) if any(kind_of(light).met_by_chance for light in lights) else by_light,
             lambda generator: self._quadrature(lights, DIRECTIONS).lights(generator),
-            any(casts_shadows(light) for light in lights),
+            any(kind_of(light).casts_shadows(light) for light in lights),
             scene_background(scene),
             by_light,
         )
@@ -260,9 +263,9 @@ class Scene:
     def _illumination(self, lights: tuple[Light, ...], resolution: int | None, count: int) -> Illumination:
         """Fixed parallel lights that stand for these."""
         fixed = self._quadrature(lights, count).lights()
-        seen = all(light.kind == PARALLEL for light in lights)
+        seen = any(kind_of(light).surrounds for light in lights)
         background = (
-            black_background if seen else scene_background(self._light_scene(lights, resolution).scene)
+            scene_background(self._light_scene(lights, resolution).scene) if seen else black_background
         )
         return Illumination(fixed, background)
 

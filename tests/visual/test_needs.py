@@ -19,7 +19,8 @@ from visual import scene
 from visual.backend import rays
 from visual.exact import render as exact
 from visual.explain import explain_scene
-from visual.needs import Needs, casts_shadows, needs_of
+from visual.lights.quadrature import kind_of
+from visual.needs import Needs, needs_of
 from visual.scene import Scene
 from visual.scene_file import check
 from visual.scene_file.check import check_scene
@@ -223,7 +224,7 @@ def test_no_ray_is_traced_for_shadow_edges_that_are_not_there(
 
 def test_a_light_is_straight_above_or_it_is_not(needs: Callable[..., Needs]) -> None:
     lights = needs(sun(90), sun(89.99), sun(35), sun(-10), sun(-90), POINT).alone
-    assert [casts_shadows(light) for light in lights] == [False, True, True, True, True, True]
+    assert [kind_of(light).casts_shadows(light) for light in lights] == [False, True, True, True, True, True]
 
 
 def test_no_light_that_stands_straight_above_has_a_shadow_edge_to_miss(
@@ -293,7 +294,8 @@ def test_deciding_imports_no_mitsuba() -> None:
     script = f"""
 import sys; sys.path.insert(0, {str(ROOT)!r})
 import numpy as np
-from visual.scene_file.describe import Camera, Description, Light, Plate
+from visual.lights.kind import Light
+from visual.scene_file.parsed import Camera, Description, Plate
 from visual.needs import needs_of
 sun = Light("directional", "sun", 0, (0.6, 0.0, 0.8), np.eye(4), (1.0, 1.0, 1.0))
 camera = Camera("orthographic", "", np.diag([5.0, 5.0, -1.0, 1.0]), 32, 32, 4, 1.0)

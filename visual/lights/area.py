@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from visual.lights.kind import Draw, EmitterShape, Light, LightKind
 from visual.lights.parallel import GOLDEN_RATIO, ParallelLights, off_horizon
-from visual.scene_file.describe import EmitterShape
 
 Array = NDArray[np.float64]
 
@@ -111,3 +113,23 @@ def _sphere(shape: EmitterShape, part: Array, around: Array) -> tuple[Array, Arr
     )
     inside_out = shape.flipped != (np.linalg.det(axes) < 0.0)
     return toward, np.full(len(part), 0.0 if inside_out else 2.0 * np.pi * highest)
+
+
+def _quadrature(light: Light, count: int) -> Draw:
+    assert light.shape is not None
+    return partial(area_lights, light.shape, np.array(light.strength), count)
+
+
+def _obstacle(light: Light, size_mm: float) -> str | None:
+    if light.shape is None:
+        return "is not on a shape"
+    obstacle = shape_obstacle(light.shape)
+    if obstacle is None and not is_distant(light.shape, size_mm):
+        least = f"{DISTANT * size_mm:g} mm away, {DISTANT:g} sides of the plate"
+        return f"{light.shape.kind}: gradients are only there for light at least {least}"
+    return obstacle
+
+
+AREA = LightKind(
+    lambda light: "shining surface", "radiance", _quadrature, obstacle=_obstacle, met_by_chance=True
+)

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from visual.lights.environment_picture import environment_picture
+from visual.lights.kind import Draw, Light, LightKind
 from visual.lights.parallel import GOLDEN_RATIO, LOWEST, LUMINANCE, ParallelLights, off_horizon
 
 Array = NDArray[np.float64]
@@ -28,6 +30,8 @@ CELLS_UP, CELLS_AROUND = 130, 256
 """Cells of equal solid angle: 0.01 of the sine of the elevation high, 1.4 degrees wide."""
 REGIONS = 64
 """Regions, at least, among which lamps are looked for: a few lights, too, are to find one."""
+ORTHOGONAL = 1e-4
+"""Tolerance of the products of the axes of a map, of length 1."""
 TINY = 1e-12
 """Least share of a region on one side of a cut, against rounding."""
 SHARPER = 0.7
@@ -272,3 +276,24 @@ def _sampled(sky: Environment, generator: np.random.Generator | None) -> Iterato
     around = (second + GOLDEN_RATIO * number) % 1.0
     toward, irradiance = _drawn(sky.rest, (start + around * (ends[row] - start)) / total)
     yield toward, irradiance / sky.count
+
+
+def _quadrature(light: Light, count: int) -> Draw:
+    return environment(environment_picture(light), light.to_world, count).lights
+
+
+def _obstacle(light: Light, size_mm: float) -> str | None:
+    axes = light.to_world[:3, :3]
+    if not np.allclose(axes.T @ axes, np.eye(3), atol=ORTHOGONAL):
+        return "to_world: gradients are only there for a rotation"
+    return None
+
+
+ENVIRONMENT = LightKind(
+    lambda light: "environment map",
+    None,
+    _quadrature,
+    obstacle=_obstacle,
+    surrounds=True,
+    met_by_chance=True,
+)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from relief.errors import InputError
-from visual.scene_file.describe import Light
-from visual.scene_file.text import last_line
+from visual.backend.messages import last_line
+from visual.lights.kind import Light
 
 Array = NDArray[np.float64]
 

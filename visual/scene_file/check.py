@@ -8,7 +8,6 @@ own folder as the only place where plugins are looked for.
 
 import contextlib
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -19,16 +18,18 @@ from mitsuba_scenes import find_file
 from relief import heightmap
 from relief.errors import InputError
 from visual.backend import heightfield, llvm
+from visual.backend.messages import last_line
 from visual.backend.variants import WITHOUT_LLVM
-from visual.scene_file.describe import WEIGHT, children
-from visual.scene_file.text import TextCheck, file_of_scene, file_of_user, last_line, nearest
+from visual.lights.quadrature import KINDS
+from visual.scene_file.parsed import WEIGHT, CheckedScene, children
+from visual.scene_file.text import TextCheck, file_of_scene, file_of_user, nearest
 
 LARGEST_FILM = 8192
 """Pixels a side of a picture."""
 
-ALLOWED = {
+ALLOWED: Mapping[str, Collection[str]] = {
     "Shape": {heightfield.PLUGIN, "rectangle", "disk", "sphere", "cube", "cylinder", "obj", "ply"},
-    "Emitter": {"directional", "constant", "envmap", "area", "point"},
+    "Emitter": KINDS.keys(),
     "Sensor": {"orthographic", "perspective"},
     "BSDF": {
         *("diffuse", "plastic", "roughplastic", "principled", "conductor", "roughconductor"),
@@ -45,20 +46,6 @@ ALLOWED = {
 
 PLATE_KEYS = ("filename", "size_mm", "relief_mm", "to_world")
 """What a height field takes from a file, beside its material."""
-
-
-@dataclass(frozen=True)
-class CheckedScene:
-    """A scene file that passed ``check_scene``.
-
-    ``state`` is Mitsuba's parsed scene with resolved references and absolute file names; ``plate`` the node
-    of its height field. ``visual.scene_file.describe.describe`` tells what it holds, ``instantiate`` makes
-    it.
-    """
-
-    path: Path
-    state: Any
-    plate: int
 
 
 def check_scene(path: str | Path, defines: Mapping[str, str] | None = None) -> CheckedScene:

@@ -1,152 +1,49 @@
-"""What a checked scene holds, read from its description before anything of it is loaded."""
+"""Description of a checked scene, read from its parsed nodes before anything of the scene is loaded."""
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from visual.scene_file.check import CheckedScene
+from relief.limits import PATCH_SIDE_MM
+from visual.lights.kind import RGB, EmitterShape, Light
+from visual.lights.quadrature import KINDS, kind_of
+from visual.scene_file.parsed import WEIGHT, Camera, CheckedScene, Description, Plate, children
 
-RGB = tuple[float, float, float]
-
-AMBIENT = "constant"
-PARALLEL = "directional"
-ENVIRONMENT = "envmap"
-AREA = "area"
-WEIGHT = "weight"
-"""Our own property of a sensor, which Mitsuba does not know."""
-
-_STRENGTH = {"directional": "irradiance", "constant": "radiance", "area": "radiance", "point": "intensity"}
-"""The property that says how strong an emitter is; all default to 1, an environment map's is its picture."""
 _DIFFUSE = {"diffuse": "reflectance", "plastic": "diffuse_reflectance", "roughplastic": "diffuse_reflectance"}
 _REFLECTANCE = 0.5
-"""Mitsuba's default of the diffuse reflectances above."""
-_COLOURED = ("regular", "irregular", "blackbody", "envmap")
-"""Plugins taken to have colour without a look at their values."""
+"""Diffuse reflectance of the materials above by Mitsuba's default."""
+_COLOURED = {
+    *("regular", "irregular", "blackbody"),
+    *(name for name, kind in KINDS.items() if kind.strength is None),
+}
+"""Plugins that count as coloured whatever their values: spectra, and lights whose strength is a picture."""
 _METALS = ("conductor", "roughconductor")
 _DEFAULT_FILM = (576, 768)
 _DEFAULT_SAMPLES = 4
 _DEFAULT_DEPTH = {"direct": 2, "prb": 6, "prb_basic": 6}
-"""Largest path length of an integrator that is given none; the others go on without limit."""
+"""Longest path of the integrators whose default has a limit."""
 
 
-@dataclass(frozen=True)
-class EmitterShape:
-    """The shape that an area light is on: its kind by Mitsuba's name and its node when parsed.
-
-    ``to_world`` has shape (4, 4) and maps Mitsuba's unit disk, square of side 2 or unit sphere to it.
-    ``flipped``: whether its normals are.
-    """
-
-    kind: str
-    node: int
-    to_world: NDArray[np.float64]
-    flipped: bool
-
-
-@dataclass(frozen=True)
-class Light:
-    """An emitter: its kind by Mitsuba's name, its id in the file (may be empty), its node when parsed.
-
-    ``direction`` is the unit vector from the plate toward a directional light, None for every other kind.
-    ``to_world`` has shape (4, 4). ``strength`` is its irradiance, radiance or intensity, red, green and blue,
-    or None if that is a picture or a spectrum. ``shape`` is that of an area light, ``filename`` and ``scale``
-    the picture of an environment map and the factor of its values.
-    """
-
-    kind: str
-    id: str
-    node: int
-    direction: tuple[float, float, float] | None
-    to_world: NDArray[np.float64]
-    strength: RGB | None
-    shape: EmitterShape | None = None
-    filename: Path | None = None
-    scale: float = 1.0
-
-
-@dataclass(frozen=True)
-class Camera:
-    """A sensor: its kind, id, ``to_world`` of shape (4, 4), picture size in pixels and samples a pixel.
-
-    ``weight`` is its share of the look, relative to those of the other sensors.
-    """
-
-    kind: str
-    id: str
-    to_world: NDArray[np.float64]
-    rows: int
-    cols: int
-    samples: int
-    weight: float
-
-
-@dataclass(frozen=True)
-class Plate:
-    """The height field: file, side and relief in mm, and material from the outside in, by Mitsuba's names.
-
-    ``diffuse_reflectance`` is that of a diffuse or plastic material, red, green and blue, else None.
-    """
-
-    filename: Path | None
-    size_mm: float
-    relief_mm: float | None
-    material: tuple[str, ...]
-    diffuse_reflectance: RGB | None
-
-
-@dataclass(frozen=True)
-class Description:
-    """A scene: plate, lights in the file's order (ambient ones too), cameras, and what rendering takes.
-
-    ``ambient`` is the sum of the constant radiance from all around. ``shapes`` counts the plate too.
-    ``grey``: no material or light has colour. ``integrator`` is None if the file has none; ``max_depth`` is
-    None where paths have no limit.
-    """
-
-    plate: Plate
-    lights: tuple[Light, ...]
-    cameras: tuple[Camera, ...]
-    ambient: RGB
-    shapes: int
-    grey: bool
-    integrator: str | None
-    max_depth: int | None
-
-
-def describe(checked: "CheckedScene") -> Description:
-    """Plate, lights, cameras and integrator of a checked scene; loads nothing."""
+def describe(checked: CheckedScene) -> Description:
+    """The description of a checked scene; loads nothing of the scene."""
     nodes = checked.state.nodes
     reader = _Reader(nodes)
     lights = tuple(reader.light(index) for index in reader.of_type("Emitter"))
-    ambient = np.sum([light.strength for light in lights if light.kind == AMBIENT and light.strength], axis=0)
+    around = [light.strength for light in lights if kind_of(light).ambient and light.strength]
     integrator, max_depth = reader.integrator()
     return Description(
         plate=reader.plate(checked.plate),
         lights=lights,
         cameras=tuple(reader.camera(index) for index in reader.of_type("Sensor")),
-        ambient=_triple(np.broadcast_to(ambient, 3)),
+        ambient=_triple(np.broadcast_to(np.sum(around, axis=0), 3)),
         shapes=len(reader.of_type("Shape")),
         grey=all(reader.is_grey(index) for index in range(len(nodes))),
         integrator=integrator,
         max_depth=max_depth,
     )
-
-
-def children(nodes: Any, index: int) -> Iterator[int]:
-    """Nodes that a node of the parsed scene refers to, in the file's order."""
-    import mitsuba as mi
-
-    props = nodes[index].props
-    for key in props:
-        value = props[key]
-        if isinstance(value, mi.Properties.ResolvedReference):
-            yield value.index()
 
 
 def _triple(values: Any) -> RGB:
@@ -174,7 +71,7 @@ class _Reader:
         return np.array(props["to_world"].matrix, dtype=np.float64) if "to_world" in props else np.eye(4)
 
     def rgb(self, index: int, key: str, default: float) -> RGB | None:
-        """A colour, a grey or a constant spectrum as red, green, blue; None for pictures and the rest."""
+        """A colour, a grey or a constant spectrum as red, green and blue; None for any other spectrum."""
         import mitsuba as mi
 
         props = self.nodes[index].props
@@ -191,21 +88,21 @@ class _Reader:
         return _triple(value)
 
     def light(self, index: int) -> Light:
-        kind, props = self.kind(index), self.nodes[index].props
+        kind, props = KINDS[self.kind(index)], self.nodes[index].props
         return Light(
-            kind=kind,
-            id=str(self.nodes[index].props.id()),
+            kind=self.kind(index),
+            id=str(props.id()),
             node=index,
-            direction=self.toward(index) if kind == PARALLEL else None,
+            direction=self.toward(index) if kind.directed else None,
             to_world=self.to_world(index),
-            strength=self.rgb(index, _STRENGTH[kind], 1.0) if kind in _STRENGTH else None,
-            shape=self.emitter_shape(index) if kind == AREA else None,
-            filename=Path(props["filename"]) if kind == ENVIRONMENT and "filename" in props else None,
-            scale=float(props.get("scale", 1.0)) if kind == ENVIRONMENT else 1.0,
+            strength=None if kind.strength is None else self.rgb(index, kind.strength, 1.0),
+            shape=self.emitter_shape(index),
+            filename=Path(props["filename"]) if "filename" in props else None,
+            scale=float(props.get("scale", 1.0)),
         )
 
     def emitter_shape(self, emitter: int) -> EmitterShape | None:
-        """The shape that an emitter is on, None for one on its own, which Mitsuba refuses."""
+        """The shape that an emitter is on; None for an emitter on its own."""
         for index in self.of_type("Shape"):
             if emitter in children(self.nodes, index):
                 props = self.nodes[index].props
@@ -253,8 +150,6 @@ class _Reader:
         )
 
     def plate(self, index: int) -> Plate:
-        from relief.limits import PATCH_SIDE_MM
-
         props = self.nodes[index].props
         material = self.material(index)
         innermost = self.kind(material[-1]) if material else "diffuse"
@@ -270,7 +165,7 @@ class _Reader:
         )
 
     def material(self, index: int) -> list[int]:
-        """The chain of first nested materials, from the outside in."""
+        """Numbers of the nested materials, the first of each, from the outside in."""
         chain: list[int] = []
         while nested := self.children_of_type(index, "BSDF"):
             index = nested[0]
@@ -278,18 +173,17 @@ class _Reader:
         return chain
 
     def integrator(self) -> tuple[str | None, int | None]:
-        found = self.of_type("Integrator")
-        if not found:
+        integrators = self.of_type("Integrator")
+        if not integrators:
             return None, None
-        kind = self.kind(found[0])
+        kind = self.kind(integrators[0])
         if kind == "direct":
             return kind, _DEFAULT_DEPTH[kind]
-        depth = int(self.nodes[found[0]].props.get("max_depth", _DEFAULT_DEPTH.get(kind, -1)))
+        depth = int(self.nodes[integrators[0]].props.get("max_depth", _DEFAULT_DEPTH.get(kind, -1)))
         return kind, depth if depth >= 0 else None
 
     def is_grey(self, index: int) -> bool:
-        """Whether this node on its own, without those it refers to, has no colour."""
-
+        """Whether a node on its own, without the nodes it refers to, has no colour."""
         kind, props = self.kind(index), self.nodes[index].props
         if kind in _COLOURED:
             return False

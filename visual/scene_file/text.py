@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from relief.errors import InputError
+from visual.backend.messages import last_line
 
 LARGEST_FILE = 1_000_000
 """Bytes of a scene file."""
@@ -104,9 +105,3 @@ def nearest(word: str, known: Collection[str]) -> str:
     """The end of a message about an unknown word: the known one most like it, or nothing if none is alike."""
     alike = difflib.get_close_matches(word, sorted(known), n=1, cutoff=0.5)
     return f"; did you mean {alike[0]}?" if alike else ""
-
-
-def last_line(error: Exception) -> str:
-    """The last line of an error, which is its cause, without Mitsuba's note on its own source."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return re.sub(r"\[\w+\.cpp:\d+\] ", "", lines[-1]) if lines else type(error).__name__

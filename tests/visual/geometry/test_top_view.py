@@ -28,7 +28,7 @@ from visual.geometry.film_samples import film_points, samples_from_above
 from visual.geometry.projection import from_above
 from visual.geometry.top_view import face_at
 from visual.geometry.topology import plate_topology
-from visual.lights.parallel import ambient_lights
+from visual.lights.ambient import ambient_lights
 from visual.scene import Scene
 
 

@@ -16,9 +16,10 @@ from tests.visual.scenes import ALBEDO, SIDE, SIZE_MM, Array, hills, write_scene
 from visual.backend import heightfield
 from visual.lights.environment import environment, environment_lights, sky_cells
 from visual.lights.environment_picture import environment_picture
+from visual.lights.kind import Light
 from visual.lights.parallel import LOWEST, LUMINANCE, ParallelLights
 from visual.scene_file.check import check_scene
-from visual.scene_file.describe import Light, describe
+from visual.scene_file.describe import describe
 
 UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 """Turns the map's y axis up."""

@@ -9,16 +9,12 @@ import pytest
 
 from relief.errors import InputError
 from tests.visual.scenes import hills, sky, sun, toward, write_scene
-from visual.lights.parallel import (
-    LOWEST,
-    ParallelLights,
-    ambient_lights,
-    off_horizon,
-    parallel_obstacle,
-    prepare,
-)
+from visual.lights.ambient import ambient_lights
+from visual.lights.kind import Light
+from visual.lights.parallel import LOWEST, ParallelLights, off_horizon
+from visual.lights.quadrature import parallel_obstacle, prepare
 from visual.scene_file.check import check_scene
-from visual.scene_file.describe import Light, describe
+from visual.scene_file.describe import describe
 
 
 def irradiance(lights: ParallelLights, normal: tuple[float, float, float]) -> float:

@@ -1,0 +1,108 @@
+"""Parsed scenes: Mitsuba's nodes of a checked file, and the description that is read from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from visual.lights.kind import RGB, Light
+
+WEIGHT = "weight"
+"""Name of the property of a sensor that Mitsuba does not know: the sensor's share of the look."""
+
+
+@dataclass(frozen=True)
+class CheckedScene:
+    """A scene file that passed `visual.scene_file.check.check_scene`.
+
+    Attributes:
+        path: of the file.
+        state: Mitsuba's parsed scene, with resolved references and absolute file names.
+        plate: number of the height field among the nodes of `state`.
+    """
+
+    path: Path
+    state: Any
+    plate: int
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A sensor.
+
+    Attributes:
+        kind: Mitsuba's name of the sensor.
+        id: name in the file; may be empty.
+        to_world: (4, 4).
+        rows, cols: pixels of the picture.
+        samples: a pixel.
+        weight: share of the look, relative to those of the other sensors.
+    """
+
+    kind: str
+    id: str
+    to_world: NDArray[np.float64]
+    rows: int
+    cols: int
+    samples: int
+    weight: float
+
+
+@dataclass(frozen=True)
+class Plate:
+    """The height field.
+
+    Attributes:
+        filename: height map.
+        size_mm: side of the plate.
+        relief_mm: height of white above black; None if the file holds mm.
+        material: Mitsuba's names of the nested materials, from the outside in.
+        diffuse_reflectance: of a diffuse or plastic material, red, green and blue; None for any other.
+    """
+
+    filename: Path | None
+    size_mm: float
+    relief_mm: float | None
+    material: tuple[str, ...]
+    diffuse_reflectance: RGB | None
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a scene file holds, as far as rendering depends on it.
+
+    Attributes:
+        plate: the height field.
+        lights: all emitters in the file's order, ambient ones too.
+        cameras: all sensors in the file's order.
+        ambient: sum of the constant radiance from all around, red, green and blue.
+        shapes: number of shapes, the plate included.
+        grey: whether no material and no light has colour.
+        integrator: Mitsuba's name of the integrator; None if the file has none.
+        max_depth: longest path of light; None if paths have no limit.
+    """
+
+    plate: Plate
+    lights: tuple[Light, ...]
+    cameras: tuple[Camera, ...]
+    ambient: RGB
+    shapes: int
+    grey: bool
+    integrator: str | None
+    max_depth: int | None
+
+
+def children(nodes: Any, index: int) -> Iterator[int]:
+    """Numbers of the nodes that a node of a parsed scene refers to, in the file's order."""
+    import mitsuba as mi
+
+    props = nodes[index].props
+    for key in props:
+        value = props[key]
+        if isinstance(value, mi.Properties.ResolvedReference):
+            yield value.index()
