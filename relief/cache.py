@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping
+from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -20,11 +20,17 @@ Arrays = dict[str, NDArray[Any]]
 """Of any floating-point type, which they keep."""
 
 
-def fingerprint(*modules: ModuleType) -> str:
-    """Of the source of the modules that build something: in a key, it keeps the cache from going stale."""
+def fingerprint(*modules: str) -> str:
+    """Of the source of the modules that build something: in a key, it keeps the cache from going stale.
+
+    Args:
+        modules: their names; they are not imported.
+    """
     digest = hashlib.sha256()
     for module in modules:
-        digest.update(Path(str(module.__file__)).read_bytes())
+        spec = find_spec(module)
+        assert spec is not None and spec.origin is not None, module
+        digest.update(Path(spec.origin).read_bytes())
     return digest.hexdigest()
 
 

@@ -21,19 +21,13 @@ import skfem
 from numpy.typing import NDArray
 from skfem.helpers import ddot, div, sym_grad
 
+from tactile.cosine_layer import Parity
 from tactile.skin import lame
 from tactile.sparse import factorised
+from tactile.strain import STRAIN_COMPONENTS
 
 Array = NDArray[np.float64]
 Sides = Literal["free", "sliding"]
-Parity = tuple[bool, bool]
-"""Whether the load is odd in (row, column)."""
-
-PARITIES: tuple[Parity, ...] = ((False, False), (False, True), (True, False), (True, True))
-
-STRAIN_COMPONENTS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-"""(row, column, depth) index pairs of the six strains, in the order in which they are stored."""
-
 
 CENTRE = (np.full((3, 1), 0.5), np.ones(1))
 """Points and weights of the quadrature with one point at the centre of a hexahedron."""

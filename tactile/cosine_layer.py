@@ -1,20 +1,127 @@
-"""The exact elastic layer on a grid of pixels: cosine modes, their symbols, and strains from amplitudes.
+"""Exact elastic layer on a grid of pixels, in cosine modes: what every model of the skin block shares.
 
-A layer in the cosine basis has sliding sides; `tactile.elastic_layer` and `tactile.finite_elements` add the
-free ones.
+The block of the skin has free sides. Both of its models are one formula on two meshes,
+
+    C p      = exact layer  p  +  T (free - sliding) T' p,
+
+and the same of the strain. A layer in the cosine basis has sliding sides and is exact for every wavelength.
+Free sides add what finite elements with free sides give, minus what the same elements give with sliding ones,
+so that their discretisation error cancels. T interpolates from the elements to the pixels.
+`tactile.elastic_layer` takes a coarse mesh for the difference, `tactile.finite_elements` a fine one.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from tactile.block import STRAIN_COMPONENTS
 from tactile.layer_response import layer_response
+from tactile.skin import Skin
+from tactile.strain import STRAIN_COMPONENTS
 
 Array = NDArray[np.float64]
+Parity = tuple[bool, bool]
+"""Whether a load is odd in (row, column) about the block's two mirror planes."""
+
+PARITIES: tuple[Parity, ...] = ((False, False), (False, True), (True, False), (True, True))
+
+
+class TensorFields:
+    """Base of dataclasses that hold tensors: cast as one, and shown without the tensors' values."""
+
+    def to(self, dtype: torch.dtype, device: torch.device | None = None) -> Self:
+        """The same with floating-point tensors in another precision, or all tensors on another device."""
+
+        def cast(value: Any) -> Any:
+            if isinstance(value, TensorFields):
+                return value.to(dtype, device)
+            if isinstance(value, Tensor):
+                return value.to(device, dtype if value.is_floating_point() else value.dtype)
+            return value
+
+        return replace(self, **{f.name: cast(getattr(self, f.name)) for f in fields(self)})  # type: ignore[arg-type,type-var]
+
+    def __repr__(self) -> str:
+        def shown(value: Any) -> str:
+            return " x ".join(map(str, value.shape)) if isinstance(value, Tensor) else repr(value)
+
+        values = ", ".join(f"{f.name}={shown(getattr(self, f.name))}" for f in fields(self))  # type: ignore[arg-type]
+        return f"{type(self).__name__}({values})"
+
+
+@dataclass(frozen=True, repr=False)
+class CosineLayer(TensorFields):
+    """Normal displacement and strain at depth of a layer with sliding sides, diagonal in cosine modes.
+
+    Pressures have shape (..., n, n) and are in units of Young's modulus.
+
+    Attributes:
+        samples: n.
+        size_mm: side of the patch.
+        cosines, sines: (n, n) values of the n modes (columns) at the pixel centres (rows); cosines are
+            orthonormal.
+        symbol: (n, n) compliance per mode, mm.
+        strain_symbols: (6, n, n) strain at depth per mode.
+    """
+
+    samples: int
+    size_mm: float
+    cosines: Tensor
+    sines: Tensor
+    symbol: Tensor
+    strain_symbols: Tensor
+
+    def __repr__(self) -> str:
+        grid = f"{self.samples} x {self.samples} samples of {self.size_mm:g} mm"
+        return f"{type(self).__name__}({grid}, {str(self.symbol.dtype).removeprefix('torch.')})"
+
+    @property
+    def pixel_area_mm2(self) -> float:
+        """Area of a pixel."""
+        return (self.size_mm / self.samples) ** 2
+
+    def amplitudes(self, field: Tensor) -> Tensor:
+        """Amplitudes (..., n, n) in cosine modes of a field (..., n, n)."""
+        return self.cosines.T @ field @ self.cosines
+
+    def displacement(self, pressure: Tensor) -> Tensor:
+        """Normal displacement (..., n, n) of the skin, mm, away from the texture: C p."""
+        return self.cosines @ (self.symbol * self.amplitudes(pressure)) @ self.cosines.T
+
+    def precondition(self, residual: Tensor) -> Tensor:
+        """Inverse of the layer's compliance: that of a block nearly, away from the smoothest modes."""
+        return self.cosines @ (self.amplitudes(residual) / self.symbol) @ self.cosines.T
+
+    def strain(self, pressure: Tensor) -> Tensor:
+        """Strain (..., 6, n, n) at depth, components as in `tactile.strain.STRAIN_COMPONENTS`."""
+        return self.strain_of(self.amplitudes(pressure))
+
+    def strain_of(self, amplitudes: Tensor) -> Tensor:
+        """Strain (..., 6, n, n) at depth under a pressure with amplitudes (..., n, n) in cosine modes."""
+        modes = amplitudes.unsqueeze(-3) * self.strain_symbols
+        components = []
+        for number, pair in enumerate(STRAIN_COMPONENTS):
+            row = self.sines if is_odd(pair, 0) else self.cosines
+            column = self.sines if is_odd(pair, 1) else self.cosines
+            components.append(row @ modes[..., number, :, :] @ column.T)
+        return torch.stack(components, dim=-3)
+
+
+def sliding_layer(skin: Skin, samples: int, size_mm: float) -> CosineLayer:
+    """The layer of a skin with sliding sides on an n x n patch, at unit modulus, in double precision.
+
+    Args:
+        skin: only Poisson's ratio, thickness and depth matter here.
+        samples: n.
+        size_mm: side of the patch.
+    """
+    symbols = layer_symbols(samples, size_mm, skin.poisson_ratio, skin.thickness_mm, skin.depth_mm)
+    return CosineLayer(samples, size_mm, *map(torch.as_tensor, (*modes_at_centres(samples), *symbols)))
 
 
 def modes_at_centres(n: int) -> tuple[Array, Array]:
@@ -43,23 +150,6 @@ def layer_symbols(
     return layer.surface, strains
 
 
-def strain_from_modes(amplitudes: Tensor, symbols: Tensor, cosines: Tensor, sines: Tensor) -> Tensor:
-    """(..., 6, n, n) strains at the pixel centres.
-
-    Args:
-        amplitudes: (..., n, n) of the pressure in cosine modes.
-        symbols: (6, n, n).
-        cosines, sines: as of `modes_at_centres`.
-    """
-    modes = amplitudes.unsqueeze(-3) * symbols
-    components = []
-    for number, pair in enumerate(STRAIN_COMPONENTS):
-        row = sines if is_odd(pair, 0) else cosines
-        column = sines if is_odd(pair, 1) else cosines
-        components.append(row @ modes[..., number, :, :] @ column.T)
-    return torch.stack(components, dim=-3)
-
-
 def is_odd(pair: tuple[int, int], axis: int) -> bool:
-    """Whether a strain component is odd along an axis under a load that is even along it."""
+    """Whether a strain component is odd along an axis under a load that is even along the same axis."""
     return (pair[0] == axis) != (pair[1] == axis)

@@ -17,15 +17,13 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from tactile.block import STRAIN_COMPONENTS, Parity
 from tactile.condensation import condensed
+from tactile.cosine_layer import Parity
+from tactile.interpolation import STENCIL, lagrange
 from tactile.skin import lame
+from tactile.strain import STRAIN_COMPONENTS
 
 Array = NDArray[np.float64]
-
-STENCIL = 5
-"""Nodes along an axis from whose displacements a strain is read: fourth order, where centres of elements
-would give second."""
 
 
 @dataclass(frozen=True)
@@ -219,19 +217,4 @@ def _slope_at_pixels(block: PixelBlock, odd: bool) -> Array:
     full = lagrange(extended, inner[:-1], True)
     result = full[:, mirrored:].copy()
     result[:, :mirrored] += (-1.0 if odd else 1.0) * full[:, mirrored - 1 :: -1][:, :mirrored]
-    return result
-
-
-def lagrange(nodes: Array, places: Array, derivative: bool) -> Array:
-    """(places, nodes): value or slope of the polynomial through the `STENCIL` nodes about each place."""
-    result = np.zeros((places.size, nodes.size))
-    points = min(STENCIL, nodes.size)
-    for row, place in enumerate(places):
-        nearest = int(np.argmin(np.abs(nodes - place)))
-        first = int(np.clip(nearest - points // 2, 0, nodes.size - points))
-        here = nodes[first : first + points] - place
-        scale = np.abs(here).max()
-        powers = np.vander(here / scale, increasing=True)
-        weights = np.linalg.inv(powers)
-        result[row, first : first + points] = weights[1] / scale if derivative else weights[0]
     return result

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tactile.pixel_block import PixelBlock, lagrange, matrices_along
+from tactile.interpolation import lagrange
+from tactile.pixel_block import PixelBlock, matrices_along
 from tactile.skin import lame
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ class DiscreteLayer:
 
     Attributes:
         surface: (n, n) normal displacement of the face, mm.
-        strain: (6, n, n) at the receptors; components as in `tactile.block.STRAIN_COMPONENTS`.
+        strain: (6, n, n) at the receptors; components as in `tactile.strain.STRAIN_COMPONENTS`.
     """
 
     surface: Array

@@ -8,8 +8,8 @@ from typing import Any
 import torch
 from torch import Tensor
 
-# Where in the six stored components (tactile.block.STRAIN_COMPONENTS) the tensor's entries stand.
-_XX, _YY, _ZZ, _YZ, _XZ, _XY = range(6)
+STRAIN_COMPONENTS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+"""Index pairs of the six strains on the axes (row, column, depth), in the order in which they are stored."""
 
 
 def smallest_eigenvalue(components: Tensor) -> Tensor:

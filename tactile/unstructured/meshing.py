@@ -102,7 +102,7 @@ def tetrahedralise(surface: Surface, sizing: Sizing | None = None, time_limit_s:
     sizing = sizing or Sizing()
     digest = hashlib.sha256(np.ascontiguousarray(surface.vertices).tobytes())
     digest.update(np.ascontiguousarray(surface.triangles).tobytes())
-    key = {"code": fingerprint(sys.modules[__name__]), "surface": digest.hexdigest(), **asdict(sizing)}
+    key = {"code": fingerprint(__name__), "surface": digest.hexdigest(), **asdict(sizing)}
 
     def build() -> Arrays:
         vertices, cells = _run(surface, sizing, time_limit_s)

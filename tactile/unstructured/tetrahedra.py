@@ -25,14 +25,13 @@ from torch import Tensor
 
 from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
-from tactile.block import STRAIN_COMPONENTS
 from tactile.condensation import condensed_onto_loads
 from tactile.contact import solve_contact
 from tactile.layer_response import layer_response
 from tactile.model import Touch
 from tactile.skin import Skin
 from tactile.sparse import factorised
-from tactile.strain import smallest_eigenvalue
+from tactile.strain import STRAIN_COMPONENTS, smallest_eigenvalue
 from tactile.unstructured.meshing import Sizing, Tetrahedra, tetrahedralise
 from tactile.unstructured.quadratic import gradients_at, pixel_forces, stiffness
 from tactile.unstructured.surface import DOWNWARD, Surface, height_over, locate, outward_normals
@@ -92,7 +91,7 @@ class TetrahedralOperator:
         return torch.as_tensor(scipy.fft.idctn(modes / self.symbol, axes=(-2, -1), norm="ortho"))
 
     def strain(self, pressure: Tensor) -> Tensor:
-        """Strain at receptor depth: (..., 6, n, n), components as in `tactile.block.STRAIN_COMPONENTS`.
+        """Strain at receptor depth: (..., 6, n, n), components as in `tactile.strain.STRAIN_COMPONENTS`.
 
         Zero where the receptors' depth lies above the bonded face.
         """

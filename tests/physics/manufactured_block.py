@@ -11,10 +11,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from tactile.block import STRAIN_COMPONENTS, Parity
+from tactile.cosine_layer import Parity
 from tactile.pixel_block import PixelBlock, _strain_at_depth
 from tactile.skin import lame
 from tactile.sparse import factorised
+from tactile.strain import STRAIN_COMPONENTS
 
 Array = NDArray[np.float64]
 Axes = tuple[Array, Array, Array]

@@ -6,7 +6,6 @@ import scipy.sparse as sp
 import torch
 
 from tactile import Skin, roughness
-from tactile.block import STRAIN_COMPONENTS
 from tactile.contact import press, solve_contact
 from tactile.cosine_layer import layer_symbols, modes_at_centres
 from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
@@ -20,7 +19,7 @@ from tactile.finite_elements import (
 from tactile.pixel_block import PixelBlock, face_response
 from tactile.pixel_layer import discrete_layer
 from tactile.sparse import factorised
-from tactile.strain import smallest_eigenvalue
+from tactile.strain import STRAIN_COMPONENTS, smallest_eigenvalue
 from tests.tactile.reliefs import EIGHT, SIZE, bumps, grating, moved, waves
 from tests.tactile.whole_block import whole_basis, whole_stiffness
 from tests.taylor import dot_test, gradient, slope_error

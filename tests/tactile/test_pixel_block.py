@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse.linalg as spla
 import skfem
 
-from tactile.block import PARITIES, STRAIN_COMPONENTS, Parity
+from tactile.cosine_layer import PARITIES, Parity
 from tactile.pixel_block import (
     PixelBlock,
     _force_of_pixels,
@@ -16,6 +16,7 @@ from tactile.pixel_block import (
     folded_stiffness,
 )
 from tactile.skin import lame
+from tactile.strain import STRAIN_COMPONENTS
 from tests.tactile.whole_block import PARITY_NAMES, mirrored, whole_basis, whole_stiffness
 
 THICKNESS = 2.5

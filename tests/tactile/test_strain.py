@@ -5,8 +5,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from tactile.block import STRAIN_COMPONENTS
-from tactile.strain import smallest_eigenvalue
+from tactile.strain import STRAIN_COMPONENTS, smallest_eigenvalue
 
 
 def components(matrices: Tensor) -> Tensor:

@@ -7,7 +7,8 @@ import scipy.sparse as sp
 import skfem
 from skfem.helpers import ddot, div, sym_grad
 
-from tactile.block import CENTRE, PARITIES, Parity
+from tactile.block import CENTRE
+from tactile.cosine_layer import PARITIES, Parity
 from tactile.pixel_block import PixelBlock
 from tactile.skin import lame
 
