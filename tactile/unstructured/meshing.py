@@ -115,7 +115,7 @@ def tetrahedralise(surface: Surface, sizing: Sizing | None = None, time_limit_s:
 
 def _run(surface: Surface, sizing: Sizing, time_limit_s: float) -> tuple[Array, NDArray[np.int64]]:
     if find_spec("pytetwild") is None:
-        raise MeshingError("meshing: pytetwild is not installed")
+        raise MeshingError("meshing: pytetwild is missing: pip install 'retouch[tetrahedra]'")
     points, tetrahedra, lengths = _background(surface, sizing)
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder, "surface.npz"), Path(folder, "mesh.npz")

@@ -72,7 +72,8 @@ def test_the_same_surface_is_meshed_once(block: Tetrahedra, monkeypatch: pytest.
 
 def test_a_mesher_that_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(meshing, "find_spec", lambda name: None)
-    with pytest.raises(MeshingError, match=r"^meshing: pytetwild is not installed$"):
+    missing = r"^meshing: pytetwild is missing: pip install 'retouch\[tetrahedra\]'$"
+    with pytest.raises(MeshingError, match=missing):
         tetrahedralise(block_surface(3.0, 1.0), COARSE)
 
 
