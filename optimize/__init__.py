@@ -1,14 +1,13 @@
-"""Touch and sight in one optimisation; the command line. The names below load what they need on first use."""
+"""Optimisation: touch and sight in one descent, and the command line. Importing this loads neither."""
 
-from typing import Any
+import sys
+from typing import TYPE_CHECKING
 
-_WHERE = {"run": "optimize.runs.job", "resume": "optimize.runs.job", "Result": "optimize.runs.job"}
+from relief.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from optimize.runs.job import Result, resume, run
+
 __all__ = ["Result", "resume", "run"]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _WHERE:
-        from importlib import import_module
-
-        return getattr(import_module(_WHERE[name]), name)
-    raise AttributeError(f"module 'optimize' has no attribute {name!r}")
+__getattr__, __dir__ = lazy_names(sys.modules[__name__], dict.fromkeys(__all__, "optimize.runs.job"))

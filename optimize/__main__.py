@@ -1,4 +1,4 @@
-"""`python -m optimize` is the command `retouch`."""
+"""The command `retouch` as a module: `python -m optimize`."""
 
 import sys
 

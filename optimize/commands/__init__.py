@@ -1,1 +1,1 @@
-"""The command `retouch`: one file for each verb."""
+"""The command `retouch`: one module for each verb, and what the verbs share."""

@@ -1,9 +1,9 @@
-"""`retouch doctor`: the arguments of `optimize.commands.diagnosis`."""
+"""`retouch doctor`: checks of the machine (`optimize.commands.diagnosis`)."""
 
 import argparse
 
-HELP = "tell what this machine has, and what to do about what is missing"
-DESCRIPTION = "Looks at what an optimisation uses: packages, libLLVM, Mitsuba's variants, caches, memory."
+HELP = "check this machine, and say what to install"
+DESCRIPTION = "Checks everything an optimisation uses: packages, libLLVM, Mitsuba's variants, cache, memory."
 EPILOG = """\
 example:
   retouch doctor
@@ -17,6 +17,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from optimize.commands import diagnosis as doctor
+    from optimize.commands import diagnosis
 
-    return doctor.run(arguments.json)
+    return diagnosis.run(arguments.json)

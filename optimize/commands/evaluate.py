@@ -1,4 +1,4 @@
-"""`retouch evaluate`: how textures feel, by the numbers that are reported, without rendering anything."""
+"""`retouch evaluate`: roughness and contact area of textures, without rendering anything."""
 
 import argparse
 import json
@@ -6,7 +6,9 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from optimize.commands.options import add_plate, console, contact_of
+from optimize.commands.options import RELIEF_DEFAULT, add_plate, console, contact_errors_name
+from optimize.report.formatting import MODEL_NAMES, model_name, number
+from relief.errors import naming
 from relief.limits import PATCH_SIDE_MM
 
 if TYPE_CHECKING:
@@ -16,20 +18,14 @@ if TYPE_CHECKING:
 
     from tactile import Skin
 
-MODELS = {
-    "layer": "Elastic layer with free sides",
-    "quick": "Elastic layer, few steps of the solver",
-    "fem": "Finite elements",
-    "net": "Trained net",
-}
 SMOOTH = 1e-6
-"""Roughness that is nothing but rounding; no number of just-noticeable differences leads to or from it."""
+"""Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
 
-HELP = "tell how rough and how cold textures feel"
+HELP = "measure how rough and how cold textures feel"
 DESCRIPTION = """\
-Presses the finger's skin on each texture and tells its roughness (the full sum, in double precision), its
-contact area in mm² (more feels colder) and the share of the plate in contact. Of several textures it also
-tells how many just-noticeable differences each is rougher (+) or smoother (-) than the first.
+Presses the finger's skin on each texture and prints its roughness (no unit; full sum, double precision), its
+contact area in mm² (more feels colder) and the share of the plate in contact. For several textures it also
+prints how many just-noticeable differences each is rougher (+) or smoother (-) than the first.
 """
 EPILOG = """\
 examples:
@@ -62,27 +58,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="TEXTURE",
         help="height map: PNG or TIFF (grey is height), EXR or NPY (mm)",
     )
-    add_plate(parser, f"{PATCH_SIDE_MM:g}", "none, and needed, for PNG and TIFF; EXR and NPY hold mm")
+    add_plate(parser, f"{PATCH_SIDE_MM:g}", RELIEF_DEFAULT)
     parser.add_argument(
         "--model",
-        choices=tuple(MODELS),
+        choices=tuple(MODEL_NAMES),
         default="layer",
-        help="model of touch: layer (default); fem, finite elements; net, trained, where its weights are",
+        help="model of touch: layer (elastic layer, default), quick (its solver stopped after a few steps), "
+        "net (quick with a learned net), fem (finite elements)",
     )
     skin = parser.add_argument_group("the skin")
-    for flag, default, told in (
-        ("--force-n", 10.0, "force of the finger"),
-        ("--young-modulus-mpa", 0.5, "Young's modulus"),
-        ("--poisson-ratio", 0.48, "Poisson's ratio"),
+    for flag, default, metavar, quantity in (
+        ("--force-n", 10.0, "N", "force of the finger, N"),
+        ("--young-modulus-mpa", 0.5, "MPA", "Young's modulus, MPa"),
+        ("--poisson-ratio", 0.48, "NU", "Poisson's ratio, no unit, from 0 to 0.499"),
     ):
         skin.add_argument(
-            flag, type=float, default=default, metavar="X", help=f"{told} (default: {default:g})"
+            flag, type=float, default=default, metavar=metavar, help=f"{quantity} (default: {default:g})"
         )
     parser.add_argument("--json", action="store_true", help="print a JSON list instead of a table")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from relief.errors import naming
     from relief.heightmap import load_heights
     from tactile import Skin
 
@@ -93,7 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
             young_modulus_mpa=arguments.young_modulus_mpa,
             poisson_ratio=arguments.poisson_ratio,
         )
-    # All are read first: no one should wait for numbers and then be told of a misspelt name.
+    # All files are read before the first press, so that a misspelt name is refused at once.
     reliefs = [load_heights(texture, relief_mm=arguments.relief_mm) for texture in arguments.textures]
     feels = compared(
         [
@@ -103,23 +99,32 @@ def run(arguments: argparse.Namespace) -> int:
     )
     if arguments.json:
         setting = {"size_mm": size_mm, "skin": asdict(skin), "model": arguments.model}
-        print(json.dumps([_told(one, len(feels) > 1) | setting for one in feels], indent=2))
+        print(json.dumps([_json_values(one, len(feels) > 1) | setting for one in feels], indent=2))
         return 0
     screen = console()
     screen.print(table(feels))
     screen.print(
-        f"{MODELS[arguments.model]}, {skin.young_modulus_mpa:g} MPa, Poisson's ratio {skin.poisson_ratio:g}, "
-        f"{skin.force_n:g} N on {size_mm:g} x {size_mm:g} mm."
+        f"{model_name(arguments.model).capitalize()}, {skin.young_modulus_mpa:g} MPa, "
+        f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {size_mm:g} x {size_mm:g} mm."
     )
     return 0
 
 
 def feel(path: Path, heights: "NDArray[np.float64]", size_mm: float, skin: "Skin", model: Any) -> Feel:
-    """Press the skin on heights (rows, cols) in mm. Raises InputError that names ``path``."""
-    import tactile
-    from relief.errors import naming
+    """Press the skin on a texture.
 
-    with naming(path), contact_of(path):
+    Args:
+        path: of the texture, for error messages and the result.
+        heights: (rows, cols), mm.
+        size_mm: side of the plate, mm.
+        model: a key of `MODEL_NAMES`.
+
+    Raises:
+        InputError: unfit heights, size or model, or a contact that does not converge; the line names `path`.
+    """
+    import tactile
+
+    with naming(path), contact_errors_name(path):
         touch = tactile.press(heights, size_mm=size_mm, skin=skin, model=model)
         return Feel(
             str(path),
@@ -130,7 +135,7 @@ def feel(path: Path, heights: "NDArray[np.float64]", size_mm: float, skin: "Skin
 
 
 def compared(feels: list[Feel]) -> list[Feel]:
-    """The same with ``jnd_from_first``, where there are several."""
+    """The textures with `jnd_from_first`, if there are several and the first has a roughness."""
     from tactile import jnd_apart
 
     first = feels[0].roughness
@@ -143,11 +148,9 @@ def compared(feels: list[Feel]) -> list[Feel]:
 
 
 def table(feels: list[Feel]) -> "Table":
-    """One row a texture, for a person."""
+    """A table for a person, one row a texture."""
     from rich.table import Table
     from rich.text import Text
-
-    from optimize.report.formatting import number
 
     rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False)
     rows.add_column("texture", overflow="fold")
@@ -161,7 +164,7 @@ def table(feels: list[Feel]) -> "Table":
     return rows
 
 
-def _told(one: Feel, several: bool) -> dict[str, Any]:
+def _json_values(one: Feel, several: bool) -> dict[str, Any]:
     values = asdict(one)
     if not several:
         del values["jnd_from_first"]

@@ -1,15 +1,16 @@
-"""`retouch export`: a texture as a closed plate for a 3-D printer."""
+"""`retouch export`: a texture as a watertight plate for a 3-D printer."""
 
 import argparse
 from pathlib import Path
 
-from optimize.commands.options import add_plate
+from optimize.commands.options import RELIEF_DEFAULT, add_plate
+from relief.errors import InputError
 from relief.limits import BASE_MM, PATCH_SIDE_MM
 
 HELP = "write a texture as a plate for a 3-D printer"
 DESCRIPTION = """\
 Writes the relief on a base as one watertight body, in mm: .3mf, which states its unit and is the safer
-choice; .stl, where the slicer must be told millimetres; .ply, for Blender and MeshLab.
+choice; .stl, whose unit must be set to millimetres in the slicer; .ply, for Blender and MeshLab.
 """
 EPILOG = """\
 examples:
@@ -20,7 +21,10 @@ examples:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "texture", type=Path, metavar="TEXTURE", help="height map: PNG, TIFF (grey is height), EXR, NPY (mm)"
+        "texture",
+        type=Path,
+        metavar="TEXTURE",
+        help="height map: PNG or TIFF (grey is height), EXR or NPY (mm)",
     )
     parser.add_argument(
         "-o",
@@ -28,21 +32,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         required=True,
         metavar="OUT",
-        help="the file to write: .3mf, .stl or .ply",
+        help="file to write: .3mf, .stl or .ply",
     )
-    add_plate(parser, f"{PATCH_SIDE_MM:g}", "none, and needed, for PNG and TIFF; EXR and NPY hold mm")
+    add_plate(parser, f"{PATCH_SIDE_MM:g}", RELIEF_DEFAULT)
     parser.add_argument(
         "--base-mm",
         type=float,
         default=BASE_MM,
         metavar="MM",
-        help=f"thickness under height 0 (default: {BASE_MM:g})",
+        help=f"thickness of the plate under height 0, mm (default: {BASE_MM:g})",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from relief.errors import InputError
-    from relief.export import export_plate
     from relief.heightmap import load_heights
 
     out, base_mm = arguments.out, arguments.base_mm
@@ -52,10 +54,13 @@ def run(arguments: argparse.Namespace) -> int:
     if out.is_dir():
         raise InputError(f"{out}: -o: is a folder")
     heights = load_heights(arguments.texture, relief_mm=arguments.relief_mm)
+    # Only here, because trimesh takes as long to import as everything above takes to run.
+    from relief.export import export_plate
+
     try:
         export_plate(out, heights, size_mm, base_mm)
     except PermissionError as error:
-        # The error names a temporary file.
+        # The message of the error names a temporary file.
         raise InputError(f"{out}: -o: {error.strerror}") from error
     thick = base_mm + float(heights.max())
     print(f"{out}: {size_mm:g} x {size_mm:g} x {thick:.3g} mm, {out.stat().st_size / 2**20:.1f} MiB")

@@ -1,7 +1,7 @@
-"""The command `retouch`: its verbs, and how what goes wrong is told.
+"""The command `retouch`: its verbs, its exit statuses and its error messages.
 
-Nothing heavy is imported before a verb runs: `retouch --help` is instant, and a verb that only touches never
-loads Mitsuba.
+The modules of the verbs import numpy, torch and Mitsuba only inside their `run`, after the cheap checks: help
+and refusals are instant, and a verb that renders nothing never loads Mitsuba.
 """
 
 import argparse
@@ -14,12 +14,13 @@ from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from optimize.commands import dataset, doctor, evaluate, export, optimize, render, resume, train
+from optimize.commands.options import INTERRUPTED
+from relief.errors import InputError
 
 BAD_INPUT = 2
-INTERRUPTED = 130
-"""128 + SIGINT, as shells count."""
+"""Exit status of bad input, the same as argparse's for bad arguments."""
 BROKEN_PIPE = 1
-"""Whoever read our output has left; rich and Python's documentation have the same."""
+"""Exit status when the reader of the output has left, as in Python's documentation of SIGPIPE."""
 
 USERS_OWN = frozenset(
     {
@@ -27,7 +28,7 @@ USERS_OWN = frozenset(
         *(errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT),
     }
 )
-"""Faults of files and folders that the user can mend; every other OSError is ours and shows its traceback."""
+"""Error numbers of files and folders that the user can mend; any other OSError shows its traceback."""
 
 VERBS = {
     "optimize": optimize,
@@ -48,31 +49,37 @@ first steps:
   retouch evaluate stone.png --relief-mm 1.2       how rough does it feel now?
   retouch optimize mitsuba_scenes/gravel.toml      two just-noticeable differences rougher, same look
 
-Lengths are mm, forces N, pressures MPa. `retouch VERB --help` tells the rest.
+Lengths are in mm, forces in N, pressures in MPa. `retouch VERB --help` explains a verb.
 """
 
-
 PATIENT_THREADS = {"OMP_WAIT_POLICY": "PASSIVE", "KMP_BLOCKTIME": "0"}
-"""torch, Pardiso and Dr.Jit each keep a pool of threads. Left to spin while they wait, beside other work on
-two cores, a step took 14 s instead of 1.8 s; on idle cores sleeping costs nothing that was measurable."""
+"""Environment variables that make idle threads sleep. torch, Pardiso and Dr.Jit each keep a pool of threads;
+pools that spin while idle take the cores from one another (docs/decisions.md)."""
 
 
 class UsageError(Exception):
-    """Arguments that are none; the message is one line."""
+    """Arguments that do not parse; the message is one line."""
 
 
 class _Parser(argparse.ArgumentParser):
-    """Leaves it to `main` to say what is wrong, in one line as for every other bad input."""
+    """A parser that raises its error, so that `main` prints it in one line like every other bad input."""
 
     def error(self, message: str) -> NoReturn:
         raise UsageError(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command with these arguments (those of the process by default); returns the exit status.
+    """Run the command.
 
-    0: done. 2: bad input, told in one line on stderr. 130: interrupted. A verb may add its own, told by its
-    help. ``--help`` and ``--version`` raise SystemExit, as is argparse's way.
+    Args:
+        argv: arguments without the name of the program; those of the process by default.
+
+    Returns:
+        The exit status: 0 for success, 2 for bad input (explained in one line on stderr), 1 if the reader of
+        the output has left, 130 if interrupted, or one that the help of the verb lists.
+
+    Raises:
+        SystemExit: by argparse, for `--help` and `--version`.
     """
     argv = sys.argv[1:] if argv is None else argv
     for name, value in PATIENT_THREADS.items():
@@ -81,9 +88,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments = parse(argv)
     except UsageError as error:
         return _refuse(str(error))
-    # Only now, because torch comes with it.
-    from relief.errors import InputError
-
     try:
         run: Callable[[argparse.Namespace], int] = VERBS[arguments.verb].run
         status = run(arguments)
@@ -91,7 +95,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except InputError as error:
         return _refuse(str(error))
     except BrokenPipeError:
-        # The interpreter flushes stdout once more at its end, and would complain.
+        # The interpreter flushes stdout once more at its end, which would fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
     except OSError as error:
@@ -105,7 +109,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def parse(argv: Sequence[str]) -> argparse.Namespace:
-    """The arguments by name, the verb as ``verb``. Raises UsageError."""
+    """Parse arguments.
+
+    Returns:
+        The arguments by name; `verb` is the name of the verb.
+
+    Raises:
+        UsageError: an unknown verb or option, or a bad value.
+    """
     if argv and not argv[0].startswith("-") and argv[0] not in VERBS:
         nearest = difflib.get_close_matches(argv[0], VERBS, n=1, cutoff=0.0)[0]
         raise UsageError(f"{argv[0]}: no such verb; the nearest is {nearest}")

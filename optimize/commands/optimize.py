@@ -1,4 +1,4 @@
-"""`retouch optimize`: one run, from a run file or from a scene and a texture."""
+"""`retouch optimize`: one run, by a run file or by a scene with a texture."""
 
 import argparse
 import json
@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mitsuba_scenes import find_file
-from optimize.commands.options import add_mitsuba, add_plate, console, contact_of, seed
+from optimize.commands.options import INTERRUPTED, add_mitsuba, add_plate, console, contact_errors_name, seed
+from relief.errors import InputError
+from relief.limits import PATCH_SIDE_MM
 
 if TYPE_CHECKING:
     from optimize.runs.config import Run
@@ -15,18 +17,18 @@ if TYPE_CHECKING:
 
 REACHED = 0
 SHORT_OF_TARGET = 3
-INTERRUPTED = 130
-"""128 + SIGINT, as shells count."""
+"""Exit status of a run that ended before the target was reached."""
 
 STATUSES = """\
-exit status: 0 if the target was reached; 3 if the run ended short of it, with its best result written; 2 for
-bad input; 130 if interrupted (Ctrl-C), with its best result written: retouch resume goes on from there.
+exit status: 0 if the target was reached; 3 if the run ended short of the target; 2 for bad input; 130 if
+interrupted (Ctrl-C). After 3 and 130 the best result is written, and `retouch resume` can continue the run.
 """
 
-HELP = "change how a texture feels, and keep its look"
+HELP = "change how a texture feels while it keeps its look"
 DESCRIPTION = """\
-Changes the relief until the finger feels the target, while the pictures of the scene stay as they are. Takes
-a run file (.toml), or a scene (.xml) with a texture and a target. Options win over the run file.
+Changes the relief until the finger feels the target, while the pictures of the scene change as little as
+possible. Takes a run file (.toml), or a scene (.xml) with a texture and a target. Options override the run
+file.
 """
 EPILOG = f"""\
 examples:
@@ -35,8 +37,8 @@ examples:
   retouch optimize mitsuba_scenes/gravel.toml --jnd 1 --set descent.tolerance=0.005 -o runs/gravel-1
   retouch optimize mitsuba_scenes/studio.xml --texture stone.png --relief-mm 1.2 --jnd 2
 
-RUN_DIR then holds report.html (start there), plate.stl and plate.3mf to print, heights.exr and .png, the
-pictures before and after, and result.json with every number.
+RUN_DIR then holds report.html (the overview), plate.stl and plate.3mf to print, heights.exr and heights.png,
+the pictures before and after, and result.json with every number.
 
 {STATUSES}"""
 
@@ -49,23 +51,26 @@ _SETTINGS = {
     "contact_area_mm2": "touch.contact_area_mm2",
     "contact_area_scale": "touch.contact_area_scale",
 }
-"""Options that stand for a number in the run file, and its key there."""
+"""Key in the run file of each option that takes a number."""
 TARGETS = frozenset(key for key in _SETTINGS.values() if key.startswith("touch."))
 
 FAST = ('touch.model="quick"', 'look.model="fast"')
-"""What ``--fast`` sets; ``--set`` wins over it."""
+"""Settings of `--fast`, which `--set` overrides."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "source", type=Path, metavar="RUN.toml|SCENE.xml", help="what to do, or where to look"
+        "source",
+        type=Path,
+        metavar="RUN.toml|SCENE.xml",
+        help="run file, or scene; a bundled one goes by its name",
     )
     parser.add_argument(
         "-o",
         dest="out",
         type=Path,
         metavar="RUN_DIR",
-        help="where to (default: runs/<name of run file or texture>)",
+        help="folder to write to (default: runs/<name of the run file or texture>)",
     )
     parser.add_argument("--force", action="store_true", help="replace an earlier run in RUN_DIR")
     parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
@@ -85,9 +90,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     plate = parser.add_argument_group("the plate")
     plate.add_argument(
-        "--texture", type=Path, help="height map: PNG or TIFF (grey is height), EXR or NPY (mm)"
+        "--texture",
+        type=Path,
+        help="height map: PNG or TIFF (grey is height), EXR or NPY (mm) (default: the run file's)",
     )
-    add_plate(plate, "10, or the run file's", "the run file's; needed for PNG and TIFF")
+    add_plate(
+        plate,
+        f"the run file's, or {PATCH_SIDE_MM:g}",
+        "the run file's; required for PNG and TIFF; EXR and NPY hold mm",
+    )
 
     details = parser.add_argument_group("details")
     details.add_argument(
@@ -96,14 +107,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="any key of the run file, as in descent.steps=20; may be given several times",
+        help="any key of the run file, as in descent.steps=20; may be given several times; overrides every "
+        "other option",
     )
     details.add_argument(
         "--fast",
         action="store_true",
-        help="steer by the fast models (touch quick, look fast); what verifies the result stays as it is",
+        help="compute each step with the fast models (touch quick, look fast); the verification stays exact",
     )
-    details.add_argument("--seed", type=seed, metavar="N", help="of all random numbers (default: 0)")
+    details.add_argument(
+        "--seed", type=seed, metavar="N", help="seed of all random numbers (default: the run file's, or 0)"
+    )
     add_mitsuba(details)
 
 
@@ -111,10 +125,10 @@ def run(arguments: argparse.Namespace) -> int:
     settings = load(arguments)
     name = arguments.source if _is_run_file(arguments.source) else settings.texture
     out = arguments.out or Path("runs") / name.stem
-    _spare(out, (arguments.source, settings.scene, settings.texture))
+    _refuse_inputs_in(out, (arguments.source, settings.scene, settings.texture))
     from optimize.runs import job
 
-    with contact_of(settings.texture):
+    with contact_errors_name(settings.texture):
         result = job.run(
             settings, out, variant=arguments.variant, force=arguments.force, quiet=arguments.quiet
         )
@@ -122,10 +136,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def load(arguments: argparse.Namespace) -> "Run":
-    """The run that the arguments ask for. Raises InputError."""
+    """The run that the arguments describe. Raises InputError."""
     source = arguments.source = find_file(arguments.source, ".toml", ".xml")
     from optimize.runs import config
-    from relief.errors import InputError
 
     if _is_run_file(source):
         return config.load_run(source, overrides(arguments))
@@ -138,22 +151,22 @@ def load(arguments: argparse.Namespace) -> "Run":
 
 
 def overrides(arguments: argparse.Namespace) -> Sequence[str]:
-    """The options as overrides of a run file, ``--set`` last."""
-    given = [
+    """The options as overrides of a run file, `--set` last."""
+    settings = [
         f"{key}={getattr(arguments, option)!r}"
         for option, key in _SETTINGS.items()
         if getattr(arguments, option) is not None
     ]
     if arguments.texture is not None:
-        given.append(f"texture={_quoted(str(arguments.texture))}")
-    given += [f"define.{key}={_quoted(value)}" for key, value in arguments.defines]
+        settings.append(f"texture={_quoted(str(arguments.texture))}")
+    settings += [f"define.{key}={_quoted(value)}" for key, value in arguments.defines]
     if arguments.fast:
-        given += FAST
-    return [*given, *arguments.settings]
+        settings += FAST
+    return [*settings, *arguments.settings]
 
 
 def finish(result: "Result", quiet: bool) -> int:
-    """Tell how a run ended; the exit status."""
+    """Print the summary of a run, unless `quiet`; returns the exit status."""
     from optimize.descent.driver import StopReason
 
     if not quiet:
@@ -165,10 +178,8 @@ def finish(result: "Result", quiet: bool) -> int:
     return REACHED if result.stop.met else SHORT_OF_TARGET
 
 
-def _spare(out: Path, inputs: Iterable[Path]) -> None:
-    """Refuse to make a run directory, which ``--force`` empties, of a folder that the run reads from."""
-    from relief.errors import InputError
-
+def _refuse_inputs_in(out: Path, inputs: Iterable[Path]) -> None:
+    """Raise InputError if `out`, which `--force` empties, is or holds a file that the run reads."""
     for path in inputs:
         if path.resolve().is_relative_to(out.resolve()):
             raise InputError(f"{out}: -o: is or holds {path}, which the run reads; choose another folder")
@@ -179,5 +190,5 @@ def _is_run_file(path: Path) -> bool:
 
 
 def _quoted(text: str) -> str:
-    """A TOML string: JSON's are, as long as they escape no more than they must."""
+    """A TOML string: the same as a JSON string in which only what must be escaped is escaped."""
     return json.dumps(text, ensure_ascii=False)

@@ -1,4 +1,4 @@
-"""`retouch render`: the pictures of a scene, one for each of its rendering conditions."""
+"""`retouch render`: pictures of a scene, one for each rendering condition."""
 
 import argparse
 import time
@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mitsuba_scenes import find_file
-from optimize.commands.options import add_mitsuba, console, count, seed
+from optimize.commands.options import RELIEF_DEFAULT, add_mitsuba, console, count, seed
+from optimize.report.formatting import duration, number, percent
+from relief.errors import InputError
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -16,15 +18,15 @@ if TYPE_CHECKING:
 
 HELP = "render a scene, one picture for each light"
 DESCRIPTION = """\
-Renders every condition of a scene, that is each of its lights alone with the ambient light, into DIR as
+Renders every condition of a scene (each light alone, together with the ambient light) into DIR, as
 <condition>.exr (radiance, 32-bit float) and <condition>.png (sRGB; white is the radiance of a white plate
 that faces the light). Pictures of an earlier rendering are replaced.
 
-Each picture is the mean of a few rendered with fewer samples and other random numbers; how far these lie
-apart gives the standard error of a pixel, told in percent of the picture's mean.
+Each picture is the mean of a few pictures rendered with fewer samples and independent random numbers. Their
+spread gives the standard error of a pixel, printed in percent of the picture's mean.
 
-With --explain nothing is rendered and nothing written, whatever else is given: it tells what would be done,
-what is skipped because the scene does not need it, and whether `retouch optimize` can use the scene.
+With --explain nothing is rendered or written: the command lists what would be rendered, what is skipped
+because the scene does not need it, and whether `retouch optimize` can use the scene.
 """
 EPILOG = """\
 examples:
@@ -37,48 +39,58 @@ examples:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", type=Path, metavar="SCENE", help="Mitsuba scene (.xml) with a height field")
     parser.add_argument(
-        "-o", dest="out", type=Path, metavar="DIR", help="where to (default: renders/<name of the scene>)"
+        "-o",
+        dest="out",
+        type=Path,
+        metavar="DIR",
+        help="folder to write to (default: renders/<name of the scene>)",
     )
     parser.add_argument(
-        "--texture", type=Path, help="height map to show instead of the scene's: PNG, TIFF, EXR or NPY"
+        "--texture",
+        type=Path,
+        help="height map instead of the scene's: PNG or TIFF (grey is height), EXR or NPY (mm)",
     )
     parser.add_argument(
         "--relief-mm",
         type=float,
         metavar="MM",
-        help="height of white above black in --texture (needed for PNG and TIFF; EXR and NPY hold mm)",
+        help=f"height of white above black in --texture, mm (default: {RELIEF_DEFAULT})",
     )
     parser.add_argument(
-        "--samples", type=count, metavar="N", help="a pixel, 4 or more (default: as the scene says)"
+        "--samples", type=count, metavar="N", help="samples a pixel, 1 to 65536 (default: the scene's)"
     )
     parser.add_argument(
-        "--seed", type=seed, default=0, metavar="N", help="the same seed, the same picture (default: 0)"
+        "--seed",
+        type=seed,
+        default=0,
+        metavar="N",
+        help="seed of the random numbers; the same seed gives the same pictures (default: 0)",
     )
     parser.add_argument(
         "--explain",
         action="store_true",
-        help="only tell what would be rendered, what is skipped, and why; writes nothing, -o or not",
+        help="only list what would be rendered, what is skipped, and why; write nothing",
     )
     add_mitsuba(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     arguments.scene = find_file(arguments.scene, ".xml")
-    from optimize.report.formatting import duration
-    from optimize.report.pictures import write_pictures
-    from relief.errors import InputError
-    from visual.noise import batched
-    from visual.scene import load_scene
-
     if arguments.relief_mm is not None and arguments.texture is None:
         raise InputError(
             "--relief-mm: belongs to --texture; a scene has its own parameters, as in -D relief_mm=1"
         )
+    if arguments.texture is not None and not arguments.texture.exists():
+        raise InputError(f"{arguments.texture}: no such file")
     if arguments.explain:
         return _explain(arguments)
     out = arguments.out or Path("renders") / arguments.scene.stem
     if out.exists() and not out.is_dir():
         raise InputError(f"{out}: -o: is a file, not a folder")
+    from optimize.report.pictures import write_pictures
+    from visual.noise import batched
+    from visual.scene import load_scene
+
     scene = load_scene(
         arguments.scene,
         dict(arguments.defines),
@@ -125,11 +137,9 @@ def _explain(arguments: argparse.Namespace) -> int:
 
 
 def table(conditions: Sequence[str], files: Sequence[Path], batches: "Batches") -> "Table":
-    """One row a condition: name, mean radiance, standard error of a pixel in percent of that, file."""
+    """A table, one row a condition: name, mean radiance, standard error of a pixel in percent, files."""
     from rich.table import Table
     from rich.text import Text
-
-    from optimize.report.formatting import number, percent
 
     rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False)
     rows.add_column("condition", overflow="fold")
@@ -138,6 +148,7 @@ def table(conditions: Sequence[str], files: Sequence[Path], batches: "Batches") 
     rows.add_column("files", overflow="fold")
     means, errors = batches.mean.mean(axis=(1, 2)), batches.relative_error
     for condition, file, mean, error in zip(conditions, files, means, errors, strict=True):
-        told = number(float(mean)), percent(100.0 * float(error))
-        rows.add_row(Text(condition), *told, Text(f"{file}.exr, .png"))
+        rows.add_row(
+            Text(condition), number(float(mean)), percent(100.0 * float(error)), Text(f"{file}.exr, .png")
+        )
     return rows

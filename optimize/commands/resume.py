@@ -1,28 +1,34 @@
-"""`retouch resume`: a run goes on from its checkpoint."""
+"""`retouch resume`: a run continued from its checkpoint."""
 
 import argparse
 from pathlib import Path
 
-from optimize.commands import optimize as cli_optimize
+from optimize.commands.optimize import STATUSES, finish
+from optimize.commands.options import add_variant, contact_errors_name
+from relief.errors import InputError
 
-HELP = "go on with a run that was interrupted or ended short"
-DESCRIPTION = "Goes on from the checkpoint of a run, with the settings in its run.toml."
+HELP = "continue a run that was interrupted or ended short of its target"
+DESCRIPTION = "Continues a run from its checkpoint, with the settings in its run.toml."
 EPILOG = f"""\
 example:
   retouch resume runs/stone
 
-{cli_optimize.STATUSES}"""
+{STATUSES}"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("run_dir", type=Path, metavar="RUN_DIR", help="what retouch optimize -o has written")
-    parser.add_argument("-m", dest="variant", metavar="VARIANT", help="Mitsuba's variant")
+    parser.add_argument(
+        "run_dir", type=Path, metavar="RUN_DIR", help="folder that retouch optimize has written"
+    )
+    add_variant(parser)
     parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
 
 
 def run(arguments: argparse.Namespace) -> int:
+    if not arguments.run_dir.is_dir():
+        raise InputError(f"{arguments.run_dir}: no such file or folder")
     from optimize.runs import job
 
-    with cli_optimize.contact_of(arguments.run_dir):
+    with contact_errors_name(arguments.run_dir):
         result = job.resume(arguments.run_dir, variant=arguments.variant, quiet=arguments.quiet)
-    return cli_optimize.finish(result, arguments.quiet)
+    return finish(result, arguments.quiet)

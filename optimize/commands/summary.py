@@ -1,22 +1,24 @@
-"""The one screen that a run ends with."""
+"""The summary of a finished run, one screen of text."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from optimize.report.formatting import between, duration, number, percent, plus_minus
-from tactile.jnd import discrimination_probability
+from optimize.report.formatting import between, duration, number, percent, plus_minus, tries_of_100
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 PRINTABLE = ("plate.3mf", "plate.stl")
+"""Files for a 3-D printer, the better one first."""
 
 
 def summary(result: Mapping[str, Any], run_dir: Path) -> "Table":
-    """What a run set out for and where it ended, in a dozen lines.
+    """Target, result, pictures, time and files of a run, in about a dozen lines.
 
-    ``result`` is the content of result.json; of the files only those that are there are named.
+    Args:
+        result: content of result.json.
+        run_dir: where the files lie; only files that exist are named.
     """
     from rich.table import Table
     from rich.text import Text
@@ -24,8 +26,8 @@ def summary(result: Mapping[str, Any], run_dir: Path) -> "Table":
     rows = Table.grid(padding=(0, 2, 0, 0))
     rows.add_column(no_wrap=True)
     rows.add_column(overflow="fold")
-    for name, told in _lines(result, run_dir):
-        rows.add_row(Text(name, "bold"), Text(told))
+    for name, text in _lines(result, run_dir):
+        rows.add_row(Text(name, "bold"), Text(text))
     return rows
 
 
@@ -40,10 +42,9 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
     ]
     yield "roughness", _known(roughness)
     if (jnd := touch["jnd_from_original"]) is not None:
-        # Rounded down: a hundred of a hundred would claim certainty.
-        tries = min(99, int(100.0 * discrimination_probability(jnd)))
         sense = "rougher" if jnd > 0 else "smoother"
-        yield "feel", f"{number(abs(jnd))} JND {sense} than the original, told apart in {tries} of 100 tries"
+        apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
+        yield "feel", f"{number(abs(jnd))} JND {sense} than the original, {apart}"
     area = [
         ("original", touch["initial_contact_area_mm2"]),
         ("target", touch["target_contact_area_mm2"]),

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from optimize.report import colour_maps, svg
 from optimize.report.content import Report
-from optimize.report.formatting import number
+from optimize.report.formatting import model_name, number, tries_of_100
 from optimize.report.metrics import mean_change, rms_change
-from tactile.jnd import discrimination_probability, jnd_apart
+from tactile.jnd import jnd_apart
 
 Array = NDArray[np.floating]
 
@@ -23,13 +23,6 @@ PICTURE_BYTES = 3.0e6  # for the pictures under all lights together, before base
 SHOWN_SIDE = 512  # pixels; a picture is shown at about 360 points
 PROFILE_SIDE = 256  # samples along an edge of the heights that the page carries
 PERCENTILE = 99.5  # of a map's values that its colour scale spans
-
-MODEL_NAMES = {
-    "fem": "finite elements",
-    "layer": "elastic layer",
-    "quick": "elastic layer, few steps",
-    "net": "learned net",
-}
 
 
 @dataclass(frozen=True)
@@ -60,16 +53,10 @@ def change_percent(before: Array, after: Array, white: float) -> ChangePercent:
     return ChangePercent(*(100.0 * change / unit for unit in (white, level) for change in changes))
 
 
-def model_name(key: str | None) -> str:
-    """A touch model as a person calls it; its key where we have no better name."""
-    return MODEL_NAMES.get(key or "", key or "verified")
-
-
 def roughness_figures(report: Report, touch: Mapping[str, Any]) -> dict[str, Any]:
     """The roughnesses on a scale of just-noticeable differences, and what a finger makes of that."""
     jnd = touch["jnd_from_original"]
-    # Rounded down: a hundred of a hundred would claim certainty.
-    tries = None if jnd is None else min(99, int(100.0 * discrimination_probability(jnd)))
+    tries = None if jnd is None else tries_of_100(jnd)
     return {
         "ladder": _ladder(report, touch),
         "tries": tries,

@@ -1,12 +1,38 @@
-"""Numbers as a person reads them."""
+"""Numbers, durations and names as text for a person."""
 
 from __future__ import annotations
 
 import math
 
+from tactile.jnd import discrimination_probability
+
+MODEL_NAMES = {
+    "layer": "elastic layer",
+    "quick": "elastic layer, few steps of the solver",
+    "net": "elastic layer, learned net",
+    "fem": "finite elements",
+}
+"""Name for a person of each model of touch, by its key in run files."""
+
+
+def model_name(key: str | None) -> str:
+    """The name of a model of touch, or its key if the key is unknown; "verified" for None."""
+    return MODEL_NAMES.get(key or "", key or "verified")
+
+
+def tries_of_100(jnd: float) -> int:
+    """How often of 100 tries a person names the rougher of two plates rightly.
+
+    Rounded down and at most 99, as 100 of 100 would claim certainty.
+
+    Args:
+        jnd: just-noticeable differences of roughness between the plates, of either sign.
+    """
+    return min(99, int(100.0 * discrimination_probability(jnd)))
+
 
 def number(value: float | None, digits: int = 3) -> str:
-    """A number in so many significant digits, with a true minus sign; a dash where there is none."""
+    """A number in `digits` significant digits with a true minus sign; a dash for None or not finite."""
     if value is None or not math.isfinite(value):
         return "\N{EN DASH}"
     text = (
@@ -16,29 +42,32 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def percent(value: float | None) -> str:
-    """A percentage in two digits, for reading rather than computing."""
+    """A percentage in two significant digits, with its sign %."""
     return number(value, 2) + "\N{NARROW NO-BREAK SPACE}%"
 
 
 def plus_minus(value: float, error: float) -> str:
-    """A value and its standard error to the error's first digit, or its second where the first is 1."""
+    """A value and its standard error, both rounded to the first digit of the error.
+
+    If that digit is 1, they are rounded to the second. Without a positive finite error only the value.
+    """
     if not 0.0 < error < math.inf:
         return number(value)
     first = math.floor(math.log10(error))
     # Rounding may carry: 0.0098 to one digit is 0.010.
     digits = max(0, -first + (round(error / 10.0**first, 1) < 2.0))
-    told = f"{value:.{digits}f} \N{PLUS-MINUS SIGN} {error:.{digits}f}"
-    return told.replace(" ", "\N{NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}")
+    text = f"{value:.{digits}f} \N{PLUS-MINUS SIGN} {error:.{digits}f}"
+    return text.replace(" ", "\N{NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}")
 
 
 def between(low: float, high: float) -> str:
-    """A range of percentages in two digits; one number where both round to the same."""
-    one, other = number(low, 2), number(high, 2)
-    return percent(high) if one == other else f"{one} to {percent(high)}"
+    """A range of percentages in two significant digits; one number if both ends round to the same."""
+    ends = number(low, 2), number(high, 2)
+    return percent(high) if ends[0] == ends[1] else f"{ends[0]} to {percent(high)}"
 
 
 def duration(seconds: float) -> str:
-    """Seconds as a person says them."""
+    """A duration in s, or in min and s, or in h and min."""
     if seconds < 99.5:
         return f"{number(seconds, 2)} s"
     minutes, rest = divmod(round(seconds), 60)

@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from optimize.report import figures
 from optimize.report.content import Report
-from optimize.report.formatting import between, duration, number, percent, plus_minus
+from optimize.report.formatting import between, duration, model_name, number, percent, plus_minus
 from relief.files import write_atomically
 
 TOUCH_KEYS = (
@@ -75,7 +75,7 @@ def _numbers(report: Report) -> dict[str, Any]:
     return {
         "touch": touch,
         "felt": touch["roughness"] if touch["verified_roughness"] is None else touch["verified_roughness"],
-        "verified_by": figures.model_name(touch["verified_by"]),
+        "verified_by": model_name(touch["verified_by"]),
         "verification": verification,
         "rounds": verification["rounds"] or [],
         "total_s": total,
