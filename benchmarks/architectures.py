@@ -49,8 +49,11 @@ from tactile.net import CHANNELS, inputs, pressure
 from tactile.strain import smallest_eigenvalue
 from visual.exact.shading import unshadowed
 from visual.fast import ambient_net
-from visual.fast import shadow_sweep as swept
 from visual.fast.bsdf_table import ABOVE
+from visual.fast.horizons import DIRECTIONS
+from visual.fast.lit_picture import lit_picture, pooled_faces
+from visual.fast.refinement import face_slopes, refined
+from visual.fast.shadow_sweep import shadow_sweep
 from visual.lights.parallel import ParallelLights
 
 MINUTES, SEED = 3.0, 0
@@ -142,8 +145,8 @@ class WithoutHorizons(LookLoss):
     def _difference(self, net: nn.Module, examples: Examples) -> Tensor:
         unoccluded, wanted = examples["unoccluded"], examples["ambient"]
         maps = ambient_net.inputs(examples["heights"], self.size_mm, unoccluded)
-        maps[:, [0, *range(3, 3 + len(ambient_net.WAYS))]] = 0.0
-        found = unoccluded * functional.softplus(net(maps)[:, 0] + ambient_net.OPEN)
+        maps[:, [0, *range(3, 3 + len(DIRECTIONS))]] = 0.0
+        found = unoccluded * functional.softplus(net(maps)[:, 0] + ambient_net.NEUTRAL_OUTPUT)
         return (found - wanted) / wanted.mean((-2, -1), keepdim=True)
 
 
@@ -290,14 +293,14 @@ def light_examples(data: Fieldset, split: Split) -> Examples:
             continue
         heights, pictures, toward = (shard.read(name, places) for name in ("heights", "pictures", "toward"))
         for relief, picture, light in zip(heights, pictures[:, 0], toward[:, 0], strict=True):
-            slope_x, slope_y = swept.slopes(torch.as_tensor(relief).double(), data.request.size_mm)
+            slope_x, slope_y = face_slopes(torch.as_tensor(relief).double(), data.request.size_mm)
             lights = ParallelLights(light[None], np.full((1, 3), np.pi))
             radiance = unshadowed(bsdf, slope_x.numpy().ravel(), slope_y.numpy().ravel(), lights, ABOVE)
             faces = torch.as_tensor(radiance[0]).view(slope_x.shape).float()
             parts["heights"].append(torch.as_tensor(relief))
             parts["picture"].append(torch.as_tensor(picture))
             parts["toward"].append(torch.as_tensor(light).float())
-            parts["bare"].append(swept.pooled_faces(None, faces))
+            parts["bare"].append(pooled_faces(None, faces))
             if split == "test":
                 parts["faces"].append(faces)
     return {name: torch.stack(values) for name, values in parts.items() if values}
@@ -338,8 +341,8 @@ def _swept_error(size_mm: float) -> Callable[[nn.Module, Examples], Tensor]:
         ):
             toward = light.double() / light.double().norm()
             x, y, z = (float(part) for part in toward)
-            way = swept.sweep(len(relief), size_mm, (x, y, z), relief.dtype)
-            found = swept.lit_picture(swept.refined(relief), faces, way)
+            sweep = shadow_sweep(len(relief), size_mm, (x, y, z), relief.dtype)
+            found = lit_picture(refined(relief), faces, sweep)
             errors.append(100.0 * (found - picture).abs().mean() / picture.mean())
         return torch.stack(errors)
 

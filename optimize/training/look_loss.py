@@ -12,9 +12,10 @@ from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset
 from surrogate.nets.augmentation import transformed
 from surrogate.nets.training import Examples
-from visual.fast import shadow_sweep as swept
 from visual.fast.ambient_net import inputs, sky_visibility
 from visual.fast.bsdf_table import BsdfTable
+from visual.fast.lit_picture import pooled_faces
+from visual.fast.refinement import face_slopes
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def unoccluded_pictures(heights: Tensor, size_mm: float, table: BsdfTable) -> Te
 
 
 def _unoccluded(heights: Tensor, size_mm: float, table: BsdfTable) -> Tensor:
-    return swept.pooled_faces(None, table(*swept.slopes(heights, size_mm))[0])
+    return pooled_faces(None, table(*face_slopes(heights, size_mm))[0])
 
 
 def examples_of(data: Fieldset, split: Split, table: BsdfTable) -> dict[str, Tensor]:

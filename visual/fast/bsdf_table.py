@@ -1,7 +1,8 @@
-"""A material as a table: radiance of faces by their slopes, toward a camera straight above, differentiable.
+"""BSDF table: radiance of faces by their slopes, toward a camera straight above, differentiable.
 
-The table's place is the direction of a face's normal, its angle with the vertical as the distance from the
-middle, so that steep faces have as much of it as level ones. Between entries it is bilinear.
+The entries lie on a square grid of tilted normals: a normal at angle t from the vertical stands at distance t
+from the middle, in the normal's azimuth, so that steep faces have as many entries as level ones. Between
+entries the table is bilinear.
 """
 
 from __future__ import annotations
@@ -20,12 +21,18 @@ from torch.nn import functional
 from visual.exact.shading import unshadowed
 from visual.lights.parallel import GOLDEN_ANGLE, ParallelLights
 
-ENTRIES, SKY_ENTRIES = 384, 96
-"""A side. Light after light: within 0.1 % of the material on gravel."""
+ENTRIES = 384
+"""Entries a side for each light: within 0.1 % of the material, light after light, on gravel."""
+AMBIENT_ENTRIES = 96
+"""Entries a side for ambient light, whose radiance is smoother."""
 SKY_DIRECTIONS = 512
+"""Directions of the quadrature of the sky."""
+BATCH = 64
+"""Directions of the sky evaluated at once, which bounds memory."""
 STEEPEST = 1e4
-"""Slope of the table's outermost entries."""
+"""Slope of the outermost entries: a vertical face has none."""
 ABOVE = np.array([0.0, 0.0, 1.0])
+"""Unit vector toward the camera."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,21 +40,21 @@ class BsdfTable:
     """Radiance of a face under each of some lights.
 
     Attributes:
-        values: (lights, k, k); rows by the normal's way in y, columns by that in x.
+        values: (lights, k, k); rows by the tilt of the face along y, columns by that along x.
     """
 
     values: Tensor
 
     def __call__(self, slope_x: Tensor, slope_y: Tensor) -> Tensor:
-        """Radiance (lights, ...) of faces of slopes (...), dz/dx and dz/dy."""
+        """Radiance (lights, ...) of faces with slopes dz/dx and dz/dy (...)."""
         steep = torch.sqrt(slope_x.square() + slope_y.square() + 1e-12)
-        share = torch.atan(steep) / (steep * (0.5 * math.pi))
-        place = torch.stack((slope_x * share, slope_y * share), dim=-1).reshape(1, 1, -1, 2)
-        found = functional.grid_sample(self.values[None], place, "bilinear", "border", align_corners=True)
-        return found.view(len(self.values), *slope_x.shape)
+        scale = torch.atan(steep) / (steep * (0.5 * math.pi))
+        place = torch.stack((slope_x * scale, slope_y * scale), dim=-1).reshape(1, 1, -1, 2)
+        radiance = functional.grid_sample(self.values[None], place, "bilinear", "border", align_corners=True)
+        return radiance.view(len(self.values), *slope_x.shape)
 
     def to(self, dtype: torch.dtype) -> BsdfTable:
-        """The same in another precision; the one in single precision is kept."""
+        """The same table in another precision; the one in single precision is kept."""
         if dtype == self.values.dtype:
             return self
         return self._single if dtype == torch.float32 else BsdfTable(self.values.to(dtype))
@@ -58,7 +65,13 @@ class BsdfTable:
 
 
 def light_table(bsdf: Any, lights: ParallelLights, entries: int = ENTRIES) -> BsdfTable:
-    """Of a Mitsuba BSDF under each of some parallel lights."""
+    """Tabulate a material under each of some parallel lights alone.
+
+    Args:
+        bsdf: of Mitsuba.
+        lights: parallel lights.
+        entries: a side.
+    """
     slope_x, slope_y = _slopes(entries)
     single = zip(lights.toward, lights.irradiance, strict=True)
     radiance = [
@@ -68,11 +81,15 @@ def light_table(bsdf: Any, lights: ParallelLights, entries: int = ENTRIES) -> Bs
     return BsdfTable(torch.from_numpy(np.concatenate(radiance).reshape(-1, entries, entries)))
 
 
-def ambient_table(bsdf: Any, radiance: NDArray[np.float64], entries: int = SKY_ENTRIES) -> BsdfTable:
-    """Of a Mitsuba BSDF under a sky of constant radiance that nothing hides, down to the horizon.
+def ambient_table(bsdf: Any, radiance: NDArray[np.float64], entries: int = AMBIENT_ENTRIES) -> BsdfTable:
+    """Tabulate a material under an unoccluded sky of constant radiance, down to the horizon.
+
+    The sky is a golden-angle spiral of directions, uniform in solid angle.
 
     Args:
-        radiance: red, green and blue.
+        bsdf: of Mitsuba.
+        radiance: (3,) red, green and blue.
+        entries: a side.
     """
     index = np.arange(SKY_DIRECTIONS)
     z = (index + 0.5) / SKY_DIRECTIONS
@@ -81,16 +98,16 @@ def ambient_table(bsdf: Any, radiance: NDArray[np.float64], entries: int = SKY_E
     share = np.outer(np.full(SKY_DIRECTIONS, 2.0 * np.pi / SKY_DIRECTIONS), radiance)
     slope_x, slope_y = _slopes(entries)
     total = np.zeros(entries * entries)
-    for first in range(0, SKY_DIRECTIONS, 64):
-        part = slice(first, first + 64)
+    for first in range(0, SKY_DIRECTIONS, BATCH):
+        part = slice(first, first + BATCH)
         total += unshadowed(bsdf, slope_x, slope_y, ParallelLights(toward[part], share[part]), ABOVE).sum(0)
     return BsdfTable(torch.from_numpy(total.reshape(1, entries, entries)))
 
 
 def _slopes(entries: int) -> tuple[Any, Any]:
     """dz/dx and dz/dy (entries²,) of the table's entries."""
-    way = np.linspace(-0.5 * np.pi, 0.5 * np.pi, entries)
-    y, x = np.meshgrid(way, way, indexing="ij")
+    tilt = np.linspace(-0.5 * np.pi, 0.5 * np.pi, entries)
+    y, x = np.meshgrid(tilt, tilt, indexing="ij")
     angle = np.hypot(x, y)
     steep = np.tan(np.minimum(angle, math.atan(STEEPEST)))
     scale = np.where(angle > 0.0, steep / np.where(angle > 0.0, angle, 1.0), 1.0)

@@ -1,15 +1,15 @@
-"""The quick look's pictures with their Jacobian as sparse matrices, for Gauss-Newton steps.
+"""Jacobians of the fast renderer's pictures as sparse matrices, for Gauss-Newton steps.
 
-Three parts, as of `visual.exact.view`: radiance by slope, the motion of shadow boundaries (each corner of a
-cut
-triangle moves with its own height and with those of what shades it), and nothing else, since from straight
-above no face moves. A net gives the change of sky visibility only as products with
-a vector, so the Jacobian holds it still; pictures do not.
+    d picture / d heights = lit share * d radiance / d slope * d slope / d heights
+                          + radiance * d lit share / d clearance * d clearance / d heights
+
+From straight above no face moves in the picture, so there is no third part as in `visual.exact.view`. The
+clearance of a corner depends on the corner's own height and on those of its occluders. A net gives
+derivatives of sky visibility only as products with a vector, so the Jacobian holds sky visibility constant.
 """
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 
 import numpy as np
@@ -19,19 +19,21 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from visual.exact.view import Pictures
-from visual.fast import shadow_sweep as swept
 from visual.fast.bsdf_table import BsdfTable
-from visual.fast.renderer import EVERY, OVERHEAD, FastRenderer, shared
+from visual.fast.lit_shares import BoundaryTriangles, lit_shares
+from visual.fast.refinement import face_slopes, on_quarters, on_triangles, pixel_means, quarter_means, refined
+from visual.fast.renderer import FastRenderer
+from visual.fast.shadow_sweep import ShadowSweep
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
 class FastView:
-    """Pictures of quarters of pixels, each a pixel of its own, by a `FastRenderer`."""
+    """Pictures by a `FastRenderer` at twice its resolution, in which quarters of pixels are pixels."""
 
-    def __init__(self, look: FastRenderer) -> None:
-        self._look = look
+    def __init__(self, renderer: FastRenderer) -> None:
+        self._renderer = renderer
 
     def evaluate(self, heights: Array, jacobian: bool = True, edges: bool = True) -> Pictures:
         """Pictures (conditions, 2n, 2n) of a relief, and their Jacobians (4 n², n²).
@@ -39,61 +41,56 @@ class FastView:
         Args:
             heights: (n, n) mm.
             jacobian: whether derivatives are wanted.
-            edges: whether they include the motion of shadow boundaries.
+            edges: whether the derivatives include the motion of shadow boundaries.
         """
-        look, field = self._look, torch.as_tensor(heights, dtype=torch.float64)
-        slopes, fine = swept.slopes(field, look.size_mm), swept.refined(field)
-        side = 2 * look.samples
-        pictures = torch.zeros(look.conditions, side, side, dtype=field.dtype)
-        by_slope = torch.zeros(2, look.conditions, 2, side, side, dtype=field.dtype)
-        moving: list[list[sp.csr_matrix]] = [[] for _ in range(look.conditions)]
-        for number, (toward, condition) in enumerate(zip(look.toward, look.condition, strict=True)):
-            where = slice(None) if condition == EVERY else slice(condition, condition + 1)
-            assert look.table is not None
-            faces, *tilted = _with_slopes(BsdfTable(look.table.values[number : number + 1]), slopes)
-            radiance = swept.of_quarters(faces)
-            shares, moved = torch.ones_like(radiance), None
-            if math.hypot(*toward[:2]) > OVERHEAD:
-                way = swept.sweep(look.samples, look.size_mm, toward, field.dtype)
-                clearance, shading = way.traced(fine)
-                shares, cuts = swept.lit_shares(clearance)
+        renderer, field = self._renderer, torch.as_tensor(heights, dtype=torch.float64)
+        slopes, fine = face_slopes(field, renderer.size_mm), refined(field)
+        side = 2 * renderer.samples
+        pictures = torch.zeros(renderer.conditions, side, side, dtype=field.dtype)
+        by_slope = torch.zeros(2, renderer.conditions, 2, side, side, dtype=field.dtype)
+        by_shadow: list[list[sp.csr_matrix]] = [[] for _ in range(renderer.conditions)]
+        for number, (toward, condition) in enumerate(zip(renderer.toward, renderer.condition, strict=True)):
+            assert renderer.table is not None
+            faces, *tilted = _with_slopes(BsdfTable(renderer.table.values[number : number + 1]), slopes)
+            radiance = on_triangles(faces)
+            shares, sweep = torch.ones_like(radiance), renderer.sweep(toward, field.dtype)
+            if sweep is not None:
+                clearance, highest_column = sweep.trace(fine)
+                shares, boundary = lit_shares(clearance)
                 if jacobian and edges:
-                    moved = _moved(way, cuts, shading, radiance)
-            pictures[where] += swept.shown(shares * radiance)
+                    by_shadow[condition].append(_by_corner(sweep, boundary, highest_column, radiance))
+            pictures[condition] += quarter_means(shares * radiance)
             if jacobian:
                 for of_slope, change in zip(by_slope, tilted, strict=True):
-                    of_slope[where] += shares * swept.of_quarters(change)
-            if moved is not None:
-                for matrices in moving[where]:
-                    matrices.append(moved)
-        if look.ambient is not None:
-            faces, *tilted = _with_slopes(look.ambient.table, slopes)
-            unoccluded = swept.shown(swept.of_quarters(faces))
+                    of_slope[condition] += shares * on_triangles(change)
+        if renderer.ambient is not None:
+            faces, *tilted = _with_slopes(renderer.ambient.table, slopes)
+            unoccluded = quarter_means(on_triangles(faces))
             with torch.no_grad():
-                sky_visibility = shared(
-                    look.ambient.visibility(field, look.size_mm, swept.pooled(unoccluded))
+                visibility = on_quarters(
+                    renderer.ambient.visibility(field, renderer.size_mm, pixel_means(unoccluded))
                 )
-            pictures += unoccluded * sky_visibility
+            pictures += unoccluded * visibility
             if jacobian:
                 for of_slope, change in zip(by_slope, tilted, strict=True):
-                    of_slope += sky_visibility * swept.of_quarters(change)
+                    of_slope += visibility * on_triangles(change)
         if not jacobian:
             return Pictures(pictures.numpy(), ())
-        found = [
-            self._jacobian(by_slope[:, condition].numpy(), moving[condition])
-            for condition in range(look.conditions)
+        jacobians = [
+            self._jacobian(by_slope[:, condition].numpy(), by_shadow[condition])
+            for condition in range(renderer.conditions)
         ]
-        return Pictures(pictures.numpy(), tuple(found))
+        return Pictures(pictures.numpy(), tuple(jacobians))
 
-    def _jacobian(self, by_slope: Array, moving: list[sp.csr_matrix]) -> sp.csr_matrix:
-        """(4 n², n²), of what triangles (2, 2n, 2n) do by slope in x and y, and of what moves in shadows."""
-        n = self._look.samples
+    def _jacobian(self, by_slope: Array, by_shadow: list[sp.csr_matrix]) -> sp.csr_matrix:
+        """(4 n², n²), from derivatives of triangles (2, 2, 2n, 2n) by slopes and of quarters by corners."""
+        n = self._renderer.samples
         result = sum(
             _by_face(values, n) @ slope
-            for values, slope in zip(by_slope, _slope_matrices(n, self._look.size_mm), strict=True)
+            for values, slope in zip(by_slope, _slope_matrices(n, self._renderer.size_mm), strict=True)
         )
-        if moving:
-            result = result + sum(moving[1:], moving[0]) @ _refinement(n)
+        if by_shadow:
+            result = result + sum(by_shadow[1:], by_shadow[0]) @ _refinement(n)
         return sp.csr_matrix(result)
 
 
@@ -105,16 +102,18 @@ def _with_slopes(table: BsdfTable, slopes: tuple[Tensor, Tensor]) -> tuple[Tenso
     return radiance.detach(), by_x, by_y
 
 
-def _moved(way: swept.Sweep, cuts: swept.Cuts, where: Tensor, radiance: Tensor) -> sp.csr_matrix:
-    """(quarters, corners) how quarters of pixels change as shadows move with the heights of corners."""
+def _by_corner(
+    sweep: ShadowSweep, boundary: BoundaryTriangles, highest_column: Tensor, radiance: Tensor
+) -> sp.csr_matrix:
+    """(quarters, corners) derivative of quarters of pixels by heights of corners, as shadows move."""
     side = radiance.shape[-1]
     corners = (side + 1) ** 2
-    weight = 0.5 * radiance.reshape(-1)[cuts.triangle] * cuts.by
-    quarter = (cuts.triangle % side**2).expand_as(cuts.corners)
-    by_clearance = _matrix(quarter, cuts.corners, weight, (side * side, corners))
-    shaded = torch.unique(cuts.corners)
-    shading, part = way.shading(where, shaded)
-    cleared = _matrix(shaded.expand_as(shading), shading, part, (corners, corners + 1))
+    weight = 0.5 * radiance.reshape(-1)[boundary.triangle] * boundary.by_clearance
+    quarter = (boundary.triangle % side**2).expand_as(boundary.corners)
+    by_clearance = _matrix(quarter, boundary.corners, weight, (side * side, corners))
+    shaded = torch.unique(boundary.corners)
+    occluders, weights = sweep.occluders(highest_column, shaded)
+    cleared = _matrix(shaded.expand_as(occluders), occluders, weights, (corners, corners + 1))
     return sp.csr_matrix(by_clearance - by_clearance @ cleared[:, :corners])
 
 
@@ -124,16 +123,16 @@ def _matrix(rows: Tensor, columns: Tensor, values: Tensor, shape: tuple[int, int
 
 
 def _by_face(values: Array, n: int) -> sp.csr_matrix:
-    """(4 n², faces): what triangles (2, 2n, 2n) of quarters of pixels have of the faces they belong to."""
+    """(4 n², faces) derivative of quarters by faces, from derivatives (2, 2n, 2n) of their triangles."""
     faces = torch.arange(2 * (n + 1) ** 2).view(2, n + 1, n + 1)
-    columns = swept.of_quarters(faces).numpy().ravel()
+    columns = on_triangles(faces).numpy().ravel()
     rows = np.tile(np.arange(4 * n * n), 2)
     return sp.csr_matrix((0.5 * values.ravel(), (rows, columns)), shape=(4 * n * n, faces.numel()))
 
 
 @lru_cache(maxsize=2)
 def _slope_matrices(n: int, size_mm: float) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-    """(faces, n²): dz/dx and dz/dy of faces, in the order of `swept.slopes`, by heights."""
+    """(faces, n²) each: dz/dx and dz/dy of faces by heights, in the order of `face_slopes`."""
     ring, spacing = np.pad(np.arange(n * n).reshape(n, n), 1, mode="edge"), size_mm / n
 
     def difference(high: Index, low: Index) -> sp.csr_matrix:
@@ -152,7 +151,7 @@ def _slope_matrices(n: int, size_mm: float) -> tuple[sp.csr_matrix, sp.csr_matri
 
 @lru_cache(maxsize=2)
 def _refinement(n: int) -> sp.csr_matrix:
-    """((2n + 1)², n²): `swept.refined`, which is linear."""
+    """((2n + 1)², n²) matrix of `refined`, which is linear."""
     ring = np.pad(np.arange(n * n).reshape(n, n), 1, mode="edge")
     ends = np.empty((2, 2 * n + 1, 2 * n + 1), dtype=np.int64)
     ends[:, 1::2, 1::2] = ring[1:-1, 1:-1]

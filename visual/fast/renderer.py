@@ -1,8 +1,8 @@
-"""Pictures from straight above in torch alone: swept shadows, tabulated materials, ambient light by a net.
+"""Fast renderer: pictures from straight above by shadow sweeps, BSDF tables and an ambient net.
 
-No renderer and no ray: a picture of 128 x 128 pixels takes milliseconds, and so does its gradient, shadows
-included (docs/learned.md has errors and times). What it can show is little: parallel lights, or lights that
-some parallel ones stand for, constant light from all around, direct light only, one pixel at each sample.
+In torch alone, a picture of 128 x 128 pixels takes milliseconds, and so does its gradient, shadows included
+(docs/learned.md has errors and times). Lights are parallel or quadratures of parallel ones, ambient light is
+of constant radiance, light is direct, and every pixel is centred on a height sample.
 """
 
 from __future__ import annotations
@@ -13,26 +13,26 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from visual.fast import shadow_sweep as swept
 from visual.fast.ambient_net import AmbientLight
 from visual.fast.bsdf_table import BsdfTable
+from visual.fast.lit_picture import lit_picture, pooled_faces
+from visual.fast.refinement import face_slopes, refined
+from visual.fast.shadow_sweep import ShadowSweep, shadow_sweep
 
-EVERY = -1
-"""Condition of a light that shines in all of them."""
 OVERHEAD = 1e-6
-"""Horizontal part of the direction toward a light straight above, which casts no shadow."""
+"""Largest horizontal part of the unit vector toward a light straight above, which casts no shadow."""
 
 
 @dataclass(frozen=True, eq=False)
 class FastRenderer:
-    """A plate under lights that shine one at a time, each with the ambient light.
+    """A plate under lights that shine one condition at a time, each with the ambient light.
 
     Attributes:
-        samples: height samples a side, and pixels.
+        samples: height samples a side, n, and pixels.
         size_mm: side of the plate.
         toward: unit vectors toward parallel lights.
-        condition: for each of them the number of the picture that it shines in, or `EVERY`.
-        conditions: how many pictures there are.
+        condition: for each of these lights the number of the picture in which the light shines.
+        conditions: number of pictures.
         table: radiance of faces under each light; None without lights.
         ambient: light from all around; None without.
     """
@@ -46,36 +46,36 @@ class FastRenderer:
     ambient: AmbientLight | None
 
     def pictures(self, heights: Tensor) -> Tensor:
-        """(..., conditions, n, n) radiance of heights (..., n, n) in mm, differentiable by them.
+        """Render reliefs, differentiably; in single precision whatever that of the heights.
 
-        All in single precision, whatever that of the heights.
+        Args:
+            heights: (..., n, n) mm.
+
+        Returns:
+            (..., conditions, n, n) radiance.
         """
         flat = heights.reshape(-1, *heights.shape[-2:])
         each = torch.stack([self._pictures(relief.float()) for relief in flat])
         return each.view(*heights.shape[:-2], *each.shape[1:]).to(heights.dtype)
 
+    def sweep(self, toward: tuple[float, float, float], dtype: torch.dtype) -> ShadowSweep | None:
+        """The shadow sweep of a light; None if the light stands straight above and casts no shadow."""
+        if math.hypot(*toward[:2]) <= OVERHEAD:
+            return None
+        return shadow_sweep(self.samples, self.size_mm, toward, dtype)
+
     def _pictures(self, heights: Tensor) -> Tensor:
-        slopes = swept.slopes(heights, self.size_mm)
-        alone: list[list[Tensor]] = [[] for _ in range(self.conditions)]
+        slopes = face_slopes(heights, self.size_mm)
+        parts: list[list[Tensor]] = [[] for _ in range(self.conditions)]
         if self.table is not None:
-            fine = swept.refined(heights)
+            fine = refined(heights)
             radiance = self.table.to(heights.dtype)(*slopes)
             for toward, condition, faces in zip(self.toward, self.condition, radiance, strict=True):
-                way = None
-                if math.hypot(*toward[:2]) > OVERHEAD:
-                    way = swept.sweep(self.samples, self.size_mm, toward, heights.dtype)
-                picture = swept.lit_picture(fine, faces, way)
-                for shining in alone if condition == EVERY else alone[condition : condition + 1]:
-                    shining.append(picture)
+                parts[condition].append(lit_picture(fine, faces, self.sweep(toward, heights.dtype)))
         if self.ambient is not None:
-            unoccluded = swept.pooled_faces(None, self.ambient.table.to(heights.dtype)(*slopes)[0])
-            around = unoccluded * self.ambient.visibility(heights, self.size_mm, unoccluded)
-            for shining in alone:
-                shining.append(around)
+            unoccluded = pooled_faces(None, self.ambient.table.to(heights.dtype)(*slopes)[0])
+            ambient = unoccluded * self.ambient.visibility(heights, self.size_mm, unoccluded)
+            for shining in parts:
+                shining.append(ambient)
         dark = heights.new_zeros(heights.shape)
-        return torch.stack([sum(shining, dark) for shining in alone])
-
-
-def shared(pixels: Tensor) -> Tensor:
-    """(2n, 2n): every pixel's value on its quarters."""
-    return pixels.repeat_interleave(2, 0).repeat_interleave(2, 1)
+        return torch.stack([sum(shining, dark) for shining in parts])

@@ -20,18 +20,12 @@ from tests.tactile.reliefs import waves
 from tests.visual.scenes import sun
 from visual.exact.render import plate_bsdf
 from visual.exact.shading import unshadowed
-from visual.fast import ambient_net, conversion
-from visual.fast import shadow_sweep as swept
-from visual.fast.ambient_net import (
-    CHANNELS,
-    WAYS,
-    approximate_visibility,
-    horizons,
-    trained_ambient_light,
-    validity,
-)
+from visual.fast import conversion
+from visual.fast.ambient_net import CHANNELS, inputs, sky_visibility, trained_ambient_light, validity
 from visual.fast.bsdf_table import ABOVE, BsdfTable, ambient_table, light_table
+from visual.fast.horizons import DIRECTIONS, DISTANCES, approximate_visibility, horizons
 from visual.fast.jacobian import FastView
+from visual.fast.refinement import pixel_means
 from visual.fast.renderer import FastRenderer
 from visual.lights.parallel import ParallelLights
 from visual.scene import Scene
@@ -143,10 +137,10 @@ def test_horizons_are_the_steepest_ways_up_to_some_samples() -> None:
     lengths = 3.0 * waves(SIDE, 1.0).float()[None]
     found = horizons(lengths)[0].numpy()
     plain = lengths[0].numpy()
-    for number, (row, col) in enumerate(WAYS):
+    for number, (row, col) in enumerate(DIRECTIONS):
         for i, j in ((3, 4), (17, 30), (31, 0)):
             best = 0.0
-            for distance in ambient_net.DISTANCES:
+            for distance in DISTANCES:
                 r, c = i + distance * row, j + distance * col
                 if 0 <= r < SIDE and 0 <= c < SIDE:
                     best = max(best, (plain[r, c] - plain[i, j]) / (distance * math.hypot(row, col)))
@@ -168,9 +162,7 @@ def test_the_gradient_of_ambient_light_is_that_of_small_changes() -> None:
     heights, way = waves(SIDE, 1.5)[None], torch.randn(1, SIDE, SIDE, dtype=torch.float64)
 
     def bright(field: torch.Tensor) -> torch.Tensor:
-        return (
-            ambient_net.sky_visibility(net, ambient_net.inputs(field, 10.0, 1.0 + 0.1 * field)).square().sum()
-        )
+        return sky_visibility(net, inputs(field, 10.0, 1.0 + 0.1 * field)).square().sum()
 
     field = heights.clone().requires_grad_()
     (gradient,) = torch.autograd.grad(bright(field), field)
@@ -241,7 +233,7 @@ def test_batches_have_a_picture_each(suns: FastRenderer) -> None:
     found = suns.pictures(both)
     assert found.shape == (2, 2, SIDE, SIDE)
     torch.testing.assert_close(found[1], suns.pictures(both[1]))
-    assert swept.pooled(found).shape == (2, 2, SIDE // 2, SIDE // 2)
+    assert pixel_means(found).shape == (2, 2, SIDE // 2, SIDE // 2)
 
 
 def test_its_former_name_is_accepted_with_a_warning(scene_of: Callable[..., Scene]) -> None:

@@ -8,7 +8,10 @@ import pytest
 import torch
 
 from tests.tactile.reliefs import waves
-from visual.fast import shadow_sweep as swept
+from visual.fast.lit_picture import lit_picture
+from visual.fast.lit_shares import positive_share
+from visual.fast.refinement import face_slopes, on_triangles, refined
+from visual.fast.shadow_sweep import shadow_sweep
 from visual.geometry.top_view import face_at
 from visual.geometry.topology import plate_topology
 
@@ -23,10 +26,10 @@ def toward(elevation: float, azimuth: float) -> tuple[float, float, float]:
 
 def lit(heights: torch.Tensor, light: tuple[float, float, float]) -> torch.Tensor:
     """(n, n) share of each pixel that light reaches: in no shadow, and on a face that looks toward it."""
-    way = swept.sweep(heights.shape[0], SIZE, light, heights.dtype)
-    slope_x, slope_y = swept.slopes(heights.detach(), SIZE)
+    sweep = shadow_sweep(heights.shape[0], SIZE, light, heights.dtype)
+    slope_x, slope_y = face_slopes(heights.detach(), SIZE)
     facing = (light[2] - slope_x * light[0] - slope_y * light[1] > 0.0).to(heights.dtype)
-    return swept.lit_picture(swept.refined(heights), facing, way)
+    return lit_picture(refined(heights), facing, sweep)
 
 
 def centres_of_triangles() -> tuple[np.ndarray, np.ndarray]:
@@ -41,13 +44,13 @@ def test_triangles_of_quarters_have_the_slopes_of_the_faces_that_they_lie_on() -
     heights, plate = waves(SIDE, 1.5).numpy(), plate_topology(SIDE, SIDE, SIZE)
     x, y = centres_of_triangles()
     face = face_at(plate, x.ravel(), y.ravel()).reshape(x.shape)
-    for ours, theirs in zip(swept.slopes(torch.as_tensor(heights), SIZE), plate.slopes(heights), strict=True):
-        np.testing.assert_allclose(swept.of_quarters(ours).numpy(), theirs[face], atol=1e-12)
+    for ours, theirs in zip(face_slopes(torch.as_tensor(heights), SIZE), plate.slopes(heights), strict=True):
+        np.testing.assert_allclose(on_triangles(ours).numpy(), theirs[face], atol=1e-12)
 
 
 def test_refined_heights_lie_on_the_relief() -> None:
     heights, plate = waves(SIDE, 1.5).numpy(), plate_topology(SIDE, SIDE, SIZE)
-    fine = swept.refined(torch.as_tensor(heights)).numpy()
+    fine = refined(torch.as_tensor(heights)).numpy()
     corners = np.stack(
         (
             np.stack((fine[:-1, :-1], fine[1:, 1:])),
@@ -98,8 +101,8 @@ def test_points_lie_in_light_where_no_ray_is_blocked(azimuth: int, mi: ModuleTyp
     """Corners of quarters of pixels against small steps toward the light along the triangulated surface."""
     heights, plate = waves(SIDE, 2.0).numpy(), plate_topology(SIDE, SIDE, SIZE)
     light = toward(25.0, azimuth)
-    fine = swept.refined(torch.as_tensor(heights))
-    clearance = swept.sweep(SIDE, SIZE, light, DOUBLE).clearance(fine).numpy()
+    fine = refined(torch.as_tensor(heights))
+    clearance = shadow_sweep(SIDE, SIZE, light, DOUBLE).clearance(fine).numpy()
     random = np.random.default_rng(azimuth)
     rows, cols = random.integers(1, 2 * SIDE, (2, 200))
     spacing = SIZE / (2 * SIDE)
@@ -136,7 +139,7 @@ def test_gradients_are_those_of_small_changes() -> None:
 def test_lit_shares_are_areas() -> None:
     """Against the share of many points of a triangle where a linear function is positive."""
     values = torch.tensor([[0.3, -0.5, -0.1], [-0.2, 0.6, 0.9], [-1.0, 0.4, 0.1]], dtype=DOUBLE)
-    found, _ = swept.positive_part(values.T)
+    found, _ = positive_share(values.T)
     count = 1500
     row, col = np.mgrid[:count, :count]
     inside = row + col < count
@@ -147,24 +150,24 @@ def test_lit_shares_are_areas() -> None:
 
 def test_derivatives_of_shares_are_those_of_small_changes() -> None:
     values = torch.tensor([[0.3, -0.5, -0.1], [-0.2, 0.6, 0.9], [-1.0, 0.4, 0.1]], dtype=DOUBLE).T
-    _, by = swept.positive_part(values)
+    _, by = positive_share(values)
     for corner in range(3):
         change = torch.zeros_like(values)
         change[corner] = 1e-6
-        (up, _), (down, _) = swept.positive_part(values + change), swept.positive_part(values - change)
+        (up, _), (down, _) = positive_share(values + change), positive_share(values - change)
         torch.testing.assert_close(by[corner], (up - down) / 2e-6, rtol=1e-7, atol=1e-9)
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 40.0, 205.0, 270.0])
 def test_what_shades_a_corner_is_what_its_clearance_changes_with(azimuth: float) -> None:
-    """`Sweep.shading` against finite differences of `Sweep.clearance`."""
-    fine = swept.refined(waves(SIDE, 2.0))
-    way = swept.sweep(SIDE, SIZE, toward(20.0, azimuth), DOUBLE)
-    clearance, where = way.traced(fine)
+    """`ShadowSweep.occluders` against finite differences of `ShadowSweep.clearance`."""
+    fine = refined(waves(SIDE, 2.0))
+    sweep = shadow_sweep(SIDE, SIZE, toward(20.0, azimuth), DOUBLE)
+    clearance, highest_column = sweep.trace(fine)
     corners = torch.arange(7, fine.numel(), 101)
-    found, weights = way.shading(where, corners)
+    found, weights = sweep.occluders(highest_column, corners)
     along = torch.as_tensor(np.random.default_rng(1).normal(size=fine.shape))
-    moved = (way.clearance(fine + 1e-6 * along) - clearance) / 1e-6
+    moved = (sweep.clearance(fine + 1e-6 * along) - clearance) / 1e-6
     known = torch.cat((along.flatten(), torch.zeros(1, dtype=DOUBLE)))
     expected = along.flatten()[corners] - (weights * known[found]).sum(0)
     close = (moved.flatten()[corners] - expected).abs() < 1e-4
