@@ -1,1 +1,1 @@
-"""The thing that changes: height maps and their files, the grid of the plate, export, errors, the cache."""
+"""Height maps: their files and limits, the grid of the plate, export, input errors and the cache."""

@@ -1,4 +1,4 @@
-"""Operators on disk: written once, read by every process, never half-written, never stale."""
+"""Cache of arrays on disk: each is computed once and read by every process."""
 
 from __future__ import annotations
 
@@ -17,14 +17,17 @@ from safetensors.numpy import load_file, save_file
 from relief.files import cache_folder, partial_file
 
 Arrays = dict[str, NDArray[Any]]
-"""Of any floating-point type, which they keep."""
+"""Arrays by name; their floating-point types are kept."""
 
 
 def fingerprint(*modules: str) -> str:
-    """Of the source of the modules that build something: in a key, it keeps the cache from going stale.
+    """Return a checksum of source code, for the key of what the code builds.
 
     Args:
-        modules: their names; they are not imported.
+        modules: Names of the modules that build it, which are not imported; a change in one changes the key.
+
+    Returns:
+        SHA-256 in hexadecimal.
     """
     digest = hashlib.sha256()
     for module in modules:
@@ -35,15 +38,19 @@ def fingerprint(*modules: str) -> str:
 
 
 def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], Arrays]) -> Arrays:
-    """The arrays of `build()`, from disk if an identical key was built before.
+    """Return the arrays of `build()`, from disk if the same key was built before.
 
-    Safe for several processes: each writes a file of its own and renames it, so a reader sees a whole file or
-    none; two that build at once write the same numbers. A file that does not read is built anew. A folder
-    that cannot be written costs the time of building, nothing else.
+    Several processes may call this at once: files are written atomically, and two processes that build the
+    same key write the same numbers. A file that cannot be read is built anew. A folder that cannot be written
+    costs the time of building, nothing else.
 
     Args:
-        kind: names the file, for people.
-        key: everything that the arrays depend on, the version of the code that builds them included.
+        kind: First part of the file's name, for people.
+        key: Everything that the arrays depend on, the version of the code that builds them included.
+        build: Computes the arrays.
+
+    Returns:
+        The arrays by name.
     """
     text = json.dumps(dict(key), sort_keys=True)
     path = cache_folder() / f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.safetensors"
@@ -51,7 +58,7 @@ def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], 
         try:
             return load_file(path)
         except (SafetensorError, OSError):
-            pass  # cut short by a full disk, say: built anew and replaced below
+            pass  # The file is damaged, by a full disk for example; the code below replaces it.
     arrays = build()
     try:
         with partial_file(path) as partial:

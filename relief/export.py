@@ -1,4 +1,4 @@
-"""Height maps as closed bodies that a 3-D printer takes: STL, 3MF and PLY, in millimetres."""
+"""Export of height maps as closed bodies for a 3-D printer: STL, 3MF and PLY, in millimetres."""
 
 from __future__ import annotations
 
@@ -14,23 +14,24 @@ from relief.grid import grid_faces, grid_vertices, pad_index
 from relief.limits import BASE_MM
 
 SUFFIXES = (".stl", ".3mf", ".ply")
+"""Endings of the files that can be written."""
 
 
 def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> trimesh.Trimesh:
-    """A textured plate, size_mm x size_mm, as one watertight body with outward normals.
+    """Build a textured plate as one watertight body with outward normals.
 
     The relief is the triangulation that is rendered: samples at pixel centres, repeated outward to the rim.
 
     Args:
-        heights_mm: (rows, cols), mm, row 0 at +y, column 0 at -x; z = 0 is the top of the base.
-        size_mm: edge of the plate, mm.
-        base_mm: thickness under z = 0, mm; the bottom is flat at z = -base_mm.
+        heights_mm: (rows, cols) heights in mm, row 0 at +y, column 0 at -x; z = 0 is the top of the base.
+        size_mm: Side of the plate, mm.
+        base_mm: Thickness under z = 0, mm; the bottom is flat at z = -base_mm.
 
     Returns:
-        Mesh in mm: (rows + 2)(cols + 2) vertices on the relief, a ring below its rim, one bottom centre.
+        A mesh in mm: (rows + 2)(cols + 2) vertices on the relief, a ring below its rim, one bottom centre.
 
     Raises:
-        InputError: heights that are no finite 2-D array or reach the bottom; size or base not positive.
+        InputError: The heights are no finite 2-D array or reach the bottom, or size or base is not positive.
     """
     heights = _checked(heights_mm, size_mm, base_mm)
     rows, cols = heights.shape
@@ -46,10 +47,21 @@ def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) 
 
 
 def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> Path:
-    """Writes the plate as binary STL, 3MF (which states its unit, mm) or binary PLY, chosen by the suffix.
+    """Write a plate as binary STL, 3MF (which states its unit, mm) or binary PLY, chosen by the suffix.
 
-    Args: as for `plate_mesh`. Returns: the path.
-    Raises: InputError as `plate_mesh`, and for any other suffix. The file appears whole or not at all.
+    The file appears whole or not at all.
+
+    Args:
+        path: The file; missing folders are made.
+        heights_mm: As for `plate_mesh`.
+        size_mm: Side of the plate, mm.
+        base_mm: Thickness under z = 0, mm.
+
+    Returns:
+        The path.
+
+    Raises:
+        InputError: As for `plate_mesh`, and for any other suffix.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -78,7 +90,7 @@ def _checked(heights_mm: ArrayLike, size_mm: float, base_mm: float) -> NDArray[n
 
 
 def _rim(rows: int, cols: int) -> NDArray[np.intp]:
-    """The boundary of a grid of vertices, once around, counter-clockwise seen from above."""
+    """Vertices on the boundary of a grid, counter-clockwise seen from above."""
     index = np.arange(rows * cols).reshape(rows, cols)
     return np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
 

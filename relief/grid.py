@@ -1,4 +1,4 @@
-"""Triangles of the plate over the grid of its height samples.
+"""Triangulation of the plate over the grid of its height samples.
 
 Height samples sit at pixel centres; a ring of vertices that repeats the outermost samples carries the plate
 to its sides, so the vertex grid is ``(rows + 2, cols + 2)``, row-major, row 0 at ``y = +size / 2``. The cell
@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 
 
 def grid_axes(rows: int, cols: int, size_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Grid lines in mm: ``x`` of shape ``(cols + 2,)`` rising, ``y`` of shape ``(rows + 2,)`` falling."""
+    """Return the grid lines of the vertices.
+
+    Args:
+        rows: Height samples along y.
+        cols: Height samples along x.
+        size_mm: Side of the plate, mm.
+
+    Returns:
+        ``x`` of shape ``(cols + 2,)``, rising, and ``y`` of shape ``(rows + 2,)``, falling, in mm.
+    """
 
     def across(samples: int) -> NDArray[np.float64]:
         centres = (np.arange(samples) + 0.5) / samples - 0.5
@@ -21,13 +30,13 @@ def grid_axes(rows: int, cols: int, size_mm: float) -> tuple[NDArray[np.float64]
 
 
 def grid_vertices(rows: int, cols: int, size_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coordinates ``x`` and ``y`` in mm of every vertex, each of shape ``((rows + 2) * (cols + 2),)``."""
+    """Return ``x`` and ``y`` in mm of every vertex, each of shape ``((rows + 2) * (cols + 2),)``."""
     x, y = np.meshgrid(*grid_axes(rows, cols, size_mm))
     return x.ravel(), y.ravel()
 
 
 def pad_index(rows: int, cols: int) -> NDArray[np.int32]:
-    """Flat index of the height sample that each vertex carries, shape ``((rows + 2) * (cols + 2),)``."""
+    """Return the flat index of each vertex's height sample, shape ``((rows + 2) * (cols + 2),)``."""
     samples = np.arange(rows * cols, dtype=np.int32).reshape(rows, cols)
     return np.pad(samples, 1, mode="edge").ravel()
 
@@ -37,7 +46,7 @@ def _corners(rows: int, cols: int) -> NDArray[np.int32]:
 
 
 def grid_faces(rows: int, cols: int) -> NDArray[np.int32]:
-    """Vertex indices of the faces, shape ``(faces, 3)``; cell ``k`` has faces ``2k`` and ``2k + 1``."""
+    """Return the vertices of the faces, shape ``(faces, 3)``; cell ``k`` has faces ``2k`` and ``2k + 1``."""
     vertex = _corners(rows, cols)
     a, b, c, d = vertex[:-1, :-1], vertex[:-1, 1:], vertex[1:, :-1], vertex[1:, 1:]
     upper_left, lower_right = np.stack([a, c, b], axis=-1), np.stack([b, c, d], axis=-1)
@@ -47,11 +56,18 @@ def grid_faces(rows: int, cols: int) -> NDArray[np.int32]:
 def edges(
     rows: int, cols: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
-    """Every edge once: from vertex ``a``, to vertex ``b``, the face on its left and the face on its right.
+    """Return every edge once, with the faces beside it.
 
-    Left and right are meant seen from +z, walking from ``a`` to ``b``. An edge on a side of the plate has its
-    face on the left and -1 on the right. Four arrays of shape ``(edges,)``; there are ``vertices + faces -
-    1`` edges.
+    Left and right of an edge are seen from +z in the direction from its start to its end. An edge on a side
+    of the plate has its face on the left and -1 on the right.
+
+    Args:
+        rows: Height samples along y.
+        cols: Height samples along x.
+
+    Returns:
+        Start vertex, end vertex, left face and right face, each of shape ``(edges,)``; there are
+        ``vertices + faces - 1`` edges.
     """
     vertex = _corners(rows, cols)
     first = 2 * np.arange((rows + 1) * (cols + 1), dtype=np.int32).reshape(rows + 1, cols + 1)
@@ -69,13 +85,13 @@ def edges(
         np.concatenate([part.ravel() for part in parts])
         for parts in zip(rightward, downward, diagonal, strict=True)
     )
-    turn = left < 0
-    start, end = np.where(turn, end, start), np.where(turn, start, end)
-    left, right = np.where(turn, right, left), np.where(turn, left, right)
+    flipped = left < 0
+    start, end = np.where(flipped, end, start), np.where(flipped, start, end)
+    left, right = np.where(flipped, right, left), np.where(flipped, left, right)
     return start, end, left, right
 
 
 def flat_positions(rows: int, cols: int, size_mm: float) -> NDArray[np.float32]:
-    """Interleaved ``x, y, z`` in mm of the vertices of a plate at ``z = 0``, shape ``(3 * vertices,)``."""
+    """Return interleaved ``x, y, z`` in mm of the vertices of a plate at z = 0, shape ``(3 * vertices,)``."""
     x, y = grid_vertices(rows, cols, size_mm)
     return np.stack([x, y, np.zeros_like(x)], axis=-1).astype(np.float32).ravel()

@@ -1,4 +1,4 @@
-"""Reading and writing height maps: pictures whose grey is height, and files that hold mm."""
+"""Height maps as files: pictures whose grey value is height, and files that hold mm."""
 
 import os
 import warnings
@@ -14,11 +14,11 @@ from relief.files import partial_file
 from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
 
 TOLERANCE_MM = 1e-6
-"""Heights this far outside [0, HEIGHT_LIMIT_MM] are rounding, not mistakes."""
+"""Rounding, mm: heights this far outside [0, HEIGHT_LIMIT_MM] are clipped, not refused."""
 LARGEST_FIELD_SIDE = 8192
-"""Of what textures are cut from."""
+"""Most samples a side of a picture that textures are cut from."""
 MOST_CHANNELS = 16
-"""A file with more channels than this is no height map; each costs memory to open."""
+"""Most channels of an EXR file; a height map has one, and each costs memory to open."""
 
 _HEIGHT_CHANNELS = ("Y", "Z", "R")
 _GREY_8, _GREY_16 = ("L",), ("I;16", "I;16B", "I;16L")
@@ -26,19 +26,23 @@ _COLOUR_8 = ("LA", "RGB", "RGBA")
 _FLOAT = "F"
 
 Check = Callable[[tuple[int, ...], Path], None]
-"""Raises InputError for a shape that is not to be read."""
+"""A function that raises InputError for a shape that must not be read."""
 
 
 def load_heights(path: str | os.PathLike[str], *, relief_mm: float | None = None) -> NDArray[np.float64]:
     """Read a height map.
 
-    PNG and TIFF, 8 or 16 bit grey, need ``relief_mm``, the height of white above black in mm. EXR (channel Y,
-    Z, R or the only one) and NPY hold mm; with ``relief_mm`` given, their value 1.0 stands for that height
-    instead.
+    Args:
+        path: PNG or TIFF (8 or 16 bit grey), EXR (channel Y, Z, R or the only one) or NPY.
+        relief_mm: Height of white above black, mm, which PNG and TIFF need. EXR and NPY hold mm; if
+            ``relief_mm`` is not None, their value 1.0 stands for this height instead.
 
-    Returns heights of shape (rows, cols), row 0 at +y, in mm within [0, 3]. Raises InputError, in one line,
-    for a file that is missing, damaged, not square, smaller than 16 or larger than 4096 samples a side, or
-    whose heights are not finite or out of range.
+    Returns:
+        Heights of shape (rows, cols), row 0 at +y, in mm within [0, 3].
+
+    Raises:
+        InputError: The file is missing, damaged, not square, smaller than 16 or larger than 4096 samples a
+            side, or holds heights that are not finite or out of range.
     """
     path = Path(path)
     if relief_mm is not None and not (np.isfinite(relief_mm) and relief_mm > 0):
@@ -53,16 +57,21 @@ def load_heights(path: str | os.PathLike[str], *, relief_mm: float | None = None
 def load_field(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     """Read heights of any unit and range, such as an elevation model or a picture to cut textures from.
 
-    The files are those of `load_heights`; grey comes in [0, 1], float TIFF, EXR and NPY as they hold it.
+    Args:
+        path: A file of one of the kinds of `load_heights`.
 
-    Returns values of shape (rows, cols), row 0 the top; they may be anything, even not finite. Raises
-    InputError, in one line, for a file that is missing or damaged, or larger than 8192 samples a side.
+    Returns:
+        Values of shape (rows, cols), row 0 the top: grey in [0, 1]; float TIFF, EXR and NPY as they are, even
+        if not finite.
+
+    Raises:
+        InputError: The file is missing, damaged or larger than 8192 samples a side.
     """
     return _reader(Path(path))(Path(path), _check_extent)
 
 
 def _reader(path: Path) -> Callable[[Path, Check], NDArray[np.float64]]:
-    """What reads a file of this name. Raises InputError if nothing does, or if there is no such file."""
+    """Return the function that reads a file of this name; InputError if there is none, or no such file."""
     readers = {
         ".png": _read_picture,
         ".tif": _read_picture,
@@ -79,7 +88,19 @@ def _reader(path: Path) -> Callable[[Path, Check], NDArray[np.float64]]:
 
 
 def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[np.float64]:
-    """Heights in mm as float64 of shape (rows, cols), or an InputError that starts with ``name``."""
+    """Check the shape and the range of heights.
+
+    Args:
+        heights: (rows, cols) heights in mm.
+        name: The file, or another name, for messages.
+
+    Returns:
+        The heights as float64, clipped to [0, 3] mm.
+
+    Raises:
+        InputError: They are not square, too few or too many, not finite or out of range; the message starts
+            with ``name``.
+    """
     heights = np.asarray(heights, dtype=np.float64)
     _check_shape(heights.shape, name)
     if not np.isfinite(heights).all():
@@ -95,7 +116,7 @@ def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[n
 
 
 def save_heights_exr(path: str | os.PathLike[str], heights: ArrayLike) -> None:
-    """Write heights (rows, cols) in mm as a float32 EXR, channel Y; it appears whole or not at all."""
+    """Write heights (rows, cols) in mm as a float32 EXR, channel Y; the file appears whole or not at all."""
     import OpenEXR
 
     samples = np.ascontiguousarray(heights, dtype=np.float32)
@@ -105,9 +126,15 @@ def save_heights_exr(path: str | os.PathLike[str], heights: ArrayLike) -> None:
 
 
 def save_heights_png(path: str | os.PathLike[str], heights: ArrayLike, relief_mm: float) -> None:
-    """Write heights (rows, cols) in [0, relief_mm] as a 16 bit grey PNG; it appears whole or not at all.
+    """Write heights as a 16 bit grey PNG; the file appears whole or not at all.
 
-    Raises InputError when a height is outside the range that the picture can hold.
+    Args:
+        path: The file; missing folders are made.
+        heights: (rows, cols) heights in [0, relief_mm] mm.
+        relief_mm: Height of white above black, mm.
+
+    Raises:
+        InputError: A height is outside the range that the picture can hold.
     """
     from PIL import Image
 
@@ -140,7 +167,7 @@ def _check_extent(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
 
 
 def _read_picture(path: Path, check: Check) -> NDArray[np.float64]:
-    """Grey values of a PNG or TIFF in [0, 1]."""
+    """Read the grey values of a PNG or TIFF, in [0, 1]."""
     from PIL import Image, UnidentifiedImageError
 
     try:

@@ -1,1 +1,1 @@
-"""What both nets share: the texture corpus, the network, its training and its weights."""
+"""Learning that touch and sight share: the texture corpus, data sets, the network and its training."""

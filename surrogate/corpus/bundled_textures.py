@@ -1,4 +1,4 @@
-"""The example reliefs: gravel, brick and grass, made from public-domain photographs of scikit-image.
+"""Example textures: gravel, brick and grass, made from public-domain photographs of scikit-image.
 
 ``python -m surrogate.corpus.bundled_textures`` writes them to ``mitsuba_scenes/textures``; ``--out`` names
 another folder.
@@ -14,31 +14,37 @@ from numpy.typing import ArrayLike, NDArray
 from relief.files import partial_file
 
 SIDE = 128
-"""Samples a side of a texture."""
+"""Samples a side of a texture, as in the paper."""
 SHRINK = 2
-"""Photograph pixels a side that make one sample."""
+"""Photograph pixels a side of one sample."""
 SMOOTHING = 1.0
-"""Standard deviation, in photograph pixels, of the blur that removes the steps of 8 bit grey."""
+"""Standard deviation, in photograph pixels, of the Gaussian blur that removes the steps of 8 bit grey."""
 CLIPPED_PERCENT = 0.5
-"""Share of the samples at either end that saturate, so that a few specks do not set the range."""
+"""Share of the samples at either end that saturate, %: a few specks must not set the range."""
 
 FOLDER = Path(__file__).resolve().parents[2] / "mitsuba_scenes" / "textures"
 
 
 @dataclass(frozen=True)
 class Crop:
-    """Where in a photograph of ``skimage.data`` a texture is cut from: top row and left column, in pixels."""
+    """A square of a photograph.
+
+    Attributes:
+        photograph: Name in ``skimage.data``.
+        top: First row, in pixels.
+        left: First column, in pixels.
+        relief_mm: Height of white above black that suits the texture, mm.
+        dark_is_high: Whether dark parts stand out, as bricks do from the mortar between them.
+    """
 
     photograph: str
     top: int
     left: int
     relief_mm: float
-    """Height of white above black that suits the texture."""
     dark_is_high: bool = False
-    """Bricks are darker than the mortar between them, and stand out from it."""
 
 
-SOURCES = {
+CROPS = {
     "gravel": Crop("gravel", top=128, left=128, relief_mm=1.2),
     "brick": Crop("brick", top=128, left=128, relief_mm=1.0, dark_is_high=True),
     "grass": Crop("grass", top=128, left=128, relief_mm=1.0),
@@ -46,10 +52,16 @@ SOURCES = {
 
 
 def relief_from_photograph(grey: ArrayLike) -> NDArray[np.float64]:
-    """Relief in [0, 1] of shape (rows / 2, cols / 2) from a photograph (rows, cols), bright taken as high.
+    """Turn a photograph into a relief, bright as high.
 
     The photograph is blurred, shrunk by averaging areas and stretched so that all but the outer 0.5 % at
     either end of its range fit.
+
+    Args:
+        grey: (rows, cols) grey values.
+
+    Returns:
+        Heights (rows / 2, cols / 2) in [0, 1].
     """
     from scipy import ndimage
 
@@ -61,23 +73,29 @@ def relief_from_photograph(grey: ArrayLike) -> NDArray[np.float64]:
 
 
 def make(name: str) -> NDArray[np.uint16]:
-    """Texture ``name`` as 16 bit grey of shape (128, 128). KeyError if SOURCES has no such name."""
+    """Make an example texture.
+
+    Args:
+        name: A key of `CROPS`.
+
+    Returns:
+        16 bit grey of shape (128, 128).
+    """
     import skimage.data
 
-    source = SOURCES[name]
-    across = SIDE * SHRINK
-    photograph = getattr(skimage.data, source.photograph)()
-    crop = photograph[source.top : source.top + across, source.left : source.left + across]
-    relief = relief_from_photograph(crop)
-    return np.rint((1.0 - relief if source.dark_is_high else relief) * 65535).astype(np.uint16)
+    crop, across = CROPS[name], SIDE * SHRINK
+    photograph = getattr(skimage.data, crop.photograph)()
+    square = photograph[crop.top : crop.top + across, crop.left : crop.left + across]
+    relief = relief_from_photograph(square)
+    return np.rint((1.0 - relief if crop.dark_is_high else relief) * 65535).astype(np.uint16)
 
 
 def write_all(folder: Path = FOLDER) -> list[Path]:
-    """Write every texture as a PNG into ``folder`` and return the paths; each appears whole or not at all."""
+    """Write every texture as a PNG into ``folder``, each whole or not at all, and return the paths."""
     from PIL import Image
 
     paths = []
-    for name in SOURCES:
+    for name in CROPS:
         path = folder / f"{name}.png"
         with partial_file(path) as partial:
             Image.fromarray(make(name)).save(partial)
@@ -86,7 +104,7 @@ def write_all(folder: Path = FOLDER) -> list[Path]:
 
 
 def main() -> None:
-    """The command ``python -m surrogate.corpus.bundled_textures``."""
+    """Run the command ``python -m surrogate.corpus.bundled_textures``."""
     parser = argparse.ArgumentParser(
         prog="python -m surrogate.corpus.bundled_textures", description="Make the example textures."
     )

@@ -1,4 +1,4 @@
-"""The contact sheet of the corpus: shaded examples of every family and of the pictures.
+"""Contact sheet of the corpus: shaded examples of every family and of the photographs.
 
 ``python -m surrogate.corpus.contact_sheet`` writes ``docs/images/corpus.png``; ``--out`` names another file.
 """
@@ -18,20 +18,32 @@ from surrogate.corpus.recipes import Recipe, heights
 from surrogate.families import FAMILIES
 
 ELEVATION_DEG, AZIMUTH_DEG = 35.0, 135.0
-"""Toward the light: above the plate, and counter-clockwise from +x, that is from the upper left."""
+"""Direction toward the light, degrees: height above the plate, and angle counter-clockwise from +x."""
 AMBIENT = 0.12
+"""Grey value, in parts of white, of a face that the light does not reach."""
 RELIEF_MM = 0.8
+"""Relief of every example, mm."""
 EXAMPLES = 3
+"""Textures to a label."""
 ACROSS = 4
-"""Families side by side."""
+"""Labels side by side."""
 _GAP, _LABEL = 4, 18
+"""Pixels between textures, and of the line that holds a label."""
 _PAPER, _INK = 255, 40
+"""Grey values of the background and of the labels."""
 
-SHEET = Path(__file__).resolve().parents[2] / "docs" / "images" / "corpus.png"
+CONTACT_SHEET = Path(__file__).resolve().parents[2] / "docs" / "images" / "corpus.png"
 
 
 def shaded(heights_mm: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Lambert shading in [0, 1] of heights (size, size) in mm under one parallel light, without shadows."""
+    """Shade a relief by Lambert's law under one parallel light, without shadows.
+
+    Args:
+        heights_mm: (size, size) heights in mm over the patch.
+
+    Returns:
+        Grey values (size, size) in [0, 1].
+    """
     pitch = PATCH_SIDE_MM / len(heights_mm)
     downward, rightward = np.gradient(heights_mm.astype(np.float64), pitch)
     elevation, azimuth = np.radians(ELEVATION_DEG), np.radians(AZIMUTH_DEG)
@@ -44,7 +56,7 @@ def shaded(heights_mm: NDArray[np.floating]) -> NDArray[np.float64]:
 
 
 def examples() -> dict[str, list[Recipe]]:
-    """What the sheet shows, by label: the families, then a crop of each picture, three to a label."""
+    """Return the textures of the sheet by label: the families, then a crop of each photograph."""
     rows = {
         name: [
             Recipe(index=draw, source=f"{name}/{draw:016x}", draw=draw, relief_mm=RELIEF_MM)
@@ -63,7 +75,15 @@ def examples() -> dict[str, list[Recipe]]:
 
 
 def contact_sheet(rows: Mapping[str, Sequence[Recipe]], across: int = ACROSS) -> bytes:
-    """A PNG of shaded textures, one cell a label, ``across`` cells a row."""
+    """Draw textures as one picture.
+
+    Args:
+        rows: Textures by their label, one cell a label.
+        across: Cells side by side.
+
+    Returns:
+        A grey PNG.
+    """
     from PIL import Image, ImageDraw
 
     cells = []
@@ -87,11 +107,11 @@ def _draws(place: int) -> range:
 
 
 def main() -> None:
-    """The command ``python -m surrogate.corpus.contact_sheet``."""
+    """Run the command ``python -m surrogate.corpus.contact_sheet``."""
     parser = argparse.ArgumentParser(
         prog="python -m surrogate.corpus.contact_sheet", description="Draw examples of the corpus."
     )
-    parser.add_argument("--out", type=Path, default=SHEET, help="PNG to write (default: %(default)s)")
+    parser.add_argument("--out", type=Path, default=CONTACT_SHEET, help="PNG to write (default: %(default)s)")
     out = parser.parse_args().out
     write_atomically(out, contact_sheet(examples()))
     print(out)

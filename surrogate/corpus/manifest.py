@@ -1,4 +1,4 @@
-"""The manifest of a corpus: one texture a line, as JSON, with its split and the checksum of its heights."""
+"""Manifest of a corpus: one texture a line, as JSON, with its split and the checksum of its heights."""
 
 import json
 import re
@@ -23,19 +23,24 @@ from surrogate.validation import parse_json
 
 MANIFEST_FILE = "manifest.jsonl"
 LONGEST_LINE = 4096
+"""Most bytes of a line, which bounds the memory that a hostile file can ask for."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A line of the manifest."""
+    """A line of the manifest.
+
+    Attributes:
+        texture: The recipe, or the file of an optimised texture.
+        split: Split of the texture's source; written for people, checked when read.
+        samples: Samples a side of the heights.
+        sha256: SHA-256 of the heights in mm as little-endian float32 in rows.
+    """
 
     texture: Annotated[Recipe | Optimised, Field(discriminator="kind")]
     split: Split
-    """That of the texture's source; written for readers, checked when read."""
     samples: Annotated[int, Field(ge=2, le=LARGEST_SIDE)]
-    """Samples a side of the heights."""
     sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
-    """Of the heights in mm as little-endian float32 in rows."""
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", strict=True)
 
@@ -46,27 +51,33 @@ _SOURCES: Mapping[str, re.Pattern[str]] = {
     "file": re.compile("[0-9a-f]{64}"),
     **dict.fromkeys(FAMILIES, re.compile("[0-9a-f]{16}")),
 }
-"""What may follow the first part of a source's name."""
+"""Pattern of a source's name after its first part, by the first part."""
 
 
 def entry(texture: Recipe | Optimised, heights_mm: NDArray[np.float32]) -> Entry:
-    """The line of a texture whose heights are (samples, samples) in mm."""
+    """Return the line of a texture whose heights are (samples, samples) in mm."""
     return Entry(texture, texture.split, len(heights_mm), checksum(heights_mm))
 
 
 def write_manifest(path: Path, entries: Iterable[Entry]) -> None:
-    """Write a manifest line by line as the entries come; it appears whole, or not at all."""
+    """Write a manifest line by line as the entries come; the file appears whole, or not at all."""
     with partial_file(path) as partial, partial.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(text_of(line) + "\n" for line in entries)
 
 
 def read_manifest(path: Path) -> Iterator[Entry]:
-    """The entries of a manifest, one by one, each checked.
+    """Read the entries of a manifest, one by one, each checked.
+
+    Args:
+        path: The manifest.
+
+    Yields:
+        The entries.
 
     Raises:
-        InputError: one line that names the file, the line and the field, for text that is not JSON, unknown
-            or missing keys, values of a wrong type or out of range, a path that leads elsewhere, or a split
-            that is not the source's.
+        InputError: The text is not JSON, has unknown or missing keys, values of a wrong type or out of range,
+            a path that leads elsewhere, or a split that is not the source's. The message names the file, the
+            line and the field.
     """
     try:
         with path.open("rb") as file:
@@ -79,46 +90,65 @@ def read_manifest(path: Path) -> Iterator[Entry]:
 
 
 def optimised(folder: Path) -> list[Entry]:
-    """The entries of optimised textures in the manifest of a folder; the files themselves are read by `read`.
+    """Return the optimised textures in the manifest of a folder; `read` reads the files themselves.
 
-    Raises: InputError as `read_manifest`.
+    Raises:
+        InputError: As for `read_manifest`.
     """
     return [line for line in read_manifest(folder / MANIFEST_FILE) if line.texture.kind == "optimised"]
 
 
-def read(line: Entry, folder: Path, sources: Mapping[str, Photograph] | None = None) -> NDArray[np.float32]:
-    """Heights (samples, samples) in mm of an entry, made or loaded, and checked against its checksum.
+def read(
+    line: Entry, folder: Path, photographs: Mapping[str, Photograph] | None = None
+) -> NDArray[np.float32]:
+    """Make or load the heights of an entry, and compare them with its checksum.
 
     Args:
-        folder: where the manifest lies.
-        sources: pictures by name; by default those of scikit-image.
+        line: The entry.
+        folder: Folder of the manifest.
+        photographs: Pictures by name; by default those of scikit-image.
 
-    Raises: InputError if they cannot be had, or are not those that the manifest was written for.
+    Returns:
+        Heights (samples, samples) in mm.
+
+    Raises:
+        InputError: The heights cannot be made or read, or have another checksum.
     """
     texture = line.texture
     if isinstance(texture, Optimised):
-        name, found = texture.path, load(folder, texture)
+        name, heights_mm = texture.path, load(folder, texture)
     else:
-        name, found = f"texture {texture.index}", heights(texture, sources, samples=line.samples)
-    if checksum(found) != line.sha256:
+        name, heights_mm = f"texture {texture.index}", heights(texture, photographs, samples=line.samples)
+    if checksum(heights_mm) != line.sha256:
         raise InputError(f"{folder}: {name}: sha256: the heights are not those of the manifest")
-    return found
+    return heights_mm
 
 
 def text_of(line: Entry) -> str:
-    """An entry as JSON, without the end of the line."""
+    """Return an entry as JSON, without the end of the line."""
     return json.dumps(asdict(line))
 
 
 def parse_entry(text: bytes, where: str) -> Entry:
-    """An entry from JSON, checked. Raises: InputError that begins with ``where``; see `read_manifest`."""
+    """Parse and check an entry.
+
+    Args:
+        text: A line of JSON.
+        where: The file, and the place in it, for the message.
+
+    Returns:
+        The entry.
+
+    Raises:
+        InputError: As for `read_manifest`; the message begins with ``where``.
+    """
     if len(text) > LONGEST_LINE:
         raise InputError(f"{where}: is longer than {LONGEST_LINE} bytes")
     line = parse_json(_LINE, text, where)
     texture = line.texture
     place, _, name = texture.source.partition("/")
     if place not in _SOURCES or not _SOURCES[place].fullmatch(name):
-        raise InputError(f"{where}: texture.source: is neither a picture nor of a known family")
+        raise InputError(f"{where}: texture.source: is neither a photograph nor of a known family")
     if isinstance(texture, Recipe) and texture.family and name != f"{texture.draw:016x}":
         raise InputError(f"{where}: texture.source: is not that of draw {texture.draw}")
     if line.split != texture.split:

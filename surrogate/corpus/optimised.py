@@ -1,4 +1,4 @@
-"""Textures that lie in files: height maps that an optimiser made, as a net is shown them in use."""
+"""Optimised textures: files of height maps as an optimiser makes them, and as a net sees them in use."""
 
 import hashlib
 import io
@@ -17,7 +17,7 @@ from surrogate.corpus.splits import Split, split_of
 
 
 def _inside(path: str) -> str:
-    """A relative path without steps upward, as POSIX writes it; ValueError for any other."""
+    """Return a relative POSIX path that stays inside its folder; ValueError for any other."""
     pure = PurePosixPath(path)
     if pure.is_absolute() or ".." in pure.parts or "\\" in path or ":" in path or str(pure) != path:
         raise ValueError("is not a plain path below the manifest's folder")
@@ -30,12 +30,13 @@ def _inside(path: str) -> str:
 class Optimised:
     """A height map in a file beside the manifest.
 
-    The source is that of the texture which the run began with, so that the result stays in its split.
+    Attributes:
+        source: Source of the texture that the run began with, so that the result stays in its split.
+        path: NPY file of float32 heights (rows, cols) in mm, relative to the manifest's folder.
     """
 
     source: Annotated[str, Field(min_length=1, max_length=200)]
     path: Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_inside)]
-    """NPY of float32 heights (rows, cols) in mm, relative to the manifest's folder."""
     kind: Literal["optimised"] = "optimised"
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", strict=True)
@@ -46,10 +47,16 @@ class Optimised:
 
 
 def store(folder: Path, name: str, heights: ArrayLike, source: str) -> Optimised:
-    """Write heights (rows, cols) in mm as ``name``.npy into a folder; the file appears whole or not at all.
+    """Write an optimised texture into a folder; the file appears whole or not at all.
 
     Args:
-        source: of the texture that the run began with: ``Recipe.source``, or `source_of_file` of its file.
+        folder: Folder of the manifest.
+        name: Name of the file, without its suffix .npy.
+        heights: (rows, cols) heights in mm.
+        source: Source of the texture that the run began with: ``Recipe.source``, or `source_of_file`.
+
+    Returns:
+        The texture, for a line of the manifest.
     """
     content = io.BytesIO()
     np.save(content, np.ascontiguousarray(heights, dtype="<f4"), allow_pickle=False)
@@ -59,10 +66,18 @@ def store(folder: Path, name: str, heights: ArrayLike, source: str) -> Optimised
 
 
 def load(folder: Path, texture: Optimised) -> NDArray[np.float32]:
-    """Heights (samples, samples) in mm of a stored texture whose manifest lies in ``folder``.
+    """Read the heights of an optimised texture.
 
-    Raises: InputError, one line that names the file, if it is missing, outside the folder, damaged, not
-        square, or its heights are not finite float32 in [0, 3].
+    Args:
+        folder: Folder of the manifest.
+        texture: The texture.
+
+    Returns:
+        Heights (samples, samples) in mm.
+
+    Raises:
+        InputError: The file is missing, outside the folder, damaged or not square, or its heights are not
+            finite float32 in [0, 3].
     """
     path = folder / texture.path
     if not path.resolve().is_relative_to(folder.resolve()):
@@ -82,5 +97,5 @@ def load(folder: Path, texture: Optimised) -> NDArray[np.float32]:
 
 
 def checksum(heights: NDArray[np.float32]) -> str:
-    """SHA-256, in hexadecimal, of heights as little-endian float32 in rows."""
+    """Return the SHA-256, in hexadecimal, of heights as little-endian float32 in rows."""
     return hashlib.sha256(np.ascontiguousarray(heights, dtype="<f4").tobytes()).hexdigest()

@@ -1,7 +1,7 @@
-"""Pictures as heights, bright as high: those that come with scikit-image, and whatever a user's folder holds.
+"""Photographs as heights, bright as high: those of scikit-image, and the height maps in a user's folder.
 
 No measured terrain comes with the packages that this project uses; elevation models enter through the folder,
-in any format that the reader handed in can read.
+in any format that the caller's reader can read.
 """
 
 import functools
@@ -22,7 +22,7 @@ from surrogate.corpus.splits import Split, split_of
 from surrogate.families.fields import Field, log_uniform
 
 Reader = Callable[[Path], ArrayLike]
-"""Reads a file of heights (rows, cols) in any unit; raises its own error for one that it cannot read."""
+"""A function that reads heights (rows, cols) in any unit, and raises its own error for a bad file."""
 
 FILES: Mapping[str, str] = MappingProxyType(
     {
@@ -47,38 +47,45 @@ FILES: Mapping[str, str] = MappingProxyType(
 
 CC0: brick, camera, cell, chelsea, coffee, grass, gravel, microaneurysms, retina. Public domain: astronaut,
 hubble_deep_field, rocket, text. No known copyright restrictions: coins, ihc. Left out: those without such a
-word (moon, page, motorcycle, phantom), and those with no relief to speak of (logo, horse, chessboard, clock).
+statement (moon, page, motorcycle, phantom), and those with hardly any relief (logo, horse, chessboard,
+clock).
 """
 
 SUFFIXES = (".exr", ".tif", ".tiff", ".png", ".npy")
+"""Endings of the files that a folder is searched for."""
 SMALLEST_SIDE = 32
 """Fewest samples a side of a picture that can be cut from."""
-_LARGEST_CROP = 1024
-"""Most picture samples that a plate spans: beyond, detail would only be averaged away."""
-_SMALLEST_CROP = 64
+_SMALLEST_CROP, _LARGEST_CROP = 64, 1024
+"""Fewest and most picture samples that a plate spans; with more, detail would only be averaged away."""
 _CLIPPED_PERCENT = 0.5
+"""Share of the heights at either end that saturate, %."""
 _LEAST_SPAN = 0.15
-"""A crop whose heights span less of the picture's is a patch of sky, or the steps of 8 bit grey."""
+"""Least share of the picture's range in a crop; below, it shows plain sky or the steps of 8 bit grey."""
 _TRIES = 12
+"""Most squares that are drawn for one crop."""
 
 _OTHER_MAP = re.compile(
     r"albedo|ambientocclusion|ao|arm|basecolor|col|color|diff|diffuse|emission|gloss|mask|metal|"
     r"metallic|metalness|(nor|normal)(dx|gl)?|dx|gl|opacity|orm|rough|roughness|spec|specular"
 )
-"""Last words in the names of a material's files that say: not the heights."""
+"""Last word in the name of a material's file that holds something else than heights."""
 _DISPLACEMENT = frozenset({"bump", "disp", "displacement", "height"})
-"""Last words that say: the heights; a file without any may be a preview of the same material."""
+"""Last word in the name of a file of heights; a file without any may be a preview of the material."""
 _VARIANT = re.compile(r"\d+k|\d+bit|exr|jpg|png|tiff?", re.IGNORECASE)
+"""Word that names the resolution or the format of a file."""
 
 
 @dataclass(frozen=True)
 class Photograph:
-    """A picture that textures are cut from."""
+    """A picture that textures are cut from.
+
+    Attributes:
+        name: "scikit-image/<name>", or "file/<SHA-256 of the content>".
+        read: Returns heights (rows, cols) in [0, 1], row 0 the top.
+    """
 
     name: str
-    """"scikit-image/<name>", or "file/<SHA-256 of the content>"."""
     read: Callable[[], Field]
-    """Heights (rows, cols) in [0, 1], row 0 the top."""
 
     @property
     def split(self) -> Split:
@@ -86,18 +93,27 @@ class Photograph:
 
 
 def bundled() -> list[Photograph]:
-    """The pictures of scikit-image. Nothing is downloaded, and nothing read before it is needed."""
+    """Return the pictures of scikit-image; nothing is downloaded, and files are read on first use."""
     return [Photograph(f"scikit-image/{name}", functools.partial(_bundled, name)) for name in FILES]
 
 
 def folder(path: Path, reader: Reader) -> list[Photograph]:
-    """The height maps in a folder and the folders in it, by name; nothing but checksums is read as yet.
+    """Find the height maps in a folder and the folders in it; files are read for their checksums only.
 
-    Of a material's files, as ambientCG and Poly Haven name them, its displacement alone is taken; of one
-    displacement in several formats and resolutions, which could end up in several splits, the largest file.
+    Of a material's files, as ambientCG and Poly Haven name them, its displacement alone is taken. Of one
+    displacement in several formats and resolutions, which could end up in several splits, the largest file is
+    taken.
 
-    Raises: InputError if there is no such folder or no height map in it. Reading a source later raises what
-        ``reader`` raises, and InputError for heights that are not finite, flat, or under 32 samples a side.
+    Args:
+        path: The folder.
+        reader: Reads a height map. `Photograph.read` raises what ``reader`` raises, and InputError for
+            heights that are not finite, flat, or under 32 samples a side.
+
+    Returns:
+        The height maps, in the order of their paths.
+
+    Raises:
+        InputError: There is no such folder, or no height map in it.
     """
     if not path.is_dir():
         raise InputError(f"{path}: no such folder")
@@ -115,27 +131,38 @@ def folder(path: Path, reader: Reader) -> list[Photograph]:
         key = (path if material else file.parent, material)
         rank = (displacement, file.stat().st_size, file)
         best[key] = max(rank, best.get(key, rank))
-    sources: dict[str, Photograph] = {}
+    photographs: dict[str, Photograph] = {}
     for _, _, file in best.values():
         name = source_of_file(file)
-        sources.setdefault(name, Photograph(name, functools.partial(_user_file, file, reader)))
-    if not sources:
+        photographs.setdefault(name, Photograph(name, functools.partial(_user_file, file, reader)))
+    if not photographs:
         raise InputError(f"{path}: no height map in it: expected {', '.join(SUFFIXES)}")
-    return list(sources.values())
+    return list(photographs.values())
 
 
 def source_of_file(path: Path) -> str:
-    """The name of a user's file as a source: it depends on what the file holds, not on what it is called."""
+    """Return a user's file as the name of a source: the content decides, not the file's name."""
     with path.open("rb") as file:
         return f"file/{hashlib.file_digest(file, 'sha256').hexdigest()}"
 
 
 def crop(rng: np.random.Generator, picture: Field, size: int) -> Field:
-    """Heights (size, size) in [0, 1] of a square cut at random from a picture (rows, cols).
+    """Cut a square at random from a picture.
 
-    The square spans 64 to 1024 picture samples or as many as there are, is turned by any angle or not at all,
-    and blurred by 0.01-0.3 mm on the plate beyond what its scale asks for. The outer 0.5 % of heights at
+    The square spans 64 to 1024 picture samples or as many as there are. It is rotated by any angle or not at
+    all, and blurred by 0.01-0.3 mm on the plate beyond what its scale requires. The outer 0.5 % of heights at
     either end saturate. Of up to 12 squares the first is taken whose relief is 15 % of the picture's.
+
+    Args:
+        rng: Decides everything random.
+        picture: (rows, cols) heights.
+        size: Samples a side of the square.
+
+    Returns:
+        Heights (size, size) in [0, 1].
+
+    Raises:
+        InputError: No part of the picture has any relief.
     """
     whole = np.ptp(picture)
     best, most = None, -1.0
@@ -209,6 +236,6 @@ def _read_only(heights: Field) -> NDArray[np.float64]:
     return heights
 
 
-def by_name(sources: Sequence[Photograph]) -> dict[str, Photograph]:
-    """Sources by their names, for `surrogate.corpus.recipes.heights`."""
-    return {source.name: source for source in sources}
+def by_name(photographs: Sequence[Photograph]) -> dict[str, Photograph]:
+    """Return photographs by their names, for `surrogate.corpus.recipes.heights`."""
+    return {photograph.name: photograph for photograph in photographs}

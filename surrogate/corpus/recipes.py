@@ -1,4 +1,4 @@
-"""The texture corpus: recipes of height maps, drawn one by one, and the heights that a recipe makes."""
+"""Recipes of the texture corpus, drawn one by one, and the heights that a recipe makes."""
 
 import functools
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,39 +19,44 @@ from surrogate.families.fields import log_uniform, smooth_noise, unit
 SAMPLES = 128
 """Samples a side of the paper's height maps."""
 LOWEST_RELIEF_MM = 0.1
-"""Least relief, mm, which is hardly felt; its logarithm is uniform up to `HEIGHT_LIMIT_MM`."""
+"""Least relief, mm, which is hardly felt; its logarithm is uniform from here to `HEIGHT_LIMIT_MM`."""
 STEP_MM = 2.0**-16
-"""Heights are multiples of this, so that the last bits of a sine, in which processors differ, do not show."""
+"""Step of heights, mm: hides the last bits of a sine, in which processors differ."""
 PROCEDURAL_SHARE = 0.7
-"""Part of a corpus that families make; the rest is cut from pictures."""
+"""Share of a corpus that procedural families make; the rest is cut from photographs."""
 
 _SHAPE, _WHITE, _SMOOTH = range(3)
-"""What the generators of one texture are for."""
+"""Streams of random numbers of one texture: its shape, its white noise and its smooth noise."""
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """All that decides a texture, given the source that it names."""
+    """Everything that decides a texture, besides the photograph that it may name.
+
+    Attributes:
+        index: Place in the corpus.
+        source: "<family>/<draw in 16 hexadecimal digits>" for a procedural texture, else the name of the
+            photograph.
+        draw: Seed of everything random in the texture.
+        relief_mm: Highest height, mm; the lowest is 0.
+        power: Exponent of the heights as parts of the relief: above 1 leaves peaks, below 1 plateaus.
+        upside_down: Whether high and low are exchanged.
+        white_noise: Standard deviation of the noise of single samples, as a part of the relief.
+        smooth_noise: Standard deviation of the added swell, as a part of the relief.
+        swell_mm: Standard deviation of the Gaussian blur that makes the swell, mm.
+        symmetry: Quarter turns, and 4 more if the texture is transposed first.
+    """
 
     index: Annotated[int, Field(ge=0)]
-    """Place in the corpus."""
     source: Annotated[str, Field(min_length=1, max_length=200)]
-    """"<family>/<draw in 16 hexadecimal digits>" for a procedural texture, else the name of the picture."""
     draw: Annotated[int, Field(ge=0, lt=2**63)]
-    """Seed of everything random in the texture."""
     relief_mm: Annotated[float, Field(gt=0, le=HEIGHT_LIMIT_MM, allow_inf_nan=False)]
-    """Highest height; the lowest is 0."""
     power: Annotated[float, Field(ge=0.25, le=4, allow_inf_nan=False)] = 1.0
-    """Exponent of the heights as parts of the relief: above 1 leaves peaks, below 1 plateaus."""
     upside_down: bool = False
     white_noise: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = 0.0
-    """Standard deviation of the noise of single samples, as a part of the relief."""
     smooth_noise: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = 0.0
-    """Standard deviation of added swell, as a part of the relief."""
     swell_mm: Annotated[float, Field(ge=0.1, le=5, allow_inf_nan=False)] = 1.0
-    """Blur (standard deviation of the Gaussian) that the swell is made with."""
     symmetry: Annotated[int, Field(ge=0, lt=8)] = 0
-    """Quarter turns, and 4 more if transposed first."""
     kind: Literal["recipe"] = "recipe"
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", strict=True)
@@ -62,32 +67,36 @@ class Recipe:
 
     @property
     def family(self) -> str | None:
-        """Name of the procedural family, or None for a picture."""
+        """Name of the procedural family, or None for a photograph."""
         name = self.source.partition("/")[0]
         return name if name in FAMILIES else None
 
 
 def recipe(
-    seed: int, index: int, sources: Sequence[Photograph], procedural_share: float = PROCEDURAL_SHARE
+    seed: int, index: int, photographs: Sequence[Photograph], procedural_share: float = PROCEDURAL_SHARE
 ) -> Recipe:
-    """The texture at place ``index`` of the corpus of ``seed``; it does not depend on any other place.
+    """Draw one texture of a corpus; it does not depend on any other place.
 
     Args:
-        seed: of the corpus, at least 0.
-        sources: pictures to cut from, in any order; procedural textures are independent of them.
-        procedural_share: part of the corpus that families make, each alike; pictures are drawn so that their
-            crops are 80 : 10 : 10 between the splits, whatever the number of pictures in each. Without
-            pictures, everything is procedural.
+        seed: Seed of the corpus, at least 0.
+        index: Place in the corpus.
+        photographs: Pictures to cut from, in any order; procedural textures are independent of them.
+        procedural_share: Share of the corpus that the families make, all equally often. The crops of
+            photographs are 80 : 10 : 10 between the splits, whatever the number of photographs in each.
+            Without photographs, everything is procedural.
+
+    Returns:
+        The recipe of the texture.
     """
     rng = _generator(seed, index)
     draw = int(rng.integers(2**63))
     procedural = rng.random() < procedural_share
     family = list(FAMILIES)[rng.integers(len(FAMILIES))]
     split_place, source_place = rng.random(2)
-    if procedural or not sources:
+    if procedural or not photographs:
         source = f"{family}/{draw:016x}"
     else:
-        source = _picture(sources, split_place, source_place)
+        source = _picture(photographs, split_place, source_place)
     return Recipe(
         index=index,
         source=source,
@@ -103,27 +112,30 @@ def recipe(
 
 
 def recipes(
-    seed: int, count: int, sources: Sequence[Photograph] = (), procedural_share: float = PROCEDURAL_SHARE
+    seed: int, count: int, photographs: Sequence[Photograph] = (), procedural_share: float = PROCEDURAL_SHARE
 ) -> Iterator[Recipe]:
-    """The first ``count`` textures of a corpus, one by one; see `recipe`."""
-    return (recipe(seed, index, sources, procedural_share) for index in range(count))
+    """Draw the first ``count`` textures of a corpus, one by one, as `recipe` does."""
+    return (recipe(seed, index, photographs, procedural_share) for index in range(count))
 
 
 def heights(
-    texture: Recipe, sources: Mapping[str, Photograph] | None = None, *, samples: int = SAMPLES
+    texture: Recipe, photographs: Mapping[str, Photograph] | None = None, *, samples: int = SAMPLES
 ) -> NDArray[np.float32]:
-    """The height map of a recipe: (samples, samples) in mm, lowest 0, highest ``relief_mm`` to 2**-16 mm.
-
-    The plate is 10 mm wide, whatever the samples. The same recipe gives the same bits.
+    """Make the height map of a recipe; the same recipe gives the same bits.
 
     Args:
-        sources: pictures by name (`surrogate.corpus.photographs.by_name`); by default those of scikit-image.
+        texture: The recipe.
+        photographs: Pictures by name (`surrogate.corpus.photographs.by_name`); by default those of
+            scikit-image.
+        samples: Samples a side of the plate, which is 10 mm wide.
+
+    Returns:
+        Heights (samples, samples) in mm; the lowest is 0, the highest ``relief_mm`` to 2**-16 mm.
 
     Raises:
-        InputError: the source is not among ``sources``, or cannot be read; see
-        `surrogate.corpus.photographs.folder`.
+        InputError: The source is not among ``photographs``, or cannot be read.
     """
-    field = unit(_shape(texture, sources, samples))
+    field = unit(_shape(texture, photographs, samples))
     if texture.upside_down:
         field = 1 - field
     field = field**texture.power
@@ -139,19 +151,21 @@ def heights(
     return np.ascontiguousarray(steps * STEP_MM, dtype=np.float32)
 
 
-def _shape(texture: Recipe, sources: Mapping[str, Photograph] | None, samples: int) -> NDArray[np.float64]:
+def _shape(
+    texture: Recipe, photographs: Mapping[str, Photograph] | None, samples: int
+) -> NDArray[np.float64]:
     rng = _generator(texture.draw, _SHAPE)
     if texture.family is not None:
         return FAMILIES[texture.family](rng, samples)
-    known = by_name(bundled()) if sources is None else sources
-    if texture.source not in known:
-        raise InputError(f"{texture.source}: source: not among the pictures given")
-    return crop(rng, known[texture.source].read(), samples)
+    available = by_name(bundled()) if photographs is None else photographs
+    if texture.source not in available:
+        raise InputError(f"{texture.source}: source: this photograph is not available")
+    return crop(rng, available[texture.source].read(), samples)
 
 
-def _picture(sources: Sequence[Photograph], split_place: float, source_place: float) -> str:
-    """Name of a picture; both places are uniform in [0, 1). An empty split leaves its share to the others."""
-    names = _by_split(tuple(source.name for source in sources))
+def _picture(photographs: Sequence[Photograph], split_place: float, source_place: float) -> str:
+    """Choose a photograph by two numbers in [0, 1); an empty split leaves its share to the others."""
+    names = _by_split(tuple(photograph.name for photograph in photographs))
     ends = np.cumsum([SHARES[split] for split in names])
     split = list(names)[int(np.searchsorted(ends, split_place * ends[-1], side="right"))]
     return names[split][int(source_place * len(names[split]))]
@@ -159,9 +173,9 @@ def _picture(sources: Sequence[Photograph], split_place: float, source_place: fl
 
 @functools.lru_cache(maxsize=4)
 def _by_split(names: tuple[str, ...]) -> dict[Split, list[str]]:
-    """The names in each split that has any, in an order that does not depend on that of ``names``."""
-    found = {split: sorted(name for name in names if split_of(name) == split) for split in SPLITS}
-    return {split: members for split, members in found.items() if members}
+    """Return the names in each split that has any, in an order that does not depend on that of ``names``."""
+    splits = {split: sorted(name for name in names if split_of(name) == split) for split in SPLITS}
+    return {split: members for split, members in splits.items() if members}
 
 
 def _sometimes(rng: np.random.Generator, chance: float, usual: float, value: float) -> float:

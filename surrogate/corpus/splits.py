@@ -1,4 +1,4 @@
-"""Training, validation or test: what a texture was made from decides, and that alone."""
+"""Splits of a corpus: the source of a texture alone decides between training, validation and test."""
 
 import hashlib
 from collections.abc import Mapping
@@ -8,7 +8,7 @@ from typing import Literal, get_args
 Split = Literal["train", "validation", "test"]
 SPLITS: tuple[Split, ...] = get_args(Split)
 SHARES: Mapping[Split, float] = MappingProxyType({"train": 0.8, "validation": 0.1, "test": 0.1})
-"""What part of the sources, and of a corpus, each split is."""
+"""Share of each split, of the sources and of a corpus."""
 
 ASSIGNED: Mapping[str, Split] = MappingProxyType(
     {
@@ -33,13 +33,19 @@ ASSIGNED: Mapping[str, Split] = MappingProxyType(
         "file/89588ef998eb757a1e76ba14f9ccc7f543b5b88782974ce25bafd3bfe20cd1a6": "test",
     }
 )
-"""Sources too few to leave to a hash. The examples that the project is judged by were never trained on."""
+"""Splits of single sources, which are too few for a hash; the example textures are never trained on."""
 
 
 def split_of(source: str) -> Split:
-    """The split of everything made from a source: as ASSIGNED says, else by the SHA-256 of the source's name.
+    """Return the split of everything made from a source.
 
     Neither the seed of a corpus nor the order or number of its sources plays a part.
+
+    Args:
+        source: Name of the source.
+
+    Returns:
+        The split in `ASSIGNED`, else one by the SHA-256 of the name.
     """
     if source in ASSIGNED:
         return ASSIGNED[source]

@@ -1,1 +1,1 @@
-"""Data sets on disk: what was requested, its shards, and the whole."""
+"""Data sets on disk: their request, their shards, and the whole field set."""

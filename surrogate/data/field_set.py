@@ -1,7 +1,7 @@
-"""Fields of a corpus on disk: what touch and sight make of every texture, shard by shard.
+"""Field set of a corpus on disk: fields of touch and sight for every texture, shard by shard.
 
-A folder holds `dataset.json`, which says what was asked for; `shards/00012.safetensors`, some textures each;
-and `failures.jsonl`, the textures that have no fields, and why.
+A folder holds `dataset.json`, the request; `shards/00012.safetensors`, with some textures each; and
+`failures.jsonl`, the textures that have no fields, and why.
 """
 
 import json
@@ -23,7 +23,7 @@ from surrogate.validation import parse_json
 SHARDS = "shards"
 FAILURES = "failures.jsonl"
 LONGEST_LINE = 8192
-"""Of failures.jsonl."""
+"""Most bytes of a line of failures.jsonl."""
 
 _FAILURE = TypeAdapter(Failure)
 
@@ -33,7 +33,9 @@ class Fieldset:
     """A data set in a folder, finished or not.
 
     Attributes:
-        shards: those that are there, by number.
+        folder: The folder.
+        request: What the data set holds when it is finished.
+        shards: Shards that exist, by number.
     """
 
     folder: Path
@@ -42,23 +44,29 @@ class Fieldset:
 
     @property
     def finished(self) -> bool:
-        """Whether every shard is there."""
+        """Whether every shard exists."""
         return len(self.shards) == self.request.shards
 
     def count(self, split: Split | None = None) -> int:
-        """Textures of a split, or all, that have fields."""
+        """Return the number of textures with fields, of a split or of all."""
         return sum(len(shard.places(split)) for shard in self.shards)
 
     def failures(self) -> list[Failure]:
-        """Textures of the shards that are there, that have no fields."""
+        """Return the textures without fields in the shards that exist."""
         return [failure for shard in self.shards for failure in shard.failures]
 
 
 def open_fieldset(folder: Path) -> Fieldset:
-    """Open a data set: what was asked, and the header of every shard; no values are read.
+    """Open a data set: its request and the header of every shard; no values are read.
+
+    Args:
+        folder: Folder of the data set.
+
+    Returns:
+        The data set.
 
     Raises:
-        InputError: one line that names the file and the field, for anything that is not as it should be.
+        InputError: A file is missing, damaged or not as requested; the message names the file and the field.
     """
     request = read_request(folder)
     shards = []
@@ -70,19 +78,26 @@ def open_fieldset(folder: Path) -> Fieldset:
 
 
 def shard_path(folder: Path, number: int) -> Path:
-    """Where a shard lies."""
+    """Return the file of a shard."""
     return folder / SHARDS / f"{number:05d}.safetensors"
 
 
 def text_of_failures(failures: Iterable[Failure]) -> str:
-    """The content of failures.jsonl."""
+    """Return the content of failures.jsonl."""
     return "".join(json.dumps(asdict(failure)) + "\n" for failure in failures)
 
 
 def read_failures(folder: Path) -> Iterator[Failure]:
-    """The failures that failures.jsonl of a folder lists, those of shards that never ended among them.
+    """Read failures.jsonl of a folder, which also lists the textures of abandoned shards.
 
-    Raises: InputError.
+    Args:
+        folder: Folder of the data set.
+
+    Yields:
+        The failures.
+
+    Raises:
+        InputError: The file cannot be read, or a line is not a failure.
     """
     path = folder / FAILURES
     try:
@@ -94,7 +109,20 @@ def read_failures(folder: Path) -> Iterator[Failure]:
 
 
 def first_of(data: Fieldset, name: str, split: Split, count: int) -> NDArray[Any]:
-    """(at most count, ...) the first values of a tensor, by the order of the shards, of a split."""
+    """Read the first values of a tensor, in the order of the shards.
+
+    Args:
+        data: The data set.
+        name: A name of `surrogate.data.shard.layout`.
+        split: Split of the textures.
+        count: Most textures to read.
+
+    Returns:
+        (at most count, ...) values.
+
+    Raises:
+        InputError: A shard is damaged.
+    """
     values: list[NDArray[Any]] = []
     for shard in data.shards:
         if len(values) >= count:

@@ -1,6 +1,6 @@
-"""Some textures with what touch and sight make of them, in one safetensors file.
+"""Shards of a data set: some textures with their fields of touch and sight, in one safetensors file.
 
-Nothing in a file is believed before it is checked, and no values are read before they are asked for.
+Everything in a file is checked before it is used, and values are read on request only.
 """
 
 import json
@@ -25,15 +25,20 @@ Array = NDArray[Any]
 
 SINGLE, DOUBLE = np.dtype("<f4"), np.dtype("<f8")
 _NAMES = {SINGLE: "F32", DOUBLE: "F64"}
-"""Of types, in the file."""
+"""Name of each type in a file."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """A texture that has no fields."""
+    """A texture that has no fields.
+
+    Attributes:
+        index: Place in the data set.
+        source: Source of the texture.
+        reason: Why the texture has no fields, in one line.
+    """
 
     index: Annotated[int, Field(ge=0)]
-    """Place in the data set."""
     source: Annotated[str, Field(max_length=200)]
     reason: Annotated[str, Field(max_length=4096)]
 
@@ -42,10 +47,14 @@ class Failure:
 
 @dataclass(frozen=True)
 class Row:
-    """A texture in a shard."""
+    """A texture in a shard.
+
+    Attributes:
+        index: Place in the data set.
+        entry: The texture's line of a manifest.
+    """
 
     index: Annotated[int, Field(ge=0)]
-    """Place in the data set."""
     entry: Entry
 
     @property
@@ -54,8 +63,8 @@ class Row:
 
 
 @dataclass(frozen=True)
-class _Told:
-    """What a shard tells of itself; of each texture its place, and its line of a manifest."""
+class _Header:
+    """Metadata of a shard; each row is the place of a texture, and its line of a manifest."""
 
     number: int
     rows: Annotated[tuple[tuple[int, str], ...], Field(max_length=MOST_TEXTURES)]
@@ -64,16 +73,23 @@ class _Told:
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", strict=True)
 
 
-_TOLD = TypeAdapter(_Told)
+_HEADER = TypeAdapter(_Header)
 
 
 def layout(request: DatasetRequest, count: int) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
-    """Shape and type of every tensor in a shard of `count` textures.
+    """Return the shape and the type of every tensor in a shard.
 
-    heights, mm; strain, the flat plate's subtracted, compression negative; gap, mm; pressure, MPa;
-    roughness, the full sum; contact_area_mm2; contact_fraction. pictures: radiance under each light alone,
-    irradiance pi on a plane that faces it, from the unit vectors `toward`; ambient: radiance under ambient
-    light of radiance 1.
+    The tensors are heights, mm; strain, the flat plate's subtracted, compression negative; gap, mm; pressure,
+    MPa; roughness, the full sum; contact_area_mm2; contact_fraction; pictures, the radiance under each light
+    alone, with irradiance pi on a plane that faces the light; toward, the unit vectors toward the lights;
+    ambient, the radiance under ambient light of radiance 1.
+
+    Args:
+        request: Request of the data set, which decides what tensors there are.
+        count: Textures in the shard.
+
+    Returns:
+        Shape and type by name.
     """
     side = request.samples
     tensors: dict[str, tuple[tuple[int, ...], np.dtype[Any]]] = {"heights": ((count, side, side), SINGLE)}
@@ -90,12 +106,14 @@ def layout(request: DatasetRequest, count: int) -> dict[str, tuple[tuple[int, ..
 
 @dataclass(frozen=True)
 class Shard:
-    """Some textures and their fields; values are read when asked for.
+    """A shard whose header has been checked; values are read on request.
 
     Attributes:
-        number: of the shard.
-        rows: its textures, in the order of the tensors' first axis.
-        failures: the textures that it should hold and does not.
+        path: The file.
+        request: Request of the data set.
+        number: Number of the shard.
+        rows: Textures, in the order of the tensors' first axis.
+        failures: Textures of the shard that have no fields.
     """
 
     path: Path
@@ -105,15 +123,22 @@ class Shard:
     failures: tuple[Failure, ...]
 
     def places(self, split: Split | None = None) -> NDArray[np.intp]:
-        """Where in this shard the textures of a split stand, or all."""
+        """Return the rows of the textures of a split, or of all."""
         return np.array([k for k, row in enumerate(self.rows) if split in (None, row.split)], dtype=np.intp)
 
     def read(self, name: str, places: NDArray[np.intp] | slice = slice(None)) -> Array:
-        """A tensor (see `layout`), of all textures or those at some places only.
+        """Read a tensor of all textures or of some.
+
+        Args:
+            name: A name of `layout`.
+            places: Rows of the textures.
+
+        Returns:
+            The values; the first axis counts the textures.
 
         Raises:
-            KeyError: a data set like this has no such tensor.
-            InputError: the file is damaged, or a value is not finite.
+            KeyError: The data set has no such tensor.
+            InputError: The file is damaged, or a value is not finite.
         """
         if name not in layout(self.request, 0):
             raise KeyError(name)
@@ -138,10 +163,20 @@ def shard_bytes(
     failures: tuple[Failure, ...],
     tensors: Mapping[str, Array],
 ) -> bytes:
-    """The content of a shard's file.
+    """Return the content of a shard's file.
+
+    Args:
+        request: Request of the data set.
+        number: Number of the shard.
+        rows: Textures, in the order of the tensors' first axis.
+        failures: Textures of the shard that have no fields.
+        tensors: Values by name.
+
+    Returns:
+        A safetensors file.
 
     Raises:
-        ValueError: the tensors are not those of `layout`, or a value is not finite.
+        ValueError: The tensors are not those of `layout`, or a value is not finite.
     """
     expected = layout(request, len(rows))
     if tensors.keys() != expected.keys():
@@ -151,30 +186,38 @@ def shard_bytes(
             raise ValueError(f"{name}: {tensors[name].dtype} {tensors[name].shape}, expected {kind} {shape}")
         if not np.isfinite(tensors[name]).all():
             raise ValueError(f"{name}: not every value is finite")
-    told = _Told(number, tuple((row.index, text_of(row.entry)) for row in rows), failures)
-    # One key: safetensors writes several in an order that changes from run to run.
+    header = _Header(number, tuple((row.index, text_of(row.entry)) for row in rows), failures)
+    # The header has one key: safetensors writes several keys in an order that changes from run to run.
     return save(
         {name: np.ascontiguousarray(tensors[name]) for name in sorted(expected)},
-        {"shard": json.dumps(asdict(told))},
+        {"shard": json.dumps(asdict(header))},
     )
 
 
 def open_shard(path: Path, request: DatasetRequest, number: int) -> Shard:
-    """Check the header of a shard.
+    """Open a shard and check its header.
+
+    Args:
+        path: The file.
+        request: Request of the data set.
+        number: Number that the shard must have.
+
+    Returns:
+        The shard.
 
     Raises:
-        InputError: it is damaged, of another number or layout, or tells of textures that are not its own.
+        InputError: The file is damaged, has another number or layout, or holds textures of another shard.
     """
     try:
         with safe_open(path, framework="numpy") as file:
             metadata = file.metadata() or {}
-            found = {name: file.get_slice(name) for name in file.keys()}  # noqa: SIM118  # no mapping
-            shapes = {name: (tuple(part.get_shape()), part.get_dtype()) for name, part in found.items()}
+            slices = {name: file.get_slice(name) for name in file.keys()}  # noqa: SIM118  # no mapping
+            shapes = {name: (tuple(part.get_shape()), part.get_dtype()) for name, part in slices.items()}
     except (SafetensorError, OSError) as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}") from error
-    told, rows, failures = _told(path, metadata.get("shard", ""))
-    if told != number:
-        raise InputError(f"{path}: shard: number: {told}, expected {number}")
+    actual, rows, failures = _parse_header(path, metadata.get("shard", ""))
+    if actual != number:
+        raise InputError(f"{path}: shard: number: {actual}, expected {number}")
     expected = layout(request, len(rows))
     for name in sorted(expected.keys() | shapes.keys()):
         if name not in expected:
@@ -183,21 +226,21 @@ def open_shard(path: Path, request: DatasetRequest, number: int) -> Shard:
             raise InputError(f"{path}: {name}: missing")
         shape, kind = expected[name]
         if shapes[name] != (shape, _NAMES[kind]):
-            there = "{1} {0}".format(*shapes[name])
-            raise InputError(f"{path}: {name}: {there}, expected {_NAMES[kind]} {shape}")
-    held = sorted([*(row.index for row in rows), *(failure.index for failure in failures)])
-    if held != list(request.places(number)):
+            actual_shape = "{1} {0}".format(*shapes[name])
+            raise InputError(f"{path}: {name}: {actual_shape}, expected {_NAMES[kind]} {shape}")
+    places = sorted([*(row.index for row in rows), *(failure.index for failure in failures)])
+    if places != list(request.places(number)):
         raise InputError(f"{path}: rows: are not the textures of shard {number}, each once")
     if any(row.entry.samples != request.samples for row in rows):
         raise InputError(f"{path}: rows: samples: not {request.samples}")
     return Shard(path, request, number, rows, failures)
 
 
-def _told(path: Path, text: str) -> tuple[int, tuple[Row, ...], tuple[Failure, ...]]:
-    """Number, textures and failures, as the metadata of a shard have them."""
-    told = parse_json(_TOLD, text, f"{path}: shard")
+def _parse_header(path: Path, text: str) -> tuple[int, tuple[Row, ...], tuple[Failure, ...]]:
+    """Parse the number, the textures and the failures in the metadata of a shard."""
+    header = parse_json(_HEADER, text, f"{path}: shard")
     rows = tuple(
         Row(place, parse_entry(line.encode(), f"{path}: shard: rows.{number}"))
-        for number, (place, line) in enumerate(told.rows)
+        for number, (place, line) in enumerate(header.rows)
     )
-    return told.number, rows, told.failures
+    return header.number, rows, header.failures

@@ -1,4 +1,4 @@
-"""The eight symmetries of the square, under which touch and sight are exactly alike."""
+"""Symmetries of the square, all eight of which leave touch and sight exactly as they are."""
 
 from __future__ import annotations
 
@@ -6,21 +6,34 @@ import torch
 from torch import Tensor
 
 SYMMETRIES = 8
-"""Quarter turns, and then a mirror image or none."""
+"""Number of the symmetries: four quarter turns, each with a mirror image and without."""
 
 
 def transformed(field: Tensor, symmetry: int) -> Tensor:
-    """Maps (..., n, n) after a symmetry of the square.
+    """Apply a symmetry of the square to maps.
 
     Args:
-        symmetry: 0 to 7: so many quarter turns counterclockwise, and from 4 on then left and right exchanged.
+        field: (..., n, n) maps.
+        symmetry: 0 to 7: number of quarter turns counter-clockwise, modulo 4; from 4 on left and right are
+            exchanged afterwards.
+
+    Returns:
+        The transformed maps.
     """
     turned = torch.rot90(field, symmetry % 4, (-2, -1))
     return turned.flip(-1) if symmetry >= 4 else turned
 
 
 def transformed_vectors(vectors: Tensor, symmetry: int) -> Tensor:
-    """Vectors (..., 3) after the same symmetry: x to the right, y up in the maps, z out of them."""
+    """Apply a symmetry of the square to vectors.
+
+    Args:
+        vectors: (..., 3) with x to the right, y up in the maps, z out of them.
+        symmetry: As for `transformed`.
+
+    Returns:
+        The transformed vectors.
+    """
     x, y, z = vectors.unbind(-1)
     for _ in range(symmetry % 4):
         x, y = -y, x

@@ -1,9 +1,9 @@
-"""A compact U-Net: maps of a relief in, maps of the same size out.
+"""U-Net, compact: maps of a relief in, maps of the same size out.
 
-Residual blocks with pre-activation (He et al., ECCV 2016) in the arrangement of Ronneberger et al. (MICCAI
-2015). It works on blocks of pixels rather than pixels (`Shape.block`), which costs a quarter. Padding is with
-zeros, and channels lie innermost, because both are quickest on a CPU; a net that must know where the plate
-ends is told so by its inputs.
+Residual blocks with pre-activation (He et al., ECCV 2016) stand in the arrangement of Ronneberger et al.
+(MICCAI 2015). The net works on blocks of pixels rather than pixels (`Shape.block`), which costs a quarter.
+Padding is with zeros, and channels lie innermost, because both are quickest on a CPU; a net that must know
+where the plate ends needs inputs that say so.
 """
 
 from __future__ import annotations
@@ -18,17 +18,18 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 MOST_CHANNELS, MOST_WIDTH, MOST_LEVELS = 64, 512, 6
-"""Of a net from a file: more is no compact net, and could be meant to fill the memory."""
+"""Limits of a net that is read from a file, so that a hostile file cannot fill the memory."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """All that decides the parameters of a net but their values.
+    """Shape of a net: everything that decides its parameters except their values.
 
     Attributes:
-        inputs, outputs: maps that go in and come out.
-        widths: channels of each level, finest first; each level has half the resolution of the last.
-        block: pixels along a side of the squares that the finest level works on.
+        inputs: Number of input maps.
+        outputs: Number of output maps.
+        widths: Channels of each level, finest first; each level has half the resolution of the one before.
+        block: Side, in pixels, of the squares that the finest level works on.
     """
 
     inputs: Annotated[int, Field(ge=1, le=MOST_CHANNELS)]
@@ -42,14 +43,14 @@ class Shape:
 
     @property
     def multiple(self) -> int:
-        """What the side of a map must be a multiple of."""
+        """Number that must divide the side of a map."""
         return int(self.block * 2 ** (len(self.widths) - 1))
 
 
 class UNet(nn.Module):
-    """(batch, inputs, n, n) to (batch, outputs, n, n); n a multiple of ``shape.multiple``.
+    """U-Net from (batch, inputs, n, n) to (batch, outputs, n, n); n is a multiple of ``shape.multiple``.
 
-    Its last layer begins at zero: an untrained net adds nothing to what its user starts from.
+    The last layer begins at zero: an untrained net adds nothing to the caller's first approximation.
     """
 
     def __init__(self, shape: Shape) -> None:
@@ -70,18 +71,18 @@ class UNet(nn.Module):
         if maps.shape[-1] % self.shape.multiple or maps.shape[-2] % self.shape.multiple:
             raise ValueError(f"maps of {tuple(maps.shape[-2:])} are no multiple of {self.shape.multiple}")
         x = self.first(self.enter(_blocks(maps, self.shape.block)))
-        kept = []
+        skips = []
         for block in self.down:
-            kept.append(x)
+            skips.append(x)
             x = block(functional.avg_pool2d(x, 2))
         for block in reversed(self.up):
             wide = functional.interpolate(x, scale_factor=2, mode="bilinear", align_corners=False)
-            x = block(torch.cat((wide, kept.pop()), dim=1))
+            x = block(torch.cat((wide, skips.pop()), dim=1))
         return functional.pixel_shuffle(self.leave(functional.silu(x)), self.shape.block).contiguous()
 
 
 def _blocks(maps: Tensor, side: int) -> Tensor:
-    """`torch.nn.functional.pixel_unshuffle`, in a third of its time, with the channels innermost."""
+    """Do what `torch.nn.functional.pixel_unshuffle` does, in a third of its time, channels innermost."""
     batch, count, rows, cols = maps.shape
     apart = maps.reshape(batch, count, rows // side, side, cols // side, side).permute(0, 1, 3, 5, 2, 4)
     blocks = apart.reshape(batch, count * side * side, rows // side, cols // side)
@@ -108,5 +109,5 @@ def _convolution(inputs: int, outputs: int) -> nn.Conv2d:
 
 
 def parameters(net: nn.Module) -> int:
-    """How many numbers a net has."""
+    """Return the number of parameters of a net."""
     return sum(values.numel() for values in net.parameters())

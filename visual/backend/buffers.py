@@ -14,20 +14,24 @@ HEIGHTS = "heights"
 
 
 def write_geometry(params: Any, positions: Any, faces: Any) -> None:
-    """Give a Mitsuba mesh (its ``mi.traverse`` parameters) vertices and faces."""
+    """Give a mesh new vertices (interleaved x, y, z) and new faces (three vertex indices each)."""
     params[FACES] = faces
     params[VERTEX_POSITIONS] = positions
     params.update()
 
 
 def write_positions(params: Any, positions: Any) -> None:
-    """Move the vertices of a Mitsuba mesh (its ``mi.traverse`` parameters), keeping the faces."""
+    """Move the vertices of a mesh; its faces stay."""
     params[VERTEX_POSITIONS] = positions
     params.update()
 
 
 def heights_key(params: Any) -> str:
-    """Name of the plate's heights among ``mi.traverse`` parameters; KeyError if there is no plate."""
+    """Return the name of the plate's heights among the parameters.
+
+    Raises:
+        KeyError: There is no plate.
+    """
     for key in params.keys():  # noqa: SIM118  # Mitsuba's own iteration yields pairs
         if key == HEIGHTS or key.endswith(f".{HEIGHTS}"):
             return key
@@ -35,11 +39,15 @@ def heights_key(params: Any) -> str:
 
 
 def set_heights(params: Any, heights: Any) -> None:
-    """Put new heights into a kept scene.
+    """Put new heights into a loaded scene.
 
-    ``params``: ``mi.traverse`` of a scene or of the plate. ``heights``: flat Dr.Jit array or anything that
-    one can be made of, ``rows * cols`` values in mm. A Dr.Jit array may carry gradients. Raises ValueError
-    when a value is not finite or the number of samples differs.
+    Args:
+        params: Parameters of a scene or of the plate.
+        heights: ``rows * cols`` values in mm, as a flat Dr.Jit array, which may carry gradients, or as
+            anything that such an array can be made of.
+
+    Raises:
+        ValueError: A value is not finite, or the number of samples differs.
     """
     params[heights_key(params)] = heights
     params.update()

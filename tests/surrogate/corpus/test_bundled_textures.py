@@ -9,7 +9,7 @@ from PIL import Image
 from surrogate.corpus import bundled_textures as textures
 
 
-@pytest.mark.parametrize("name", textures.SOURCES)
+@pytest.mark.parametrize("name", textures.CROPS)
 def test_the_committed_texture_is_what_the_command_makes(name: str) -> None:
     committed = np.asarray(Image.open(textures.FOLDER / f"{name}.png"))
     made = textures.make(name)
@@ -25,7 +25,7 @@ def test_writing_leaves_nothing_but_the_textures(tmp_path: Path) -> None:
 
 
 def test_a_texture_uses_its_whole_range_and_more_levels_than_8_bits_have() -> None:
-    for name in textures.SOURCES:
+    for name in textures.CROPS:
         grey = textures.make(name)
         assert grey.min() == 0
         assert grey.max() == 65535
