@@ -47,7 +47,7 @@ EPILOG = """\
 first steps:
   retouch doctor                                   is everything here?
   retouch evaluate stone.png --relief-mm 1.2       how rough does it feel now?
-  retouch optimize mitsuba_scenes/gravel.toml      two just-noticeable differences rougher, same look
+  retouch optimize gravel                          two just-noticeable differences rougher, same look
 
 Lengths are in mm, forces in N, pressures in MPa. `retouch VERB --help` explains a verb.
 """

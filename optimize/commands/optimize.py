@@ -32,10 +32,10 @@ file.
 """
 EPILOG = f"""\
 examples:
-  retouch optimize mitsuba_scenes/gravel.toml
-  retouch optimize mitsuba_scenes/gravel.toml --fast
-  retouch optimize mitsuba_scenes/gravel.toml --jnd 1 --set descent.tolerance=0.005 -o runs/gravel-1
-  retouch optimize mitsuba_scenes/studio.xml --texture stone.png --relief-mm 1.2 --jnd 2
+  retouch optimize gravel
+  retouch optimize gravel --fast
+  retouch optimize gravel --jnd 1 --set descent.tolerance=0.005 -o runs/gravel-1
+  retouch optimize studio --texture stone.png --relief-mm 1.2 --jnd 2
 
 RUN_DIR then holds report.html (the overview), plate.stl and plate.3mf to print, heights.exr and heights.png,
 the pictures before and after, and result.json with every number.

@@ -30,7 +30,7 @@ because the scene does not need it, and whether `retouch optimize` can use the s
 """
 EPILOG = """\
 examples:
-  retouch render mitsuba_scenes/studio.xml
+  retouch render studio
   retouch render studio.xml --explain
   retouch render studio.xml --texture runs/stone/heights.exr -D resolution=512 --samples 256 -o after
 """
