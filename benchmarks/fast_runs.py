@@ -29,12 +29,12 @@ from benchmarks.runs import RELIEFS
 from benchmarks.verified import measure
 from optimize.descent.driver import descend
 from optimize.descent.gauss_newton import GaussNewton
-from optimize.descent.verification import converged_pictures
 from optimize.report.metrics import rms_change
 from optimize.runs.config import load_run
 from optimize.runs.preparation import prepare
 from optimize.runs.progress import silent
 from surrogate.nets.weights import has_weights
+from visual.noise import batched
 
 WAYS = {
     "exact": {"touch.model": "layer", "look.model": "exact"},
@@ -82,14 +82,14 @@ def mixed(path: str, target: str) -> dict[str, float]:
         heights = optimize.run(load_run(path, [target, *fast]), Path(folder) / "out").heights
     with silent() as show:
         prepared = prepare(load_run(path, [target]), None, show)
-    problem = replace(prepared.problem, targets=prepared.first_aim)
+    problem = replace(prepared.problem, targets=prepared.surrogate_targets)
     began = time.perf_counter()
     way = GaussNewton(problem)
     found = descend(way, problem.targets, way.begin(0, heights, {}), MIXED_STEPS)
     seconds = time.perf_counter() - began
     samples = prepared.settings.verify.samples
     original, *both = (
-        converged_pictures(problem, relief, samples, 1).mean
+        batched(problem.scene, relief, samples, 1).mean
         for relief in (problem.heights, heights, found.best.heights)
     )
     before, after = (100.0 * rms_change(original, pictures) / float(original.mean()) for pictures in both)

@@ -16,7 +16,8 @@ from benchmarks.runs import GAUSS_NEWTON_STEPS, RELIEFS
 from optimize.descent.driver import descend
 from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
-from optimize.descent.problem import Problem, Targets
+from optimize.descent.problem import Problem
+from optimize.descent.targets import Targets
 from optimize.report.colour_maps import srgb
 from optimize.report.metrics import mean_change
 from visual.scene import Scene, load_scene
@@ -67,7 +68,7 @@ def optimise(texture: str, relief_mm: float) -> tuple[list[Array | None], list[f
             return float("nan")
         return float(tactile.roughness(tactile.press(heights, scene.size_mm, skin).strain, scene.size_mm))
 
-    targets = Targets(tactile.jnd_scaled(roughness(scene.heights), JND), None, 0.01)
+    targets = Targets.of(0.01, roughness=tactile.jnd_scaled(roughness(scene.heights), JND))
     problem = Problem(scene.heights, scene.size_mm, skin, targets, scene)
     way = GaussNewton(problem)
     ours = descend(way, targets, way.begin(0, scene.heights, {}), GAUSS_NEWTON_STEPS).best.heights

@@ -22,9 +22,10 @@ import torch
 from rich.console import Console
 
 import tactile
-from optimize.descent.driver import Descent, descend
+from optimize.descent.driver import DescentResult, descend
 from optimize.descent.gauss_newton import GaussNewton
-from optimize.descent.problem import Problem, Targets
+from optimize.descent.problem import Problem
+from optimize.descent.targets import Targets
 from optimize.training.fields import STUDIO
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import MANIFEST_FILE, Entry, entry, write_manifest
@@ -75,16 +76,14 @@ def chosen(seed: int) -> Iterator[corpus.Recipe]:
             yield texture
 
 
-def optimised(scene: Scene, original: np.ndarray) -> Descent:
+def optimised(scene: Scene, original: np.ndarray) -> DescentResult:
     """A descent from a relief (n, n) in mm, to a target that its checksum draws."""
     draw = np.random.default_rng(int(checksum(original.astype(np.float32))[:16], 16))
     jnd = float(draw.uniform(LEAST_JND, MOST_JND) * draw.choice((-1.0, 1.0)))
     skin = tactile.Skin()
-    untargeted = Problem(
-        original, SIZE_MM, skin, Targets(None, None, TOLERANCE), scene, touch="quick", look="fast"
-    )
-    goal = tactile.jnd_scaled(untargeted.feel(original, gradients=False).roughness, jnd)
-    targets = Targets(goal, None, TOLERANCE)
+    untargeted = Problem(original, SIZE_MM, skin, Targets(), scene, touch="quick", look="fast")
+    goal = tactile.jnd_scaled(untargeted.press(original, gradients=False).values["roughness"], jnd)
+    targets = Targets.of(TOLERANCE, roughness=goal)
     way = GaussNewton(replace(untargeted, targets=targets))
     return descend(way, targets, way.begin(0, original, {}), STEPS)
 

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 import tactile
 from benchmarks.common import load, machine, save, table
 from optimize.descent.adam import AdamDescent
-from optimize.descent.driver import WayDown, descend
+from optimize.descent.driver import DescentMethod, descend
 from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
-from optimize.descent.problem import Problem, Targets
+from optimize.descent.problem import Problem
+from optimize.descent.targets import Targets
 from visual.scene import Scene, load_scene
 
 Array = NDArray[np.float64]
@@ -79,7 +80,7 @@ def measure(
     skin, size_mm, original = tactile.Skin(), scene.size_mm, scene.heights
     roughness = _feel(original, size_mm, skin)["roughness"]
     wanted = tactile.jnd_scaled(roughness, jnd)
-    targets = Targets(wanted, None, 0.01)
+    targets = Targets.of(0.01, roughness=wanted)
     edges = not way.endswith("no edges")
     problem = Problem(original, size_mm, skin, targets, scene, shadow_edges=edges)
     began = time.perf_counter()
@@ -88,7 +89,7 @@ def measure(
         if heights is None:
             return {"reason": "out of reach by 3 mm", "target": wanted}
     else:
-        method: WayDown
+        method: DescentMethod
         if way.startswith("adam"):
             method, limit = AdamDescent(problem, ADAM_STEPS, LEARNING_RATE), ADAM_STEPS
         else:

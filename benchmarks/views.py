@@ -22,7 +22,8 @@ import tactile
 from benchmarks.common import machine, save, table
 from optimize.descent.driver import descend
 from optimize.descent.gauss_newton import GaussNewton
-from optimize.descent.problem import Problem, Targets
+from optimize.descent.problem import Problem
+from optimize.descent.targets import Targets
 from relief.heightmap import load_heights
 from visual.scene import load_scene
 
@@ -61,15 +62,15 @@ def optimised(texture: Path, sides: tuple[str, ...]) -> dict[str, Any]:
     if len(sides) == 1:
         weights[sides[0]] = "0.4"
     scene = load_scene(FILE, {"resolution": str(SIDE), **weights}, texture=texture)
-    problem = Problem(scene.heights, scene.size_mm, tactile.Skin(), Targets(None, None, 0.01), scene)
-    wanted = tactile.jnd_scaled(problem.feel(scene.heights, gradients=False).roughness, JND)
-    problem = Problem(scene.heights, scene.size_mm, tactile.Skin(), Targets(wanted, None, 0.01), scene)
+    problem = Problem(scene.heights, scene.size_mm, tactile.Skin(), Targets(), scene)
+    wanted = tactile.jnd_scaled(problem.press(scene.heights, gradients=False).values["roughness"], JND)
+    problem = Problem(scene.heights, scene.size_mm, tactile.Skin(), Targets.of(0.01, roughness=wanted), scene)
     began = time.perf_counter()
     way = GaussNewton(problem)
     descent = descend(way, problem.targets, way.begin(0, scene.heights, {}), STEPS)
     return {
         "heights": descent.best.heights,
-        "miss_percent": 100.0 * (descent.best.roughness / wanted - 1.0),
+        "miss_percent": 100.0 * (descent.best.values["roughness"] / wanted - 1.0),
         "steps": descent.last.step,
         "seconds": time.perf_counter() - began,
     }

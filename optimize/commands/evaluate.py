@@ -2,11 +2,13 @@
 
 import argparse
 import json
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from optimize.commands.options import RELIEF_DEFAULT, add_plate, console, contact_errors_name
+from optimize.descent.targets import QUANTITIES, ROUGHNESS
 from optimize.report.formatting import MODEL_NAMES, model_name, number
 from relief.errors import naming
 from relief.limits import PATCH_SIDE_MM
@@ -16,7 +18,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from rich.table import Table
 
+    from optimize.descent.touch_measures import TouchMeasures
     from tactile import Skin
+    from tactile.model import ModelName
 
 SMOOTH = 1e-6
 """Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
@@ -33,21 +37,6 @@ examples:
   retouch evaluate stone.exr runs/stone/heights.exr
   retouch evaluate *.exr --force-n 2 --json
 """
-
-
-@dataclass(frozen=True)
-class Feel:
-    """How one texture feels: roughness, contact area in mm², share of the plate in contact (0 to 1).
-
-    ``jnd_from_first``: just-noticeable differences rougher than the first texture of several; None for one
-    alone, and where one of the two has no roughness.
-    """
-
-    texture: str
-    roughness: float
-    contact_area_mm2: float
-    contact_fraction: float
-    jnd_from_first: float | None = None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -91,18 +80,17 @@ def run(arguments: argparse.Namespace) -> int:
         )
     # All files are read before the first press, so that a misspelt name is refused at once.
     reliefs = [load_heights(texture, relief_mm=arguments.relief_mm) for texture in arguments.textures]
-    feels = compared(
-        [
-            feel(texture, heights, size_mm, skin, arguments.model)
-            for texture, heights in zip(arguments.textures, reliefs, strict=True)
-        ]
-    )
+    measured = [
+        measure(texture, heights, size_mm, skin, arguments.model)
+        for texture, heights in zip(arguments.textures, reliefs, strict=True)
+    ]
+    entries = described(arguments.textures, measured)
     if arguments.json:
         setting = {"size_mm": size_mm, "skin": asdict(skin), "model": arguments.model}
-        print(json.dumps([_json_values(one, len(feels) > 1) | setting for one in feels], indent=2))
+        print(json.dumps([entry | setting for entry in entries], indent=2))
         return 0
     screen = console()
-    screen.print(table(feels))
+    screen.print(table(entries))
     screen.print(
         f"{model_name(arguments.model).capitalize()}, {skin.young_modulus_mpa:g} MPa, "
         f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {size_mm:g} x {size_mm:g} mm."
@@ -110,62 +98,61 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def feel(path: Path, heights: "NDArray[np.float64]", size_mm: float, skin: "Skin", model: Any) -> Feel:
+def measure(
+    path: Path, heights: "NDArray[np.float64]", size_mm: float, skin: "Skin", model: "ModelName"
+) -> "TouchMeasures":
     """Press the skin on a texture.
 
     Args:
-        path: of the texture, for error messages and the result.
+        path: of the texture, for error messages.
         heights: (rows, cols), mm.
         size_mm: side of the plate, mm.
+        skin: the finger.
         model: a key of `MODEL_NAMES`.
 
     Raises:
         InputError: unfit heights, size or model, or a contact that does not converge; the line names `path`.
     """
-    import tactile
+    from optimize.descent.touch_measures import measure_touch
 
     with naming(path), contact_errors_name(path):
-        touch = tactile.press(heights, size_mm=size_mm, skin=skin, model=model)
-        return Feel(
-            str(path),
-            tactile.roughness(touch.strain, size_mm).item(),
-            tactile.contact_area(touch.gap, size_mm).item(),
-            touch.contact_fraction.item(),
-        )
+        return measure_touch(heights, size_mm, skin, model)
 
 
-def compared(feels: list[Feel]) -> list[Feel]:
-    """The textures with `jnd_from_first`, if there are several and the first has a roughness."""
+def described(textures: Sequence[Path], measured: "Sequence[TouchMeasures]") -> list[dict[str, Any]]:
+    """One entry a texture: its name, every quantity of touch, and the share of the plate in contact.
+
+    Of several textures, also `jnd_from_first`: just-noticeable differences rougher than the first, or None
+    where one of the two has no roughness.
+    """
     from tactile import jnd_apart
 
-    first = feels[0].roughness
-    if len(feels) == 1 or first < SMOOTH:
-        return feels
-    return [
-        one if one.roughness < SMOOTH else replace(one, jnd_from_first=jnd_apart(one.roughness, first))
-        for one in feels
-    ]
+    entries = []
+    first = measured[0].values[ROUGHNESS.name]
+    for path, touch in zip(textures, measured, strict=True):
+        entry = {"texture": str(path), **touch.values, "contact_fraction": touch.contact_fraction}
+        if len(measured) > 1:
+            roughness = touch.values[ROUGHNESS.name]
+            smooth = min(roughness, first) < SMOOTH
+            entry["jnd_from_first"] = None if smooth else jnd_apart(roughness, first)
+        entries.append(entry)
+    return entries
 
 
-def table(feels: list[Feel]) -> "Table":
+def table(entries: Sequence[Mapping[str, Any]]) -> "Table":
     """A table for a person, one row a texture."""
     from rich.table import Table
     from rich.text import Text
 
     rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False)
     rows.add_column("texture", overflow="fold")
-    several = len(feels) > 1
-    for name in ("roughness", *(["JND from first"] if several else []), "contact area", "in contact"):
-        rows.add_column(name, justify="right", no_wrap=True)
-    for one in feels:
-        apart = [number(one.jnd_from_first)] if several else []
-        contact = f"{number(one.contact_area_mm2)} mm²", f"{100.0 * one.contact_fraction:.0f} %"
-        rows.add_row(Text(one.texture), number(one.roughness), *apart, *contact)
+    several = "jnd_from_first" in entries[0]
+    labels = [quantity.label for quantity in QUANTITIES.values()]
+    for label in (*labels, "in contact", *(["JND from first"] if several else [])):
+        rows.add_column(label, justify="right", no_wrap=True)
+    for entry in entries:
+        values = [f"{number(entry[name])} {quantity.unit}".rstrip() for name, quantity in QUANTITIES.items()]
+        apart = [number(entry["jnd_from_first"])] if several else []
+        contact = f"{100.0 * entry['contact_fraction']:.0f} %"
+        rows.add_row(Text(entry["texture"]), *values, contact, *apart)
     return rows
-
-
-def _json_values(one: Feel, several: bool) -> dict[str, Any]:
-    values = asdict(one)
-    if not several:
-        del values["jnd_from_first"]
-    return values

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from mitsuba_scenes import find_file
 from optimize.commands.options import INTERRUPTED, add_mitsuba, add_plate, console, contact_errors_name, seed
+from optimize.descent.targets import QUANTITIES
 from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
 
@@ -42,17 +43,12 @@ the pictures before and after, and result.json with every number.
 
 {STATUSES}"""
 
-_SETTINGS = {
-    "size_mm": "size_mm",
-    "relief_mm": "relief_mm",
-    "seed": "seed",
-    "roughness": "touch.roughness",
-    "jnd": "touch.jnd",
-    "contact_area_mm2": "touch.contact_area_mm2",
-    "contact_area_scale": "touch.contact_area_scale",
+GOAL_KEYS = [key for quantity in QUANTITIES.values() for key in quantity.goals]
+
+_SETTINGS = {name: name for name in ("size_mm", "relief_mm", "seed")} | {
+    key.key: f"touch.{key.key}" for key in GOAL_KEYS
 }
 """Key in the run file of each option that takes a number."""
-TARGETS = frozenset(key for key in _SETTINGS.values() if key.startswith("touch."))
 
 FAST = ('touch.model="quick"', 'look.model="fast"')
 """Settings of `--fast`, which `--set` overrides."""
@@ -76,17 +72,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
 
     target = parser.add_argument_group("the feel to reach")
-    rough = target.add_mutually_exclusive_group()
-    rough.add_argument("--roughness", type=float, metavar="V", help="roughness, as retouch evaluate tells it")
-    rough.add_argument(
-        "--jnd",
-        type=float,
-        metavar="N",
-        help="just-noticeable differences rougher than the original; negative for smoother",
-    )
-    cold = target.add_mutually_exclusive_group()
-    cold.add_argument("--contact-area-mm2", type=float, metavar="MM2", help="contact area; more feels colder")
-    cold.add_argument("--contact-area-scale", type=float, metavar="X", help="factor on the original's")
+    for quantity in QUANTITIES.values():
+        one = target.add_mutually_exclusive_group()
+        for key in quantity.goals:
+            flag = f"--{key.key.replace('_', '-')}"
+            one.add_argument(flag, type=float, metavar=key.metavar, help=key.help)
 
     plate = parser.add_argument_group("the plate")
     plate.add_argument(
@@ -145,7 +135,8 @@ def load(arguments: argparse.Namespace) -> "Run":
     if arguments.texture is None:
         raise InputError(f"{source}: a scene needs --texture as well; a run file ends in .toml")
     settings = overrides(arguments)
-    if not any(setting.partition("=")[0].strip() in TARGETS for setting in settings):
+    targets = {f"touch.{key.key}" for key in GOAL_KEYS}
+    if not {setting.partition("=")[0].strip() for setting in settings} & targets:
         raise InputError(f"{source}: no target: give --roughness, --jnd, or one for the contact area")
     return config.run_from_scene(source, arguments.texture, settings)
 

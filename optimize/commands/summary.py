@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from optimize.descent.targets import QUANTITIES
 from optimize.report.formatting import between, duration, number, percent, plus_minus, tries_of_100
 
 if TYPE_CHECKING:
@@ -34,24 +35,19 @@ def summary(result: Mapping[str, Any], run_dir: Path) -> "Table":
 def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]]:
     stop, touch, look = result["stop"], result["touch"], result["look"]
     yield "stop", f"{stop['message']} (step {stop['best_step']} of {stop['steps']} kept)"
-    roughness = [
-        ("original", touch["initial_roughness"]),
-        ("target", touch["target_roughness"]),
-        ("achieved", touch["roughness"]),
-        (f"verified ({touch['verified_by']})", touch["verified_roughness"]),
-    ]
-    yield "roughness", _known(roughness)
+    for name, quantity in QUANTITIES.items():
+        stages = [
+            ("original", touch[f"initial_{name}"]),
+            ("target", touch[f"target_{name}"]),
+            ("achieved", touch[name]),
+            (f"verified ({touch['verified_by']})", touch[f"verified_{name}"]),
+        ]
+        yield quantity.label, f"{_known(stages)} {quantity.unit}".rstrip()
+    yield "in contact", f"{100.0 * touch['contact_fraction']:.0f} % of the plate"
     if (jnd := touch["jnd_from_original"]) is not None:
         sense = "rougher" if jnd > 0 else "smoother"
         apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
         yield "feel", f"{number(abs(jnd))} JND {sense} than the original, {apart}"
-    area = [
-        ("original", touch["initial_contact_area_mm2"]),
-        ("target", touch["target_contact_area_mm2"]),
-        ("achieved", touch["contact_area_mm2"]),
-        (f"verified ({touch['verified_by']})", touch["verified_contact_area_mm2"]),
-    ]
-    yield "contact", f"{_known(area)} mm²; {100.0 * touch['contact_fraction']:.0f} % of the plate touches"
     yield from _pictures(look)
     times = dict(result["time_s"])
     total = duration(times.pop("total"))

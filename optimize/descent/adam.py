@@ -1,8 +1,8 @@
-"""The paper's way down: Adam on the sum of the energies.
+"""Adam on the sum of the energies: the paper's method.
 
 One optimiser takes both gradients: torch's through touch, and Mitsuba's through the pictures (plus shadow
-edges), which arrives as that of a torch function. With |r - V| the target is never met exactly but circled;
-cosine decay of the learning rate narrows the circle.
+edges), which arrives as the gradient of a torch function. The energy |r - V| has no curvature at its minimum,
+so that steps overshoot the target; cosine decay of the learning rate makes the overshoot small.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-import tactile
 from optimize.descent import energies
 from optimize.descent.driver import Iterate
 from optimize.descent.problem import Problem
@@ -23,11 +22,11 @@ from relief.limits import HEIGHT_LIMIT_MM
 Array = NDArray[np.float64]
 
 DECAY_FLOOR = 0.02
-"""Share of the learning rate that is left at the last step."""
+"""Learning rate of the last step as a share of the first step's."""
 
 
 class AdamDescent:
-    """The way down of this module; see `optimize.descent.driver.WayDown`."""
+    """Adam as a descent method (`optimize.descent.driver.DescentMethod`)."""
 
     patience: int | None = None
 
@@ -41,7 +40,7 @@ class AdamDescent:
         self._energy: Tensor | None = None
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
-        """Stand at a relief; `memory` of an earlier part of the same descent may be empty."""
+        """The iterate at these heights; see the protocol."""
         self._heights = torch.nn.Parameter(torch.as_tensor(heights).clone())
         self._adam = torch.optim.Adam([self._heights], lr=self._rate)
         if "mean" in memory:
@@ -53,7 +52,7 @@ class AdamDescent:
         return self._stand(step, memory.get("pressure"))
 
     def advance(self, iterate: Iterate) -> Iterate:
-        """One step."""
+        """The iterate after one more step of Adam."""
         assert self._energy is not None
         progress = iterate.step / self._steps
         decay = DECAY_FLOOR + (1.0 - DECAY_FLOOR) * 0.5 * (1.0 + math.cos(math.pi * progress))
@@ -80,17 +79,14 @@ class AdamDescent:
     def _stand(self, step: int, pressure: Array | None) -> Iterate:
         problem, targets, heights = self._problem, self._problem.targets, self._heights
         touch = problem.model.press(heights, None if pressure is None else torch.as_tensor(pressure))
-        roughness = tactile.roughness(touch.strain, problem.size_mm)
-        area = tactile.contact_area(touch.gap, problem.size_mm)
+        values = {quantity.name: quantity.value(touch, problem.size_mm) for quantity in targets.quantities}
         pictures = self._pictures(heights)
-        scale, energy = 1.0, torch.zeros((), dtype=heights.dtype)
-        if targets.roughness is not None:
-            energy = energy + energies.rough_energy(roughness, targets.roughness)
-        if targets.contact_area_mm2 is not None:
-            both = targets.roughness is not None
-            scale = 1.0 if both else energies.CONTACT_SCALE
-            contact = energies.contact_energy(area, targets.contact_area_mm2)
-            energy = energy + (contact / energies.CONTACT_SCALE if both else contact)
+        # The other weights grow with the unit of the target; of several, with the smallest.
+        scale = min((target.quantity.energy_unit for target in targets.each), default=1.0)
+        energy = torch.zeros((), dtype=heights.dtype)
+        for target in targets.each:
+            distance = energies.target_energy(values[target.quantity.name], target.goal)
+            energy = energy + distance / (target.quantity.energy_unit / scale)
         weights = torch.as_tensor(problem.scene.weights)
         look = problem.look_weight * energies.visual_energy(pictures, self._target, weights)
         look = look + problem.regularisation * energies.regularisation_energy(pictures, self._target, weights)
@@ -107,8 +103,7 @@ class AdamDescent:
         return Iterate(
             step,
             heights.detach().numpy().copy(),
-            float(roughness.detach()),
-            float(area.detach()),
+            {name: float(value.detach()) for name, value in values.items()},
             float(touch.contact_fraction),
             mean * float(share @ difference.abs().mean((-2, -1))),
             mean * float((share @ difference.square().mean((-2, -1))).sqrt()),

@@ -1,187 +1,193 @@
-"""Descent and verification in turns: what the verifying model does not confirm corrects what is aimed at.
+"""Outer iterations: descend, verify, and correct the goals that the descent aims at.
 
-The descent follows one model of touch (its belief), the verification asks another (the truth). Where they
-differ, the target that the descent aims at is changed by their measured ratio, and it goes on from where it
-is. The ratio hardly changes over a small step, so that two or three rounds suffice. Which round is kept is
-decided by touch alone, in which there is no randomness; the noise of pictures has no say in it.
+The descent follows one model of touch, the verification asks another. Where they disagree, the goal of the
+descent (the surrogate goal) is multiplied by their measured ratio, and the descent goes on from its best
+relief. The ratio hardly changes over a small change of the relief, so that two or three outer iterations
+suffice. Touch alone decides which relief is kept, because touch has no randomness and pictures have noise.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from optimize.descent.driver import Descent, Iterate, StopReason, WayDown, descend
-from optimize.descent.problem import Targets
-from optimize.descent.verification import TouchMeasured
+from optimize.descent.driver import DescentMethod, DescentResult, Iterate, StepRecord, StopReason, descend
+from optimize.descent.targets import Targets, Values
+from optimize.descent.touch_measures import TouchMeasures
 
 Array = NDArray[np.float64]
 
-STEPS_A_ROUND = 25
-"""Steps that each round may take beyond those of the run."""
+STEPS_AN_ITERATION = 25
+"""Steps that each further outer iteration may add to those of the run."""
 
 LARGEST_RATIO = 2.0
-"""Models of touch that differ by more are not corrected into one another: one of them is out of its depth."""
+"""Largest correction factor. If two models differ by more, one is outside its range of validity and the
+factor is clipped."""
 
 
 @dataclass(frozen=True)
-class Round:
-    """One descent and its verification. Roughness and contact area (mm²) by the descent and by the truth.
+class OuterIteration:
+    """One descent and its verification.
 
     Attributes:
-        aimed_roughness, aimed_contact_area_mm2: what the descent went for; None where not asked for.
-        miss: of the targets, by the truth, as a share.
+        surrogate_goals: goals of the descent, by the names of their quantities.
+        values: of the best relief by the model that steers.
+        verified: of the same relief by the verifying model.
+        relative_error: of the true targets, by the verifying model.
         steps: number of the last step.
     """
 
-    aimed_roughness: float | None
-    aimed_contact_area_mm2: float | None
-    roughness: float
-    contact_area_mm2: float
-    verified_roughness: float
-    verified_contact_area_mm2: float
-    miss: float
+    surrogate_goals: dict[str, float]
+    values: dict[str, float]
+    verified: dict[str, float]
+    relative_error: float
     steps: int
+
+    def as_json(self) -> dict[str, Any]:
+        """One row of result.json: a key for each number, with null where there is no goal."""
+        row: dict[str, Any] = {}
+        for name in self.verified:
+            row[f"aimed_{name}"] = self.surrogate_goals.get(name)
+            row[name] = self.values[name]
+            row[f"verified_{name}"] = self.verified[name]
+        return row | {"miss": self.relative_error, "steps": self.steps}
 
 
 @dataclass(frozen=True)
-class Course:
-    """Where the rounds of a run stand.
+class CorrectionState:
+    """The state of the outer iterations.
 
     Attributes:
-        aim: of the current round.
-        rounds: that are over.
-        closest: the verified relief with the smallest miss so far.
+        surrogate_targets: of the current descent.
+        iterations: that are finished.
+        closest: the verified relief with the smallest relative error so far.
     """
 
-    aim: Targets
-    rounds: tuple[Round, ...] = ()
+    surrogate_targets: Targets
+    iterations: tuple[OuterIteration, ...] = ()
     closest: Iterate | None = None
 
 
-def first_aim(targets: Targets, believed: tuple[float, float], true: tuple[float, float]) -> Targets:
-    """The aim that the original's own roughness and contact area by both models suggest."""
-    return _corrected(targets, *(_ratio(b, t) for b, t in zip(believed, true, strict=True)))
+def first_surrogate_targets(targets: Targets, steering: Values, verified: Values) -> Targets:
+    """Targets of the first descent, by the original's own values under both models."""
+    return targets.scaled({name: _ratio(steering[name], verified[name]) for name in targets.goals()})
 
 
-def _next_aim(aim: Targets, targets: Targets, found: TouchMeasured) -> Targets:
-    roughness = 1.0 if targets.roughness is None else _ratio(targets.roughness, found.roughness)
-    area = 1.0
-    if targets.contact_area_mm2 is not None:
-        area = _ratio(targets.contact_area_mm2, found.contact_area_mm2)
-    return _corrected(aim, roughness, area)
+def _next_surrogate_targets(surrogate: Targets, targets: Targets, verified: Values) -> Targets:
+    return surrogate.scaled({name: _ratio(goal, verified[name]) for name, goal in targets.goals().items()})
 
 
-def _ratio(one: float, other: float) -> float:
-    if one <= 0.0 or other <= 0.0:
+def _ratio(numerator: float, denominator: float) -> float:
+    if numerator <= 0.0 or denominator <= 0.0:
         return 1.0
-    return float(np.clip(one / other, 1.0 / LARGEST_RATIO, LARGEST_RATIO))
-
-
-def _corrected(targets: Targets, roughness: float, area: float) -> Targets:
-    return replace(
-        targets,
-        roughness=None if targets.roughness is None else roughness * targets.roughness,
-        contact_area_mm2=None if targets.contact_area_mm2 is None else area * targets.contact_area_mm2,
-    )
+    return float(np.clip(numerator / denominator, 1.0 / LARGEST_RATIO, LARGEST_RATIO))
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What the rounds go for.
+    """What the outer iterations work with.
 
     Attributes:
-        targets: what the truth is to meet.
-        steps: largest step number of the first round.
-        corrections: most rounds after the first.
-        way_toward: makes a way down toward an aim, with a largest step number.
-        verify: the truth about a relief; None: believe the descent.
+        targets: to be met by the verifying model.
+        steps: largest step number of the first descent.
+        corrections: most outer iterations after the first.
+        method_for: makes a descent method for surrogate targets and a largest step number.
+        verify: measures the touch of heights (rows, cols) in mm; None: the descent is not verified.
     """
 
     targets: Targets
     steps: int
     corrections: int
-    way_toward: Callable[[Targets, int], WayDown]
-    verify: Callable[[Array], TouchMeasured] | None
+    method_for: Callable[[Targets, int], DescentMethod]
+    verify: Callable[[Array], TouchMeasures] | None
 
-    def step_limit(self, round_number: int) -> int:
-        """Largest step number of a round, counted from 0."""
-        return self.steps + round_number * STEPS_A_ROUND
+    def step_limit(self, iteration: int) -> int:
+        """Largest step number of an outer iteration, counted from 0."""
+        return self.steps + iteration * STEPS_AN_ITERATION
 
 
 @dataclass(frozen=True)
-class Leg:
-    """The part of a round that is still to be walked; fields as in `optimize.descent.driver.descend`."""
+class Segment:
+    """The part of a descent that is still to be done; fields as in `optimize.descent.driver.descend`."""
 
-    way: WayDown
+    method: DescentMethod
     start: Iterate
     best: Iterate | None = None
-    trace: Iterable[tuple[float, float]] = ()
+    trace: Iterable[StepRecord] = ()
 
 
-class Watch(Protocol):
-    """Told of every step, of verification, and of every further round, its first iterate and step limit."""
+class Observer(Protocol):
+    """What follows the outer iterations, to show and record them."""
 
-    def step(self, current: Iterate, best: Iterate, seconds: float) -> None: ...
+    def step(self, current: Iterate, best: Iterate, seconds: float) -> None:
+        """Called after every step, with the best iterate of this descent and the seconds of the step."""
+        ...
 
-    def verifying(self) -> None: ...
+    def verifying(self) -> None:
+        """Called before a verification begins."""
+        ...
 
-    def round(self, course: Course, start: Iterate, steps: int) -> None: ...
+    def corrected(self, state: CorrectionState, start: Iterate, steps: int) -> None:
+        """Called before a further descent, with its first iterate and its largest step number."""
+        ...
 
 
-def descend_in_rounds(
-    plan: Plan, course: Course, leg: Leg, watch: Watch
-) -> tuple[Descent, TouchMeasured | None, Course]:
-    """Descend, verify and correct until the truth meets the targets or the rounds are used up.
+def descend_with_correction(
+    plan: Plan, state: CorrectionState, segment: Segment, observer: Observer
+) -> tuple[DescentResult, TouchMeasures | None, CorrectionState]:
+    """Descend, verify and correct until the targets are met or no correction is left.
 
     Returns:
-        The last descent, its best being the verified relief with the smallest miss; the truth about that; the
-        course.
+        The last descent, whose best iterate is the verified relief with the smallest relative error; the
+        verification's measures of that relief, None if nothing is verified; the final state.
     """
     while True:
-        number = len(course.rounds)
+        number = len(state.iterations)
         limit = plan.step_limit(number)
-        descent = descend(leg.way, course.aim, leg.start, limit, leg.best, watch.step, leg.trace)
+        descent = descend(
+            segment.method,
+            state.surrogate_targets,
+            segment.start,
+            limit,
+            segment.best,
+            observer.step,
+            segment.trace,
+        )
         if plan.verify is None:
-            return descent, None, course
-        watch.verifying()
-        found = plan.verify(descent.best.heights)
-        last = _round(course.aim, plan.targets, descent, found)
-        if course.closest is not None and last.miss >= min(r.miss for r in course.rounds):
-            descent, found = replace(descent, best=course.closest), plan.verify(course.closest.heights)
-            course = replace(course, rounds=(*course.rounds, last))
-            return _judged(descent, plan.targets, found), found, course
-        course = Course(course.aim, (*course.rounds, last), descent.best)
-        if last.miss <= plan.targets.tolerance or not descent.reason.met or number >= plan.corrections:
-            return _judged(descent, plan.targets, found), found, course
-        course = replace(course, aim=_next_aim(course.aim, plan.targets, found))
+            return descent, None, state
+        observer.verifying()
+        verified = plan.verify(descent.best.heights)
+        last = OuterIteration(
+            state.surrogate_targets.goals(),
+            descent.best.values,
+            verified.values,
+            plan.targets.relative_error(verified.values),
+            descent.last.step,
+        )
+        earlier = min((iteration.relative_error for iteration in state.iterations), default=np.inf)
+        state = replace(state, iterations=(*state.iterations, last))
+        if state.closest is not None and last.relative_error >= earlier:
+            descent = replace(descent, best=state.closest)
+            verified = plan.verify(state.closest.heights)
+            return _judged(descent, plan.targets, verified), verified, state
+        state = replace(state, closest=descent.best)
+        if plan.targets.met(verified.values) or not descent.reason.met or number >= plan.corrections:
+            return _judged(descent, plan.targets, verified), verified, state
+        surrogate = _next_surrogate_targets(state.surrogate_targets, plan.targets, verified.values)
+        state = replace(state, surrogate_targets=surrogate)
         limit = plan.step_limit(number + 1)
-        way = plan.way_toward(course.aim, limit)
-        start = way.begin(descent.last.step, descent.best.heights, descent.best.memory)
-        leg = Leg(way, start)
-        watch.round(course, start, limit)
+        method = plan.method_for(surrogate, limit)
+        start = method.begin(descent.last.step, descent.best.heights, descent.best.memory)
+        segment = Segment(method, start)
+        observer.corrected(state, start, limit)
 
 
-def _round(aim: Targets, targets: Targets, descent: Descent, found: TouchMeasured) -> Round:
-    return Round(
-        aim.roughness,
-        aim.contact_area_mm2,
-        descent.best.roughness,
-        descent.best.contact_area_mm2,
-        found.roughness,
-        found.contact_area_mm2,
-        targets.miss(found.roughness, found.contact_area_mm2),
-        descent.last.step,
-    )
-
-
-def _judged(descent: Descent, targets: Targets, found: TouchMeasured) -> Descent:
-    """The descent with its reason in the light of the truth."""
-    confirmed = targets.miss(found.roughness, found.contact_area_mm2) <= targets.tolerance
-    if descent.reason.met and not confirmed:
+def _judged(descent: DescentResult, targets: Targets, verified: TouchMeasures) -> DescentResult:
+    """The descent with its reason in the light of the verification."""
+    if descent.reason.met and not targets.met(verified.values):
         return replace(descent, reason=StopReason.NOT_CONFIRMED)
     return descent

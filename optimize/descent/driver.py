@@ -1,4 +1,4 @@
-"""One descent loop for every way down: start, step, keep the best, stop for a reason a person understands."""
+"""The descent loop, the same for every method: start, step, keep the best, stop for a stated reason."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from optimize.descent.problem import Targets
+from optimize.descent.targets import Targets
 
 Array = NDArray[np.float64]
 
 STALL = 0.02
-"""A fall of the picture change, or of the miss, by less than this share counts as none.
+"""Least fall of the picture change, or of the relative error, that counts as progress; a share of its value.
 
-Noise cannot feign one: the pictures of all steps, and those to keep, have the same samples. How far that
-change lies from the truth is for the verification to tell (`optimize.report.picture_change`).
+Noise cannot pass for progress, because the pictures of all steps and the pictures to keep have the same
+samples. The verification measures the true change (`optimize.report.picture_change`).
 """
 
 HOPELESS_STEPS = 12
-"""Steps without a better miss after which a target counts as out of reach."""
+"""Steps without a smaller relative error after which a target counts as out of reach."""
 
 
 class StopReason(Enum):
@@ -46,20 +46,20 @@ class StopReason(Enum):
 
 @dataclass(frozen=True)
 class Iterate:
-    """One relief on the way, as the descent itself sees it.
+    """One relief of a descent, as measured by the models that steer.
 
     Attributes:
         step: 0 is the start.
         heights: (rows, cols) mm.
-        roughness, contact_area_mm2, contact_fraction: by the touch model.
+        values: of quantities of touch by name.
+        contact_fraction: share of the samples under pressure.
         picture_mean, picture_rms: change of the pictures, in % of their mean.
-        memory: what the way down needs to go on from here, beside the heights.
+        memory: state of the method beside the heights, by name; enough to go on from here.
     """
 
     step: int
     heights: Array
-    roughness: float
-    contact_area_mm2: float
+    values: dict[str, float]
     contact_fraction: float
     picture_mean: float
     picture_rms: float
@@ -67,23 +67,51 @@ class Iterate:
 
     def finite(self) -> bool:
         """Whether every number is finite."""
-        numbers = (self.roughness, self.contact_area_mm2, self.picture_rms)
+        numbers = (*self.values.values(), self.picture_rms)
         return all(math.isfinite(n) for n in numbers) and bool(np.isfinite(self.heights).all())
 
 
-class WayDown(Protocol):
-    """How a step is made. `patience`: steps without progress after which it is done; None: by schedule."""
+class DescentMethod(Protocol):
+    """A method that makes the steps.
+
+    Attributes:
+        patience: steps without progress after which a descent has converged; None if the method runs by a
+            schedule of its own.
+    """
 
     patience: int | None
 
-    def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate: ...
+    def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
+        """The iterate at these heights, number `step`; `memory` is empty, or an earlier iterate's."""
+        ...
 
-    def advance(self, iterate: Iterate) -> Iterate: ...
+    def advance(self, iterate: Iterate) -> Iterate:
+        """The iterate after one more step; `iterate` is what the last call returned."""
+        ...
+
+
+class StepRecord(NamedTuple):
+    """A step for the stopping rules: relative error, whether the targets are met, picture change in %."""
+
+    relative_error: float
+    met: bool
+    picture_rms: float
+
+
+def record_of(targets: Targets, values: dict[str, float], picture_rms: float) -> StepRecord:
+    """The record of a step with these values of touch."""
+    return StepRecord(targets.relative_error(values), targets.met(values), picture_rms)
 
 
 @dataclass(frozen=True)
-class Descent:
-    """Where a descent ended. `best`: the closest look with the target met, else the nearest to the target."""
+class DescentResult:
+    """The end of a descent.
+
+    Attributes:
+        best: the closest look with the targets met, else the iterate with the smallest relative error.
+        last: the last iterate.
+        reason: why the descent stopped.
+    """
 
     best: Iterate
     last: Iterate
@@ -91,78 +119,78 @@ class Descent:
 
 
 def descend(
-    way: WayDown,
+    method: DescentMethod,
     targets: Targets,
     start: Iterate,
     steps: int,
     best: Iterate | None = None,
     on_step: Callable[[Iterate, Iterate, float], None] | None = None,
-    trace: Iterable[tuple[float, float]] = (),
-) -> Descent:
-    """Walk down.
+    trace: Iterable[StepRecord] = (),
+) -> DescentResult:
+    """Step until a stopping rule holds; Ctrl-C ends the descent with its best iterate.
 
     Args:
-        start: where `way.begin` stands.
+        targets: to be met.
+        start: what `method.begin` returned.
         steps: largest step number.
-        best: of an earlier part of the same descent.
-        on_step: told of every iterate, the best so far, and the seconds the step took.
-        trace: of an earlier part, the miss of the targets and `picture_rms` at each of its steps.
+        best: of an earlier segment of the same descent.
+        on_step: called with every iterate, the best so far, and the seconds that the step took.
+        trace: records of the steps of an earlier segment.
     """
     best = start if best is None else better(targets, best, start)
     current = start
-    passed = list(trace)
+    records = list(trace)
     try:
-        while (reason := _done(passed, targets.tolerance, way.patience)) is None and current.step < steps:
+        while (reason := _stop_reason(records, method.patience)) is None and current.step < steps:
             began = time.perf_counter()
-            following = way.advance(current)
+            following = method.advance(current)
             if not following.finite():
-                return Descent(best, current, StopReason.NON_FINITE)
+                return DescentResult(best, current, StopReason.NON_FINITE)
             current = following
             best = better(targets, best, current)
-            miss = targets.miss(current.roughness, current.contact_area_mm2)
-            passed.append((miss, current.picture_rms))
+            records.append(record_of(targets, current.values, current.picture_rms))
             if on_step is not None:
                 on_step(current, best, time.perf_counter() - began)
     except KeyboardInterrupt:
-        return Descent(best, current, StopReason.INTERRUPTED)
+        return DescentResult(best, current, StopReason.INTERRUPTED)
     if reason is not None:
-        return Descent(best, current, reason)
-    met = targets.miss(best.roughness, best.contact_area_mm2) <= targets.tolerance
-    scheduled = StopReason.CONVERGED if way.patience is None else StopReason.STEP_LIMIT
-    return Descent(best, current, scheduled if met else StopReason.SHORT_OF_TARGET)
+        return DescentResult(best, current, reason)
+    met = targets.met(best.values)
+    scheduled = StopReason.CONVERGED if method.patience is None else StopReason.STEP_LIMIT
+    return DescentResult(best, current, scheduled if met else StopReason.SHORT_OF_TARGET)
 
 
 def better(targets: Targets, one: Iterate, other: Iterate) -> Iterate:
-    """The one with the target met, of two such the closer look; of none the smaller miss."""
-    misses = [targets.miss(i.roughness, i.contact_area_mm2) for i in (one, other)]
-    met = [miss <= targets.tolerance for miss in misses]
+    """The iterate with the targets met; of two such the closer look; of none the smaller relative error."""
+    met = [targets.met(iterate.values) for iterate in (one, other)]
     if met[0] and met[1]:
         return other if other.picture_rms < one.picture_rms else one
     if met[0] != met[1]:
         return one if met[0] else other
-    return other if misses[1] < misses[0] else one
+    errors = [targets.relative_error(iterate.values) for iterate in (one, other)]
+    return other if errors[1] < errors[0] else one
 
 
-def _done(trace: Sequence[tuple[float, float]], tolerance: float, patience: int | None) -> StopReason | None:
-    """Why the steps so far are enough; None if they are not, or if the way down has a schedule."""
+def _stop_reason(records: Sequence[StepRecord], patience: int | None) -> StopReason | None:
+    """Why the steps so far are enough; None if they are not, or if the method runs by a schedule."""
     if patience is None:
         return None
-    if _settled(trace, tolerance, patience):
+    if _settled(records, patience):
         return StopReason.CONVERGED
-    return StopReason.UNREACHABLE if _hopeless(trace, tolerance) else None
+    return StopReason.UNREACHABLE if _hopeless(records) else None
 
 
-def _settled(trace: Sequence[tuple[float, float]], tolerance: float, patience: int) -> bool:
-    """The target was met `patience` steps in a row, and over them the pictures came no closer."""
-    recent = trace[-patience - 1 :]
-    if len(recent) <= patience or any(miss > tolerance for miss, _ in recent):
+def _settled(records: Sequence[StepRecord], patience: int) -> bool:
+    """Whether the targets were met `patience` steps in a row, and the pictures came no closer over them."""
+    recent = records[-patience - 1 :]
+    if len(recent) <= patience or not all(record.met for record in recent):
         return False
-    return min(rms for _, rms in recent[1:]) > (1.0 - STALL) * recent[0][1]
+    return min(record.picture_rms for record in recent[1:]) > (1.0 - STALL) * recent[0].picture_rms
 
 
-def _hopeless(trace: Sequence[tuple[float, float]], tolerance: float) -> bool:
-    """The target was never met, and the recent steps came no closer to it than those before them."""
-    misses = [miss for miss, _ in trace]
-    if len(misses) <= HOPELESS_STEPS or min(misses) <= tolerance:
+def _hopeless(records: Sequence[StepRecord]) -> bool:
+    """Whether the targets were never met, and the recent steps came no closer to them than earlier ones."""
+    if len(records) <= HOPELESS_STEPS or any(record.met for record in records):
         return False
-    return min(misses[-HOPELESS_STEPS:]) > (1.0 - STALL) * min(misses[:-HOPELESS_STEPS])
+    errors = [record.relative_error for record in records]
+    return min(errors[-HOPELESS_STEPS:]) > (1.0 - STALL) * min(errors[:-HOPELESS_STEPS])

@@ -5,21 +5,13 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-CONTACT_SCALE = 1000.0
-"""Contact areas (mm²) are about this times roughnesses; other weights grow with it (paper section 4.1)."""
-
 CLAMP_WEIGHT = 1e5
 """w3: high, so that the clamp works as a constraint."""
 
 
-def rough_energy(roughness: Tensor, target: float) -> Tensor:
-    """E_rough = |r_trg - V| (term 1)."""
-    return (target - roughness).abs()
-
-
-def contact_energy(contact_area: Tensor, target: float) -> Tensor:
-    """E_contact = |c_trg - A|, mm² (term 2)."""
-    return (target - contact_area).abs()
+def target_energy(value: Tensor, goal: float) -> Tensor:
+    """E_rough = |r_trg - V| (term 1) or E_contact = |c_trg - A| in mm² (term 2), of a scalar."""
+    return (goal - value).abs()
 
 
 def visual_energy(pictures: Tensor, targets: Tensor, weights: Tensor) -> Tensor:

@@ -1,13 +1,13 @@
-"""The default way down: the target as a constraint, the look as least squares.
+"""Gauss-Newton, the default method: the targets as constraints, the look as least squares.
 
 Each step minimises over the change x of the heights
 
     1/2 sum over conditions of |d + J x|²_W + mu x'(I + 10 L) x + beta |Laplacian(h + x - h0)|²
-    subject to g'x = the way to the target, at most 20 % at once
+    subject to g'x = the distance to the goals, at most 20 % of their values at once
 
 with d the picture difference, J its explicit sparse Jacobian (shadow edges included), W = I + w2 D'D, L the
-graph Laplacian, g the gradients of the targets. One sparse factorisation, one more right-hand side for each
-target.
+graph Laplacian, g the gradients of the targets. A step takes one sparse factorisation, and one right-hand
+side more for each target.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from optimize.descent.driver import Iterate
-from optimize.descent.problem import Feel, Problem, within_limits
+from optimize.descent.problem import Problem, within_limits
+from optimize.descent.touch_measures import TouchMeasures
 from tactile.sparse import factorised
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures, View
@@ -29,57 +30,57 @@ from visual.fast.jacobian import FastView
 Array = NDArray[np.float64]
 
 DAMPING = 1.0
-"""mu at the start, for pictures in units of their mean, one pixel for each height sample, heights in mm."""
+"""Damping mu of the first step, for pictures in units of their mean and heights in mm, one pixel a sample."""
 SMOOTHING = 10.0
-"""Weight of neighbouring differences in the damping."""
+"""Weight of the differences between neighbouring samples in the damping."""
 ROUGHENING = 3.0
-"""beta: keeps waves of two pixels, which pictures of the same resolution do not show, out of the relief."""
+"""Bending weight beta. Bending keeps waves of two samples, which pictures do not show, out of the relief."""
 LARGEST_STEP_MM = 0.2
+"""Largest change of a height by one step, mm."""
 REFINEMENT, STRATA = 2, 2
-"""Pictures of a step have twice the film's resolution (waves of two pixels show there) and 2 x 2 samples a
-pixel: as many rays as 4 x 4 at the film's own, a sparser system to solve, and a look that holds at both."""
+"""Resolution of a step's pictures in units of the film's, and samples along a pixel's side. As many rays as
+4 x 4 samples at the film's own resolution; waves of two pixels show, the system is sparser, and the look
+holds at both resolutions."""
 EDGE_SAMPLES = EdgeSamples(shadows=2, visibility=4)
-"""The noise of the edges' motion then lies about at that of these pictures."""
+"""Samples along moving edges: their motion is then about as noisy as these pictures."""
 DIRECTIONS = 16
-"""That stand for ambient light and other light that is not parallel."""
+"""Parallel lights that stand for each light that is not parallel."""
 LARGEST_SHARE, LEAST_SHARE = 0.2, 0.002
-"""Of a target's current value, by one step."""
+"""Bounds of the share of its current value by which one step may change a target."""
 MISSED, HIT = 0.5, 0.25
-"""Damping grows when targets miss the prediction by the first share of the step, falls within the second."""
+"""Prediction errors, as shares of the step, above which damping grows and below which it falls."""
 RAISED, EASED = 8.0, 0.25
-"""Times the damping then; raised in proportion to the miss, by so much where it is as large as the step.
-Eased by 0.5 the last and smallest changes of brick took two more steps."""
+"""Factors of the damping: growth where the prediction error is as large as the step (in proportion below
+that), and fall. A fall by 0.5 made brick take two more steps for its last and smallest changes."""
 REFUSED, ATTEMPTS = 0.75, 4
-"""A step that misses its prediction by more than this share is tried again, shorter, so many times in all."""
+"""Prediction error, as a share of the step, above which a step is tried again, shorter; and most tries."""
 LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e4
-GAP_WEIGHT_PER_MM = 20.0
-"""Of the contact area whose gradient gives a step its direction. At the paper's 80 a slope holds over 0.01 mm
-only; the softer area looks further, and how far to go that way is found by pressing."""
+"""Bounds of the damping mu."""
 CLOSE, PRESSES = 0.25, 5
-"""The forces on the targets are corrected until these are met but for the first share of the step (roughness
-alone: until the step that arrives is within tolerance), by at most so many presses; each costs a fifth of the
-step's linear solve."""
+"""Prediction error, as a share of the step, at which the forces on the targets need no further correction;
+and most presses for that. A press costs a fifth of the step's linear solve. Where the slopes of all targets
+hold over a step, only the step that arrives is corrected, until the targets are met."""
 DIVERGED = 2.0
-"""Times the least miss so far, that of a correction after which the step is rather tried again, shorter."""
+"""If a correction's error exceeds this multiple of the smallest so far, a shorter step is tried."""
 LARGEST_CORRECTION = 3.0
-"""Times the last force by which one correction may change it."""
+"""Largest change of the forces by one correction, in units of the last forces."""
 
 
 class Trust(NamedTuple):
-    """How far a step is trusted: the damping mu of its shape, the share of a target that it may change."""
+    """Trust in the linear model: the damping mu, and the share of a target's value that a step may change."""
 
     damping: float
     share: float
 
-    def after(self, miss: float, tried: float) -> Trust:
-        """What the next step is trusted with.
+    def after(self, error: float, tried: float) -> Trust:
+        """The trust in the next step.
 
         Args:
-            miss: share of its length that this step's outcome missed.
-            tried: the largest share of a target that it meant to change.
+            error: prediction error of this step, as a share of its length.
+            tried: the largest share of a target's value that this step meant to change.
         """
-        damping = self.damping * (RAISED * miss if miss > MISSED else EASED if miss < HIT else 1.0)
-        share = 0.5 * tried if miss > MISSED else self.share * (1.5 if miss < HIT else 1.0)
+        damping = self.damping * (RAISED * error if error > MISSED else EASED if error < HIT else 1.0)
+        share = 0.5 * tried if error > MISSED else self.share * (1.5 if error < HIT else 1.0)
         return Trust(
             float(np.clip(damping, LEAST_DAMPING, MOST_DAMPING)),
             float(np.clip(share, LEAST_SHARE, LARGEST_SHARE)),
@@ -95,26 +96,30 @@ class _System(NamedTuple):
 
 
 class _Response(NamedTuple):
-    """Changes of the relief (heights): the best for the look, and (heights, targets) by unit forces."""
+    """Changes of the relief: the best for the look (heights,), and by unit forces (heights, targets)."""
 
     free: Array
     pulls: Array
 
 
-class _Standing(NamedTuple):
-    """Everything known at the current iterate."""
+class _Evaluation(NamedTuple):
+    """Pictures with their Jacobians and touch with its gradients at the current iterate."""
 
     look: tuple[Pictures, ...]
-    feel: Feel
+    touch: TouchMeasures
 
 
 class GaussNewton:
-    """The way down of this module; see `optimize.descent.driver.WayDown`."""
+    """Gauss-Newton as a descent method (`optimize.descent.driver.DescentMethod`)."""
 
     patience: int | None = 1
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
+        targets = problem.targets.each
+        self._goals = np.array([target.goal for target in targets])
+        self._tolerances = np.array([target.tolerance for target in targets])
+        self._slopes_hold = all(target.quantity.slope_holds for target in targets)
         self._views = _views(problem)
         # With the Jacobian, because the first step mostly starts here.
         self._original = self._evaluate(problem.heights)
@@ -122,45 +127,47 @@ class GaussNewton:
         self._unit = 1.0 / target.mean()
         self._target = target * self._unit
         self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
-        self._standing: _Standing | None = None
+        self._current: _Evaluation | None = None
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
-        """Stand at a relief; `memory` of an earlier part of the same descent may be empty."""
+        """The iterate at these heights; see the protocol."""
         trust = Trust(*memory["trust"]) if "trust" in memory else Trust(DAMPING, LARGEST_SHARE)
-        return self._stand(step, heights, self._feel(heights, memory.get("pressure")), trust)
+        return self._stand(step, heights, self._press(heights, memory.get("pressure")), trust)
 
     def advance(self, iterate: Iterate) -> Iterate:
-        """One step: shorter ones are tried until the targets answer about as wanted."""
-        assert self._standing is not None
-        look, feel = self._standing
+        """The iterate after one more step, shortened until the targets follow their prediction."""
+        assert self._current is not None
+        look, touch = self._current
         trust = Trust(*iterate.memory["trust"])
         system = self._system(iterate.heights, look)
         for attempt in range(ATTEMPTS):
-            response = _response(system, trust.damping, feel.gradients)
-            heights, felt, miss = self._step(iterate.heights, feel, response, trust.share)
-            trust = trust.after(miss, min(trust.share, _way_left(*_targets(self._problem, feel))))
-            if miss <= REFUSED or attempt == ATTEMPTS - 1:
+            response = _response(system, trust.damping, touch.gradients)
+            heights, after, error = self._step(iterate.heights, touch, response, trust.share)
+            trust = trust.after(error, min(trust.share, _distance(self._values(touch), self._goals)))
+            if error <= REFUSED or attempt == ATTEMPTS - 1:
                 break
-        if felt.gradients.size == 0:
-            felt = self._feel(heights, felt.pressure)
-        return self._stand(iterate.step + 1, heights, felt, trust)
+        if after.gradients.size == 0:
+            after = self._press(heights, after.pressure)
+        return self._stand(iterate.step + 1, heights, after, trust)
 
-    def _step(self, start: Array, feel: Feel, response: _Response, share: float) -> tuple[Array, Feel, float]:
-        """The step that changes the targets as wanted, by pressing on it and correcting the forces on them.
+    def _step(
+        self, start: Array, touch: TouchMeasures, response: _Response, share: float
+    ) -> tuple[Array, TouchMeasures, float]:
+        """The step that changes the targets as wanted: pressed on, and its forces on the targets corrected.
 
         Returns:
-            The relief with the smallest miss; its feel, with gradients if no correction was needed; that miss
-            as a share of the change wanted.
+            The relief with the smallest prediction error; its touch, with gradients if no correction was
+            needed; that error as a share of the change wanted.
         """
         problem, (free, pulls) = self._problem, response
-        values, goals = _targets(problem, feel)
+        values, goals, gradients = self._values(touch), self._goals, touch.gradients
         wanted = np.clip(goals - values, -share * np.abs(values), share * np.abs(values))
         # A step that has almost arrived is judged by the tolerance, not by its own small length.
-        reach = np.maximum(np.abs(wanted), problem.targets.tolerance * np.abs(goals))
-        slopes = feel.gradients @ pulls
+        reach = np.maximum(np.abs(wanted), self._tolerances * np.abs(goals))
+        slopes = gradients @ pulls
         # Least squares, because a target that no height changes (full contact) has no gradient to pull along.
-        forces = np.linalg.lstsq(slopes, wanted - feel.gradients @ free)[0]
-        best, before = (start, feel, np.inf), None
+        forces = np.linalg.lstsq(slopes, wanted - gradients @ free)[0]
+        best, before = (start, touch, np.inf), None
         arriving = bool((np.abs(goals - values) <= share * np.abs(values)).all())
         for press in range(PRESSES):
             change = free + pulls @ forces
@@ -169,55 +176,57 @@ class GaussNewton:
             # Neither eye nor finger knows the plate's own height: it stays where it was, if there is room.
             heights = within_limits(moved - (moved - problem.heights).mean())
             # The first press mostly is the last: it comes with the gradients that the next step needs.
-            felt = self._feel(heights, best[1].pressure, gradients=press == 0)
-            happened = _targets(problem, felt)[0] - values
-            miss = float(np.max(np.abs(happened - scale * wanted) / reach))
-            if miss < best[2]:
-                best = heights, felt, miss
-            left = problem.targets.miss(felt.roughness, felt.contact_area_mm2)
-            # On its way roughness follows its slope well enough; only the step that arrives has to be exact.
-            near = not arriving or left <= problem.targets.tolerance
-            if scale < 1.0 or (near if problem.targets.contact_area_mm2 is None else miss <= CLOSE):
+            after = self._press(heights, best[1].pressure, gradients=press == 0)
+            change_of_values = self._values(after) - values
+            error = float(np.max(np.abs(change_of_values - scale * wanted) / reach))
+            if error < best[2]:
+                best = heights, after, error
+            # Where slopes hold over a step, only the step that arrives has to be exact.
+            near = not arriving or problem.targets.met(after.values)
+            if scale < 1.0 or (near if self._slopes_hold else error <= CLOSE):
                 break
-            if miss > DIVERGED * best[2]:
+            if error > DIVERGED * best[2]:
                 break
             if before is not None:
                 # Broyden's update: the slopes as the last two presses show them.
                 moved_by = forces - before[0]
-                error = happened - before[1] - slopes @ moved_by
-                slopes = slopes + np.outer(error, moved_by) / max(moved_by @ moved_by, 1e-300)
-            before = forces, happened
-            correction = np.linalg.lstsq(slopes, wanted - happened)[0]
+                unexplained = change_of_values - before[1] - slopes @ moved_by
+                slopes = slopes + np.outer(unexplained, moved_by) / max(moved_by @ moved_by, 1e-300)
+            before = forces, change_of_values
+            correction = np.linalg.lstsq(slopes, wanted - change_of_values)[0]
             largest = LARGEST_CORRECTION * float(np.linalg.norm(forces))
             correction *= min(1.0, largest / max(float(np.linalg.norm(correction)), 1e-300))
             forces = forces + correction
         return best
 
-    def _feel(self, heights: Array, start: Array | None, gradients: bool = True) -> Feel:
-        return self._problem.feel(heights, start, gradients, GAP_WEIGHT_PER_MM)
+    def _press(self, heights: Array, start: Array | None, gradients: bool = True) -> TouchMeasures:
+        return self._problem.press(heights, start, gradients, steering=True)
+
+    def _values(self, touch: TouchMeasures) -> Array:
+        """Current values of the targets, in the order of `TouchMeasures.gradients`."""
+        return np.array([touch.values[target.quantity.name] for target in self._problem.targets.each])
 
     def _evaluate(self, heights: Array) -> tuple[Pictures, ...]:
         return tuple(view.evaluate(heights, edges=self._problem.shadow_edges) for view in self._views)
 
-    def _stand(self, step: int, heights: Array, feel: Feel, trust: Trust) -> Iterate:
+    def _stand(self, step: int, heights: Array, touch: TouchMeasures, trust: Trust) -> Iterate:
         unmoved = np.array_equal(heights, self._problem.heights)
         look = self._original if unmoved else self._evaluate(heights)
-        self._standing = _Standing(look, feel)
+        self._current = _Evaluation(look, touch)
         difference = np.concatenate([of_view.pictures for of_view in look]) * self._unit - self._target
         mean, share = 100.0 / self._target.mean(), self._weights / self._weights.sum()
         return Iterate(
             step,
             heights,
-            feel.roughness,
-            feel.contact_area_mm2,
-            feel.contact_fraction,
+            touch.values,
+            touch.contact_fraction,
             mean * float(share @ np.abs(difference).mean((-2, -1))),
             mean * float(np.sqrt(share @ np.square(difference).mean((-2, -1)))),
-            {"trust": np.array(trust), "pressure": feel.pressure},
+            {"trust": np.array(trust), "pressure": touch.pressure},
         )
 
     def _system(self, heights: Array, look: tuple[Pictures, ...]) -> _System:
-        """The least squares of the look, undamped, and the matrix of the damping."""
+        """The undamped least squares of the look, and the matrix of the damping."""
         problem, shape = self._problem, heights.shape
         smooth = _picture_weight(self._target.shape[1:], problem.regularisation)
         differences = laplacian(shape)
@@ -236,7 +245,7 @@ class GaussNewton:
 
 
 def _views(problem: Problem) -> tuple[View | FastView, ...]:
-    """What the pictures of steps and their Jacobians come from."""
+    """Views that give the pictures of a step with their Jacobians."""
     if problem.look == "fast":
         return (FastView(problem.scene.quick_look()),)
     resolution = REFINEMENT * max(problem.scene.resolution)
@@ -244,23 +253,13 @@ def _views(problem: Problem) -> tuple[View | FastView, ...]:
 
 
 def _response(system: _System, damping: float, gradients: Array) -> _Response:
-    """The least squares of the look solved for itself and for a force along each target's gradient."""
+    """The least squares of the look solved: alone, and for a unit force along each target's gradient."""
     solved = factorised(system.matrix + damping * system.damping)(np.column_stack((system.load, gradients.T)))
     return _Response(solved[:, 0], solved[:, 1:])
 
 
-def _targets(problem: Problem, feel: Feel) -> tuple[Array, Array]:
-    """Current values and goals of the targets, in the order of `Feel.gradients`."""
-    pairs = [
-        (feel.roughness, problem.targets.roughness),
-        (feel.contact_area_mm2, problem.targets.contact_area_mm2),
-    ]
-    given = [(value, goal) for value, goal in pairs if goal is not None]
-    return np.array([value for value, _ in given]), np.array([goal for _, goal in given])
-
-
-def _way_left(values: Array, goals: Array) -> float:
-    """The largest change that a target still needs, as a share of its value; 1 at most, as of zero."""
+def _distance(values: Array, goals: Array) -> float:
+    """The largest distance of a target to its goal, as a share of its value; at most 1, as from zero."""
     left = np.abs(goals - values)
     return float(np.max(left / np.maximum(np.maximum(np.abs(values), left), np.finfo(float).tiny)))
 

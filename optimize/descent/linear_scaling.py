@@ -1,4 +1,4 @@
-"""What one would do without this program: the relief scaled in height until it feels right."""
+"""Linear scaling, the baseline: the relief scaled in height until its first target is met."""
 
 from __future__ import annotations
 
@@ -14,34 +14,33 @@ from relief.limits import HEIGHT_LIMIT_MM
 Array = NDArray[np.float64]
 
 STRIDE = 1.25
-"""Factor between the scales tried, from the relief's own outward, until the target lies between two."""
+"""Factor between the scales tried, outward from 1, until the goal lies between two of them."""
 
 FLATTEST = 0.02
-"""Least scale tried."""
+"""Smallest scale tried."""
 
 
 def linear_scaling(problem: Problem) -> Array | None:
-    """The original scaled in height to the first target that is given (paper section 5.1.1).
+    """The original scaled in height until its first target is met (paper section 5.1.1).
 
     Returns:
-        (rows, cols) mm, of the scale nearest to its own; None where no scale up to 3 mm meets the target.
+        (rows, cols) mm, by the scale nearest to 1; None where no scale up to 3 mm meets the target.
     """
     relief = problem.heights - problem.heights.min()
     if relief.max() <= 0.0:
         return None
 
+    target = problem.targets.each[0]
+
     def excess(scale: float) -> float:
-        feel = problem.feel(relief * scale, gradients=False)
-        if problem.targets.roughness is not None:
-            return feel.roughness / problem.targets.roughness - 1.0
-        assert problem.targets.contact_area_mm2 is not None
-        return feel.contact_area_mm2 / problem.targets.contact_area_mm2 - 1.0
+        touch = problem.press(relief * scale, gradients=False)
+        return touch.values[target.quantity.name] / target.goal - 1.0
 
     bracket = _bracket(excess, HEIGHT_LIMIT_MM / float(relief.max()))
     if bracket is None:
         return None
     # A tenth of the tolerance in the target is about as much in the scale.
-    return np.asarray(relief * brentq(excess, *bracket, rtol=0.1 * problem.targets.tolerance))
+    return np.asarray(relief * brentq(excess, *bracket, rtol=0.1 * target.tolerance))
 
 
 def _bracket(excess: Callable[[float], float], highest: float) -> tuple[float, float] | None:

@@ -1,4 +1,4 @@
-"""What a descent works on: a relief, its target feel, the look to keep. Touch and sight meet here."""
+"""The problem of a descent: a relief, the feel to reach, the look to keep. Touch and sight meet here."""
 
 from __future__ import annotations
 
@@ -10,57 +10,14 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 import tactile
+from optimize.descent.targets import Quantity, Targets
+from optimize.descent.touch_measures import TouchMeasures, touch_measures
 from relief.limits import HEIGHT_LIMIT_MM
-from tactile.area import GAP_WEIGHT_PER_MM
 from tactile.model import ModelName
 from visual.models import LookModel, look_model
 from visual.scene import Scene
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Targets:
-    """The feel to reach; at least one is given.
-
-    Attributes:
-        roughness: V.
-        contact_area_mm2: A.
-        tolerance: allowed miss, relative to the target.
-    """
-
-    roughness: float | None
-    contact_area_mm2: float | None
-    tolerance: float
-
-    def miss(self, roughness: float, contact_area_mm2: float) -> float:
-        """Largest relative miss of the targets that are given."""
-        misses = [0.0]
-        if self.roughness is not None:
-            misses.append(abs(roughness / self.roughness - 1.0))
-        if self.contact_area_mm2 is not None:
-            misses.append(abs(contact_area_mm2 / self.contact_area_mm2 - 1.0))
-        return max(misses)
-
-
-@dataclass(frozen=True)
-class Feel:
-    """What the finger gets from a relief.
-
-    Attributes:
-        roughness: V, by `Problem.roughness`.
-        contact_area_mm2: A.
-        contact_fraction: share of pixels under pressure.
-        strain, pressure: (rows, cols); pressure in MPa.
-        gradients: one row (rows * cols) for each target asked for, in the order roughness, contact area.
-    """
-
-    roughness: float
-    contact_area_mm2: float
-    contact_fraction: float
-    strain: Array
-    pressure: Array
-    gradients: Array
 
 
 @dataclass(frozen=True)
@@ -107,51 +64,49 @@ class Problem:
         """Whether touch is by a model that is off by more than the polar sum of roughness is."""
         return self.touch in ("quick", "net")
 
-    def roughness(self, strain: Tensor) -> Tensor:
-        """V of strain (rows, cols): the full sum, or a 28th of its work by a fast model."""
-        return tactile.roughness(strain, self.size_mm, "polar" if self.fast_touch else "full")
-
-    def feel(
+    def press(
         self,
         heights: Array,
         start: Array | None = None,
         gradients: bool = True,
-        gap_weight: float = GAP_WEIGHT_PER_MM,
-    ) -> Feel:
-        """Press on a relief.
+        steering: bool = False,
+    ) -> TouchMeasures:
+        """Press on a relief by the model that steers.
 
         Args:
             heights: (rows, cols) mm.
-            start: pressures (MPa) of a similar relief, to start from.
-            gradients: whether those of the targets are wanted.
-            gap_weight: 1/mm, of the contact area whose gradient is given; its value is the paper's.
+            start: (rows, cols) pressures (MPa) of a similar relief, to start from.
+            gradients: whether the gradients of the targets are wanted.
+            steering: whether these are of the quantities' smoother stand-ins, where there are any.
+
+        Raises:
+            ContactError: the contact does not converge.
         """
         dtype = self.model.flat_strain.dtype
         field_ = torch.as_tensor(heights, dtype=dtype).clone().requires_grad_(gradients)
         touch = self.model.press(field_, None if start is None else torch.as_tensor(start, dtype=dtype))
-        asked = []
-        roughness = None
-        if self.targets.roughness is not None:
-            roughness = self.roughness(touch.strain)
-            asked.append(roughness)
-        if self.targets.contact_area_mm2 is not None:
-            asked.append(tactile.contact_area(touch.gap, self.size_mm, gap_weight))
-        rows = []
-        if gradients:
-            each = [torch.autograd.grad(a, field_, retain_graph=True)[0] for a in asked]
-            rows = [gradient.double().numpy().ravel() for gradient in each]
+        values, rows = {}, []
+        for target in self.targets.each if gradients else ():
+            smooth = target.quantity.steering_value if steering else None
+            if smooth is None:
+                followed = self.value_of(target.quantity, touch)
+                values[target.quantity.name] = float(followed.detach())
+            else:
+                followed = smooth(touch, self.size_mm)
+            (gradient,) = torch.autograd.grad(followed, field_, retain_graph=True)
+            rows.append(gradient.double().numpy().ravel())
         with torch.no_grad():
-            strain, gap = touch.strain.detach(), touch.gap.detach()
-            roughness = self.roughness(strain) if roughness is None else roughness
-            area = tactile.contact_area(gap, self.size_mm)
-        return Feel(
-            float(roughness.detach()),
-            float(area),
-            float(touch.contact_fraction),
-            strain.double().numpy(),
-            touch.pressure.detach().double().numpy(),
-            np.array(rows).reshape(len(rows), heights.size),
+            for quantity in self.targets.quantities:
+                if quantity.name not in values:
+                    values[quantity.name] = float(self.value_of(quantity, touch))
+        return touch_measures(
+            touch, values, self.touch, gradients=np.array(rows).reshape(len(rows), heights.size)
         )
+
+    def value_of(self, quantity: Quantity, touch: tactile.Touch) -> Tensor:
+        """A quantity of a touch, by the cheaper estimate where touch itself is by a fast model."""
+        value = quantity.fast_value if self.fast_touch else None
+        return (value or quantity.value)(touch, self.size_mm)
 
 
 def within_limits(heights: Array) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
+from optimize.descent.targets import QUANTITIES
 from optimize.report import colour_maps, svg
 from optimize.report.content import Report
 from optimize.report.formatting import model_name, number, tries_of_100
@@ -83,12 +84,12 @@ def _ladder(report: Report, touch: Mapping[str, Any]) -> Markup | None:
 
 
 def descent_charts(report: Report) -> list[Markup]:
-    """Roughness (or contact area, where that alone is the target) and picture change over the steps."""
+    """The targeted quantities of touch (without any, all) and the picture change over the steps."""
     if not report.history:
         return []
 
     def column(key: str) -> list[float]:
-        values = (step[key] for step in report.history)
+        values = (step.get(key) for step in report.history)
         return [math.nan if value is None else float(value) for value in values]
 
     def chart(title: str, key: str, band: svg.Band | None = None) -> list[Markup]:
@@ -98,13 +99,17 @@ def descent_charts(report: Report) -> list[Markup]:
         return [svg.line_chart(title, [svg.Series("", steps, values, "after")], "step", band)]
 
     steps = column("step")
-    targets = [target for target in column("target_roughness") if math.isfinite(target)]
-    if targets:
-        spread = report.tolerance * targets[-1]
-        band = svg.Band("target", targets[-1] - spread, targets[-1], targets[-1] + spread)
-        touch = chart("Roughness", "roughness", band)
-    else:
-        touch = chart("Contact area, mm²", "contact_area_mm2")
+    touch, untargeted = [], []
+    for name, quantity in QUANTITIES.items():
+        title = ", ".join(filter(None, (quantity.label.capitalize(), quantity.unit)))
+        goals = [goal for goal in column(f"target_{name}") if math.isfinite(goal)]
+        if goals:
+            spread = report.tolerance * goals[-1]
+            band = svg.Band("target", goals[-1] - spread, goals[-1], goals[-1] + spread)
+            touch += chart(title, name, band)
+        else:
+            untargeted += chart(title, name)
+    touch = touch or untargeted
     look = [
         svg.Series(name, steps, column(f"picture_{name}_percent"), style)
         for name, style in (("rms", "after"), ("mean", "second"))

@@ -11,16 +11,17 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from optimize.descent.targets import QUANTITIES, Quantity
 from optimize.report import figures
 from optimize.report.content import Report
 from optimize.report.formatting import between, duration, model_name, number, percent, plus_minus
 from relief.files import write_atomically
 
 TOUCH_KEYS = (
-    *("target_roughness", "initial_roughness", "roughness", "verified_roughness", "verified_by"),
-    *("target_contact_area_mm2", "initial_contact_area_mm2", "contact_area_mm2", "contact_fraction"),
-    *("verified_contact_area_mm2", "jnd_from_original"),
+    *("verified_by", "contact_fraction", "jnd_from_original"),
+    *(f"{stage}{name}" for name in QUANTITIES for stage in ("", "initial_", "target_", "verified_")),
 )
+"""Keys of the section `touch` of result.json that the page shows."""
 LOOK_KEYS = ("dssim", "flip", "samples", "noise")
 FILES = {
     "plate.stl": "triangles without a unit: tell the slicer millimetres",
@@ -74,7 +75,7 @@ def _numbers(report: Report) -> dict[str, Any]:
     look = dict.fromkeys(LOOK_KEYS) | dict(report.result["look"])
     return {
         "touch": touch,
-        "felt": touch["roughness"] if touch["verified_roughness"] is None else touch["verified_roughness"],
+        "quantities": [_quantity(quantity, touch) for quantity in QUANTITIES.values()],
         "verified_by": model_name(touch["verified_by"]),
         "verification": verification,
         "rounds": verification["rounds"] or [],
@@ -86,6 +87,18 @@ def _numbers(report: Report) -> dict[str, Any]:
         **figures.look_figures(report, look),
         "descent": figures.descent_charts(report),
     }
+
+
+def _quantity(quantity: Quantity, touch: Mapping[str, Any]) -> dict[str, Any]:
+    """A quantity of touch for the page: its words, and its numbers (None where unknown) at each stage.
+
+    `final` is the verified value, or the descent's where nothing was verified.
+    """
+    name = quantity.name
+    stages = {stage: touch[f"{stage}_{name}"] for stage in ("initial", "target", "verified")}
+    final = touch[name] if stages["verified"] is None else stages["verified"]
+    words = {"name": name, "label": quantity.label, "unit": quantity.unit}
+    return words | stages | {"descent": touch[name], "final": final}
 
 
 def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:

@@ -1,19 +1,20 @@
-"""A descent on disk: written whole after every step, so that a killed run goes on from its last one."""
+"""Checkpoint of a run, written whole after every step, so that a killed run goes on from its last step."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
-from optimize.descent.correction import Course, Round
+from optimize.descent.correction import CorrectionState, OuterIteration
 from optimize.descent.driver import Iterate
-from optimize.descent.problem import Targets
+from optimize.descent.targets import QUANTITIES, Target, Targets
 from relief.errors import InputError
 from relief.files import write_atomically
 
@@ -21,35 +22,43 @@ Array = NDArray[np.float64]
 
 FILE = Path("checkpoint") / "descent.safetensors"
 
-_NUMBERS = ("roughness", "contact_area_mm2", "contact_fraction", "picture_mean", "picture_rms")
+_NUMBERS = ("contact_fraction", "picture_mean", "picture_rms")
 
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Where a descent stood, the best iterate of its round, where its rounds stood, and the seconds taken."""
+    """Where a run stands.
+
+    Attributes:
+        current: the last iterate.
+        best: of the current descent.
+        state: of the outer iterations.
+        seconds: taken so far.
+    """
 
     current: Iterate
     best: Iterate
-    course: Course
+    state: CorrectionState
     seconds: float
 
 
 def save_checkpoint(run_dir: Path, checkpoint: Checkpoint) -> None:
-    """Write a checkpoint; the last one is replaced whole or not at all."""
+    """Write a checkpoint; it replaces the last one whole or not at all."""
     tensors: dict[str, Array] = {}
-    course = checkpoint.course
+    state = checkpoint.state
     numbers: dict[str, str] = {
         "seconds": repr(checkpoint.seconds),
-        "aim": json.dumps(asdict(course.aim)),
-        "rounds": json.dumps([asdict(r) for r in course.rounds]),
+        "targets": json.dumps([[t.quantity.name, t.goal, t.tolerance] for t in state.surrogate_targets.each]),
+        "iterations": json.dumps([asdict(iteration) for iteration in state.iterations]),
     }
     iterates = {"current": checkpoint.current, "best": checkpoint.best}
-    if course.closest is not None:
-        iterates["closest"] = course.closest
+    if state.closest is not None:
+        iterates["closest"] = state.closest
     for name, iterate in iterates.items():
         tensors[f"{name}.heights"] = np.asarray(iterate.heights, order="C")
         tensors |= {f"{name}.memory.{key}": np.asarray(v, order="C") for key, v in iterate.memory.items()}
-        numbers[name] = json.dumps({"step": iterate.step} | {key: getattr(iterate, key) for key in _NUMBERS})
+        scalars = {key: getattr(iterate, key) for key in _NUMBERS}
+        numbers[name] = json.dumps({"step": iterate.step, "values": iterate.values} | scalars)
     write_atomically(run_dir / FILE, save(tensors, metadata=numbers))
 
 
@@ -71,18 +80,23 @@ def load_checkpoint(run_dir: Path) -> Checkpoint:
             for name in ("current", "best", "closest")
             if name in numbers
         }
-        course = Course(
-            Targets(**json.loads(numbers["aim"])),
-            tuple(Round(**r) for r in json.loads(numbers["rounds"])),
+        targets = [
+            Target(QUANTITIES[name], float(goal), float(tolerance))
+            for name, goal, tolerance in json.loads(numbers["targets"])
+        ]
+        state = CorrectionState(
+            Targets(tuple(targets)),
+            tuple(OuterIteration(**fields) for fields in json.loads(numbers["iterations"])),
             iterates.get("closest"),
         )
-        return Checkpoint(iterates["current"], iterates["best"], course, float(numbers["seconds"]))
-    except (SafetensorError, KeyError, TypeError, ValueError) as error:
+        return Checkpoint(iterates["current"], iterates["best"], state, float(numbers["seconds"]))
+    except (SafetensorError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(f"{path}: not a checkpoint: {' '.join(str(error).split())}") from error
 
 
-def _iterate(name: str, numbers: dict[str, float], tensors: dict[str, Array]) -> Iterate:
+def _iterate(name: str, numbers: dict[str, Any], tensors: dict[str, Array]) -> Iterate:
     start = f"{name}.memory."
     memory = {key.removeprefix(start): value for key, value in tensors.items() if key.startswith(start)}
-    values = {key: float(numbers[key]) for key in _NUMBERS}
-    return Iterate(int(numbers["step"]), tensors[f"{name}.heights"], memory=memory, **values)
+    values = {quantity: float(numbers["values"][quantity]) for quantity in QUANTITIES}
+    scalars = {key: float(numbers[key]) for key in _NUMBERS}
+    return Iterate(int(numbers["step"]), tensors[f"{name}.heights"], values, memory=memory, **scalars)

@@ -6,13 +6,22 @@ import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    create_model,
+    field_validator,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
 
 from mitsuba_scenes import bundled, find_file
+from optimize.descent.targets import QUANTITIES, GoalKey, Quantity
 from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
 from tactile.limits import FEM_MESH, MAX_MESH, MIN_MESH
@@ -24,53 +33,70 @@ NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 FilePath = Annotated[Path, Field(strict=False)]
 Samples = Annotated[int, Field(ge=1, le=65536)]
 
-LARGEST_JND = 10.0
-"""A factor of 1.19 ** 10 = 5.7 in roughness: more than any relief up to 3 mm gives."""
 LARGEST_FILE = 1_000_000
 """Bytes of a run file."""
 _RIVALS = {
-    "touch.roughness": "jnd",
-    "touch.jnd": "roughness",
-    "touch.contact_area_mm2": "contact_area_scale",
-    "touch.contact_area_scale": "contact_area_mm2",
+    f"touch.{one.key}": [other.key for other in quantity.goals if other is not one]
+    for quantity in QUANTITIES.values()
+    for one in quantity.goals
 }
-"""An overridden target takes the place of the run file's other way to state it."""
+"""Keys of `[touch]` whose place an overriding goal takes: the other keys for the same quantity."""
 
 
 class _Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class Touch(_Section):
+class _TouchModel(_Section):
     """``[touch]``: the feel to reach, by which model, and the skin that feels it.
 
-    At least one target: ``roughness`` (V of the paper's eq. 2) or ``jnd`` (just-noticeable differences above
-    the original's roughness, negative for smoother), and ``contact_area_mm2`` or ``contact_area_scale`` (a
-    factor on the original's contact area). Modulus and Poisson ratio are a calibrated choice, not the
-    paper's.
+    At least one goal; `optimize.descent.targets` has the table of their keys. The fields of `tactile.Skin`
+    describe the finger.
     """
 
-    roughness: Positive | None = None
-    jnd: Annotated[float, Field(ge=-LARGEST_JND, le=LARGEST_JND)] | None = None
-    contact_area_mm2: Positive | None = None
-    contact_area_scale: Positive | None = None
     model: Literal["layer", "quick", "net"] = "layer"
     young_modulus_mpa: Positive = 0.5
     poisson_ratio: Annotated[float, Field(gt=0, lt=0.5)] = 0.48
     force_n: Positive = 10.0
+    thickness_mm: Positive = 2.5
+    depth_mm: Positive = 0.75
+
+    def goals(self) -> list[tuple[Quantity, GoalKey, float]]:
+        """The goals that are given, each with its quantity and its key."""
+        keys = [(quantity, key) for quantity in QUANTITIES.values() for key in quantity.goals]
+        each = [(quantity, key, getattr(self, key.key)) for quantity, key in keys]
+        return [(quantity, key, number) for quantity, key, number in each if number is not None]
+
+    def numbers(self) -> dict[str, float]:
+        """The goals that are given, by their keys."""
+        return {key.key: number for _, key, number in self.goals()}
 
     @model_validator(mode="after")
-    def _targets(self) -> Self:
-        if self.roughness is not None and self.jnd is not None:
-            raise ValueError("roughness and jnd exclude each other")
-        if self.contact_area_mm2 is not None and self.contact_area_scale is not None:
-            raise ValueError("contact_area_mm2 and contact_area_scale exclude each other")
-        if all(
-            target is None
-            for target in (self.roughness, self.jnd, self.contact_area_mm2, self.contact_area_scale)
-        ):
-            raise ValueError("a target is missing: roughness, jnd, contact_area_mm2 or contact_area_scale")
+    def _one_goal_a_quantity(self) -> Self:
+        given: dict[str, str] = {}
+        for quantity, key, _ in self.goals():
+            if quantity.name in given:
+                raise ValueError(f"{given[quantity.name]} and {key.key} exclude each other")
+            given[quantity.name] = key.key
+        if not given:
+            *others, last = (key.key for quantity in QUANTITIES.values() for key in quantity.goals)
+            raise ValueError(f"a target is missing: {', '.join(others)} or {last}")
         return self
+
+
+if TYPE_CHECKING:
+    Touch = _TouchModel
+else:
+    Touch = create_model(
+        "Touch",
+        __base__=_TouchModel,
+        **{
+            key.key: (Annotated[float, Field(allow_inf_nan=False, **key.bounds)] | None, None)
+            for quantity in QUANTITIES.values()
+            for key in quantity.goals
+        },
+    )
+    """`[touch]` with a field for each goal key of the table."""
 
 
 class Look(_Section):
@@ -90,8 +116,8 @@ class Look(_Section):
         return "fast"
 
 
-class Descent(_Section):
-    """``[descent]``: the way down, its largest number of steps, and when the target counts as reached.
+class DescentSettings(_Section):
+    """``[descent]``: the method, its largest number of steps, and when a target counts as met.
 
     ``tolerance`` is relative to the target. ``learning_rate`` (the paper's) is Adam's; ``regularisation`` is
     w2.
@@ -131,7 +157,7 @@ class Run(_Section):
     define: Mapping[str, str] = {}
     touch: Touch
     look: Look = Look()
-    descent: Descent = Descent()
+    descent: DescentSettings = DescentSettings()
     verify: Verify = Verify()
 
     @field_validator("define", mode="before")
@@ -146,11 +172,17 @@ class Run(_Section):
         }
 
     @model_validator(mode="after")
-    def _area_fits(self) -> Self:
-        area, plate = self.touch.contact_area_mm2, self.size_mm**2
-        if area is not None and area > plate:
-            raise ValueError(f"touch.contact_area_mm2: {area:g} is larger than the plate of {plate:g} mm2")
+    def _goals_fit_the_plate(self) -> Self:
+        for quantity, key, goal in self.touch.goals():
+            if not key.relative and goal > quantity.largest(self.size_mm):
+                raise ValueError(f"touch.{key.key}: {too_large(quantity, goal, self.size_mm)}")
         return self
+
+
+def too_large(quantity: Quantity, goal: float, size_mm: float) -> str:
+    """Why a goal cannot be met on a plate of this side."""
+    largest = quantity.text(quantity.largest(size_mm))
+    return f"{quantity.text(goal)} is larger than the {largest} of the plate"
 
 
 def load_run(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Run:
@@ -191,9 +223,9 @@ def dump_resolved(run: Run) -> str:
 def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
     touch = values.get("touch")
     for override in overrides:
-        rival = _RIVALS.get(override.partition("=")[0].strip())
-        if rival and isinstance(touch, dict):
-            touch.pop(rival, None)
+        for rival in _RIVALS.get(override.partition("=")[0].strip(), ()):
+            if isinstance(touch, dict):
+                touch.pop(rival, None)
     for override in overrides:
         _override(values, override)
     try:

@@ -1,4 +1,4 @@
-"""The whole way of a height map through the program: load, descend, verify, write.
+"""One run from beginning to end: load, descend, verify, write.
 
 texture -> Problem (touch + sight) -> descend -> verification -> run directory
 """
@@ -19,10 +19,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from optimize.descent.correction import Course, Leg, descend_in_rounds
-from optimize.descent.driver import Descent, Iterate, StopReason
+from optimize.descent.correction import CorrectionState, Segment, descend_with_correction
+from optimize.descent.driver import DescentResult, Iterate, StopReason
 from optimize.descent.linear_scaling import linear_scaling
-from optimize.descent.verification import TouchMeasured, converged_pictures, measure_touch
+from optimize.descent.targets import QUANTITIES
+from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.runs import results
 from optimize.runs.checkpoint import FILE as CHECKPOINT
 from optimize.runs.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
@@ -30,6 +31,7 @@ from optimize.runs.config import Run, load_run
 from optimize.runs.preparation import Prepared, prepare
 from optimize.runs.progress import Progress, silent, terminal
 from relief.errors import InputError
+from visual.noise import batched
 
 Array = NDArray[np.float64]
 
@@ -49,6 +51,15 @@ class Result:
     stop: StopReason
     summary: dict[str, Any]
     run_dir: Path
+
+    def __repr__(self) -> str:
+        touch, look = self.summary["touch"], self.summary["look"]
+        changes = [
+            f"{quantity.label} {touch[f'initial_{name}']:.3g} to {touch[name]:.3g} {quantity.unit}".rstrip()
+            for name, quantity in QUANTITIES.items()
+        ]
+        pictures = f"pictures changed by {look['pixel_change_percent']:.2g} %"
+        return f"<{self.run_dir}: {self.stop.name.lower()}, {', '.join(changes)}, {pictures}>"
 
 
 def run(
@@ -78,12 +89,12 @@ def run(
     began = time.perf_counter()
     with silent() if quiet else terminal() as show:
         prepared = prepare(settings, variant, show)
-        course = Course(prepared.first_aim)
-        way = prepared.plan.way_toward(course.aim, prepared.plan.steps)
-        leg = Leg(way, way.begin(0, prepared.problem.heights, {}))
+        state = CorrectionState(prepared.surrogate_targets)
+        method = prepared.plan.method_for(state.surrogate_targets, prepared.plan.steps)
+        segment = Segment(method, method.begin(0, prepared.problem.heights, {}))
         _clear(run_dir)
         results.write_settings(run_dir, settings)
-        return _descend_and_write(prepared, course, leg, run_dir, began, 0.0, show)
+        return _descend_and_write(prepared, state, segment, run_dir, began, 0.0, show)
 
 
 def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = True) -> Result:
@@ -98,69 +109,86 @@ def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = Tru
     began = time.perf_counter()
     with silent() if quiet else terminal() as show:
         prepared = prepare(settings, variant, show)
-        current, course = checkpoint.current, checkpoint.course
+        current, state = checkpoint.current, checkpoint.state
         if current.heights.shape != prepared.problem.heights.shape:
             raise InputError(
                 f"{run_dir}: checkpoint: {current.heights.shape} heights, "
                 f"the texture has {prepared.problem.heights.shape}"
             )
-        way = prepared.plan.way_toward(course.aim, prepared.plan.step_limit(len(course.rounds)))
-        leg = Leg(way, way.begin(current.step, current.heights, current.memory), checkpoint.best)
-        return _descend_and_write(prepared, course, leg, run_dir, began, checkpoint.seconds, show)
+        limit = prepared.plan.step_limit(len(state.iterations))
+        method = prepared.plan.method_for(state.surrogate_targets, limit)
+        start = method.begin(current.step, current.heights, current.memory)
+        segment = Segment(method, start, checkpoint.best)
+        return _descend_and_write(prepared, state, segment, run_dir, began, checkpoint.seconds, show)
 
 
 class _Recorder:
-    """Writes history and checkpoint as the run goes, and shows it."""
+    """Observer that writes history and checkpoint as the run goes on, and shows it."""
 
     def __init__(
-        self, run_dir: Path, course: Course, leg: Leg, spent: float, steps: int, show: Progress
+        self,
+        run_dir: Path,
+        state: CorrectionState,
+        segment: Segment,
+        earlier_seconds: float,
+        steps: int,
+        show: Progress,
     ) -> None:
-        self._run_dir, self._course, self._spent, self._show = run_dir, course, spent, show
+        self._run_dir, self._state, self._earlier_seconds, self._show = run_dir, state, earlier_seconds, show
         self._began = time.perf_counter()
-        self.history = results.History(run_dir, course.aim, len(course.rounds), after=leg.start.step)
-        if leg.best is None:
-            self.history.add(leg.start, spent)
-            save_checkpoint(run_dir, Checkpoint(leg.start, leg.start, course, spent))
-        show.aim(course.aim, steps)
+        self.history = results.History(
+            run_dir, state.surrogate_targets, len(state.iterations), after=segment.start.step
+        )
+        if segment.best is None:
+            self.history.add(segment.start, earlier_seconds)
+            save_checkpoint(run_dir, Checkpoint(segment.start, segment.start, state, earlier_seconds))
+        show.descent(state.surrogate_targets, steps)
 
     @property
     def seconds(self) -> float:
-        """Since the run began, without the pauses between its parts."""
-        return self._spent + time.perf_counter() - self._began
+        """Seconds of the run so far, without the pauses between its parts."""
+        return self._earlier_seconds + time.perf_counter() - self._began
 
     def step(self, current: Iterate, best: Iterate, seconds: float) -> None:
         self.history.add(current, self.seconds)
-        save_checkpoint(self._run_dir, Checkpoint(current, best, self._course, self.seconds))
+        save_checkpoint(self._run_dir, Checkpoint(current, best, self._state, self.seconds))
         self._show.step(current, seconds)
 
     def verifying(self) -> None:
         self._show.note("verifying")
 
-    def round(self, course: Course, start: Iterate, steps: int) -> None:
-        last = course.rounds[-1]
-        self._show.note(f"the verification is {100.0 * last.miss:.2f} % off the target: corrected, going on")
-        self._course = course
-        self.history.aim, self.history.round_number = course.aim, len(course.rounds)
-        save_checkpoint(self._run_dir, Checkpoint(start, start, course, self.seconds))
-        self._show.aim(course.aim, steps)
+    def corrected(self, state: CorrectionState, start: Iterate, steps: int) -> None:
+        error = 100.0 * state.iterations[-1].relative_error
+        self._show.note(f"the verification is {error:.2f} % off the target: corrected, going on")
+        self._state = state
+        self.history.targets, self.history.iteration = state.surrogate_targets, len(state.iterations)
+        save_checkpoint(self._run_dir, Checkpoint(start, start, state, self.seconds))
+        self._show.descent(state.surrogate_targets, steps)
 
 
 def _descend_and_write(
-    prepared: Prepared, course: Course, leg: Leg, run_dir: Path, began: float, spent: float, show: Progress
+    prepared: Prepared,
+    state: CorrectionState,
+    segment: Segment,
+    run_dir: Path,
+    began: float,
+    earlier_seconds: float,
+    show: Progress,
 ) -> Result:
     settings, problem, plan = prepared.settings, prepared.problem, prepared.plan
-    recorder = _Recorder(run_dir, course, leg, spent, plan.step_limit(len(course.rounds)), show)
-    leg = replace(leg, trace=recorder.history.trace())
+    limit = plan.step_limit(len(state.iterations))
+    recorder = _Recorder(run_dir, state, segment, earlier_seconds, limit, show)
+    segment = replace(segment, trace=recorder.history.trace())
     descent_began = time.perf_counter()
     with _kill_as_interrupt():
-        descent, found, course = descend_in_rounds(plan, course, leg, recorder)
+        descent, verified, state = descend_with_correction(plan, state, segment, recorder)
     descent_seconds = recorder.seconds
     show.note("rendering the pictures")
     verify_began = time.perf_counter()
-    outcome = _measure(prepared, descent, found, course)
+    outcome = _measure(prepared, descent, verified, state)
     finished = time.perf_counter()
     times = {
-        "total": spent + finished - began,
+        "total": earlier_seconds + finished - began,
         "set_up": descent_began - began,
         "descent": descent_seconds,
         "verify": finished - verify_began,
@@ -171,23 +199,22 @@ def _descend_and_write(
 
 
 def _measure(
-    prepared: Prepared, descent: Descent, found: TouchMeasured | None, course: Course
+    prepared: Prepared, descent: DescentResult, verified: TouchMeasures | None, state: CorrectionState
 ) -> results.Outcome:
     settings, problem = prepared.settings, prepared.problem
+    best = descent.best.heights
     # The same random numbers before and after: what differs between the pictures is the relief, not noise.
     samples, seed = settings.verify.samples, settings.seed + 1
-    before = converged_pictures(problem, problem.heights, samples, seed)
-    after = converged_pictures(problem, descent.best.heights, samples, seed)
-    # Scaled to what the model that steers calls the target: it can be asked often.
-    scaled = linear_scaling(replace(problem, targets=prepared.first_aim))
-    baseline = None if scaled is None else converged_pictures(problem, scaled, samples, seed).mean
+    before, after = (batched(problem.scene, relief, samples, seed) for relief in (problem.heights, best))
+    # Scaled to the surrogate goal, because the model that steers is cheap to ask.
+    scaled = linear_scaling(replace(problem, targets=prepared.surrogate_targets))
+    baseline = None if scaled is None else batched(problem.scene, scaled, samples, seed).mean
     return results.Outcome(
         descent=descent,
-        initial_roughness=prepared.believed[0],
-        initial_contact_area_mm2=prepared.believed[1],
+        steering_values=prepared.steering_values,
         touch_before=prepared.touch_before,
-        touch_after=found or measure_touch(problem, descent.best.heights, "layer"),
-        rounds=course.rounds,
+        touch_after=verified or measure_touch(best, problem.size_mm, problem.skin, "layer"),
+        iterations=state.iterations,
         pictures_before=before,
         pictures_after=after,
         baseline_heights=scaled,

@@ -1,49 +1,53 @@
-"""A run made ready: its scene loaded, its original pressed, its targets in numbers, nothing written yet."""
+"""Preparation of a run: scene loaded, original pressed, targets in numbers; nothing is written yet."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 import tactile
 from optimize.descent.adam import AdamDescent
-from optimize.descent.correction import Plan, first_aim
-from optimize.descent.driver import WayDown
+from optimize.descent.correction import Plan, first_surrogate_targets
+from optimize.descent.driver import DescentMethod
 from optimize.descent.gauss_newton import GaussNewton
-from optimize.descent.problem import Problem, Targets
-from optimize.descent.verification import TouchMeasured, measure_touch
-from optimize.runs.config import Run, Touch
+from optimize.descent.problem import Problem
+from optimize.descent.targets import Target, Targets, Values
+from optimize.descent.touch_measures import TouchMeasures, measure_touch
+from optimize.runs.config import Run, too_large
 from optimize.runs.progress import Progress
 from relief.errors import InputError, naming
+from tactile.model import ModelName
 from visual.scene import load_scene
 
 Array = NDArray[np.float64]
 
 ADAM_SAMPLES = 16
-"""A pixel, of the pictures that Adam's gradient comes from."""
+"""Samples a pixel of the pictures that Adam's gradient comes from."""
 BLACK = 1e-3
-"""Of white: above what reaches the rim of a plate that is lit from below only."""
+"""Mean radiance, in units of white, of a black picture at most; a plate lit from below has a brighter rim."""
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """A run made ready.
+    """A run that is ready to begin.
 
     Attributes:
-        problem: its targets are those that the truth is to meet.
-        believed: roughness and contact area of the original by the model that steers.
-        touch_before: of the original, by the verification if there is one.
-        first_aim: what the model that steers is to go for.
+        settings: of the run.
+        problem: with the targets that the verifying model is to meet.
+        plan: of the outer iterations.
+        steering_values: of the original by the model that steers.
+        touch_before: of the original by the verifying model, or by the model that steers if there is none.
+        surrogate_targets: of the first descent.
     """
 
     settings: Run
     problem: Problem
     plan: Plan
-    believed: tuple[float, float]
-    touch_before: TouchMeasured
-    first_aim: Targets
+    steering_values: Values
+    touch_before: TouchMeasures
+    surrogate_targets: Targets
 
 
 def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
@@ -62,15 +66,16 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
     )
     touch, descent = settings.touch, settings.descent
     if np.ptp(scene.heights) == 0.0:
+        key = next(iter(touch.numbers()))
         raise InputError(
-            f"{settings.texture}: {_asked(touch)}: the texture is flat; there is no relief to change"
+            f"{settings.texture}: touch.{key}: the texture is flat; there is no relief to change"
         )
     with naming(settings.texture):
         untargeted = Problem(
             scene.heights,
             settings.size_mm,
-            tactile.Skin(touch.young_modulus_mpa, touch.poisson_ratio, touch.force_n),
-            Targets(None, None, descent.tolerance),
+            tactile.Skin(**{field.name: getattr(touch, field.name) for field in fields(tactile.Skin)}),
+            Targets(),
             scene,
             regularisation=descent.regularisation,
             look_weight=settings.look.weight,
@@ -83,64 +88,53 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
     glimpse = scene.render(samples=1, seed=settings.seed)
     if float(glimpse.mean()) < BLACK * scene.white:
         raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
-    truth = None
-    if settings.verify.model == "fem":
+    mesh = settings.verify.resolution
+    verifier: ModelName | None = "fem" if settings.verify.model == "fem" else None
+    if verifier:
         show.note(
-            f"pressing on the original with finite elements, {settings.verify.resolution} nodes a side "
+            f"pressing on the original with finite elements, {mesh} nodes a side "
             "(built once per skin, then kept)"
         )
     with naming(settings.texture):
-        if settings.verify.model == "fem":
-            truth = measure_touch(untargeted, scene.heights, "fem", settings.verify.resolution)
-        original = truth or measure_touch(untargeted, scene.heights, touch.model)
-    targets = _targets(settings, original.roughness, original.contact_area_mm2)
+        original = measure_touch(
+            scene.heights, settings.size_mm, untargeted.skin, verifier or touch.model, mesh
+        )
+    targets = _targets(settings, original.values)
     problem = replace(untargeted, targets=targets)
 
-    def way_toward(aim: Targets, steps: int) -> WayDown:
-        aiming = replace(problem, targets=aim)
+    def method_for(surrogate: Targets, steps: int) -> DescentMethod:
+        aiming = replace(problem, targets=surrogate)
         if descent.method == "adam":
             return AdamDescent(aiming, steps, descent.learning_rate)
         return GaussNewton(aiming)
 
-    def verify(heights: Array) -> TouchMeasured:
-        if truth is None:
-            return measure_touch(problem, heights, "layer")
-        return measure_touch(problem, heights, "fem", settings.verify.resolution)
+    def verify(heights: Array) -> TouchMeasures:
+        return measure_touch(heights, settings.size_mm, problem.skin, verifier or "layer", mesh)
 
-    steering = untargeted.feel(scene.heights, gradients=False)
-    believed = steering.roughness, steering.contact_area_mm2
+    steering = untargeted.press(scene.heights, gradients=False).values
     return Prepared(
         settings,
         problem,
         Plan(
             targets,
             descent.steps,
-            settings.verify.corrections if truth else 0,
-            way_toward,
+            settings.verify.corrections if verifier else 0,
+            method_for,
             None if settings.verify.model == "none" else verify,
         ),
-        believed,
+        steering,
         original,
-        first_aim(targets, believed, (original.roughness, original.contact_area_mm2)),
+        first_surrogate_targets(targets, steering, original.values),
     )
 
 
-def _asked(touch: Touch) -> str:
-    """The key of the first target that is given."""
-    keys = ("roughness", "jnd", "contact_area_mm2", "contact_area_scale")
-    return next(f"touch.{key}" for key in keys if getattr(touch, key) is not None)
-
-
-def _targets(settings: Run, roughness: float, area: float) -> Targets:
-    touch = settings.touch
-    wanted = touch.roughness
-    if touch.jnd is not None:
-        wanted = tactile.jnd_scaled(roughness, touch.jnd)
-    wanted_area = touch.contact_area_mm2
-    if touch.contact_area_scale is not None:
-        wanted_area = area * touch.contact_area_scale
-        if wanted_area > settings.size_mm**2:
-            raise InputError(
-                f"touch.contact_area_scale: {touch.contact_area_scale:g} x {area:.1f} mm2 exceeds the plate"
-            )
-    return Targets(wanted, wanted_area, settings.descent.tolerance)
+def _targets(settings: Run, original: Values) -> Targets:
+    """The targets of a run, by the original's own values. Raises InputError."""
+    targets = []
+    for quantity, key, number in settings.touch.goals():
+        goal = key.goal(number, original[quantity.name])
+        if goal > quantity.largest(settings.size_mm):
+            fault = too_large(quantity, goal, settings.size_mm)
+            raise InputError(f"{settings.texture}: touch.{key.key}: {number:g}: {fault}")
+        targets.append(Target(quantity, goal, settings.descent.tolerance))
+    return Targets(tuple(targets))

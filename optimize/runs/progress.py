@@ -1,4 +1,4 @@
-"""What a person sees while a run goes on."""
+"""Progress of a run, as a person sees it."""
 
 from __future__ import annotations
 
@@ -7,21 +7,27 @@ from contextlib import contextmanager
 from typing import Protocol
 
 from optimize.descent.driver import Iterate
-from optimize.descent.problem import Targets
+from optimize.descent.targets import Targets
 
 
 class Progress(Protocol):
-    """Told of what a round goes for and in how many steps at most, of steps and of stages."""
+    """What follows a run to show it."""
 
-    def aim(self, aim: Targets, steps: int) -> None: ...
+    def descent(self, targets: Targets, steps: int) -> None:
+        """Called before a descent, with the targets of its model of touch and its largest step number."""
+        ...
 
-    def step(self, iterate: Iterate, seconds: float) -> None: ...
+    def step(self, iterate: Iterate, seconds: float) -> None:
+        """Called after every step, with the seconds that it took."""
+        ...
 
-    def note(self, stage: str) -> None: ...
+    def note(self, stage: str) -> None:
+        """Called when a stage begins, with its name."""
+        ...
 
 
 class _Silent:
-    def aim(self, aim: Targets, steps: int) -> None:
+    def descent(self, targets: Targets, steps: int) -> None:
         pass
 
     def step(self, iterate: Iterate, seconds: float) -> None:
@@ -51,20 +57,25 @@ def terminal() -> Iterator[Progress]:
 
 
 class _Lines:
+    """A line for each step and stage."""
+
     def __init__(self, show: Callable[[str], None]) -> None:
         self._show = show
-        self._aim: Targets | None = None
-        self._steps = 0
+        self._targets = Targets()
 
-    def aim(self, aim: Targets, steps: int) -> None:
-        self._aim, self._steps = aim, steps
+    def descent(self, targets: Targets, steps: int) -> None:
+        self._targets = targets
+        self._show(f"descending to {targets.sentence}, at most to step {steps}")
 
     def step(self, iterate: Iterate, seconds: float) -> None:
-        assert self._aim is not None
-        miss = self._aim.miss(iterate.roughness, iterate.contact_area_mm2)
+        felt = "  ".join(
+            f"{quantity.symbol} {quantity.text(iterate.values[quantity.name])}"
+            for quantity in self._targets.quantities
+        )
+        error = 100.0 * self._targets.relative_error(iterate.values)
         self._show(
-            f"step {iterate.step:3d}  V {iterate.roughness:.4f}  A {iterate.contact_area_mm2:5.1f} mm²  "
-            f"off target {100.0 * miss:5.2f} %  pictures {iterate.picture_mean:.2f} %  {seconds:.1f} s"
+            f"step {iterate.step:3d}  {felt}  off target {error:5.2f} %  "
+            f"pictures {iterate.picture_mean:.2f} %  {seconds:.1f} s"
         )
 
     def note(self, stage: str) -> None:

@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import tactile
-from optimize.descent.correction import Round
-from optimize.descent.driver import Descent, Iterate
-from optimize.descent.problem import Problem, Targets
-from optimize.descent.verification import TouchMeasured
+from optimize.descent.correction import OuterIteration
+from optimize.descent.driver import DescentResult, Iterate, StepRecord, record_of
+from optimize.descent.problem import Problem
+from optimize.descent.targets import QUANTITIES, ROUGHNESS, Targets, Values
+from optimize.descent.touch_measures import TouchMeasures
 from optimize.report import metrics
 from optimize.report.content import Baseline, Report
 from optimize.report.page import write_report
@@ -40,23 +41,23 @@ PACKAGES = ("retouch", "mitsuba", "drjit", "torch", "numpy", "scipy")
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was measured of a finished descent.
+    """Measurements of a finished descent.
 
     Attributes:
-        initial_roughness, initial_contact_area_mm2: of the original, by the model that steered the descent.
+        descent: its best relief is what the run gives.
+        steering_values: of the original by the model that steered.
         touch_before, touch_after: of the original and of the best relief; by the verification, if any.
-        rounds: of descent and verification; none if verification was not wanted.
+        iterations: of descent and verification; none if verification was not wanted.
         pictures_before, pictures_after: converged, with the same random numbers batch by batch.
         baseline_pictures: (conditions, rows, cols) radiance, converged; None where linear scaling cannot
             reach the target.
     """
 
-    descent: Descent
-    initial_roughness: float
-    initial_contact_area_mm2: float
-    touch_before: TouchMeasured
-    touch_after: TouchMeasured
-    rounds: tuple[Round, ...]
+    descent: DescentResult
+    steering_values: Values
+    touch_before: TouchMeasures
+    touch_after: TouchMeasures
+    iterations: tuple[OuterIteration, ...]
     pictures_before: Batches
     pictures_after: Batches
     baseline_heights: Array | None
@@ -64,13 +65,16 @@ class Outcome:
 
 
 class History:
-    """history.jsonl: one line a step, appended, read back on resuming up to the step `after`.
+    """history.jsonl: one line a step, appended; on resuming, read back up to the step `after`.
 
-    `aim` and `round` are those of the current round.
+    Attributes:
+        targets: surrogate targets of the current outer iteration.
+        iteration: its number, from 0.
+        rows: content of the file.
     """
 
-    def __init__(self, run_dir: Path, aim: Targets, round_number: int, after: int) -> None:
-        self._path, self.aim, self.round_number = run_dir / HISTORY, aim, round_number
+    def __init__(self, run_dir: Path, targets: Targets, iteration: int, after: int) -> None:
+        self._path, self.targets, self.iteration = run_dir / HISTORY, targets, iteration
         self.rows: list[dict[str, Any]] = []
         if self._path.is_file():
             # A kill may have cut the last line short; its step is not in the checkpoint, written after it.
@@ -79,22 +83,21 @@ class History:
             self.rows = [row for row in rows if row["step"] <= after]
             write_atomically(self._path, "".join(json.dumps(row) + "\n" for row in self.rows).encode())
 
-    def trace(self) -> list[tuple[float, float]]:
-        """Miss of the aim and picture change of every step of this round."""
+    def trace(self) -> list[StepRecord]:
+        """Records of the steps of this outer iteration."""
         return [
-            (self.aim.miss(row["roughness"], row["contact_area_mm2"]), row["picture_rms_percent"])
+            record_of(self.targets, row, row["picture_rms_percent"])
             for row in self.rows
-            if row["step"] > 0 and row["round"] == self.round_number
+            if row["step"] > 0 and row["round"] == self.iteration
         ]
 
     def add(self, iterate: Iterate, seconds: float) -> None:
         """Append an iterate."""
         row: dict[str, float | None] = {
             "step": iterate.step,
-            "round": self.round_number,
-            "roughness": iterate.roughness,
-            "target_roughness": self.aim.roughness,
-            "contact_area_mm2": iterate.contact_area_mm2,
+            "round": self.iteration,
+            **iterate.values,
+            **_by_prefix("target", self.targets.goals()),
             "picture_mean_percent": iterate.picture_mean,
             "picture_rms_percent": iterate.picture_rms,
             "seconds": seconds,
@@ -132,7 +135,8 @@ def write(
     write_atomically(run_dir / "result.json", (json.dumps(summary, indent=2) + "\n").encode())
     baseline = None
     if outcome.baseline_pictures is not None:
-        baseline = Baseline("linear scaling", outcome.baseline_pictures, problem.targets.roughness)
+        goal = problem.targets.goals().get(ROUGHNESS.name)
+        baseline = Baseline("linear scaling", outcome.baseline_pictures, goal)
     write_report(
         run_dir,
         Report(
@@ -151,7 +155,7 @@ def write(
             heights_png_mm=(0.0, relief),
             pressure_before=outcome.touch_before.pressure,
             pressure_after=outcome.touch_after.pressure,
-            tolerance=problem.targets.tolerance,
+            tolerance=settings.descent.tolerance,
             settings=settings.model_dump(mode="json", exclude_none=True),
             baseline=baseline,
         ),
@@ -163,10 +167,10 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
     """The content of result.json."""
     best, reason = outcome.descent.best, outcome.descent.reason
     first, felt = outcome.touch_before, outcome.touch_after
-    verified = felt if outcome.rounds else None
+    verified = felt if outcome.iterations else None
     jnd = None
-    if first.roughness > 0.0 and felt.roughness > 0.0:
-        jnd = tactile.jnd_apart(felt.roughness, first.roughness)
+    if first.values[ROUGHNESS.name] > 0.0 and felt.values[ROUGHNESS.name] > 0.0:
+        jnd = tactile.jnd_apart(felt.values[ROUGHNESS.name], first.values[ROUGHNESS.name])
     change = best.heights - problem.heights
     return {
         "stop": {
@@ -176,15 +180,11 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
             "best_step": best.step,
         },
         "touch": {
-            "target_roughness": problem.targets.roughness,
-            "initial_roughness": first.roughness,
-            "roughness": best.roughness,
-            "verified_roughness": None if verified is None else verified.roughness,
-            "verified_by": None if verified is None else verified.by,
-            "target_contact_area_mm2": problem.targets.contact_area_mm2,
-            "initial_contact_area_mm2": first.contact_area_mm2,
-            "contact_area_mm2": best.contact_area_mm2,
-            "verified_contact_area_mm2": None if verified is None else verified.contact_area_mm2,
+            **_by_prefix("target", problem.targets.goals()),
+            **_by_prefix("initial", first.values),
+            **best.values,
+            **_by_prefix("verified", {} if verified is None else verified.values),
+            "verified_by": None if verified is None else verified.model,
             "contact_fraction": felt.contact_fraction,
             "jnd_from_original": jnd,
         },
@@ -192,10 +192,9 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
             "resolution": None if verified is None else verified.mesh,
             "miss_percent": None
             if verified is None
-            else 100.0 * problem.targets.miss(verified.roughness, verified.contact_area_mm2),
-            "believed_initial_roughness": outcome.initial_roughness,
-            "believed_initial_contact_area_mm2": outcome.initial_contact_area_mm2,
-            "rounds": [asdict(r) for r in outcome.rounds],
+            else 100.0 * problem.targets.relative_error(verified.values),
+            **_by_prefix("believed_initial", outcome.steering_values),
+            "rounds": [iteration.as_json() for iteration in outcome.iterations],
         },
         "look": {
             "conditions": list(problem.scene.conditions),
@@ -207,12 +206,13 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
             "rms_change_mm": float(np.sqrt(np.square(change - change.mean()).mean())),
         },
         "time_s": times,
-        "skin": {
-            "young_modulus_mpa": problem.skin.young_modulus_mpa,
-            "poisson_ratio": problem.skin.poisson_ratio,
-            "force_n": problem.skin.force_n,
-        },
+        "skin": asdict(problem.skin),
         "versions": {name: version(name) for name in PACKAGES},
         "variant": problem.scene.variant,
         "seed": settings.seed,
     }
+
+
+def _by_prefix(prefix: str, values: Values) -> dict[str, float | None]:
+    """A key `prefix_name` for every quantity of the table, None where there is no value."""
+    return {f"{prefix}_{name}": values.get(name) for name in QUANTITIES}

@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 import tactile
-from optimize.descent.problem import Feel, Problem, Targets
+from optimize.descent.problem import Problem
+from optimize.descent.targets import Targets
+from optimize.descent.touch_measures import TouchMeasures
 from relief.heightmap import save_heights_exr
 from tests.tactile.reliefs import SIZE, waves
 from visual.scene import Scene, load_scene
@@ -44,7 +46,7 @@ def problem_with(scene: Scene) -> ProblemWith:
 
 
 @pytest.fixture(scope="session")
-def original(problem_with: ProblemWith) -> Feel:
+def original(problem_with: ProblemWith) -> TouchMeasures:
     """What the finger gets from the waves."""
-    problem = problem_with(Targets(None, None, 0.01))
-    return problem.feel(problem.heights, gradients=False)
+    problem = problem_with(Targets())
+    return problem.press(problem.heights, gradients=False)

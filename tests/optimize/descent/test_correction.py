@@ -1,45 +1,55 @@
-"""What the verification does not confirm corrects the aim, and the descent goes on from where it is."""
+"""The verification corrects the goals of the descent, and the descent goes on from its best relief."""
 
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from optimize.descent.correction import STEPS_A_ROUND, Course, Leg, Plan, descend_in_rounds, first_aim
+from optimize.descent.correction import (
+    STEPS_AN_ITERATION,
+    CorrectionState,
+    Plan,
+    Segment,
+    descend_with_correction,
+    first_surrogate_targets,
+)
 from optimize.descent.driver import Iterate, StopReason
-from optimize.descent.problem import Targets
-from optimize.descent.verification import TouchMeasured
+from optimize.descent.targets import Targets
+from optimize.descent.touch_measures import TouchMeasures
 
 Array = np.ndarray
-TARGETS = Targets(0.1, None, 0.01)
-BOTH = Targets(0.1, 50.0, 0.01)
+TARGETS = Targets.of(0.01, roughness=0.1)
+BOTH = Targets.of(0.01, roughness=0.1, contact_area_mm2=50.0)
 NOTHING = np.zeros((2, 2))
 FIRST_STEPS = 3
 
 
+def touch(roughness: float, area: float) -> dict[str, float]:
+    return {"roughness": roughness, "contact_area_mm2": area}
+
+
 def iterate(step: int, roughness: float, area: float) -> Iterate:
-    """The heights of the first two pixels are the roughness and the contact area that are believed."""
-    return Iterate(step, np.array([[roughness, area]]), roughness, area, 0.5, 1.0, 1.0, {})
+    """The heights of the first two pixels are the descent's roughness and contact area."""
+    return Iterate(step, np.array([[roughness, area]]), touch(roughness, area), 0.5, 1.0, 1.0, {})
 
 
 class Straight:
-    """A way down that believes itself at its aim after one step."""
+    """A method that reaches its goals in one step, by its own model."""
 
     patience: int | None = 1
 
-    def __init__(self, aim: Targets) -> None:
-        self.aim = aim
+    def __init__(self, targets: Targets) -> None:
+        self.goals = targets.goals()
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         return iterate(step, *heights[0])
 
     def advance(self, current: Iterate) -> Iterate:
-        roughness = self.aim.roughness or current.roughness
-        return iterate(current.step + 1, roughness, self.aim.contact_area_mm2 or current.contact_area_mm2)
+        return iterate(current.step + 1, *(current.values | self.goals).values())
 
 
 class Stopped(Straight):
-    """One that is interrupted after its first step."""
+    """A method that is interrupted after its first step."""
 
     def advance(self, current: Iterate) -> Iterate:
         if current.step > 0:
@@ -47,12 +57,12 @@ class Stopped(Straight):
         return super().advance(current)
 
 
-class Silent:
-    """Keeps what it is told."""
+class Recorder:
+    """Observer that keeps steps and states."""
 
     def __init__(self) -> None:
         self.steps: list[int] = []
-        self.rounds: list[Course] = []
+        self.states: list[CorrectionState] = []
 
     def step(self, current: Iterate, best: Iterate, seconds: float) -> None:
         self.steps.append(current.step)
@@ -60,87 +70,101 @@ class Silent:
     def verifying(self) -> None:
         pass
 
-    def round(self, course: Course, start: Iterate, steps: int) -> None:
-        assert steps == FIRST_STEPS + len(course.rounds) * STEPS_A_ROUND
-        self.rounds.append(course)
+    def corrected(self, state: CorrectionState, start: Iterate, steps: int) -> None:
+        assert steps == FIRST_STEPS + len(state.iterations) * STEPS_AN_ITERATION
+        self.states.append(state)
 
 
-def truth_of(roughness: Callable[[float], float], area: Callable[[float], float] = float):
-    """A verification by functions of what is believed."""
+def verification(roughness: Callable[[float], float], area: Callable[[float], float] = float):
+    """A verification by functions of the descent's own values."""
 
-    def verify(heights: Array) -> TouchMeasured:
+    def verify(heights: Array) -> TouchMeasures:
         v, a = heights[0]
-        return TouchMeasured("fem", 8, roughness(v), area(a), 0.5, NOTHING, NOTHING)
+        values = touch(roughness(v), area(a))
+        return TouchMeasures("fem", 8, values, 0.5, NOTHING, NOTHING, np.zeros((0, 4)))
 
     return verify
 
 
-def walk(targets: Targets, verify, corrections: int = 3, way: type[Straight] = Straight):
-    plan = Plan(targets, FIRST_STEPS, corrections, lambda aim, _: way(aim), verify)
-    watch = Silent()
-    leg = Leg(way(targets), iterate(0, 0.05, 60.0))
-    return *descend_in_rounds(plan, Course(targets), leg, watch), watch
+def descend(targets: Targets, verify, corrections: int = 3, method: type[Straight] = Straight):
+    plan = Plan(targets, FIRST_STEPS, corrections, lambda surrogate, _: method(surrogate), verify)
+    recorder = Recorder()
+    segment = Segment(method(targets), iterate(0, 0.05, 60.0))
+    return *descend_with_correction(plan, CorrectionState(targets), segment, recorder), recorder
 
 
-def test_a_model_that_is_off_by_a_factor_is_corrected_in_one_round() -> None:
-    descent, found, course, _ = walk(TARGETS, truth_of(lambda v: 1.1 * v))
-    assert [r.aimed_roughness for r in course.rounds] == pytest.approx([0.1, 0.1 / 1.1])
-    assert [r.miss for r in course.rounds] == pytest.approx([0.1, 0.0], abs=1e-12)
-    assert found is not None and found.roughness == pytest.approx(0.1)
+def test_a_model_that_is_off_by_a_factor_is_corrected_once() -> None:
+    descent, verified, state, _ = descend(TARGETS, verification(lambda v: 1.1 * v))
+    goals = [iteration.surrogate_goals["roughness"] for iteration in state.iterations]
+    assert goals == pytest.approx([0.1, 0.1 / 1.1])
+    errors = [iteration.relative_error for iteration in state.iterations]
+    assert errors == pytest.approx([0.1, 0.0], abs=1e-12)
+    assert verified is not None and verified.values["roughness"] == pytest.approx(0.1)
     assert descent.reason is StopReason.CONVERGED
 
 
 def test_roughness_and_contact_area_are_corrected_together() -> None:
-    verify = truth_of(lambda v: 0.9 * v, lambda a: a + 4.0)
-    descent, found, course, _ = walk(BOTH, verify)
-    assert found is not None
-    assert BOTH.miss(found.roughness, found.contact_area_mm2) <= BOTH.tolerance
-    assert 1 < len(course.rounds) <= 3 and descent.reason.met
+    verify = verification(lambda v: 0.9 * v, lambda a: a + 4.0)
+    descent, verified, state, _ = descend(BOTH, verify)
+    assert verified is not None and BOTH.met(verified.values)
+    assert 1 < len(state.iterations) <= 3 and descent.reason.met
 
 
-def test_steps_are_numbered_on_and_rounds_told() -> None:
-    descent, _, course, watch = walk(TARGETS, truth_of(lambda v: v + 0.02))
-    assert watch.steps == list(range(1, descent.last.step + 1))
-    assert [len(c.rounds) for c in watch.rounds] == list(range(1, len(course.rounds)))
+def test_steps_are_numbered_on_and_corrections_reported() -> None:
+    descent, _, state, recorder = descend(TARGETS, verification(lambda v: v + 0.02))
+    assert recorder.steps == list(range(1, descent.last.step + 1))
+    reported = [len(state.iterations) for state in recorder.states]
+    assert reported == list(range(1, len(state.iterations)))
 
 
 def test_a_confirmed_result_ends_it_at_once() -> None:
-    _, _, course, watch = walk(TARGETS, truth_of(lambda v: 1.005 * v))
-    assert len(course.rounds) == 1 and watch.rounds == []
+    _, _, state, recorder = descend(TARGETS, verification(lambda v: 1.005 * v))
+    assert len(state.iterations) == 1 and recorder.states == []
 
 
-def test_without_verification_the_descent_is_believed() -> None:
-    descent, found, course, _ = walk(TARGETS, None)
-    assert found is None and course.rounds == () and descent.reason is StopReason.CONVERGED
+def test_without_verification_the_descent_stands() -> None:
+    descent, verified, state, _ = descend(TARGETS, None)
+    assert verified is None and state.iterations == () and descent.reason is StopReason.CONVERGED
 
 
 def test_it_says_so_when_the_corrections_are_used_up() -> None:
-    # The truth answers a third of what the belief moves: each correction closes a third of the gap.
-    descent, found, course, _ = walk(TARGETS, truth_of(lambda v: 0.08 + v / 3.0), corrections=1)
-    assert found is not None and len(course.rounds) == 2
+    # The verified value moves by a third of the descent's: each correction closes a third of the gap.
+    descent, verified, state, _ = descend(TARGETS, verification(lambda v: 0.08 + v / 3.0), corrections=1)
+    assert verified is not None and len(state.iterations) == 2
     assert descent.reason is StopReason.NOT_CONFIRMED and not descent.reason.met
 
 
 def test_a_correction_that_makes_it_worse_is_undone() -> None:
-    descent, found, course, _ = walk(TARGETS, truth_of(lambda v: 0.11 if v >= 0.1 else 0.3))
-    assert [round(r.miss, 6) for r in course.rounds] == [0.1, 2.0]
-    assert found is not None and found.roughness == 0.11
-    assert descent.best.roughness == 0.1
+    descent, verified, state, _ = descend(TARGETS, verification(lambda v: 0.11 if v >= 0.1 else 0.3))
+    assert [round(iteration.relative_error, 6) for iteration in state.iterations] == [0.1, 2.0]
+    assert verified is not None and verified.values["roughness"] == 0.11
+    assert descent.best.values["roughness"] == 0.1
     assert descent.reason is StopReason.NOT_CONFIRMED
 
 
 def test_an_interrupted_descent_is_verified_but_not_corrected() -> None:
-    descent, found, course, _ = walk(TARGETS, truth_of(lambda v: 2.0 * v), way=Stopped)
+    descent, verified, state, _ = descend(TARGETS, verification(lambda v: 2.0 * v), method=Stopped)
     assert descent.reason is StopReason.INTERRUPTED
-    assert found is not None and len(course.rounds) == 1
+    assert verified is not None and len(state.iterations) == 1
 
 
-def test_the_original_gives_the_first_aim() -> None:
-    aim = first_aim(BOTH, believed=(0.04, 30.0), true=(0.05, 40.0))
-    assert (aim.roughness, aim.contact_area_mm2) == pytest.approx((0.08, 37.5))
-    assert first_aim(TARGETS, (0.04, 30.0), (0.05, 40.0)).contact_area_mm2 is None
+def test_the_original_gives_the_first_surrogate_goals() -> None:
+    steering, verified = touch(0.04, 30.0), touch(0.05, 40.0)
+    surrogate = first_surrogate_targets(BOTH, steering, verified)
+    assert surrogate.goals() == pytest.approx({"roughness": 0.08, "contact_area_mm2": 37.5})
+    assert first_surrogate_targets(TARGETS, steering, verified).goals().keys() == {"roughness"}
 
 
-def test_models_that_have_nothing_in_common_are_not_corrected_without_bounds() -> None:
-    assert first_aim(TARGETS, (0.04, 1.0), (1e-9, 1.0)).roughness == pytest.approx(0.2)
-    assert first_aim(TARGETS, (0.04, 1.0), (0.0, 1.0)) == TARGETS
+def test_the_correction_factor_has_bounds() -> None:
+    far = first_surrogate_targets(TARGETS, touch(0.04, 1.0), touch(1e-9, 1.0))
+    assert far.goals()["roughness"] == pytest.approx(0.2)
+    assert first_surrogate_targets(TARGETS, touch(0.04, 1.0), touch(0.0, 1.0)) == TARGETS
+
+
+def test_an_outer_iteration_has_a_row_with_every_number() -> None:
+    _, _, state, _ = descend(TARGETS, verification(lambda v: 1.005 * v))
+    assert state.iterations[0].as_json() == {
+        **{"aimed_roughness": 0.1, "roughness": 0.1, "verified_roughness": pytest.approx(0.1005)},
+        **{"aimed_contact_area_mm2": None, "contact_area_mm2": 60.0, "verified_contact_area_mm2": 60.0},
+        **{"miss": pytest.approx(0.005), "steps": state.iterations[0].steps},
+    }

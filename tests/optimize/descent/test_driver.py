@@ -6,21 +6,29 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from optimize.descent.driver import HOPELESS_STEPS, Iterate, StopReason, better, descend
-from optimize.descent.problem import Targets
+from optimize.descent.driver import (
+    HOPELESS_STEPS,
+    Iterate,
+    StepRecord,
+    StopReason,
+    better,
+    descend,
+    record_of,
+)
+from optimize.descent.targets import Targets
 
 Array = np.ndarray
-TARGETS = Targets(roughness=0.1, contact_area_mm2=None, tolerance=0.01)
+TARGETS = Targets.of(0.01, roughness=0.1)
 MET, NEAR, FAR = 0.1, 0.11, 0.2
 
 
 def iterate(step: int, roughness: float, change: float) -> Iterate:
     """Heights tell the step, too."""
-    return Iterate(step, np.full((2, 2), float(step)), roughness, 50.0, 0.5, change, change, {})
+    return Iterate(step, np.full((2, 2), float(step)), {"roughness": roughness}, 0.5, change, change, {})
 
 
 class Scripted:
-    """A way down that meets given (roughness, picture change) one after the other, or is interrupted."""
+    """A method that visits given (roughness, picture change) one after the other, or is interrupted."""
 
     def __init__(self, visits: Sequence[tuple[float, float] | None], patience: int | None = 2) -> None:
         self.visits, self.patience = visits, patience
@@ -39,20 +47,20 @@ START = iterate(0, FAR, 0.0)
 
 
 def test_it_keeps_the_best_not_the_last() -> None:
-    way = Scripted([(MET, 5.0), (MET, 3.0), (MET, 4.0)])
-    descent = descend(way, TARGETS, START, 3)
+    method = Scripted([(MET, 5.0), (MET, 3.0), (MET, 4.0)])
+    descent = descend(method, TARGETS, START, 3)
     assert (descent.best.step, descent.last.step) == (2, 3)
 
 
 def test_it_converges_once_the_target_is_met_and_the_look_stands_still() -> None:
-    way = Scripted([(NEAR, 4.0), (MET, 5.0), (MET, 5.0), (MET, 4.99), (MET, 1.0)])
-    descent = descend(way, TARGETS, START, 5)
+    method = Scripted([(NEAR, 4.0), (MET, 5.0), (MET, 5.0), (MET, 4.99), (MET, 1.0)])
+    descent = descend(method, TARGETS, START, 5)
     assert (descent.reason, descent.last.step) == (StopReason.CONVERGED, 4)
 
 
 def test_it_goes_on_while_the_look_improves() -> None:
-    way = Scripted([(MET, 9.0 * 0.9**step) for step in range(10)])
-    descent = descend(way, TARGETS, START, 10)
+    method = Scripted([(MET, 9.0 * 0.9**step) for step in range(10)])
+    descent = descend(method, TARGETS, START, 10)
     assert (descent.reason, descent.best.step) == (StopReason.STEP_LIMIT, 10)
 
 
@@ -61,33 +69,33 @@ def test_it_converges_at_the_very_last_step_too() -> None:
     assert descent.reason is StopReason.CONVERGED
 
 
-def test_a_way_with_a_schedule_converges_at_its_end() -> None:
-    way = Scripted([(MET, 5.0)] * 8, patience=None)
-    descent = descend(way, TARGETS, START, 8)
+def test_a_method_with_a_schedule_converges_at_its_end() -> None:
+    method = Scripted([(MET, 5.0)] * 8, patience=None)
+    descent = descend(method, TARGETS, START, 8)
     assert (descent.reason, descent.last.step) == (StopReason.CONVERGED, 8)
 
 
 @pytest.mark.parametrize("patience", [2, None])
 def test_too_few_steps_are_short_of_the_target(patience: int | None) -> None:
-    way = Scripted([(FAR - 0.02 * step, 5.0) for step in range(3)], patience)
-    assert descend(way, TARGETS, START, 3).reason is StopReason.SHORT_OF_TARGET
+    method = Scripted([(FAR - 0.02 * step, 5.0) for step in range(3)], patience)
+    assert descend(method, TARGETS, START, 3).reason is StopReason.SHORT_OF_TARGET
 
 
 def test_a_target_that_no_step_comes_closer_to_is_out_of_reach() -> None:
-    way = Scripted([(NEAR, 5.0)] * 100)
-    descent = descend(way, TARGETS, START, 100)
+    method = Scripted([(NEAR, 5.0)] * 100)
+    descent = descend(method, TARGETS, START, 100)
     assert (descent.reason, descent.last.step) == (StopReason.UNREACHABLE, HOPELESS_STEPS + 1)
 
 
 def test_a_target_met_once_is_within_reach_wherever_later_steps_go() -> None:
-    way = Scripted([(NEAR, 5.0), (MET, 5.0), *[(NEAR, 5.0)] * 30])
-    descent = descend(way, TARGETS, START, 32)
+    method = Scripted([(NEAR, 5.0), (MET, 5.0), *[(NEAR, 5.0)] * 30])
+    descent = descend(method, TARGETS, START, 32)
     assert (descent.reason, descent.best.step) == (StopReason.STEP_LIMIT, 2)
 
 
 def test_slow_progress_is_not_out_of_reach() -> None:
-    way = Scripted([(FAR * 0.99**step, 5.0) for step in range(60)])
-    assert descend(way, TARGETS, START, 60).reason is StopReason.SHORT_OF_TARGET
+    method = Scripted([(FAR * 0.99**step, 5.0) for step in range(60)])
+    assert descend(method, TARGETS, START, 60).reason is StopReason.SHORT_OF_TARGET
 
 
 @pytest.mark.parametrize("bad", [(float("nan"), 1.0), (MET, float("inf"))])
@@ -117,26 +125,26 @@ def test_no_step_left_means_no_step() -> None:
     assert (descent.reason, descent.last.step) == (StopReason.STEP_LIMIT, 7)
 
 
-def test_everyone_is_told_of_every_step() -> None:
-    told: list[tuple[int, int]] = []
-    way = Scripted([(NEAR, 5.0), (MET, 4.0), (FAR, 3.0)])
-    descend(way, TARGETS, START, 3, on_step=lambda at, best, _: told.append((at.step, best.step)))
-    assert told == [(1, 1), (2, 2), (3, 2)]
+def test_the_callback_gets_every_step() -> None:
+    seen: list[tuple[int, int]] = []
+    method = Scripted([(NEAR, 5.0), (MET, 4.0), (FAR, 3.0)])
+    descend(method, TARGETS, START, 3, on_step=lambda at, best, _: seen.append((at.step, best.step)))
+    assert seen == [(1, 1), (2, 2), (3, 2)]
 
 
-def test_the_best_of_an_earlier_part_is_kept() -> None:
+def test_the_best_of_an_earlier_segment_is_kept() -> None:
     earlier = iterate(3, MET, 1.0)
     descent = descend(Scripted([(MET, 2.0)] * 5), TARGETS, iterate(4, MET, 2.0), 5, best=earlier)
     assert descent.best is earlier
 
 
-def trace_of(visits: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    return [(TARGETS.miss(roughness, 50.0), change) for roughness, change in visits]
+def trace_of(visits: Sequence[tuple[float, float]]) -> list[StepRecord]:
+    return [record_of(TARGETS, {"roughness": roughness}, change) for roughness, change in visits]
 
 
 @pytest.mark.parametrize("cut", [1, 3, 4])
 @pytest.mark.parametrize("roughness", [MET, NEAR])
-def test_a_descent_in_two_parts_ends_where_one_in_one_part_does(cut: int, roughness: float) -> None:
+def test_a_descent_in_two_segments_ends_where_one_in_one_segment_does(cut: int, roughness: float) -> None:
     visits = [(FAR, 3.0), (NEAR, 4.0), *[(roughness, 5.0)] * 40]
     whole = descend(Scripted(visits), TARGETS, START, 40)
     first = descend(Scripted(visits), TARGETS, START, cut)

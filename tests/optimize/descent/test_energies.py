@@ -27,12 +27,12 @@ def noise(*shape: int, seed: int = 0) -> Tensor:
 
 @pytest.mark.parametrize("roughness", [0.05, 0.09])
 def test_term_1_is_how_far_the_roughness_is_off(roughness: float) -> None:
-    assert float(energies.rough_energy(number(roughness), 0.07)) == pytest.approx(0.02)
+    assert float(energies.target_energy(number(roughness), 0.07)) == pytest.approx(0.02)
 
 
 @pytest.mark.parametrize("area", [40.0, 50.0])
 def test_term_2_is_how_far_the_contact_area_is_off(area: float) -> None:
-    assert float(energies.contact_energy(number(area), 45.0)) == pytest.approx(5.0)
+    assert float(energies.target_energy(number(area), 45.0)) == pytest.approx(5.0)
 
 
 def test_term_3_adds_the_norm_of_each_picture_change_over_the_number_of_pixels() -> None:
@@ -75,8 +75,8 @@ def test_term_5_is_zero_inside_the_limits() -> None:
 @pytest.mark.parametrize(
     "energy",
     [
-        pytest.param(lambda x: energies.rough_energy(x.square().mean(), 9.0), id="rough"),
-        pytest.param(lambda x: energies.contact_energy(x.square().sum(), 900.0), id="contact"),
+        pytest.param(lambda x: energies.target_energy(x.square().mean(), 9.0), id="rough"),
+        pytest.param(lambda x: energies.target_energy(x.square().sum(), 900.0), id="contact"),
         pytest.param(lambda x: energies.visual_energy(x, torch.zeros_like(x), ONES), id="visual"),
         pytest.param(
             lambda x: energies.regularisation_energy(x, torch.zeros_like(x), ONES), id="regularisation"

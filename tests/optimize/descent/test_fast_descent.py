@@ -9,17 +9,18 @@ import pytest
 
 import tactile
 from optimize.descent.adam import AdamDescent
-from optimize.descent.driver import Descent, StopReason, WayDown, descend
+from optimize.descent.driver import DescentMethod, DescentResult, StopReason, descend
 from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
-from optimize.descent.problem import Problem, Targets
-from optimize.descent.verification import converged_pictures
+from optimize.descent.problem import Problem
+from optimize.descent.targets import Targets
 from optimize.report.metrics import rms_change
 from optimize.training.look_setup import net_figures, studio_sky
 from surrogate.nets.weights import has_weights, load_net
 from tests.tactile.reliefs import SIZE, waves
 from tests.visual.scenes import PLASTIC, sun, write_scene
 from visual.fast.ambient_net import KIND
+from visual.noise import batched
 from visual.scene import load_scene
 
 SAMPLES, TOLERANCE = 32, 0.01
@@ -32,23 +33,25 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     path = write_scene(tmp_path_factory.mktemp("scene"), waves(SAMPLES, 1.5).numpy(), lights, PLASTIC)
     scene = load_scene(path)
     untargeted = partial(Problem, scene.heights, SIZE, tactile.Skin(), scene=scene, look="fast")
-    before = untargeted(targets=Targets(None, None, TOLERANCE)).feel(scene.heights, gradients=False)
-    return untargeted(targets=Targets(tactile.jnd_scaled(before.roughness, 2), None, TOLERANCE))
+    before = untargeted(targets=Targets()).press(scene.heights, gradients=False)
+    return untargeted(
+        targets=Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(before.values["roughness"], 2))
+    )
 
 
-def walk(problem: Problem, way: WayDown, steps: int) -> Descent:
-    return descend(way, problem.targets, way.begin(0, problem.heights, {}), steps)
+def walk(problem: Problem, method: DescentMethod, steps: int) -> DescentResult:
+    return descend(method, problem.targets, method.begin(0, problem.heights, {}), steps)
 
 
 def change_of_look(problem: Problem, heights: np.ndarray) -> float:
-    before, after = (converged_pictures(problem, h, 64, 1).mean for h in (problem.heights, heights))
+    before, after = (batched(problem.scene, h, 64, 1).mean for h in (problem.heights, heights))
     return 100.0 * rms_change(before, after) / float(before.mean())
 
 
 def test_gauss_newton_keeps_the_look_better_than_scaling(problem: Problem) -> None:
     descent = walk(problem, GaussNewton(problem), 20)
     assert descent.reason is StopReason.CONVERGED
-    assert problem.targets.miss(descent.best.roughness, descent.best.contact_area_mm2) <= TOLERANCE
+    assert problem.targets.relative_error(descent.best.values) <= TOLERANCE
     scaled = linear_scaling(problem)
     assert scaled is not None
     assert 2.3 * change_of_look(problem, descent.best.heights) < change_of_look(problem, scaled)
@@ -58,26 +61,26 @@ def test_a_descent_by_both_fast_models_arrives_where_the_layer_finds_it(problem:
     fast = replace(problem, touch="quick")
     descent = walk(fast, GaussNewton(fast), 20)
     assert descent.reason is StopReason.CONVERGED
-    felt = problem.feel(descent.best.heights, gradients=False)
-    assert problem.targets.miss(felt.roughness, 0.0) <= 3.0 * TOLERANCE
+    felt = problem.press(descent.best.heights, gradients=False)
+    assert problem.targets.relative_error(felt.values) <= 3.0 * TOLERANCE
 
 
 def test_its_steps_import_no_mitsuba(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
     """The tables of its material are Mitsuba's; after that it is not asked again."""
     fast = replace(problem, touch="quick")
-    way = GaussNewton(fast)
+    method = GaussNewton(fast)
     for name in [name for name in sys.modules if name.partition(".")[0] in ("mitsuba", "drjit")]:
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(ImportError):
         import mitsuba  # noqa: F401
-    descent = walk(fast, way, 3)
+    descent = walk(fast, method, 3)
     assert descent.last.step == 3 and descent.last.picture_rms > 0.0
 
 
 def test_adam_goes_down_by_it(problem: Problem) -> None:
     descent = walk(problem, AdamDescent(problem, 30, 0.01), 30)
-    start = problem.targets.miss(problem.feel(problem.heights, gradients=False).roughness, 0.0)
-    assert problem.targets.miss(descent.best.roughness, 0.0) < 0.2 * start
+    start = problem.targets.relative_error(problem.press(problem.heights, gradients=False).values)
+    assert problem.targets.relative_error(descent.best.values) < 0.2 * start
     assert 0.0 < change_of_look(problem, descent.best.heights) < 25.0
 
 

@@ -11,49 +11,49 @@ import pytest
 
 import tactile
 from optimize.descent import gauss_newton
-from optimize.descent.driver import Descent, StopReason, descend
-from optimize.descent.gauss_newton import GaussNewton, _way_left
+from optimize.descent.driver import DescentResult, StopReason, descend
+from optimize.descent.gauss_newton import GaussNewton, _distance
 from optimize.descent.linear_scaling import linear_scaling
-from optimize.descent.problem import Feel, Problem, Targets
-from optimize.descent.verification import converged_pictures, measure_touch
+from optimize.descent.problem import Problem
+from optimize.descent.targets import Targets
+from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.report.metrics import rms_change
 from relief.limits import HEIGHT_LIMIT_MM
 from tests.optimize.conftest import SAMPLES, ProblemWith
 from tests.tactile.reliefs import waves
+from visual.noise import batched
 
 TOLERANCE = 0.01
 STEPS = 20
 PICTURE_SAMPLES = 64
 
 
-def rougher(original: Feel, jnd: float) -> Targets:
-    return Targets(tactile.jnd_scaled(original.roughness, jnd), None, TOLERANCE)
+def rougher(original: TouchMeasures, jnd: float) -> Targets:
+    return Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(original.values["roughness"], jnd))
 
 
-def walk(problem: Problem, steps: int = STEPS) -> Descent:
-    way = GaussNewton(problem)
-    return descend(way, problem.targets, way.begin(0, problem.heights, {}), steps)
+def walk(problem: Problem, steps: int = STEPS) -> DescentResult:
+    method = GaussNewton(problem)
+    return descend(method, problem.targets, method.begin(0, problem.heights, {}), steps)
 
 
 def change_of_look(problem: Problem, heights: np.ndarray) -> float:
     """Root mean square of the picture change, by Mitsuba, in % of the mean picture."""
-    before, after = (
-        converged_pictures(problem, h, PICTURE_SAMPLES, 1).mean for h in (problem.heights, heights)
-    )
+    before, after = (batched(problem.scene, h, PICTURE_SAMPLES, 1).mean for h in (problem.heights, heights))
     return 100.0 * rms_change(before, after) / float(before.mean())
 
 
 @pytest.mark.parametrize(("jnd", "gain"), [(2, 2.3), (-2, 1.5)])
 def test_roughness_is_reached_with_less_change_of_look_than_by_scaling(
-    problem_with: ProblemWith, original: Feel, jnd: float, gain: float
+    problem_with: ProblemWith, original: TouchMeasures, jnd: float, gain: float
 ) -> None:
     problem = problem_with(rougher(original, jnd))
     descent = walk(problem)
     heights = descent.best.heights
     assert descent.reason is StopReason.CONVERGED
-    assert measure_touch(problem, heights, "layer").roughness == pytest.approx(
-        problem.targets.roughness, rel=TOLERANCE
-    )
+    assert measure_touch(heights, problem.size_mm, problem.skin, "layer").values[
+        "roughness"
+    ] == pytest.approx(problem.targets.goals()["roughness"], rel=TOLERANCE)
     assert heights.min() >= 0.0 and heights.max() <= HEIGHT_LIMIT_MM
     scaled = linear_scaling(problem)
     assert scaled is not None
@@ -61,50 +61,65 @@ def test_roughness_is_reached_with_less_change_of_look_than_by_scaling(
 
 
 @pytest.mark.parametrize("factor", [0.8, 1.15])
-def test_contact_area_alone_is_reached(problem_with: ProblemWith, original: Feel, factor: float) -> None:
+def test_contact_area_alone_is_reached(
+    problem_with: ProblemWith, original: TouchMeasures, factor: float
+) -> None:
     """In more steps: the area falls steeply with the gap, so that its slope holds for short steps only."""
-    problem = problem_with(Targets(None, factor * original.contact_area_mm2, TOLERANCE))
+    problem = problem_with(
+        Targets.of(TOLERANCE, contact_area_mm2=factor * original.values["contact_area_mm2"])
+    )
     descent = walk(problem, steps=2 * STEPS)
     assert descent.reason.met
-    touch = measure_touch(problem, descent.best.heights, "layer")
-    assert touch.contact_area_mm2 == pytest.approx(problem.targets.contact_area_mm2, rel=TOLERANCE)
+    touch = measure_touch(descent.best.heights, problem.size_mm, problem.skin, "layer")
+    assert touch.values["contact_area_mm2"] == pytest.approx(
+        problem.targets.goals()["contact_area_mm2"], rel=TOLERANCE
+    )
 
 
-def test_roughness_and_contact_area_are_reached_together(problem_with: ProblemWith, original: Feel) -> None:
-    targets = replace(rougher(original, 1), contact_area_mm2=0.9 * original.contact_area_mm2)
+def test_roughness_and_contact_area_are_reached_together(
+    problem_with: ProblemWith, original: TouchMeasures
+) -> None:
+    area = Targets.of(TOLERANCE, contact_area_mm2=0.9 * original.values["contact_area_mm2"])
+    targets = Targets((*rougher(original, 1).each, *area.each))
     problem = problem_with(targets)
     descent = walk(problem)
     assert descent.reason is StopReason.CONVERGED
-    touch = measure_touch(problem, descent.best.heights, "layer")
-    assert targets.miss(touch.roughness, touch.contact_area_mm2) <= TOLERANCE
+    touch = measure_touch(descent.best.heights, problem.size_mm, problem.skin, "layer")
+    assert targets.relative_error(touch.values) <= TOLERANCE
 
 
-def test_a_small_step_changes_the_roughness_as_predicted(problem_with: ProblemWith, original: Feel) -> None:
-    problem = problem_with(Targets(1.01 * original.roughness, None, TOLERANCE))
-    way = GaussNewton(problem)
-    start = way.begin(0, problem.heights, {})
-    following = way.advance(start)
+def test_a_small_step_changes_the_roughness_as_predicted(
+    problem_with: ProblemWith, original: TouchMeasures
+) -> None:
+    problem = problem_with(Targets.of(TOLERANCE, roughness=1.01 * original.values["roughness"]))
+    method = GaussNewton(problem)
+    start = method.begin(0, problem.heights, {})
+    following = method.advance(start)
     change = (following.heights - start.heights).ravel()
-    predicted = float(problem.feel(problem.heights).gradients[0] @ change)
-    assert following.roughness - start.roughness == pytest.approx(predicted, rel=0.05)
-    assert predicted == pytest.approx(0.01 * original.roughness, rel=0.05)
+    predicted = float(problem.press(problem.heights).gradients[0] @ change)
+    assert following.values["roughness"] - start.values["roughness"] == pytest.approx(predicted, rel=0.05)
+    assert predicted == pytest.approx(0.01 * original.values["roughness"], rel=0.05)
 
 
-def test_a_step_goes_no_further_than_it_may(problem_with: ProblemWith, original: Feel) -> None:
+def test_a_step_goes_no_further_than_it_may(problem_with: ProblemWith, original: TouchMeasures) -> None:
     problem = problem_with(rougher(original, 8))
-    way = GaussNewton(problem)
-    start = way.begin(0, problem.heights, {})
-    following = way.advance(start)
+    method = GaussNewton(problem)
+    start = method.begin(0, problem.heights, {})
+    following = method.advance(start)
     change = following.heights - start.heights
     largest = gauss_newton.LARGEST_STEP_MM
     assert np.abs(change - np.median(change)).max() <= 2.0 * largest
-    assert following.roughness < (1.0 + 2.0 * gauss_newton.LARGEST_SHARE) * start.roughness
+    assert (
+        following.values["roughness"] < (1.0 + 2.0 * gauss_newton.LARGEST_SHARE) * start.values["roughness"]
+    )
 
 
-def test_without_shadow_edges_the_look_changes_more(problem_with: ProblemWith, original: Feel) -> None:
+def test_without_shadow_edges_the_look_changes_more(
+    problem_with: ProblemWith, original: TouchMeasures
+) -> None:
     steep = waves(SAMPLES, 2.0).numpy()
     plain = replace(problem_with(rougher(original, 0)), heights=steep)
-    targets = rougher(plain.feel(steep, gradients=False), 1)
+    targets = rougher(plain.press(steep, gradients=False), 1)
     followed, ignored = (
         replace(plain, targets=targets, shadow_edges=shadow_edges) for shadow_edges in (True, False)
     )
@@ -112,7 +127,7 @@ def test_without_shadow_edges_the_look_changes_more(problem_with: ProblemWith, o
     assert changes[1] > 1.1 * changes[0]
 
 
-def test_the_same_seed_gives_the_same_relief(problem_with: ProblemWith, original: Feel) -> None:
+def test_the_same_seed_gives_the_same_relief(problem_with: ProblemWith, original: TouchMeasures) -> None:
     problem = problem_with(rougher(original, 1))
     one, other = walk(problem), walk(problem)
     assert one.last.step == other.last.step
@@ -120,7 +135,7 @@ def test_the_same_seed_gives_the_same_relief(problem_with: ProblemWith, original
 
 
 def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(
-    problem_with: ProblemWith, original: Feel
+    problem_with: ProblemWith, original: TouchMeasures
 ) -> None:
     problem = problem_with(rougher(original, 1))
     first = GaussNewton(problem)
@@ -137,13 +152,13 @@ def test_where_small_changes_leave_the_feel_alone_the_target_is_out_of_reach(
     problem_with: ProblemWith,
 ) -> None:
     """On a relief so low that the finger lies on all of it, no small change opens a gap."""
-    problem = problem_with(Targets(None, 80.0, TOLERANCE))
+    problem = problem_with(Targets.of(TOLERANCE, contact_area_mm2=80.0))
     low = replace(problem, heights=0.02 * problem.heights)
-    assert low.feel(low.heights).contact_fraction == 1.0
+    assert low.press(low.heights).contact_fraction == 1.0
     assert walk(low).reason is StopReason.UNREACHABLE
 
 
 def test_what_a_target_still_needs_is_told_of_values_of_zero_too() -> None:
-    assert _way_left(np.array([2.0]), np.array([1.5])) == pytest.approx(0.25)
-    assert _way_left(np.zeros(2), np.array([0.0, 0.3])) == 1.0
-    assert _way_left(np.zeros(1), np.zeros(1)) == 0.0
+    assert _distance(np.array([2.0]), np.array([1.5])) == pytest.approx(0.25)
+    assert _distance(np.zeros(2), np.array([0.0, 0.3])) == 1.0
+    assert _distance(np.zeros(1), np.zeros(1)) == 0.0

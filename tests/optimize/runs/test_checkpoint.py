@@ -7,9 +7,9 @@ import pytest
 from safetensors import safe_open
 from safetensors.numpy import load_file, save_file
 
-from optimize.descent.correction import Course, Round
+from optimize.descent.correction import CorrectionState, OuterIteration
 from optimize.descent.driver import Iterate
-from optimize.descent.problem import Targets
+from optimize.descent.targets import Targets
 from optimize.runs.checkpoint import FILE, Checkpoint, load_checkpoint, save_checkpoint
 from relief.errors import InputError
 
@@ -20,8 +20,7 @@ def iterate(step: int) -> Iterate:
     return Iterate(
         step,
         heights=random.random((4, 4)),
-        roughness=random.random(),
-        contact_area_mm2=random.random(),
+        values={"roughness": random.random(), "contact_area_mm2": random.random()},
         contact_fraction=random.random(),
         picture_mean=random.random(),
         picture_rms=random.random(),
@@ -29,15 +28,17 @@ def iterate(step: int) -> Iterate:
     )
 
 
-FRESH = Course(Targets(0.1, None, 0.01))
-COURSE = Course(
-    Targets(0.1 / 3.0, 55.0, 0.01), (Round(0.1, None, 0.1, 60.0, 0.11, 61.0, 0.1, 4),), iterate(4)
+FRESH = CorrectionState(Targets.of(0.01, roughness=0.1))
+CORRECTED = CorrectionState(
+    Targets.of(0.01, roughness=0.1 / 3.0, contact_area_mm2=55.0),
+    (OuterIteration({"roughness": 0.1}, iterate(3).values, iterate(4).values, 0.1, 4),),
+    iterate(4),
 )
-CHECKPOINT = Checkpoint(current=iterate(7), best=iterate(5), course=COURSE, seconds=12.25)
+CHECKPOINT = Checkpoint(current=iterate(7), best=iterate(5), state=CORRECTED, seconds=12.25)
 
 
 def assert_same(one: Iterate, other: Iterate) -> None:
-    numbers = ("step", "roughness", "contact_area_mm2", "contact_fraction", "picture_mean", "picture_rms")
+    numbers = ("step", "values", "contact_fraction", "picture_mean", "picture_rms")
     assert [getattr(one, name) for name in numbers] == [getattr(other, name) for name in numbers]
     np.testing.assert_array_equal(one.heights, other.heights)
     assert one.memory.keys() == other.memory.keys()
@@ -52,19 +53,21 @@ def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
     assert_same(loaded.current, CHECKPOINT.current)
     assert_same(loaded.best, CHECKPOINT.best)
     assert loaded.seconds == CHECKPOINT.seconds
-    assert (loaded.course.aim, loaded.course.rounds) == (COURSE.aim, COURSE.rounds)
-    assert loaded.course.closest is not None and COURSE.closest is not None
-    assert_same(loaded.course.closest, COURSE.closest)
+    assert loaded.state.surrogate_targets == CORRECTED.surrogate_targets
+    assert loaded.state.iterations == CORRECTED.iterations
+    assert loaded.state.closest is not None and CORRECTED.closest is not None
+    assert_same(loaded.state.closest, CORRECTED.closest)
 
 
-def test_the_course_of_a_run_that_was_never_verified_is_loaded(tmp_path: Path) -> None:
+def test_the_state_of_a_run_that_was_never_verified_is_loaded(tmp_path: Path) -> None:
     save_checkpoint(tmp_path, Checkpoint(iterate(1), iterate(1), FRESH, 1.0))
-    assert load_checkpoint(tmp_path).course == FRESH
+    assert load_checkpoint(tmp_path).state == FRESH
 
 
 def test_it_does_not_mind_how_arrays_lie_in_memory(tmp_path: Path) -> None:
     heights = np.arange(12.0).reshape(3, 4)
-    turned = Iterate(1, heights.T, 0.1, 50.0, 0.5, 1.0, 1.0, {"pressure": heights[::-1, ::2]})
+    memory = {"pressure": heights[::-1, ::2]}
+    turned = Iterate(1, heights.T, iterate(1).values, 0.5, 1.0, 1.0, memory)
     save_checkpoint(tmp_path, Checkpoint(turned, turned, FRESH, 0.0))
     assert_same(load_checkpoint(tmp_path).current, turned)
 

@@ -376,7 +376,7 @@ def test_a_run_killed_in_a_later_round_goes_on_to_the_same_end(out: Path, run_fi
     assert rounds[-1]["miss"] <= 0.002 < rounds[0]["miss"]
     status = ended_after(rounds[0]["steps"] + 1, signal.SIGKILL, ["optimize", str(path), "-o", str(out)], out)
     assert status == -signal.SIGKILL
-    assert len(load_checkpoint(out).course.rounds) >= 1
+    assert len(load_checkpoint(out).state.iterations) >= 1
     resumed = job.resume(out)
     assert resumed.summary["stop"] == whole.summary["stop"]
     assert len(resumed.summary["verification"]["rounds"]) == len(rounds)

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import tactile
-from optimize.descent.correction import Round
-from optimize.descent.driver import Descent, Iterate, StopReason
-from optimize.descent.problem import Problem, Targets
-from optimize.descent.verification import measure_touch
+from optimize.descent.correction import OuterIteration
+from optimize.descent.driver import DescentResult, Iterate, StopReason, record_of
+from optimize.descent.problem import Problem
+from optimize.descent.targets import Targets
+from optimize.descent.touch_measures import measure_touch
 from optimize.report.content import Report
 from optimize.runs import results
 from optimize.runs.config import Run, run_from_scene
@@ -19,12 +20,13 @@ from optimize.runs.results import History, Outcome
 from tests.optimize.conftest import ProblemWith
 from visual.noise import Batches
 
-TARGETS = Targets(0.1, None, 0.01)
+TARGETS = Targets.of(0.01, roughness=0.1)
 
 
 def iterate(step: int, heights: np.ndarray | None = None) -> Iterate:
     heights = np.zeros((2, 2)) if heights is None else heights
-    return Iterate(step, heights, 0.1 + 0.001 / 3 * step, 60.0, 0.5, 1.0 / 3.0, 2.0, {})
+    values = {"roughness": 0.1 + 0.001 / 3 * step, "contact_area_mm2": 60.0}
+    return Iterate(step, heights, values, 0.5, 1.0 / 3.0, 2.0, {})
 
 
 def steps(history: History) -> list[float | None]:
@@ -43,9 +45,10 @@ def test_a_history_is_one_line_a_step(tmp_path: Path) -> None:
     assert rows[2] == {
         "step": 2,
         "round": 0,
-        "roughness": iterate(2).roughness,
+        "roughness": iterate(2).values["roughness"],
         "target_roughness": 0.1,
         "contact_area_mm2": 60.0,
+        "target_contact_area_mm2": None,
         "picture_mean_percent": 1.0 / 3.0,
         "picture_rms_percent": 2.0,
         "seconds": 1.0,
@@ -74,18 +77,18 @@ def test_a_history_gives_back_the_trace_of_a_descent_exactly(tmp_path: Path) -> 
     for step in range(3):
         history.add(iterate(step), 0.0)
     reread = History(tmp_path, TARGETS, 0, after=2)
-    assert reread.trace() == [
-        (TARGETS.miss(at.roughness, at.contact_area_mm2), at.picture_rms) for at in map(iterate, (1, 2))
-    ]
+    expected = [record_of(TARGETS, at.values, at.picture_rms) for at in map(iterate, (1, 2))]
+    assert reread.trace() == expected
 
 
-def test_the_trace_of_a_round_is_its_own(tmp_path: Path) -> None:
+def test_the_trace_of_an_outer_iteration_is_its_own(tmp_path: Path) -> None:
     first = History(tmp_path, TARGETS, 0, after=0)
     first.add(iterate(0), 0.0)
     first.add(iterate(1), 0.0)
-    first.round_number, first.aim = 1, Targets(0.2, None, 0.01)
+    first.iteration, first.targets = 1, Targets.of(0.01, roughness=0.2)
     first.add(iterate(2), 0.0)
-    assert [miss for miss, _ in first.trace()] == [first.aim.miss(iterate(2).roughness, 60.0)]
+    errors = [record.relative_error for record in first.trace()]
+    assert errors == [first.targets.relative_error(iterate(2).values)]
     assert first.rows[2]["target_roughness"] == 0.2
 
 
@@ -109,15 +112,15 @@ def outcome(problem: Problem, verified: bool) -> Outcome:
     true = random.uniform(0.2, 0.5, (2, 1, len(problem.scene.conditions), 16, 16))
     before, after = (Batches(p + random.normal(0.0, 0.01, (4, *p.shape[1:])), 64) for p in true)
     best = iterate(3, lower)
-    first, felt = (measure_touch(problem, h, "layer") for h in (problem.heights, lower))
-    rounds = (Round(0.1, None, 0.1, 60.0, felt.roughness, felt.contact_area_mm2, 0.2, 7),)
+    first, felt = (measure_touch(h, problem.size_mm, problem.skin, "layer") for h in (problem.heights, lower))
+    goals = {"roughness": 0.1}
+    iterations = (OuterIteration(goals, best.values, felt.values, 0.2, 7),)
     return Outcome(
-        descent=Descent(best, iterate(7, lower), StopReason.STEP_LIMIT),
-        initial_roughness=first.roughness,
-        initial_contact_area_mm2=first.contact_area_mm2,
+        descent=DescentResult(best, iterate(7, lower), StopReason.STEP_LIMIT),
+        steering_values=first.values,
         touch_before=first,
         touch_after=felt,
-        rounds=rounds if verified else (),
+        iterations=iterations if verified else (),
         pictures_before=before,
         pictures_after=after,
         baseline_heights=None,
@@ -140,19 +143,21 @@ def test_maps_of_the_result_are_its_own_even_if_it_is_not_verified(
 
 
 def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, settings: Run) -> None:
-    verified = measure_touch(problem, 0.8 * problem.heights, "layer")
+    verified = measure_touch(0.8 * problem.heights, problem.size_mm, problem.skin, "layer")
     told = results.summarise(settings, problem, outcome(problem, True), {})
     touch = told["touch"]
-    assert touch["roughness"] == iterate(3).roughness
-    assert (touch["verified_roughness"], touch["verified_by"]) == (verified.roughness, "layer")
+    assert touch["roughness"] == iterate(3).values["roughness"]
+    assert (touch["verified_roughness"], touch["verified_by"]) == (verified.values["roughness"], "layer")
     assert touch["jnd_from_original"] == pytest.approx(
-        tactile.jnd_apart(verified.roughness, touch["initial_roughness"])
+        tactile.jnd_apart(verified.values["roughness"], touch["initial_roughness"])
     )
     assert touch["jnd_from_original"] < 0.0
-    assert touch["verified_contact_area_mm2"] == verified.contact_area_mm2
+    assert touch["verified_contact_area_mm2"] == verified.values["contact_area_mm2"]
     assert told["verification"]["resolution"] is None
-    assert told["verification"]["miss_percent"] == pytest.approx(100.0 * abs(verified.roughness / 0.1 - 1.0))
-    assert [r["aimed_roughness"] for r in told["verification"]["rounds"]] == [TARGETS.roughness]
+    assert told["verification"]["miss_percent"] == pytest.approx(
+        100.0 * abs(verified.values["roughness"] / 0.1 - 1.0)
+    )
+    assert [r["aimed_roughness"] for r in told["verification"]["rounds"]] == [TARGETS.goals()["roughness"]]
 
 
 def test_changes_of_the_look_are_in_percent_of_white_and_of_the_mean(problem: Problem, settings: Run) -> None:

@@ -1,0 +1,249 @@
+"""Targets: quantities of a touch with a goal each, and the table of those that a run can ask for.
+
+A new quantity is one row of `QUANTITIES`. The keys of `[touch]` in a run file, the options of the command,
+the constraints of a descent, the numbers in result.json and the rows of the report follow from that table.
+Nothing here loads torch or the models of touch, so that a run file is checked at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from tactile.model import Touch
+
+Values = Mapping[str, float]
+"""Values of quantities by their names."""
+
+LARGEST_JND = 10.0
+"""Largest roughness change, JND: a factor of 1.19 ** 10 = 5.7, more than any relief up to 3 mm gives."""
+STEERING_GAP_WEIGHT_PER_MM = 20.0
+"""Gap weight of the contact area whose gradient gives a step its direction, 1/mm. At the paper's 80 a slope
+holds over 0.01 mm; the softer area has a slope over longer steps, whose length is found by pressing."""
+CONTACT_ENERGY_UNIT_MM2 = 1000.0
+"""Contact areas (mm²) are about this times roughnesses; other weights grow with it (paper section 4.1)."""
+
+
+@dataclass(frozen=True)
+class GoalKey:
+    """A key of `[touch]` that states a goal for a quantity; its option has dashes.
+
+    Attributes:
+        key: such as `jnd`.
+        metavar, help: of the option.
+        bounds: of the number, as keywords of pydantic's `Field`.
+        goal: from the number and the original's own value to the goal, in the quantity's unit.
+        relative: whether `goal` depends on the original's own value.
+    """
+
+    key: str
+    metavar: str
+    help: str
+    bounds: Mapping[str, Any]
+    goal: Callable[[float, float], float]
+    relative: bool
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number that a finger gets from a relief, and that a descent can steer.
+
+    Attributes:
+        name: key in result.json, history and checkpoint.
+        label: for tables and sentences.
+        symbol, unit: for the screen; the unit may be empty.
+        decimals: digits behind the point on the screen.
+        value: from a touch and the side of the plate (mm) to the number, differentiable; the touch has no
+            leading dimensions.
+        fast_value: a cheaper estimate for descents by a fast model of touch; None: `value`.
+        steering_value: a smoother stand-in whose gradient gives a step its direction; None: `value`.
+        slope_holds: whether the gradient predicts the quantity well over a whole step. Else every step is
+            corrected by pressing until it arrives, not only the last one.
+        energy_unit: by which Adam divides the distance to the goal.
+        largest: the largest goal on a plate of a given side (mm).
+        goals: keys that state a goal; at most one of them may be given.
+    """
+
+    name: str
+    label: str
+    symbol: str
+    unit: str
+    decimals: int
+    value: Callable[[Touch, float], Tensor]
+    fast_value: Callable[[Touch, float], Tensor] | None = None
+    steering_value: Callable[[Touch, float], Tensor] | None = None
+    slope_holds: bool = True
+    energy_unit: float = 1.0
+    largest: Callable[[float], float] = lambda size_mm: math.inf
+    goals: tuple[GoalKey, ...] = ()
+
+    def text(self, number: float) -> str:
+        """A value with its unit, as in `34.0 mm²`."""
+        return f"{number:.{self.decimals}f} {self.unit}".rstrip()
+
+
+def _roughness(touch: Touch, size_mm: float) -> Tensor:
+    import tactile
+
+    return tactile.roughness(touch.strain, size_mm)
+
+
+def _polar_roughness(touch: Touch, size_mm: float) -> Tensor:
+    import tactile
+
+    return tactile.roughness(touch.strain, size_mm, "polar")
+
+
+def _contact_area(touch: Touch, size_mm: float) -> Tensor:
+    import tactile
+
+    return tactile.contact_area(touch.gap, size_mm)
+
+
+def _soft_contact_area(touch: Touch, size_mm: float) -> Tensor:
+    import tactile
+
+    return tactile.contact_area(touch.gap, size_mm, STEERING_GAP_WEIGHT_PER_MM)
+
+
+def _jnd_from(number: float, original: float) -> float:
+    from tactile.jnd import jnd_scaled
+
+    return jnd_scaled(original, number)
+
+
+ROUGHNESS = Quantity(
+    name="roughness",
+    label="roughness",
+    symbol="V",
+    unit="",
+    decimals=4,
+    value=_roughness,
+    fast_value=_polar_roughness,
+    goals=(
+        GoalKey(
+            "roughness",
+            "V",
+            "roughness, as retouch evaluate tells it",
+            {"gt": 0},
+            lambda number, original: number,
+            relative=False,
+        ),
+        GoalKey(
+            "jnd",
+            "N",
+            "just-noticeable differences rougher than the original; negative for smoother",
+            {"ge": -LARGEST_JND, "le": LARGEST_JND},
+            _jnd_from,
+            relative=True,
+        ),
+    ),
+)
+"""V (paper equation 2)."""
+
+CONTACT_AREA = Quantity(
+    name="contact_area_mm2",
+    label="contact area",
+    symbol="A",
+    unit="mm²",
+    decimals=1,
+    value=_contact_area,
+    steering_value=_soft_contact_area,
+    slope_holds=False,
+    energy_unit=CONTACT_ENERGY_UNIT_MM2,
+    largest=lambda size_mm: size_mm**2,
+    goals=(
+        GoalKey(
+            "contact_area_mm2",
+            "MM2",
+            "contact area in mm²; more feels colder",
+            {"gt": 0},
+            lambda number, original: number,
+            relative=False,
+        ),
+        GoalKey(
+            "contact_area_scale",
+            "X",
+            "contact area as a factor on the original's",
+            {"gt": 0},
+            lambda number, original: original * number,
+            relative=True,
+        ),
+    ),
+)
+"""A (paper equation 3), which the finger reads as temperature."""
+
+QUANTITIES = {quantity.name: quantity for quantity in (ROUGHNESS, CONTACT_AREA)}
+"""What every run measures, and what a run file can ask for."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A quantity with its goal.
+
+    Attributes:
+        goal: in the quantity's unit.
+        tolerance: largest relative error that counts as met.
+    """
+
+    quantity: Quantity
+    goal: float
+    tolerance: float
+
+    def relative_error(self, values: Values) -> float:
+        """Distance to the goal, relative to the goal."""
+        return abs(values[self.quantity.name] / self.goal - 1.0)
+
+    def met(self, values: Values) -> bool:
+        """Whether the value lies within the tolerance."""
+        return self.relative_error(values) <= self.tolerance
+
+    @property
+    def sentence(self) -> str:
+        """The target in words, as in `roughness 0.0689 within 1 %`."""
+        goal = self.quantity.text(self.goal)
+        return f"{self.quantity.label} {goal} within {100.0 * self.tolerance:g} %"
+
+
+@dataclass(frozen=True)
+class Targets:
+    """The feel to reach: targets to be met together; without any, a relief is measured and not changed."""
+
+    each: tuple[Target, ...] = field(default=())
+
+    @classmethod
+    def of(cls, tolerance: float, **goals: float) -> Targets:
+        """Targets for quantities of the table by name, as in `Targets.of(0.01, roughness=0.07)`."""
+        return cls(tuple(Target(QUANTITIES[name], goal, tolerance) for name, goal in goals.items()))
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What is measured of every touch: the table's quantities, then those that only a target has."""
+        others = {t.quantity.name: t.quantity for t in self.each if t.quantity.name not in QUANTITIES}
+        return *QUANTITIES.values(), *others.values()
+
+    @property
+    def sentence(self) -> str:
+        """All targets in words."""
+        return " and ".join(target.sentence for target in self.each)
+
+    def goals(self) -> dict[str, float]:
+        """Goals by the names of their quantities."""
+        return {target.quantity.name: target.goal for target in self.each}
+
+    def relative_error(self, values: Values) -> float:
+        """Largest relative error of the targets; 0 without any."""
+        return max((target.relative_error(values) for target in self.each), default=0.0)
+
+    def met(self, values: Values) -> bool:
+        """Whether every target is met."""
+        return all(target.met(values) for target in self.each)
+
+    def scaled(self, factors: Values) -> Targets:
+        """The same targets with every goal times the factor of its quantity."""
+        return Targets(tuple(replace(t, goal=factors[t.quantity.name] * t.goal) for t in self.each))
