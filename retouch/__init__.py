@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from relief.errors import InputError
     from relief.export import export_plate
     from relief.heightmap import load_heights, save_heights_exr, save_heights_png
+    from surrogate.data.field_set import open_fieldset
     from tactile.area import contact_area
     from tactile.contact import ContactError
     from tactile.jnd import discrimination_probability, jnd_apart, jnd_scaled
@@ -37,6 +38,7 @@ _SOURCES = {
     "load_heights": "relief.heightmap:load_heights",
     "load_run": "optimize.runs.config:load_run",
     "load_scene": "visual.scene:load_scene",
+    "open_fieldset": "surrogate.data.field_set:open_fieldset",
     "optimize": "optimize.runs.job:run",
     "press": "tactile.model:press",
     "resume": "optimize.runs.job:resume",
@@ -63,6 +65,7 @@ __all__ = [
     "load_heights",
     "load_run",
     "load_scene",
+    "open_fieldset",
     "optimize",
     "press",
     "resume",

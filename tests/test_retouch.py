@@ -52,7 +52,7 @@ def test_type_checkers_see_the_same_names_from_the_same_modules() -> None:
     assert set(retouch._SOURCES) == set(retouch.__all__)
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/python.md", "docs/scenes.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/learned.md", "docs/python.md", "docs/scenes.md"])
 def test_the_pages_use_names_that_exist(page: str) -> None:
     blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"), re.M | re.S)
     used = set(re.findall(r"\bretouch\.(\w+)", "\n".join(blocks)))
