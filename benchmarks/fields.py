@@ -24,7 +24,8 @@ from benchmarks.common import machine, save, table
 from optimize.training.fields import STUDIO, VARIANT, light_directions, touch_fields
 from surrogate.corpus.photographs import bundled
 from surrogate.corpus.recipes import heights, recipes
-from visual.exact.render import LightScene, RenderSettings, pictures
+from visual.exact.light_scene import LightScene
+from visual.exact.render import RenderSettings, pictures
 from visual.reference.renderer import ReferenceRenderer
 from visual.scene import Scene
 from visual.scene_file.check import check_scene
@@ -76,8 +77,8 @@ def _pictures(seen: list[Array]) -> list[dict[str, Any]]:
 
     def rendered(light: LightScene, relief: Array, samples: int, seed: int) -> Array:
         suns, ambient, strength = ((sun,), None, 1.0) if light is sun else ((), sky, AMBIENT)
-        exposure = RenderSettings(samples, seed, False)
-        found = pictures(suns, ambient, torch.as_tensor(relief), SIZE_MM, exposure)[0]
+        settings = RenderSettings(samples, seed, False)
+        found = pictures(suns, ambient, torch.as_tensor(relief), SIZE_MM, settings)[0]
         return np.asarray(found.numpy() / strength)
 
     def converged(light: LightScene, relief: Array) -> Array:

@@ -18,7 +18,8 @@ from scipy.ndimage import gaussian_filter
 
 from benchmarks.common import load, machine, save, table
 from benchmarks.sight import SIZE_MM, SMOOTHNESS, altered, mitsubas_integrator, reliefs, scene_of
-from visual.exact.render import LightScene, PictureIndex, RenderSettings, edge_gradient, interior_gradient
+from visual.exact.light_scene import LightScene
+from visual.exact.render import PictureIndex, RenderSettings, edge_gradient, interior_gradient
 from visual.scene import Scene
 
 Array = NDArray[np.float64]
@@ -167,10 +168,10 @@ def methods(scene: Scene, soft: bool, bounces: int) -> dict[str, Callable[[Array
 
     def rendered(light: LightScene, edges: bool) -> Callable[[Array, Array, int], Array]:
         def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
-            exposure, shot = RenderSettings(SAMPLES, seed, edges), PictureIndex(0, 0)
-            found = interior_gradient(light, heights, adjoint, exposure, shot)
+            settings, index = RenderSettings(SAMPLES, seed, edges), PictureIndex(0, 0)
+            found = interior_gradient(light, heights, adjoint, settings, index)
             if edges:
-                found = found + edge_gradient(light, heights, adjoint, SIZE_MM, exposure, shot)
+                found = found + edge_gradient(light, heights, adjoint, SIZE_MM, settings, index)
             return found
 
         return gradient

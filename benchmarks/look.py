@@ -25,8 +25,8 @@ from benchmarks.common import load, machine, median_seconds, save, table
 from benchmarks.gradients import GRAVEL, directions
 from benchmarks.sight import SIZE_MM, altered, mitsubas_integrator, reliefs, scene_of
 from relief.heightmap import load_heights
-from visual.exact import render as exact
 from visual.exact.discontinuities import EdgeSamples
+from visual.exact.render import RenderSettings, pictures
 from visual.scene import Scene
 
 Array = NDArray[np.float64]
@@ -189,8 +189,7 @@ def rendered(scene: Scene, samples: int) -> Method:
 
     def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
         variable = torch.tensor(heights, requires_grad=True)
-        pictures = scene.render(variable, samples=samples, seed=seed)
-        pictures.backward(torch.as_tensor(adjoint))
+        scene.render(variable, samples=samples, seed=seed).backward(torch.as_tensor(adjoint))
         assert variable.grad is not None
         return np.asarray(variable.grad.numpy())
 
@@ -209,8 +208,8 @@ def mitsubas(scene: Scene, kind: str, samples: int) -> Method:
 
     def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
         variable = torch.tensor(heights, requires_grad=True)
-        exposure = exact.RenderSettings(samples, seed, shadow_edges=False)
-        exact.pictures(suns, ambient, variable, SIZE_MM, exposure).backward(torch.as_tensor(adjoint))
+        settings = RenderSettings(samples, seed, shadow_edges=False)
+        pictures(suns, ambient, variable, SIZE_MM, settings).backward(torch.as_tensor(adjoint))
         assert variable.grad is not None
         return np.asarray(variable.grad.numpy())
 

@@ -16,12 +16,15 @@ from visual.backend import rays
 
 REPEATS = 5
 GROUPS = {
-    "rays (shadows, edges)": (("rays.py", "blocked"), ("rays.py", "first_hits")),
-    "heights into the scene": (("buffers.py", "set_heights"),),
-    "radiance and its slopes": (("shading.py", "shade"),),
-    "shadow edges": (("edges.py", "shadow_edges"), ("boundaries.py", "boundary_entries")),
-    "Mitsuba's pictures": (("exact.py", "_render"),),
-    "Mitsuba's gradient": (("exact.py", "interior_gradient"),),
+    "rays (shadows, edges)": (("backend/rays.py", "blocked"), ("backend/rays.py", "first_hits")),
+    "heights into the scene": (("backend/buffers.py", "set_heights"),),
+    "radiance and its slopes": (("exact/shading.py", "shade"),),
+    "shadow edges": (
+        ("exact/shadow_edges.py", "shadow_edges"),
+        ("exact/discontinuities.py", "discontinuity_entries"),
+    ),
+    "Mitsuba's pictures": (("exact/render.py", "_render"),),
+    "Mitsuba's gradient": (("exact/render.py", "interior_gradient"),),
 }
 """Functions by file and name, whose time with all that they call is that of a group; no function calls one
 of another group but for rays and heights, which are taken out of those that call them."""

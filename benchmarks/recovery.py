@@ -31,7 +31,8 @@ from benchmarks.common import load, machine, save, table
 from optimize.descent.gauss_newton import laplacian
 from relief.heightmap import load_heights
 from tactile.sparse import factorised
-from visual.exact import render as exact
+from visual.exact import render
+from visual.exact.light_scene import LightScene
 from visual.scene import Scene, load_scene
 
 Array = NDArray[np.float64]
@@ -122,14 +123,14 @@ def by_gauss_newton(scene: Scene, truth: Array, start: Array) -> Iterator[Array]
 
 
 def by_adam(
-    scene: Scene, lights: tuple[exact.LightScene, ...], truth: Array, start: Array, edges: bool
+    scene: Scene, lights: tuple[LightScene, ...], truth: Array, start: Array, edges: bool
 ) -> Iterator[Array]:
     """Adam on Mitsuba's pictures, the same random numbers at every step."""
     suns, ambient = lights[:-1], lights[-1]
-    exposure = exact.RenderSettings(SAMPLES, 0, edges)
+    settings = render.RenderSettings(SAMPLES, 0, edges)
 
     def pictures(heights: torch.Tensor) -> torch.Tensor:
-        return exact.pictures(suns, ambient, heights, scene.size_mm, exposure)
+        return render.pictures(suns, ambient, heights, scene.size_mm, settings)
 
     wanted = pictures(torch.as_tensor(truth))
     heights = torch.tensor(start, requires_grad=True)

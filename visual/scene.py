@@ -14,8 +14,11 @@ from torch import Tensor
 from relief import heightmap
 from relief.errors import InputError
 from visual.backend import variants
-from visual.exact import render as exact
-from visual.exact.discontinuities import EdgeSamples, black_background, scene_background
+from visual.backend.plate import plate_bsdf
+from visual.exact.background import black_background, scene_background
+from visual.exact.discontinuities import EdgeSamples
+from visual.exact.light_scene import LightScene
+from visual.exact.render import RenderSettings, pictures
 from visual.exact.view import Illumination, View
 from visual.geometry.projection import from_above, projection_of
 from visual.lights.kind import Light
@@ -74,7 +77,7 @@ class Scene:
         self.samples = cameras[0].samples
         self.conditions = self._needs.conditions
         self.weights = np.array(self._needs.weights)
-        self._loaded: dict[tuple[int, ...], exact.LightScene] = {}
+        self._loaded: dict[tuple[int, ...], LightScene] = {}
         self._quadratures: dict[tuple[int, ...], Quadrature] = {}
         self._quick: FastRenderer | None = None
         self.white = self._white()
@@ -128,9 +131,9 @@ class Scene:
         suns = tuple(self._light_scene((light,), resolution) for light in self._needs.alone)
         around = self._needs.around
         ambient = self._light_scene(around, resolution) if around else None
-        exposure = exact.RenderSettings(samples or self.samples, seed, shadow_edges)
+        exposure = RenderSettings(samples or self.samples, seed, shadow_edges)
         reliefs = field.reshape(-1, *field.shape[-2:])
-        each = [exact.pictures(suns, ambient, relief, self.size_mm, exposure) for relief in reliefs]
+        each = [pictures(suns, ambient, relief, self.size_mm, exposure) for relief in reliefs]
         return torch.stack(each).reshape(*field.shape[:-2], *each[0].shape)
 
     def views(
@@ -163,7 +166,7 @@ class Scene:
         return tuple(
             View(
                 first.scene,
-                exact.plate_bsdf(first.scene),
+                plate_bsdf(first.scene),
                 first.set_heights,
                 (self.heights.shape[0], self.heights.shape[1]),
                 self.size_mm,
@@ -179,7 +182,7 @@ class Scene:
             for camera in first.cameras
         )
 
-    def light_scenes(self, resolution: int | None = None) -> tuple[exact.LightScene, ...]:
+    def light_scenes(self, resolution: int | None = None) -> tuple[LightScene, ...]:
         """The Mitsuba scenes whose pictures `render` adds: each light alone, then all ambient light."""
         groups = [(light,) for light in self._needs.alone] + (
             [self._needs.around] if self._needs.around else []
@@ -226,14 +229,14 @@ class Scene:
         if self._needs.obstacles:
             raise InputError(f"{self._checked.path}: {self._needs.obstacles[0]}")
 
-    def _light_scene(self, lights: tuple[Light, ...], resolution: int | None) -> exact.LightScene:
+    def _light_scene(self, lights: tuple[Light, ...], resolution: int | None) -> LightScene:
         """A scene with these lights only, made once."""
         key = (*(light.node for light in lights), resolution or 0)
         if key not in self._loaded:
             self._loaded[key] = self._load(lights, resolution)
         return self._loaded[key]
 
-    def _load(self, lights: tuple[Light, ...], resolution: int | None) -> exact.LightScene:
+    def _load(self, lights: tuple[Light, ...], resolution: int | None) -> LightScene:
         import mitsuba as mi
 
         scene = instantiate(self._checked, self.heights, lights=[light.node for light in lights])
@@ -248,7 +251,7 @@ class Scene:
             looked = from_above(self.size_mm, rows) if overhead else projection_of(sensor, rows, cols)
             cameras.append(looked)
         by_light = self._integrator(0)
-        return exact.LightScene(
+        return LightScene(
             scene,
             params,
             self._needs.cameras,

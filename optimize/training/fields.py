@@ -121,7 +121,7 @@ def _studio(samples: int, strata: int) -> ReferenceRenderer:
 
 def studio_material() -> Any:
     """The Mitsuba BSDF of the plate in the paper's studio."""
-    from visual.exact.render import plate_bsdf
+    from visual.backend.plate import plate_bsdf
     from visual.scene import Scene
     from visual.scene_file.check import check_scene
 

@@ -17,7 +17,7 @@ from relief.errors import InputError
 from tests.visual.scenes import ALBEDO, MATTE, PLASTIC, SIDE, Array, hills, sky, sun, write_scene
 from visual import scene
 from visual.backend import rays
-from visual.exact import render as exact
+from visual.exact import render
 from visual.explain import explain_scene
 from visual.lights.quadrature import kind_of
 from visual.needs import Needs, needs_of
@@ -102,7 +102,7 @@ def test_ambient_light_is_rendered_once_if_there_is_any(
     lights: list[str],
     passes: int,
 ) -> None:
-    made, rendered = counted(scene, "instantiate"), counted(exact, "_render")
+    made, rendered = counted(scene, "instantiate"), counted(render, "_render")
     scene_of(*lights).render(samples=4)
     assert (len(made), len(rendered)) == (passes, passes)
     assert needs(*lights).passes == passes
@@ -121,7 +121,7 @@ def test_ambient_light_that_is_black_changes_nothing(scene_of: Callable[..., Sce
 def test_rays_are_sent_at_random_only_where_they_can_meet_a_light(
     scene_of: Callable[..., Scene], counted: Count, light: str, more: str, by_chance: int, material: str
 ) -> None:
-    rendered = counted(exact, "_render")
+    rendered = counted(render, "_render")
     scene_of(light, more=more, material=material).render(samples=4)
     ((lit, *_),) = rendered
     assert _bsdf_samples(lit.integrator) == by_chance
@@ -137,12 +137,12 @@ def _bsdf_samples(integrator: Any) -> int:
 def test_the_ray_that_is_not_sent_after_a_point_light_changes_nothing(
     mi: ModuleType, scene_of: Callable[..., Scene], counted: Count
 ) -> None:
-    rendered = counted(exact, "_render")
+    rendered = counted(render, "_render")
     loaded = scene_of(POINT, material=PLASTIC)
     picture = loaded.render(samples=4)
     ((lit, *others),) = rendered
     sending = mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 1})
-    wasteful = exact._render(dataclasses.replace(lit, integrator=sending), *others)
+    wasteful = render._render(dataclasses.replace(lit, integrator=sending), *others)
     np.testing.assert_array_equal(picture[0].numpy(), wasteful)
 
 
@@ -215,8 +215,8 @@ def _facing(mi: ModuleType) -> Any:
 def test_no_ray_is_traced_for_shadow_edges_that_are_not_there(
     scene_of: Callable[..., Scene], counted: Count, light: str, heights: Array, looked_for: int, traced: bool
 ) -> None:
-    passes, batches = counted(exact, "shadow_edges"), counted(rays, "_rays")
-    shaded = counted(exact, "shade")
+    passes, batches = counted(render, "shadow_edges"), counted(rays, "_rays")
+    shaded = counted(render, "shade")
     assert np.isfinite(follow(scene_of(light), heights=heights)).all()
     assert len(passes) == looked_for
     assert (len(batches) > 0, len(shaded) > 0) == (traced, traced)
@@ -242,19 +242,19 @@ def test_no_light_that_stands_straight_above_has_a_shadow_edge_to_miss(
 def test_the_gradient_of_a_condition_of_weight_0_is_not_followed(
     scene_of: Callable[..., Scene], counted: Count, weights: tuple[float, float], followed: int
 ) -> None:
-    interior, edges = counted(exact, "interior_gradient"), counted(exact, "edge_gradient")
+    interior, edges = counted(render, "interior_gradient"), counted(render, "edge_gradient")
     follow(scene_of(sun(35), sun(30, 200), sky()), np.array(weights))
     assert (len(interior), len(edges)) == (followed, followed)
 
 
 def test_what_it_would_have_added_is_nothing(scene_of: Callable[..., Scene], counted: Count) -> None:
-    interior = counted(exact, "interior_gradient")
+    interior = counted(render, "interior_gradient")
     loaded = scene_of(sun(35))
     follow(loaded)
     ((light, heights, adjoint, exposure, number),) = interior
     dark = np.zeros_like(adjoint)
-    assert not exact.interior_gradient(light, heights, dark, exposure, number).any()
-    assert not exact.edge_gradient(light, heights, dark, loaded.size_mm, exposure, number).any()
+    assert not render.interior_gradient(light, heights, dark, exposure, number).any()
+    assert not render.edge_gradient(light, heights, dark, loaded.size_mm, exposure, number).any()
 
 
 @pytest.mark.parametrize(

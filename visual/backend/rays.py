@@ -1,4 +1,4 @@
-"""Rays against the plate by Mitsuba, from and to numpy."""
+"""Rays against the plate by Mitsuba, from and to numpy arrays."""
 
 from __future__ import annotations
 
@@ -7,32 +7,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from visual.backend.plate import plate_shape
+
 Array = NDArray[np.float64]
 
-FAR_MM = 1e4
+MISSED_MM = 1e4
+"""Distance, mm, given to rays that meet no plate: finite, so that points along them are too."""
 REACH = 20.0
-"""Half the least distance of area lights that have gradients; see `visual.lights.area`."""
-
-
-def plate_shape(scene: Any) -> Any:
-    """The height field in a Mitsuba scene."""
-    return next(shape for shape in scene.shapes() if type(shape).__name__ == "HeightField")
-
-
-def _rays(origins: Array, directions: Array) -> Any:
-    import mitsuba as mi
-
-    o, d = (
-        mi.Vector3f(*(mi.Float(np.ascontiguousarray(v[:, a], dtype=np.float32)) for a in range(3)))
-        for v in (origins, directions)
-    )
-    return mi.Ray3f(mi.Point3f(o), d)
+"""Length of shadow rays, sides of the plate: half the least distance of area lights that have gradients
+(`visual.lights.area`). What is farther does not stand in the light, it is the light."""
 
 
 def blocked(scene: Any, origins: Array, directions: Array) -> NDArray[np.bool_]:
-    """Whether something lies along each ray. `origins`, `directions`: (rays, 3). No ray: no work.
+    """Whether a shape of the scene lies within `REACH` along each ray.
 
-    Rays end after `REACH` sides of the plate: what is farther does not stand in the light, it is the light.
+    Args:
+        scene: Mitsuba scene with a plate.
+        origins: (rays, 3) mm.
+        directions: (rays, 3) unit vectors.
+
+    Returns:
+        (rays,).
     """
     if len(origins) == 0:
         return np.zeros(0, dtype=bool)
@@ -43,9 +38,15 @@ def blocked(scene: Any, origins: Array, directions: Array) -> NDArray[np.bool_]:
 
 
 def first_hits(scene: Any, origins: Array, directions: Array) -> tuple[NDArray[np.int64], Array]:
-    """Face of the plate that each ray meets first (-1: nothing or another shape) and distance in mm, (rays,).
+    """Faces of the plate that rays meet first.
 
-    The scene may hold further shapes, whose faces are numbered from 0 too.
+    Args:
+        scene: Mitsuba scene with a plate; it may hold further shapes, whose faces are numbered from 0 too.
+        origins: (rays, 3) mm.
+        directions: (rays, 3) unit vectors.
+
+    Returns:
+        Face (rays,), -1 where a ray meets nothing or another shape, and distance (rays,), mm.
     """
     import mitsuba as mi
 
@@ -55,4 +56,14 @@ def first_hits(scene: Any, origins: Array, directions: Array) -> tuple[NDArray[n
     on_plate = hit.is_valid() & (hit.shape == mi.ShapePtr(plate_shape(scene)))
     valid = np.asarray(on_plate).astype(bool)
     face = np.asarray(hit.prim_index).astype(np.int64)
-    return np.where(valid, face, -1), np.where(valid, np.asarray(hit.t, dtype=np.float64), FAR_MM)
+    return np.where(valid, face, -1), np.where(valid, np.asarray(hit.t, dtype=np.float64), MISSED_MM)
+
+
+def _rays(origins: Array, directions: Array) -> Any:
+    import mitsuba as mi
+
+    o, d = (
+        mi.Vector3f(*(mi.Float(np.ascontiguousarray(v[:, a], dtype=np.float32)) for a in range(3)))
+        for v in (origins, directions)
+    )
+    return mi.Ray3f(mi.Point3f(o), d)

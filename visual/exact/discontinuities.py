@@ -1,17 +1,23 @@
-"""All of a picture's derivative that is not radiance by slope: shadows and faces that move in the picture."""
+"""Discontinuities of pictures: the part of the derivative that is not radiance by slope.
+
+A picture jumps at two kinds of edges that move with the heights: boundaries of shadows
+(`visual.exact.shadow_edges`) and primary-visibility edges, the outlines of faces as the camera sees them
+(`visual.exact.visibility_edges`). The derivative is the speed of an edge times the jump of radiance across
+it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from visual.exact.background import Background
 from visual.exact.shading import Shading, unshadowed
-from visual.exact.shadow_edges import EDGE_SAMPLES, Entries, ShadowEdges, shadow_entries
-from visual.exact.visibility_edges import VisibilityEdges, visibility_edges
+from visual.exact.shadow_edges import SHADOW_EDGE_SAMPLES, Entries, ShadowEdges, shadow_entries
+from visual.exact.visibility_edges import VISIBILITY_EDGE_SAMPLES, VisibilityEdges
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
 from visual.geometry.topology import PlateTopology
@@ -19,49 +25,16 @@ from visual.lights.parallel import ParallelLights
 
 Array = NDArray[np.float64]
 
-VISIBILITY_EDGE_SAMPLES = 16
-"""Along each edge that moves in a picture. Seen at 45 degrees, under light at 35, one gradient of gravel is
-8.7 % off with 1, 5.9 with 2, 2.5 with 4; under light at 10, in its highlights, gradients scatter by 20 % with
-4 and by 7 % with 16."""
-SHARE_UNDER_MANY_LIGHTS = {"shadows": 0.5, "visibility": 0.25}
-"""Of the samples, under lights of many directions: each adds a small share of the picture."""
+SHADOW_SHARE, VISIBILITY_SHARE = 0.5, 0.25
+"""Shares of the edge samples kept under lights of many directions, each of which adds a small share of the
+picture."""
 
 
 class EdgeSamples(NamedTuple):
-    """Samples along each edge that casts a shadow, and along each that moves in the picture."""
+    """Numbers of samples along each edge that casts a shadow and along each primary-visibility edge."""
 
-    shadows: int = EDGE_SAMPLES
+    shadows: int = SHADOW_EDGE_SAMPLES
     visibility: int = VISIBILITY_EDGE_SAMPLES
-
-
-Background = Callable[[Array], Array]
-"""Radiance (rays,) that comes along unit directions (rays, 3) in which the camera sees no plate."""
-
-
-def black_background(directions: Array) -> Array:
-    """The background under lights that are not seen themselves."""
-    return np.zeros(len(directions))
-
-
-def scene_background(scene: Any) -> Background:
-    """What lies around the plate in a Mitsuba scene: its constant light or environment map, if it has one."""
-    around = scene.environment()
-    if around is None:
-        return black_background
-
-    def radiance(directions: Array) -> Array:
-        import drjit as dr
-        import mitsuba as mi
-
-        if len(directions) == 0:
-            return np.zeros(0)
-        si = dr.zeros(mi.SurfaceInteraction3f, len(directions))
-        si.wi = mi.Vector3f(*(mi.Float(-c) for c in np.ascontiguousarray(directions.T, dtype=np.float32)))
-        value = around.eval(si)
-        luminance = np.asarray(value[0] if mi.is_monochromatic else mi.luminance(value), dtype=np.float64)
-        return np.broadcast_to(luminance, len(directions))  # constant light answers with one number
-
-    return radiance
 
 
 @dataclass(frozen=True)
@@ -69,81 +42,80 @@ class Jitter:
     """Fixed positions along the edges of the plate, so that two reliefs differ by geometry alone.
 
     Attributes:
-        shadows: (edges, samples) in [0, 1), of the edges that cast shadows.
-        visibility: (edges, samples) in [0, 1), of all edges as the camera sees them.
+        shadows: (edges, samples) in [0, 1), of edges that cast shadows.
+        visibility: (edges, samples) in [0, 1), of primary-visibility edges.
     """
 
     shadows: Array
     visibility: Array
 
     def under_many_lights(self) -> Jitter:
-        """Those that are worth their while under lights of many directions."""
-        kept = {
-            name: max(1, int(share * vars(self)[name].shape[1]))
-            for name, share in SHARE_UNDER_MANY_LIGHTS.items()
-        }
-        return Jitter(**{name: vars(self)[name][:, :count] for name, count in kept.items()})
+        """The first of these positions, as many as lights of many directions are worth."""
+
+        def kept(positions: Array, share: float) -> Array:
+            return positions[:, : max(1, int(share * positions.shape[1]))]
+
+        return Jitter(kept(self.shadows, SHADOW_SHARE), kept(self.visibility, VISIBILITY_SHARE))
 
 
 def edge_jitter(plate: PlateTopology, generator: np.random.Generator, samples: EdgeSamples) -> Jitter:
-    """Random positions along every edge."""
+    """Random positions along every edge of the plate."""
     return Jitter(*(generator.uniform(size=(len(plate.edge_start), count)) for count in samples))
 
 
-def moving_edges(posed: PlacedMesh, camera: Projection, jitter: Jitter) -> VisibilityEdges | None:
-    """Edges that move in the picture, whatever the light; none if the camera looks straight down."""
-    return None if camera.overhead else visibility_edges(posed, camera, jitter.visibility)
-
-
 def discontinuity_entries(
-    posed: PlacedMesh,
+    mesh: PlacedMesh,
     camera: Projection,
     bsdf: Any,
     lights: ParallelLights,
     shading: Shading,
     background: Background,
     shadows: ShadowEdges,
-    moving: VisibilityEdges | None,
+    edges: VisibilityEdges | None,
 ) -> list[Entries]:
-    """Entries d radiance / d mm of a picture under lights that shine together.
+    """Jacobian entries, d radiance / d mm, of a picture under lights that shine together.
 
     Args:
-        bsdf: the plate's material.
+        mesh: the plate.
+        camera: takes the picture.
+        bsdf: material of the plate.
+        lights: parallel lights.
         shading: of the faces under these lights, toward this camera.
-        shadows: of these lights.
-        moving: of `moving_edges`.
+        background: of the picture.
+        shadows: boundaries of the shadows of these lights.
+        edges: primary-visibility edges of this camera; None if it looks straight down.
     """
-    seen = shadows.seen(posed.scene, camera)
-    entries = [shadow_entries(posed.plate, camera, seen, shading.radiance[seen.light, seen.receiver])]
-    if moving is not None:
-        sides = _beside(posed, camera, bsdf, moving, lights, shading, background)
-        entries.append(moving.entries(posed.plate, sides))
+    seen = shadows.seen(mesh.scene, camera)
+    entries = [shadow_entries(mesh.plate, camera, seen, shading.radiance[seen.light, seen.receiver])]
+    if edges is not None:
+        sides = _radiance_beside(mesh, camera, bsdf, edges, lights, shading, background)
+        entries.append(edges.entries(mesh.plate, sides))
     return entries
 
 
-def _beside(
-    posed: PlacedMesh,
+def _radiance_beside(
+    mesh: PlacedMesh,
     camera: Projection,
     bsdf: Any,
-    moving: VisibilityEdges,
+    edges: VisibilityEdges,
     lights: ParallelLights,
     shading: Shading,
     background: Background,
 ) -> Array:
-    """(2, samples): radiance on either side of edges in the picture."""
-    face = moving.face.ravel()
+    """(2, samples): radiance on either side of primary-visibility edges."""
+    face = edges.face.ravel()
     met, missed = np.flatnonzero(face >= 0), np.flatnonzero(face < 0)
-    points = posed.lifted(face[met], moving.x.ravel()[met], moving.y.ravel()[met])
+    points = mesh.lifted(face[met], edges.x.ravel()[met], edges.y.ravel()[met])
     radiance = np.zeros(len(face))
-    along = moving.direction.reshape(-1, 3)
-    radiance[missed] = background(along[missed])
+    directions = edges.direction.reshape(-1, 3)
+    radiance[missed] = background(directions[missed])
     if camera.perspective:
-        # Both sides as seen along one ray: seen each from its middle they would differ by that too.
-        slope_x, slope_y = (slope[face[met]] for slope in posed.slopes)
-        unlit = unshadowed(bsdf, slope_x, slope_y, lights, -along[met])
+        # One direction for both sides: seen from its own middle, each face would differ by that too.
+        slope_x, slope_y = (slope[face[met]] for slope in mesh.slopes)
+        unlit = unshadowed(bsdf, slope_x, slope_y, lights, -directions[met])
     else:
         unlit = shading.radiance[:, face[met]]
     for number, toward in enumerate(lights.toward):
-        lit = posed.sees(toward, face[met], points)
+        lit = mesh.sees(toward, face[met], points)
         radiance[met] += np.where(lit, unlit[number], 0.0)
-    return radiance.reshape(moving.face.shape)
+    return radiance.reshape(edges.face.shape)

@@ -1,4 +1,4 @@
-"""Radiance of a face toward a distant camera under parallel lights, and its derivative by its slopes."""
+"""Shading: radiance of faces toward a camera under parallel lights, and its derivatives by their slopes."""
 
 from __future__ import annotations
 
@@ -35,6 +35,9 @@ def shade(bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, tow
         slope_x, slope_y: (faces,) dz/dx and dz/dy.
         lights: parallel lights.
         toward_camera: unit vector (3,), or one for each face (faces, 3).
+
+    Returns:
+        All (lights, faces).
     """
     import drjit as dr
 
@@ -64,14 +67,14 @@ def unshadowed(
 def _radiance(
     bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, toward_camera: Array
 ) -> tuple[Any, Any, Callable[[Any, Any], Any]]:
-    """Slopes as Dr.Jit arrays, light by light, and what makes radiance of such."""
+    """Slopes as Dr.Jit arrays, light by light, and the function from such slopes to radiance."""
     import drjit as dr
     import mitsuba as mi
 
     count, faces = len(lights), len(slope_x)
-    looking = np.atleast_2d(toward_camera)
-    if not np.ptp(looking, axis=0).any():
-        looking = looking[:1]
+    view = np.atleast_2d(toward_camera)
+    if not np.ptp(view, axis=0).any():
+        view = view[:1]
     p = mi.Float(np.tile(slope_x, count).astype(np.float32))
     q = mi.Float(np.tile(slope_y, count).astype(np.float32))
     toward = mi.Vector3f(
@@ -81,7 +84,7 @@ def _radiance(
     strengths = (colours @ LUMINANCE)[:, None] if mi.is_monochromatic else colours
     irradiance = [mi.Float(np.repeat(s, faces).astype(np.float32)) for s in strengths.T]
     camera = mi.Vector3f(
-        *(mi.Float(np.tile(c, count if len(c) > 1 else 1).astype(np.float32)) for c in looking.T)
+        *(mi.Float(np.tile(c, count if len(c) > 1 else 1).astype(np.float32)) for c in view.T)
     )
 
     def radiance(p: Any, q: Any) -> Any:

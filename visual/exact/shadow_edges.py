@@ -1,15 +1,15 @@
-"""How shadow boundaries move: the term of the picture's derivative that automatic differentiation misses.
+"""Shadow edges: how boundaries of shadows move with the heights.
 
-A convex silhouette edge (a, b) casts a shadow boundary: from y = (1 - t) a + t b along -l the ray lands at x
-on a receiver face. Raising y, or lowering the receiver, lengthens the shadow: with n the receiver's
-unnormalised normal (-z_x, -z_y, 1)
+A convex silhouette edge (a, b) casts a boundary: from y = (1 - t) a + t b along -l the ray lands at x on a
+receiver face. Raising y, or lowering the receiver, lengthens the shadow: with n the receiver's unnormalised
+normal (-z_x, -z_y, 1)
 
     d(length) = (dy - d receiver at x) / (n . l),
 
-and x moves by (z - l / (n . l)) (dy - d receiver), along the receiver, plus z d receiver, with it. In the
-picture the lit area shrinks by the cross product of that motion with the boundary's tangent, each projected
-by the camera, and loses the light's radiance there. So each sample gives five entries dI_pixel / dheight: two
-of the edge, three of the receiver.
+and x moves by (z - l / (n . l)) (dy - d receiver) along the receiver, plus z d receiver with the receiver. In
+the picture the lit area shrinks by the cross product of this motion with the boundary's tangent, each
+projected by the camera, and loses the light's radiance there. Each sample gives five Jacobian entries: two of
+the edge's vertices, three of the receiver's.
 """
 
 from __future__ import annotations
@@ -29,10 +29,11 @@ from visual.lights.parallel import ParallelLights
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Entries = tuple[Index, Index, Array]
+"""Entries of a Jacobian: pixels, height samples and d radiance / d mm, each (entries,)."""
 
-EDGE_SAMPLES = 8
-"""Along each silhouette edge. Under lights at 10 and 20 degrees one gradient of gravel is 8.4 and 7.0 % off
-with 2, 6.2 and 3.6 with 4, 3.0 and 1.7 with 8."""
+SHADOW_EDGE_SAMPLES = 8
+"""Samples along each silhouette edge. Under lights at 10 and 20 degrees one gradient of gravel is 8.4 and 7.0
+% off with 2, 6.2 and 3.6 with 4, 3.0 and 1.7 with 8."""
 
 
 @dataclass(frozen=True)
@@ -40,14 +41,14 @@ class ShadowEdges:
     """Samples of shadow boundaries on the plate.
 
     Attributes:
-        light: (samples,) which light.
-        point: (samples, 3) where the boundary lies, mm.
-        receiver: (samples,) the face on which it lies.
-        vertices: (samples, 5) the vertices that move it: the edge's two, the receiver's three.
-        over: (samples, 5) how much these raise the edge over the receiver there, mm per mm.
-        growth: (samples, 3) motion of the boundary along the receiver as that rises, mm per mm; away from the
-            light, into what is lit.
-        tangent: (samples, 3) the piece of boundary that a sample stands for, mm.
+        light: (samples,) number of the light.
+        point: (samples, 3) mm, on the boundary.
+        receiver: (samples,) face on which the boundary lies.
+        vertices: (samples, 5) that move the boundary: the edge's two, the receiver's three.
+        over: (samples, 5) rise of the edge over the receiver as these vertices rise, mm per mm.
+        growth: (samples, 3) motion of the boundary along the receiver as the edge rises over it, mm per mm:
+            away from the light, into the lit side.
+        tangent: (samples, 3) mm, piece of the boundary that the sample stands for.
     """
 
     light: Index
@@ -67,12 +68,12 @@ class ShadowEdges:
         tangent, growth = (np.einsum("sij,sj->si", jacobian, v) for v in (self.tangent, self.growth))
         along = _cross(tangent, growth)
         lost = np.abs(along)[:, None] * self.over
-        # What the receiver itself is raised moves its boundary in pictures that are not taken from above.
+        # A rising receiver moves its boundary in pictures that are not taken from above.
         lost[:, 2:] -= (np.sign(along) * _cross(tangent, jacobian[:, :, 2]))[:, None] * self.over[:, 2:]
         return lost
 
     def seen(self, scene: Any, camera: Projection) -> ShadowEdges:
-        """Those samples that lie in the camera's picture and in its sight."""
+        """The samples that lie in the camera's picture and that nothing hides from the camera."""
         if camera.overhead:
             return self
         keep = np.flatnonzero(camera.pixel(camera.project(self.point)) >= 0)
@@ -81,19 +82,21 @@ class ShadowEdges:
         return ShadowEdges(**{name: values[keep] for name, values in vars(self).items()})
 
 
-def shadow_edges(posed: PlacedMesh, lights: ParallelLights, jitter: Array) -> ShadowEdges:
+def shadow_edges(mesh: PlacedMesh, lights: ParallelLights, jitter: Array) -> ShadowEdges:
     """Sample the shadow boundaries that a relief casts on itself.
 
     Args:
+        mesh: the plate.
+        lights: parallel lights.
         jitter: (edges, samples) in [0, 1): stratified positions along each edge, fixed, so that pictures of
             two reliefs differ by geometry alone.
     """
-    plate, scene, positions = posed.plate, posed.scene, posed.vertices
-    slope_x, slope_y = posed.slopes
+    plate, scene, positions = mesh.plate, mesh.scene, mesh.vertices
+    slope_x, slope_y = mesh.slopes
     per_edge = jitter.shape[1]
-    found = [silhouettes(plate, slope_x, slope_y, toward) for toward in lights.toward]
-    edge = np.repeat(np.concatenate(found), per_edge)
-    light = np.repeat(np.repeat(np.arange(len(lights)), [len(f) for f in found]), per_edge)
+    edges_of_light = [silhouettes(plate, slope_x, slope_y, toward) for toward in lights.toward]
+    edge = np.repeat(np.concatenate(edges_of_light), per_edge)
+    light = np.repeat(np.repeat(np.arange(len(lights)), [len(edges) for edges in edges_of_light]), per_edge)
     stratum = np.tile(np.arange(per_edge), len(edge) // per_edge)
     t = (stratum + jitter[edge, stratum]) / per_edge
 
@@ -130,17 +133,19 @@ def shadow_edges(posed: PlacedMesh, lights: ParallelLights, jitter: Array) -> Sh
     return ShadowEdges(light, point, face, vertices, over, growth, tangent)
 
 
-def shadow_entries(plate: PlateTopology, camera: Projection, found: ShadowEdges, radiance: Array) -> Entries:
-    """What the motion of shadow boundaries changes: pixels, height samples, d radiance / d mm.
+def shadow_entries(plate: PlateTopology, camera: Projection, edges: ShadowEdges, radiance: Array) -> Entries:
+    """Jacobian entries of the motion of shadow boundaries.
 
     Args:
-        found: samples of shadow boundaries that the camera sees.
-        radiance: (samples,) what the light in question adds there on the lit side.
+        plate: on which the boundaries lie.
+        camera: takes the picture.
+        edges: samples of shadow boundaries that the camera sees.
+        radiance: (samples,) of the sample's light on the lit side.
     """
-    pixel = camera.pixel(camera.project(found.point))
-    values = -radiance[:, None] * found.shrinkage(camera.jacobian(found.point))
+    pixel = camera.pixel(camera.project(edges.point))
+    values = -radiance[:, None] * edges.shrinkage(camera.jacobian(edges.point))
     keep = pixel >= 0
-    return np.repeat(pixel[keep], 5), plate.sample[found.vertices[keep]].ravel(), values[keep].ravel()
+    return np.repeat(pixel[keep], 5), plate.sample[edges.vertices[keep]].ravel(), values[keep].ravel()
 
 
 def _cross(one: Array, other: Array) -> Array:

@@ -1,11 +1,10 @@
-"""Pictures of the plate by one camera and their Jacobian with respect to the heights, as sparse matrices.
+"""Views: pictures of the plate by one camera and their Jacobians by the heights, as sparse matrices.
 
-A picture is, pixel by pixel, the lit share of each face times that face's radiance. Its derivative has three
+A picture is, pixel by pixel, the lit share of each face times the face's radiance. The derivative has three
 parts: radiance by slope (each face's radiance depends on its three heights), the motion of shadow boundaries
-(`visual.exact.shadow_edges`), and, unless the camera looks straight down, the motion of the faces' edges in
-the picture
-(`visual.exact.visibility_edges`). Film positions are fixed, so that two reliefs differ by geometry alone,
-not by noise.
+(`visual.exact.shadow_edges`), and, unless the camera looks straight down, the motion of faces in the picture
+(`visual.exact.visibility_edges`). Film positions are fixed, so that two reliefs differ by geometry alone, not
+by noise.
 """
 
 from __future__ import annotations
@@ -18,18 +17,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from visual.exact.discontinuities import (
-    Background,
-    EdgeSamples,
-    Jitter,
-    black_background,
-    discontinuity_entries,
-    edge_jitter,
-    moving_edges,
-)
+from visual.exact.background import Background, black_background
+from visual.exact.discontinuities import EdgeSamples, Jitter, discontinuity_entries, edge_jitter
 from visual.exact.shading import shade
 from visual.exact.shadow_edges import Entries, shadow_edges
-from visual.exact.visibility_edges import VisibilityEdges
+from visual.exact.visibility_edges import VisibilityEdges, visibility_edges
 from visual.geometry.film_samples import PictureSamples, film_points, samples_by_rays, samples_from_above
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
@@ -45,7 +37,7 @@ class Pictures:
 
     Attributes:
         pictures: (conditions, rows, cols) radiance.
-        jacobians: for each condition (pixels, heights) d radiance / d mm; empty if not asked for.
+        jacobians: for each condition (pixels, heights) d radiance / d mm; empty if none were wanted.
     """
 
     pictures: Array
@@ -54,18 +46,23 @@ class Pictures:
 
 @dataclass(frozen=True)
 class Illumination:
-    """Lights that shine together. `background`: what the camera sees of them beside the plate."""
+    """Lights that shine together.
+
+    Attributes:
+        lights: as parallel lights.
+        background: of pictures under these lights.
+    """
 
     lights: ParallelLights
     background: Background = black_background
 
 
-class _Sight(NamedTuple):
-    """What one light, or lights of many directions, are seen by."""
+class _ViewSamples(NamedTuple):
+    """Samples of a picture and of its edges, under one light or under lights of many directions."""
 
     samples: PictureSamples
     jitter: Jitter
-    moving: VisibilityEdges | None
+    edges: VisibilityEdges | None
 
 
 class View:
@@ -89,14 +86,16 @@ class View:
         """Fix the samples.
 
         Args:
-            scene: Mitsuba scene that holds the plate; used for rays only.
+            scene: Mitsuba scene that holds the plate, for rays only.
             bsdf: the plate's material.
             set_heights: puts heights (rows, cols) into `scene`.
             shape: rows and cols of the height map.
-            alone: one condition each; with none, the one condition is ambient light alone.
+            camera: takes the pictures.
+            alone: one condition each; with none, ambient light alone is the one condition.
             ambient: added to every condition; None if there is none.
-            strata, ambient_strata: samples along a pixel's side where one light shines, and for each of many.
-            edge_samples: along edges whose motion changes the pictures; fewer under many lights.
+            seed: of the samples' positions.
+            strata, ambient_strata: samples along a pixel's side under one light, and under many directions.
+            edge_samples: along edges that move; fewer are used under many directions.
         """
         generator = np.random.default_rng(seed)
         self._scene, self._bsdf, self._set_heights = scene, bsdf, set_heights
@@ -119,40 +118,42 @@ class View:
         Args:
             heights: (rows, cols) mm.
             jacobian: whether derivatives are wanted.
-            edges: whether they include the motion of shadow boundaries and of the faces' edges.
+            edges: whether the derivatives include the motion of shadow boundaries and of faces.
         """
         self._set_heights(heights)
-        posed, camera = PlacedMesh(self._scene, self._plate, heights), self.camera
+        mesh, camera = PlacedMesh(self._scene, self._plate, heights), self.camera
         shining = (*self._alone, *(() if self._ambient is None else (self._ambient,)))
         many = [len(light.lights) > 1 for light in shining]
-        sights = {which: self._sight(posed, which, jacobian and edges) for which in set(many)}
-        found = [
-            self._lit_by(light, sights[which], posed, jacobian, edges)
+        samples = {which: self._samples(mesh, which, jacobian and edges) for which in set(many)}
+        conditions = [
+            self._lit_by(light, samples[which], mesh, jacobian, edges)
             for light, which in zip(shining, many, strict=True)
         ]
         if self._ambient is not None:
-            picture, entries = found.pop()
-            found = [(p + picture, d + entries if jacobian else None) for p, d in found] or [
+            picture, entries = conditions.pop()
+            conditions = [(p + picture, d + entries if jacobian else None) for p, d in conditions] or [
                 (picture, entries)
             ]
-        pictures = np.stack([p.reshape(camera.rows, camera.cols) for p, _ in found])
-        return Pictures(pictures, tuple(d for _, d in found) if jacobian else ())
+        pictures = np.stack([p.reshape(camera.rows, camera.cols) for p, _ in conditions])
+        return Pictures(pictures, tuple(d for _, d in conditions) if jacobian else ())
 
-    def _sight(self, posed: PlacedMesh, many: bool, edges: bool) -> _Sight:
+    def _samples(self, mesh: PlacedMesh, many: bool, edges: bool) -> _ViewSamples:
         if self._from_above:
             samples = self._from_above[many]
         else:
-            samples = samples_by_rays(posed, self.camera, self._film[many], self._strata[many] ** 2)
+            samples = samples_by_rays(mesh, self.camera, self._film[many], self._strata[many] ** 2)
         jitter = self._jitter.under_many_lights() if many else self._jitter
-        return _Sight(samples, jitter, moving_edges(posed, self.camera, jitter) if edges else None)
+        return _ViewSamples(
+            samples, jitter, visibility_edges(mesh, self.camera, jitter.visibility) if edges else None
+        )
 
     def _lit_by(
-        self, light: Illumination, sight: _Sight, posed: PlacedMesh, jacobian: bool, edges: bool
+        self, light: Illumination, of_view: _ViewSamples, mesh: PlacedMesh, jacobian: bool, edges: bool
     ) -> tuple[Array, Any]:
         """Picture (pixels,) and Jacobian (pixels, heights) under a set of lights that shine together."""
-        plate, pixels, lights, samples = self._plate, self.camera.pixels, light.lights, sight.samples
-        shading = shade(self._bsdf, *posed.slopes, lights, self.camera.toward(posed.centres))
-        lit = _lit_shares(lights, samples, posed)
+        plate, pixels, lights, samples = self._plate, self.camera.pixels, light.lights, of_view.samples
+        shading = shade(self._bsdf, *mesh.slopes, lights, self.camera.toward(mesh.centres))
+        lit = _lit_shares(lights, samples, mesh)
 
         def gather(values: Array) -> Array:
             return np.einsum("lp,lp->p", lit, values[:, samples.pair_face])
@@ -169,19 +170,19 @@ class View:
         columns = plate.sample[plate.faces[face]].ravel()
         parts: list[Entries] = [(np.repeat(samples.pair_pixel, 3), columns, values.ravel())]
         if edges:
-            shadows = shadow_edges(posed, lights, sight.jitter.shadows)
+            shadows = shadow_edges(mesh, lights, of_view.jitter.shadows)
             parts += discontinuity_entries(
-                posed, self.camera, self._bsdf, lights, shading, light.background, shadows, sight.moving
+                mesh, self.camera, self._bsdf, lights, shading, light.background, shadows, of_view.edges
             )
         r, c, v = (np.concatenate(p) for p in zip(*parts, strict=True))
         return picture, sp.csr_matrix((v, (r, c)), shape=(pixels, plate.rows * plate.cols))
 
 
-def _lit_shares(lights: ParallelLights, samples: PictureSamples, posed: PlacedMesh) -> Array:
+def _lit_shares(lights: ParallelLights, samples: PictureSamples, mesh: PlacedMesh) -> Array:
     """(lights, pairs): share of the pixel that is this face and sees the light."""
     shares = np.empty((len(lights), len(samples.pair_pixel)))
-    points = posed.lifted(samples.face, samples.x, samples.y)
+    points = mesh.lifted(samples.face, samples.x, samples.y)
     for number, toward in enumerate(lights.toward):
-        lit = np.flatnonzero(posed.sees(toward, samples.face, points))
+        lit = np.flatnonzero(mesh.sees(toward, samples.face, points))
         shares[number] = np.bincount(samples.pair[lit], minlength=len(samples.pair_pixel))
     return shares / samples.per_pixel

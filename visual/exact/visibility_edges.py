@@ -1,11 +1,14 @@
-"""How the faces of the plate move in pictures that are not taken from straight above.
+"""Primary-visibility edges: how the faces of the plate move in pictures not taken from straight above.
 
-From above a face stays where it is in the picture, whatever the heights. From the side its edges move with
-them, the outline of a hill as well as the line between any two faces. An edge point y = (1 - t) a + t b that
-rises by dy moves in the picture by J z dy, with J the projection's Jacobian; the region on one side grows by
-the cross product with the edge's tangent J (b - a) dt, and the picture changes by what the two sides differ
-in radiance. The two sides are looked at by camera rays just beside the edge, so that outlines, borders and
-plain edges are one case.
+From above a face stays where it is in the picture, whatever the heights. From the side the edges of the faces
+move with the heights, the outline of a hill as well as the line between any two faces. A point of an edge
+
+    y = (1 - t) a + t b    that rises by dz    moves by J e_z dz in the picture,
+
+with J the Jacobian of the projection. The region on one side of the edge grows by the cross product of this
+motion with the edge's tangent J (b - a) dt, and the picture changes by that area times the difference of
+radiance between the sides. Camera rays just beside the edge find the radiance of both sides, so that
+outlines, borders of the plate and plain edges are one case.
 """
 
 from __future__ import annotations
@@ -24,8 +27,12 @@ from visual.geometry.topology import PlateTopology
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+VISIBILITY_EDGE_SAMPLES = 16
+"""Samples along each edge. Seen at 45 degrees, under light at 35, one gradient of gravel is 8.7 % off with 1,
+5.9 with 2, 2.5 with 4; under light at 10, in its highlights, gradients scatter by 20 % with 4 and by 7 % with
+16."""
 BESIDE_PIXELS = 2e-3
-"""Distance from an edge at which its sides are looked at: above the rounding of rays, below all detail."""
+"""Distance of the rays beside an edge, pixels: above the rounding of rays, below all detail."""
 
 
 @dataclass(frozen=True)
@@ -33,12 +40,12 @@ class VisibilityEdges:
     """Samples of edges that the camera sees.
 
     Attributes:
-        pixel: (samples,) where.
-        vertices: (samples, 2) the edge's.
-        growth: (samples, 2) pixels that the first side gains per mm that these rise.
-        face: (2, samples) what is seen on either side: faces of the plate, -1 for the background.
-        x, y: (2, samples) mm, where on those faces.
-        direction: (2, samples, 3) of the rays from the camera that see it, unit vectors.
+        pixel: (samples,) number of the pixel.
+        vertices: (samples, 2) of the edge.
+        growth: (samples, 2) pixels that the first side gains per mm that these vertices rise.
+        face: (2, samples) faces of the plate on either side, -1 for the background.
+        x, y: (2, samples) mm, where the rays on either side meet these faces.
+        direction: (2, samples, 3) unit vectors of these rays, away from the camera.
     """
 
     pixel: Index
@@ -50,24 +57,32 @@ class VisibilityEdges:
     direction: Array
 
     def entries(self, plate: PlateTopology, radiance: Array) -> Entries:
-        """What the motion of edges changes: pixels, height samples, d radiance / d mm.
+        """Jacobian entries of the motion of the edges: pixels, height samples, d radiance / d mm.
 
         Args:
+            plate: whose edges these are.
             radiance: (2, samples) of either side.
         """
         values = (radiance[0] - radiance[1])[:, None] * self.growth
         return np.repeat(self.pixel, 2), plate.sample[self.vertices].ravel(), values.ravel()
 
 
-def visibility_edges(posed: PlacedMesh, camera: Projection, jitter: Array) -> VisibilityEdges:
-    """Sample the edges that move in a picture.
+def visibility_edges(mesh: PlacedMesh, camera: Projection, jitter: Array) -> VisibilityEdges | None:
+    """Sample the edges that move in a picture, whatever the light.
 
     Args:
+        mesh: the plate.
+        camera: takes the picture.
         jitter: (edges, samples) in [0, 1): stratified positions along each edge, fixed.
+
+    Returns:
+        None if the camera looks straight down, where no edge moves.
     """
-    plate, positions = posed.plate, posed.vertices
+    if camera.overhead:
+        return None
+    plate, positions = mesh.plate, mesh.vertices
     per_edge = jitter.shape[1]
-    edge = np.repeat(_facing_edges(posed, camera), per_edge)
+    edge = np.repeat(_bent_edges_facing(mesh, camera), per_edge)
     stratum = np.tile(np.arange(per_edge), len(edge) // per_edge)
     start, end = plate.edge_start[edge], plate.edge_end[edge]
     t = ((stratum + jitter[edge, stratum]) / per_edge)[:, None]
@@ -83,7 +98,7 @@ def visibility_edges(posed: PlacedMesh, camera: Projection, jitter: Array) -> Vi
     aside = np.stack((-tangent[:, 1], tangent[:, 0]), axis=1) / length[:, None]
     sides = np.concatenate((film - BESIDE_PIXELS * aside, film + BESIDE_PIXELS * aside))
     origins, directions = camera.rays(sides)
-    face, distance = first_hits(posed.scene, origins, directions)
+    face, distance = first_hits(mesh.scene, origins, directions)
     face, distance = face.reshape(2, -1), distance.reshape(2, -1)
     hit = (origins + distance.reshape(-1, 1) * directions).reshape(2, -1, 3)
 
@@ -94,16 +109,16 @@ def visibility_edges(posed: PlacedMesh, camera: Projection, jitter: Array) -> Vi
     moved = np.einsum("si,si->s", jacobian[keep, :, 2], aside[keep]) * (length[keep] / per_edge)
     growth = moved[:, None] * np.stack((1.0 - t[keep], t[keep]), axis=1)
     vertices = np.stack((start[keep], end[keep]), axis=1)
-    seen_along = directions.reshape(2, -1, 3)[:, keep]
+    directions = directions.reshape(2, -1, 3)[:, keep]
     return VisibilityEdges(
-        pixel[keep], vertices, growth, face[:, keep], hit[:, keep, 0], hit[:, keep, 1], seen_along
+        pixel[keep], vertices, growth, face[:, keep], hit[:, keep, 0], hit[:, keep, 1], directions
     )
 
 
-def _facing_edges(posed: PlacedMesh, camera: Projection) -> Index:
-    """Edges of which a face looks toward the camera, but for those between two faces of one plane."""
-    plate, (slope_x, slope_y) = posed.plate, posed.slopes
-    facing = posed.facing(camera.toward(posed.centres))
+def _bent_edges_facing(mesh: PlacedMesh, camera: Projection) -> Index:
+    """Edges with a face that looks toward the camera, but for those between two faces of one plane."""
+    plate, (slope_x, slope_y) = mesh.plate, mesh.slopes
+    facing = mesh.facing(camera.toward(mesh.centres))
     left, right = plate.edge_left, plate.edge_right
     border = right < 0
     bent = border | (slope_x[left] != slope_x[right]) | (slope_y[left] != slope_y[right])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relief.errors import InputError
-from visual.exact.render import plate_bsdf
+from visual.backend.plate import plate_bsdf
 from visual.fast.ambient_net import trained_ambient_light
 from visual.fast.bsdf_table import ambient_table, light_table
 from visual.fast.renderer import FastRenderer

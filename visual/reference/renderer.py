@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from visual.exact.render import plate_bsdf
+from visual.backend.plate import plate_bsdf
 from visual.exact.shading import unshadowed
 from visual.geometry.film_samples import PictureSamples, film_points, samples_from_above
 from visual.geometry.placed_mesh import PlacedMesh

@@ -30,10 +30,10 @@ def followed(scene: Scene, heights: Array, *, boundaries: bool) -> Callable[[Arr
     (light,) = scene.light_scenes()
 
     def gradient(adjoint: Array, seed: int) -> Array:
-        exposure, shot = RenderSettings(SAMPLES, seed, boundaries), PictureIndex(0, 0)
-        found = interior_gradient(light, heights, adjoint, exposure, shot)
+        settings, index = RenderSettings(SAMPLES, seed, boundaries), PictureIndex(0, 0)
+        found = interior_gradient(light, heights, adjoint, settings, index)
         if boundaries:
-            found = found + edge_gradient(light, heights, adjoint, scene.size_mm, exposure, shot)
+            found = found + edge_gradient(light, heights, adjoint, scene.size_mm, settings, index)
         return found
 
     return gradient

@@ -18,7 +18,7 @@ from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import Card, save_net, weights_bytes
 from tests.tactile.reliefs import waves
 from tests.visual.scenes import sun
-from visual.exact.render import plate_bsdf
+from visual.backend.plate import plate_bsdf
 from visual.exact.shading import unshadowed
 from visual.fast import conversion
 from visual.fast.ambient_net import CHANNELS, inputs, sky_visibility, trained_ambient_light, validity

@@ -22,7 +22,7 @@ from tests.visual.scenes import (
     sun,
 )
 from visual.backend import buffers
-from visual.backend.rays import plate_shape
+from visual.backend.plate import plate_bsdf
 from visual.exact.view import Illumination, View
 from visual.geometry.film_samples import film_points, samples_from_above
 from visual.geometry.projection import from_above
@@ -40,7 +40,7 @@ def ambient_view(heights: Array, seed: int, floor: bool = False) -> View:
     params = mi.traverse(scene)
     return View(
         scene,
-        plate_shape(scene).bsdf(),
+        plate_bsdf(scene),
         lambda field: buffers.set_heights(params, field.astype(np.float32).ravel()),
         (SIDE, SIDE),
         SIZE_MM,

@@ -1,0 +1,15 @@
+"""The plate in a Mitsuba scene: its shape and its material."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def plate_shape(scene: Any) -> Any:
+    """The height field of a Mitsuba scene; StopIteration if the scene has none."""
+    return next(shape for shape in scene.shapes() if type(shape).__name__ == "HeightField")
+
+
+def plate_bsdf(scene: Any) -> Any:
+    """The material of the height field of a Mitsuba scene."""
+    return plate_shape(scene).bsdf()

@@ -1,0 +1,40 @@
+"""Background of pictures: the radiance that cameras see beside the plate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+Background = Callable[[Array], Array]
+"""Radiance (rays,) along unit directions (rays, 3) from the camera in which no plate is seen."""
+
+
+def black_background(directions: Array) -> Array:
+    """The background under lights that cameras do not see."""
+    return np.zeros(len(directions))
+
+
+def scene_background(scene: Any) -> Background:
+    """The background of a Mitsuba scene: its constant light or environment map, black if it has neither."""
+    environment = scene.environment()
+    if environment is None:
+        return black_background
+
+    def radiance(directions: Array) -> Array:
+        import drjit as dr
+        import mitsuba as mi
+
+        if len(directions) == 0:
+            return np.zeros(0)
+        si = dr.zeros(mi.SurfaceInteraction3f, len(directions))
+        si.wi = mi.Vector3f(*(mi.Float(-c) for c in np.ascontiguousarray(directions.T, dtype=np.float32)))
+        value = environment.eval(si)
+        luminance = np.asarray(value[0] if mi.is_monochromatic else mi.luminance(value), dtype=np.float64)
+        return np.broadcast_to(luminance, len(directions))  # constant light answers with one number
+
+    return radiance
