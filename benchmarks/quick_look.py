@@ -51,7 +51,7 @@ def main() -> None:
     torch.set_num_threads(1)
     asked = arguments(__doc__ or "")
     scene = load_scene(STUDIO)
-    look = scene.quick_look()
+    look = scene.fast_renderer()
     if not asked.times:
         for of, reliefs in sets(asked).items():
             if of in load("quick_look") and not asked.again:

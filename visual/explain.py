@@ -1,4 +1,7 @@
-"""What a scene takes and what it is spared, in words for a designer. Nothing of the scene is loaded."""
+"""Explanation of a scene: what rendering takes, what is left out, and which models can show the scene.
+
+Nothing of the scene is loaded.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +14,17 @@ from visual.backend import variants
 from visual.lights.kind import Light
 from visual.lights.parallel import angles
 from visual.lights.quadrature import kind_of
+from visual.models import PictureModel, obstacles
 from visual.needs import Needs, camera_name, needs_of
-from visual.scene import plate_heights
 from visual.scene_file.check import check_scene
-from visual.scene_file.describe import describe
+from visual.scene_file.describe import describe, plate_heights
 from visual.scene_file.parsed import Camera, Description, Plate
 
 NO_EDGES = "not followed: only gradients need them"
 NO_GRADIENTS = "none, so retouch optimize refuses this scene: "
+NO_FAST = "cannot show this scene: "
+FAST = "can show this scene, so retouch optimize takes --fast"
+IF_TRAINED = ", if the net of ambient light was trained for this material"
 GRADIENTS = "there, with those of moving shadows: retouch optimize can keep the look of this scene"
 OUTLINES = "followed in gradients: from the side, faces move in the picture"
 
@@ -31,9 +37,20 @@ def explain_scene(
     relief_mm: float | None = None,
     samples: int | None = None,
 ) -> list[tuple[str, str]]:
-    """What `visual.load_scene(...).render(samples=samples)` would do, as (subject, sentence) lines.
+    """What `visual.load_scene(...).render(samples=samples)` would do.
 
-    The scene is checked and its height map read, so that what is wrong with them is told as for a rendering.
+    The scene is checked and its height map read: faults are reported as by a rendering.
+
+    Args:
+        path: of the scene file.
+        defines: values of its `$parameters`.
+        variant: of Mitsuba; chosen by the scene's colours if None.
+        texture: a height map instead of the scene's own.
+        relief_mm: height of white above black in `texture`.
+        samples: a pixel; default as the scene file says.
+
+    Returns:
+        Lines of a subject and a sentence.
 
     Raises:
         InputError: what is wrong with the file, in one line.
@@ -43,7 +60,14 @@ def explain_scene(
     heights = plate_heights(path, description.plate, texture, relief_mm)
     needs = needs_of(description)
     chosen = variants.choose_variant(needs.colour, variant)
-    reasons = [why for why in (variants.without_gradients(chosen.name), *needs.obstacles) if why]
+
+    def refused(*models: PictureModel) -> list[str]:
+        rows, cols = heights.shape
+        every = (obstacles(model, description, needs, (rows, cols)) for model in models)
+        return list(dict.fromkeys(reason for reasons in every for reason in reasons))
+
+    missing = variants.without_gradients(chosen.name)
+    reasons, unseen = [*([missing] if missing else []), *refused("exact", "step")], refused("fast")
     relief = f"heights {heights.min():.3g} to {heights.max():.3g} mm"
     return [
         ("plate", _plate(description.plate, texture or description.plate.filename, relief)),
@@ -58,6 +82,7 @@ def explain_scene(
         ("shadow edges", NO_EDGES if reasons else _shadow_edges(needs)),
         *([] if reasons or all(needs.top_view) else [("outlines", OUTLINES)]),
         ("gradients", NO_GRADIENTS + "; ".join(reasons) if reasons else GRADIENTS),
+        ("fast look", NO_FAST + "; ".join(unseen) if unseen else FAST + (IF_TRAINED if needs.around else "")),
     ]
 
 
@@ -67,7 +92,7 @@ def _plate(plate: Plate, file: str | Path | None, relief: str) -> str:
 
 
 def _material(plate: Plate) -> str:
-    """The outermost that says something of how it looks."""
+    """The outermost material that is more than a wrapper."""
     return next((kind for kind in plate.material if kind != "twosided"), plate.material[0])
 
 
@@ -92,7 +117,7 @@ def _camera(camera: Camera, top_view: bool, samples: int) -> str:
 
 
 def _view(camera: Camera) -> str:
-    """From where a camera looks."""
+    """Where a camera looks from."""
     behind = camera.to_world[:3, 2]
     azimuth, elevation = angles(-behind / np.linalg.norm(behind))
     return f"{camera.kind}, from azimuth {azimuth:g}°, elevation {elevation:g}°"
@@ -178,7 +203,7 @@ def _has_edges(light: Light) -> bool:
 
 
 def _named(needs: Needs) -> Iterator[tuple[str, Light]]:
-    """Lights by the names that the lines above give them; ambient light once."""
+    """Lights by their names in the other lines; ambient light once."""
     yield from zip(needs.lights, needs.alone, strict=False)
     yield from (("ambient", light) for light in needs.around[:1])
 

@@ -1,15 +1,26 @@
-"""Models of pictures: the names by which a descent chooses what its pictures come from."""
+"""Models of pictures: their names, and what each cannot show or differentiate.
+
+`--explain`, the steps of a descent and the fast look all refuse scenes by the one table `OBSTACLES`.
+"""
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Literal, get_args
 
 from relief.errors import InputError
+from visual.lights.quadrature import parallel_obstacle
+from visual.needs import DIRECT_DEPTH, Needs
+from visual.scene_file.parsed import Description
 
 LookModel = Literal["exact", "fast"]
+PictureModel = Literal["exact", "step", "fast"]
+"""Gradients of rendered pictures (`visual.exact.render`), pictures with explicit Jacobians for Gauss-Newton
+steps (`visual.exact.view`), and the fast look (`visual.fast`)."""
 FORMER_NAME = "net"
-"""Name of "fast" until version 0.2, which will refuse it: only its ambient light comes from a net."""
+"""Name of the fast look until version 0.2, which will refuse it: only ambient light comes from a net."""
 
 
 def look_model(name: str) -> LookModel:
@@ -25,3 +36,92 @@ def look_model(name: str) -> LookModel:
         if name == model:
             return model
     raise InputError(f'look.model: "{name}" is not one of {", ".join(get_args(LookModel))}')
+
+
+@dataclass(frozen=True)
+class _Case:
+    """A scene before a model of pictures, with (rows, cols) height samples."""
+
+    description: Description
+    needs: Needs
+    samples: tuple[int, int]
+
+    @property
+    def lights(self) -> Iterable[str]:
+        """Why some of the lights cannot be parallel lights."""
+        every = (
+            parallel_obstacle(light, self.description.plate.size_mm) for light in self.description.lights
+        )
+        return (obstacle for obstacle in every if obstacle is not None)
+
+    @property
+    def depth(self) -> float:
+        """Longest path of light."""
+        depth = self.description.max_depth
+        return float("inf") if depth is None else depth
+
+    @property
+    def plate_alone(self) -> bool:
+        """Whether the scene holds no shape but the plate and those that shine."""
+        shining = {light.shape.node for light in self.description.lights if light.shape is not None}
+        return self.description.shapes == 1 + len(shining)
+
+    @property
+    def pixel_per_sample(self) -> bool:
+        """Whether the one camera looks straight down and has a pixel at each height sample."""
+        camera, (rows, cols) = self.description.cameras[self.needs.cameras[0]], self.samples
+        return self.needs.top_view == (True,) and rows == cols and self.samples == (camera.rows, camera.cols)
+
+
+Obstacle = Callable[[_Case], Iterable[str]]
+"""What a model cannot do with a scene, each reason as element, field and sentence; none if it can."""
+
+
+def _unless(condition: Callable[[_Case], bool], reason: str) -> Obstacle:
+    return lambda case: () if condition(case) else (reason.format(case=case),)
+
+
+_GRADIENTS: tuple[Obstacle, ...] = (
+    lambda case: case.lights,
+    _unless(
+        lambda case: case.depth >= DIRECT_DEPTH,
+        f"integrator: max_depth: {{case.depth:g}}; the plate is seen from {DIRECT_DEPTH} on",
+    ),
+    _unless(
+        lambda case: case.plate_alone or all(case.needs.top_view),
+        "shape: beside other shapes the plate has gradients only in a view from above that it fills",
+    ),
+)
+OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
+    "exact": _GRADIENTS,
+    "step": _GRADIENTS,
+    "fast": (
+        _unless(
+            lambda case: case.pixel_per_sample,
+            "sensor: the fast look looks from straight above, with one pixel at each of "
+            "{case.samples[0]} x {case.samples[1]} height samples",
+        ),
+        _unless(lambda case: case.needs.direct, "integrator: max_depth: the fast look has direct light only"),
+        _unless(lambda case: case.plate_alone, "shape: the fast look knows no shape but the plate"),
+        lambda case: (f"{obstacle}; the fast look shows no other" for obstacle in case.lights),
+    ),
+}
+"""What each model cannot do; one entry for each reason. "exact" shows every scene, but not its gradients."""
+
+
+def obstacles(
+    model: PictureModel, description: Description, needs: Needs, samples: tuple[int, int]
+) -> tuple[str, ...]:
+    """Why a model cannot show a scene or has no gradients of its pictures; empty if it can.
+
+    Args:
+        model: "fast" for pictures and gradients; the others for gradients alone.
+        description: of the scene.
+        needs: `needs_of(description)`.
+        samples: (rows, cols) of the heights.
+
+    Returns:
+        Reasons, each in one line as element, field and sentence.
+    """
+    case = _Case(description, needs, samples)
+    return tuple(dict.fromkeys(reason for obstacle in OBSTACLES[model] for reason in obstacle(case)))

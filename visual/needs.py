@@ -1,20 +1,19 @@
-"""What pictures of a scene take, decided once from its description; what is not named here is not done."""
+"""Needs of a scene: what its pictures take, decided once from the description. Nothing else is computed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from visual.lights.kind import Light, shines
-from visual.lights.quadrature import kind_of, parallel_obstacle
+from visual.lights.quadrature import kind_of
 from visual.scene_file.parsed import Camera, Description
 
 DIRECT_DEPTH = 2
-"""The `max_depth` of light that goes from lamp to plate to camera."""
+"""Path length (`max_depth`) of light that goes from lamp to plate to camera."""
 MATTE = ("diffuse", "twosided")
-"""Materials that have no highlight."""
+"""Materials without a highlight, by Mitsuba's names."""
 
 
 @dataclass(frozen=True)
@@ -22,21 +21,18 @@ class Needs:
     """What is rendered, and how.
 
     Attributes:
-        conditions: names of the rendering conditions, those of the first camera first.
-        cameras: numbers of the cameras whose pictures are made: all but those of weight 0.
+        conditions: names of the rendering conditions, camera by camera.
+        cameras: numbers of the cameras whose pictures are rendered: all but those of weight 0.
         lights: names of the conditions of one camera.
-        weights: of the conditions in the look. The cameras share 1; each light of one has all of its share.
-        alone: the light of each condition of one camera, rendered on its own; empty if there is ambient light
-            only.
-        around: ambient lights, rendered together once and added to every condition; empty if no such light
-            shines.
-        direct: whether one bounce is all there is, which takes no path tracing.
-        max_depth: of paths of light; None where they have no limit.
+        weights: of the conditions in the look. The weights of the cameras add up to 1; each condition has
+            the weight of its camera.
+        alone: lights that are rendered each on its own; empty if there is ambient light only.
+        around: ambient lights, rendered together once and added to every condition; empty if none shines.
+        direct: whether light goes from lamp to plate to camera only, which takes no path tracing.
+        max_depth: longest path of light; None if paths have no limit.
         colour: whether a material or a light has colour, which takes three channels.
         matte: whether the plate's material has no highlight.
         top_view: for each camera, whether it looks straight down on a plate that fills its square picture.
-        obstacles: why there are no gradients of these pictures, each as element, field and reason; empty if
-            there are.
     """
 
     conditions: tuple[str, ...]
@@ -50,7 +46,6 @@ class Needs:
     colour: bool
     matte: bool
     top_view: tuple[bool, ...]
-    obstacles: tuple[str, ...]
 
     @property
     def passes(self) -> int:
@@ -59,12 +54,12 @@ class Needs:
 
 
 def needs_of(description: Description) -> Needs:
-    """What pictures of this scene take."""
+    """What pictures of a scene take."""
     alone = tuple(light for light in description.lights if not kind_of(light).ambient)
     ambient = tuple(light for light in description.lights if kind_of(light).ambient)
     direct = description.max_depth == DIRECT_DEPTH
     every = description.cameras
-    # Where none has any weight, all are alike.
+    # Cameras that all have weight 0 count alike.
     cameras = tuple(i for i, camera in enumerate(every) if camera.weight > 0.0) or tuple(range(len(every)))
     top_view = tuple(_is_top_view(every[i], description.plate.size_mm) for i in cameras)
     lights = tuple(_name(light, i) for i, light in enumerate(alone)) or ("ambient",)
@@ -87,7 +82,6 @@ def needs_of(description: Description) -> Needs:
         colour=not description.grey,
         matte=set(description.plate.material) <= set(MATTE),
         top_view=top_view,
-        obstacles=tuple(dict.fromkeys(_obstacles(description, all(top_view)))),
     )
 
 
@@ -96,26 +90,12 @@ def _name(light: Light, number: int) -> str:
 
 
 def camera_name(camera: Camera, number: int) -> str:
-    """Its id, or its number from 1."""
+    """Id of a camera, or its number from 1 if the file gives none."""
     return camera.id if camera.id and not camera.id.startswith("_") else f"camera-{number + 1}"
 
 
-def _obstacles(description: Description, from_above: bool) -> Iterator[str]:
-    lights, size_mm = description.lights, description.plate.size_mm
-    shining = {light.shape.node for light in lights if light.shape is not None}
-    for light in lights:
-        obstacle = parallel_obstacle(light, size_mm)
-        if obstacle is not None:
-            yield obstacle
-    depth = description.max_depth
-    if depth is not None and depth < DIRECT_DEPTH:
-        yield f"integrator: max_depth: {depth}; the plate is seen from {DIRECT_DEPTH} on"
-    if not from_above and description.shapes > 1 + len(shining):
-        yield "shape: beside other shapes the plate has gradients only in a view from above that it fills"
-
-
 def _is_top_view(camera: Camera, size_mm: float) -> bool:
-    """Whether the camera looks straight down, the plate fills a square picture, and its top is +y."""
+    """Whether a camera looks straight down, with +y up, on a plate that fills the square picture."""
     half = 0.5 * size_mm
     expected = np.array([[-half, 0.0, 0.0], [0.0, half, 0.0], [0.0, 0.0, -1.0]])
     turn = camera.to_world[:3, :3] / np.array([1.0, 1.0, np.linalg.norm(camera.to_world[:3, 2])])

@@ -9,15 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
     from torch import Tensor
-
-    from visual.scene import Scene
 
 Array = NDArray[np.float64]
 
@@ -62,8 +60,26 @@ class Batches:
         return replace(self, pictures=self.pictures[:, number : number + 1])
 
 
+class Renderable(Protocol):
+    """What pictures are rendered of: a `visual.scene.Scene`."""
+
+    @property
+    def samples(self) -> int:
+        """Samples a pixel, as the scene file says."""
+
+    def render(
+        self,
+        heights: Tensor | ArrayLike | None = None,
+        *,
+        samples: int | None = None,
+        seed: int = 0,
+        resolution: int | None = None,
+    ) -> Tensor:
+        """Pictures (conditions, rows, cols), radiance; with another seed, other random numbers."""
+
+
 def batched(
-    scene: Scene,
+    scene: Renderable,
     heights: Tensor | ArrayLike | None = None,
     samples: int | None = None,
     seed: int = 0,
@@ -73,6 +89,7 @@ def batched(
     """Render a relief in batches.
 
     Args:
+        scene: renders the pictures.
         heights: (rows, cols) mm; default the scene's own.
         samples: a pixel, of all batches together, at least one in each; default as the scene file says.
         seed: the same seed, the same random numbers in each batch, whatever the relief.

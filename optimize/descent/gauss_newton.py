@@ -247,7 +247,7 @@ class GaussNewton:
 def _views(problem: Problem) -> tuple[View | FastView, ...]:
     """Views that give the pictures of a step with their Jacobians."""
     if problem.look == "fast":
-        return (FastView(problem.scene.quick_look()),)
+        return (FastView(problem.scene.fast_renderer()),)
     resolution = REFINEMENT * max(problem.scene.resolution)
     return problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
 

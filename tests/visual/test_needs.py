@@ -15,11 +15,12 @@ import torch
 
 from relief.errors import InputError
 from tests.visual.scenes import ALBEDO, MATTE, PLASTIC, SIDE, Array, hills, sky, sun, write_scene
-from visual import scene
+from visual import loading
 from visual.backend import rays
 from visual.exact import render
 from visual.explain import explain_scene
 from visual.lights.quadrature import kind_of
+from visual.models import obstacles
 from visual.needs import Needs, needs_of
 from visual.scene import Scene
 from visual.scene_file import check
@@ -102,7 +103,7 @@ def test_ambient_light_is_rendered_once_if_there_is_any(
     lights: list[str],
     passes: int,
 ) -> None:
-    made, rendered = counted(scene, "instantiate"), counted(render, "_render")
+    made, rendered = counted(loading, "instantiate"), counted(render, "_render")
     scene_of(*lights).render(samples=4)
     assert (len(made), len(rendered)) == (passes, passes)
     assert needs(*lights).passes == passes
@@ -269,15 +270,17 @@ def test_what_it_would_have_added_is_nothing(scene_of: Callable[..., Scene], cou
 )
 def test_every_part_that_prevents_gradients_is_named_and_the_first_refuses(
     scene_of: Callable[..., Scene],
-    needs: Callable[..., Needs],
+    tmp_path: Path,
     lights: list[str],
     written: dict[str, Any],
     parts: list[str],
 ) -> None:
-    found = needs(*lights, **written).obstacles
+    loaded = scene_of(*lights, **written)
+    description = describe(check_scene(tmp_path / "scene.xml"))
+    found = obstacles("exact", description, needs_of(description), (SIDE, SIDE))
+    assert found == obstacles("step", description, needs_of(description), (SIDE, SIDE))
     assert len(found) == len(parts)
     assert all(one.startswith(part) for one, part in zip(found, parts, strict=True))
-    loaded = scene_of(*lights, **written)
     if found:
         with pytest.raises(InputError, match=re.escape(f"scene.xml: {found[0]}")):
             follow(loaded)
@@ -315,7 +318,7 @@ def told(folder: Path, *lights: str, variant: str | None = None, **written: Any)
 
 def test_explaining_makes_and_renders_nothing(mi: ModuleType, tmp_path: Path, counted: Count) -> None:
     work = [counted(mi.parser, "instantiate"), counted(mi, "load_dict"), counted(mi, "render")]
-    work += [counted(check, "instantiate"), counted(scene, "instantiate")]
+    work += [counted(check, "instantiate"), counted(loading, "instantiate")]
     told(tmp_path, sun(35), sky())
     assert work == [[]] * 5
 
@@ -334,6 +337,7 @@ def test_every_rule_is_told_in_words(mi: ModuleType, tmp_path: Path) -> None:
     assert lean["colour"].startswith("one channel") and "llvm_ad_mono" in lean["colour"]
     assert "gradients for left," in lean["shadow edges"] and "none for top" in lean["shadow edges"]
     assert "optimize can" in lean["gradients"]
+    assert lean["fast look"] == "can show this scene, so retouch optimize takes --fast"
 
 
 def test_what_a_richer_scene_takes_is_told_too(mi: ModuleType, tmp_path: Path) -> None:
@@ -345,6 +349,9 @@ def test_what_a_richer_scene_takes_is_told_too(mi: ModuleType, tmp_path: Path) -
     assert rich["colour"].startswith("three channels")
     assert "not followed" in rich["shadow edges"]
     assert "point: " in rich["gradients"]
+    for reason in ("sensor: ", "integrator: max_depth: ", "point: "):
+        assert reason in rich["fast look"]
+    assert "if the net of ambient light was trained" in told(tmp_path, sun(35), sky())["fast look"]
 
 
 def test_a_variant_without_gradients_is_an_obstacle_too(mi: ModuleType, tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ from tests.visual.scenes import (
     sun,
     write_scene,
 )
-from visual import scene
+from visual import loading
 from visual.exact import render as exact
 from visual.scene import Scene, load_scene
 from visual.scene_file.check import check_scene, instantiate
@@ -82,7 +82,7 @@ def test_nothing_is_rendered_or_made_that_is_not_needed(
     scene_of: Callable[..., Scene], monkeypatch: pytest.MonkeyPatch, lights: tuple[str, ...], count: int
 ) -> None:
     made, rendered = [], []
-    make, render = scene.instantiate, exact._render
+    make, render = loading.instantiate, exact._render
 
     def counted_make(*arguments: Any, **options: Any) -> Any:
         made.append(options)
@@ -92,7 +92,7 @@ def test_nothing_is_rendered_or_made_that_is_not_needed(
         rendered.append(arguments)
         return render(*arguments)
 
-    monkeypatch.setattr(scene, "instantiate", counted_make)
+    monkeypatch.setattr(loading, "instantiate", counted_make)
     monkeypatch.setattr(exact, "_render", counted_render)
     loaded = scene_of(*lights)
     for times in (1, 2):

@@ -1,62 +1,50 @@
-"""A quick look at a scene: what of it torch alone can show, taken over from Mitsuba once."""
+"""Conversion of a loaded scene into a fast renderer: materials are tabulated once, by Mitsuba."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from relief.errors import InputError
-from visual.backend.plate import plate_bsdf
 from visual.fast.ambient_net import trained_ambient_light
 from visual.fast.bsdf_table import ambient_table, light_table
 from visual.fast.renderer import FastRenderer
+from visual.lights.kind import RGB
 from visual.lights.parallel import ParallelLights
-from visual.needs import Needs
-
-if TYPE_CHECKING:
-    from visual.scene import Scene
 
 LEAST_RADIANCE = 1e-9
-"""Of ambient light that is worth a net."""
+"""Least radiance of ambient light that is not left out: below it no picture changes visibly."""
 
 
-def quick_look(path: Path, scene: Scene, needs: Needs, ambient: tuple[float, float, float]) -> FastRenderer:
-    """The quick look of a loaded scene, in whose variant Mitsuba is.
+def fast_renderer(
+    samples: int, size_mm: float, bsdf: Any, lights: Sequence[ParallelLights], ambient: RGB
+) -> FastRenderer:
+    """The fast renderer of a plate seen from straight above.
 
     Args:
-        path: of the scene, for messages.
-        ambient: radiance of the constant light from all around, red, green and blue.
+        samples: height samples a side, and pixels.
+        size_mm: side of the plate.
+        bsdf: the plate's material in Mitsuba's current variant.
+        lights: what shines in each condition; with none, the one condition is ambient light alone.
+        ambient: radiance from all around, added to every condition; red, green and blue.
 
     Raises:
-        InputError: what of the scene it cannot show, or that it has no net for its ambient light.
+        InputError: there is no net for ambient light on this material and grid.
     """
-    rows, cols = scene.heights.shape
-    if needs.top_view != (True,) or scene.resolution != (rows, cols) or rows != cols:
-        raise InputError(
-            f"{path}: sensor: the rendering net looks from straight above, with one pixel at each of "
-            f"{rows} x {cols} height samples; use exact"
-        )
-    if not needs.direct:
-        raise InputError(f"{path}: integrator: the rendering net knows direct light only; use exact")
-    bsdf = plate_bsdf(scene.light_scenes()[0].scene)
-    sets = [scene.illumination(light) for light in needs.alone]
     toward, irradiance = (
-        np.concatenate([getattr(lights, name) for lights in sets]) if sets else np.zeros((0, 3))
+        np.concatenate([getattr(alone, name) for alone in lights]) if lights else np.zeros((0, 3))
         for name in ("toward", "irradiance")
     )
-    sky = None
-    if needs.around and max(ambient) > LEAST_RADIANCE:
-        sky = trained_ambient_light(ambient_table(bsdf, np.array(ambient)), rows)
-    conditions = max(len(sets), 1)
-    condition = [number for number, lights in enumerate(sets) for _ in lights.toward]
+    around = None
+    if max(ambient) > LEAST_RADIANCE:
+        around = trained_ambient_light(ambient_table(bsdf, np.array(ambient)), samples)
     return FastRenderer(
-        rows,
-        scene.size_mm,
+        samples,
+        size_mm,
         tuple((float(x), float(y), float(z)) for x, y, z in toward),
-        tuple(condition),
-        conditions,
+        tuple(number for number, alone in enumerate(lights) for _ in alone.toward),
+        max(len(lights), 1),
         light_table(bsdf, ParallelLights(toward, irradiance)) if len(toward) else None,
-        sky,
+        around,
     )

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from relief import heightmap
+from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
 from visual.lights.kind import RGB, EmitterShape, Light
 from visual.lights.quadrature import KINDS, kind_of
@@ -44,6 +46,30 @@ def describe(checked: CheckedScene) -> Description:
         integrator=integrator,
         max_depth=max_depth,
     )
+
+
+def plate_heights(
+    path: str | Path, plate: Plate, texture: str | Path | None = None, relief_mm: float | None = None
+) -> NDArray[np.float64]:
+    """Heights of a plate, read from the scene's own file or from a texture.
+
+    Args:
+        path: of the scene, for messages.
+        plate: of the scene.
+        texture: a height map instead of the scene's own.
+        relief_mm: height of white above black in `texture`.
+
+    Returns:
+        (rows, cols) mm.
+
+    Raises:
+        InputError: what is wrong with the height map, in one line.
+    """
+    if texture is not None:
+        return heightmap.load_heights(texture, relief_mm=relief_mm)
+    if plate.filename is None:
+        raise InputError(f"{path}: heightfield: filename: missing")
+    return heightmap.load_heights(plate.filename, relief_mm=plate.relief_mm)
 
 
 def _triple(values: Any) -> RGB:

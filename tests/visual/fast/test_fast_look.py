@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from relief.errors import InputError
 from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import Card, save_net, weights_bytes
 from tests.tactile.reliefs import waves
-from tests.visual.scenes import sun
+from tests.visual.scenes import FLOOR, sun
 from visual.backend.plate import plate_bsdf
 from visual.exact.shading import unshadowed
 from visual.fast import conversion
@@ -33,6 +34,8 @@ from visual.scene_file.check import check_scene
 
 STUDIO = Path(__file__).resolve().parents[3] / "mitsuba_scenes" / "studio.xml"
 SIDE = 32
+POINT = '<emitter type="point"><point name="position" x="3" y="2" z="9"/></emitter>'
+SPECTRAL = '<emitter type="constant"><spectrum name="radiance" value="400:0.1, 700:0.4"/></emitter>'
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +71,7 @@ def with_net(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def suns(scene_of: Callable[..., Scene]) -> FastRenderer:
     """Two lights and none from all around."""
     lights = (sun(35.0, 20.0), sun(50.0, 145.0))
-    return scene_of(*lights, heights=waves(SIDE, 1.5).numpy()).quick_look()
+    return scene_of(*lights, heights=waves(SIDE, 1.5).numpy()).fast_renderer()
 
 
 def test_pictures_are_near_those_of_mitsuba(scene: Scene, with_net: None) -> None:
@@ -177,13 +180,16 @@ def test_the_gradient_of_ambient_light_is_that_of_small_changes() -> None:
     [
         ({"rows": 2 * SIDE, "cols": 2 * SIDE}, "one pixel at each"),
         ({"max_depth": 3}, "direct light only"),
+        ({"more": FLOOR}, "shape: the fast look knows no shape but the plate"),
+        ({"further": SPECTRAL, "pixel_format": "rgb"}, "constant: radiance: .* rgb colour"),
+        ({"further": POINT}, "point: .*the fast look shows no other"),
     ],
 )
 def test_what_it_cannot_show_is_told(
-    written: dict[str, int], told: str, scene_of: Callable[..., Scene]
+    written: dict[str, Any], told: str, scene_of: Callable[..., Scene]
 ) -> None:
     scene = scene_of(sun(35.0), heights=np.zeros((SIDE, SIDE)), **written)
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=rf'scene\.xml: .*{told}.*; use look.model = "exact"$'):
         scene.render(model="fast")
 
 
