@@ -1,1 +1,1 @@
-"""The plate as triangles, the cameras that look at it, and where samples of a picture meet it."""
+"""Geometry of pictures: the plate as triangles, cameras, and samples of the film on the plate."""

@@ -1,4 +1,4 @@
-"""The points of the plate that the samples of a picture meet."""
+"""Film samples: the points of the plate that camera rays through jittered film points meet."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class PictureSamples:
-    """What the samples of a picture meet.
+    """Samples of a picture, and the (pixel, face) pairs to which they belong.
 
     Attributes:
-        x, y: (samples,) mm, of those that meet the plate.
-        face: (samples,) the face that each of them meets.
-        pair: (samples,) which (pixel, face) pair it belongs to.
-        pair_pixel, pair_face: (pairs,).
-        missed_pixel, missed_direction: (misses,) and (misses, 3), of those that meet nothing.
-        per_pixel: samples in each pixel.
+        x, y: (samples,) mm, of the samples that meet the plate.
+        face: (samples,) of the plate.
+        pair: (samples,) number of the (pixel, face) pair.
+        pair_pixel, pair_face: (pairs,) numbers of the pair's pixel and face.
+        missed_pixel, missed_direction: (misses,) and (misses, 3), of the samples that do not meet the plate.
+        per_pixel: samples in each pixel, misses included.
     """
 
     x: Array
@@ -51,18 +51,32 @@ def film_points(camera: Projection, strata: int, generator: np.random.Generator)
 def samples_from_above(
     plate: PlateTopology, camera: Projection, film: Array, per_pixel: int
 ) -> PictureSamples:
-    """Of a camera straight above; they hold for any heights."""
+    """Samples of a camera straight above, which meet the same faces whatever the heights.
+
+    Args:
+        plate: before the camera.
+        camera: straight above.
+        film: (samples, 2) of `film_points`.
+        per_pixel: samples in each pixel.
+    """
     origins, directions = camera.rays(film)
     x, y, _ = origins.T
     return _paired(plate, camera.pixel(film), x, y, face_at(plate, x, y), directions, per_pixel)
 
 
-def samples_by_rays(posed: PlacedMesh, camera: Projection, film: Array, per_pixel: int) -> PictureSamples:
-    """Of any camera."""
+def samples_by_rays(mesh: PlacedMesh, camera: Projection, film: Array, per_pixel: int) -> PictureSamples:
+    """Samples of any camera, by Mitsuba's rays.
+
+    Args:
+        mesh: before the camera.
+        camera: any.
+        film: (samples, 2) of `film_points`.
+        per_pixel: samples in each pixel.
+    """
     origins, directions = camera.rays(film)
-    face, distance = first_hits(posed.scene, origins, directions)
+    face, distance = first_hits(mesh.scene, origins, directions)
     x, y, _ = (origins + distance[:, None] * directions).T
-    return _paired(posed.plate, camera.pixel(film), x, y, face, directions, per_pixel)
+    return _paired(mesh.plate, camera.pixel(film), x, y, face, directions, per_pixel)
 
 
 def _paired(

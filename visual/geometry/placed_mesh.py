@@ -1,4 +1,4 @@
-"""A relief standing in a Mitsuba scene: its faces as rays toward a light meet them."""
+"""Placed mesh: the plate at some heights in a Mitsuba scene, for rays toward cameras and lights."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 LIFT_MM = 3e-5
-"""Rays start this far above the surface. More lets light slip past shallow silhouettes: at 5e-4 the gradient
-of a smooth relief under a light at 20 degrees is 13 % off, at 1e-4 2.4 %; from 3e-5 down to 3e-6 it is
-within the 1 % noise of finite differences; at 0 edges shadow themselves."""
+"""Height of the start of rays above the surface, mm. More lets light slip past shallow silhouettes: at 5e-4
+the gradient of a smooth relief under a light at 20 degrees is 13 % off, at 1e-4 2.4 %, from 3e-5 down to 3e-6
+within the 1 % noise of finite differences. At 0 edges shadow themselves."""
 
 
 @dataclass(frozen=True)
 class PlacedMesh:
-    """A relief in a scene.
+    """The plate at some heights.
 
     Attributes:
-        scene: a Mitsuba scene that holds the plate at `heights`.
+        scene: Mitsuba scene that holds the plate at `heights`.
+        plate: its triangles.
         heights: (rows, cols) mm.
     """
 
@@ -36,27 +37,35 @@ class PlacedMesh:
 
     @cached_property
     def slopes(self) -> tuple[Array, Array]:
-        """dz/dx and dz/dy of every face, each (faces,)."""
+        """Slopes dz/dx and dz/dy of the faces, each (faces,)."""
         return self.plate.slopes(self.heights)
 
     @cached_property
     def vertices(self) -> Array:
-        """(vertices, 3) mm."""
+        """Positions (vertices, 3), mm, of the vertices."""
         plate = self.plate
         return np.stack((plate.x, plate.y, plate.vertex_heights(self.heights)), axis=1)
 
     @cached_property
     def centres(self) -> Array:
-        """(faces, 3) mm."""
+        """Centres (faces, 3), mm, of the faces."""
         return np.asarray(self.vertices[self.plate.faces].mean(1))
 
     def facing(self, toward: Array) -> NDArray[np.bool_]:
-        """(faces,): whether they look toward a direction (3,), or each toward its own (faces, 3)."""
+        """Whether each face looks toward a direction (3,), or toward its own of (faces, 3)."""
         x, y, z = np.asarray(toward).T
         return np.asarray(z - self.slopes[0] * x - self.slopes[1] * y > 0.0)
 
     def lifted(self, face: Index, x: Array, y: Array) -> Array:
-        """Points (points, 3) mm from which shadow rays start: just above faces, over x and y."""
+        """Points from which shadow rays start, `LIFT_MM` above the surface.
+
+        Args:
+            face: (points,) on whose plane each point lies.
+            x, y: (points,) mm.
+
+        Returns:
+            (points, 3) mm.
+        """
         first = self.plate.faces[face, 0]
         origin = self.vertices[first]
         z = (
@@ -67,7 +76,13 @@ class PlacedMesh:
         return np.stack((x, y, z + LIFT_MM), axis=1)
 
     def sees(self, toward: Array, face: Index, points: Array) -> NDArray[np.bool_]:
-        """Whether lifted points (points, 3) of faces see a parallel light; no ray for those turned away."""
+        """Whether points see a parallel light; faces turned away from the light need no ray.
+
+        Args:
+            toward: (3,) unit vector toward the light.
+            face: (points,) on which each point lies.
+            points: (points, 3) mm, of `lifted`.
+        """
         lit = self.facing(toward)[face]
         facing = np.flatnonzero(lit)
         lit[facing] = ~blocked(self.scene, points[facing], np.broadcast_to(toward, (len(facing), 3)))

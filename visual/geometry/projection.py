@@ -1,4 +1,4 @@
-"""Where a camera sees what: its rays, its projection, and how the projection changes from point to point.
+"""Projections of cameras: rays through film points, points of the film under points of space, and Jacobians.
 
 Film coordinates are pixels (column, row), from the upper left corner of the picture to the right and down.
 """
@@ -22,12 +22,12 @@ class Projection:
 
     Attributes:
         rows, cols: of the picture.
-        perspective: whether its rays start from one point.
-        origin: (3,) mm: that point, or the upper left corner of the film if the rays are parallel.
-        across, down: (3,) one pixel to the right and down: mm if rays are parallel, else a change of
-            direction.
-        along: (3,) direction of parallel rays, unit; else of the ray through the upper left corner.
-        overhead: whether it looks straight down on a plate that fills its picture.
+        perspective: whether all rays start from one point.
+        origin: (3,) mm, start of these rays, or the upper left corner of the film if the rays are parallel.
+        across, down: (3,) step of one pixel to the right and down, mm if the rays are parallel, else a change
+            of direction.
+        along: (3,) unit direction of parallel rays, else direction of the ray through the upper left corner.
+        overhead: whether the camera looks straight down on a plate that fills the picture.
     """
 
     rows: int
@@ -41,7 +41,7 @@ class Projection:
 
     @property
     def pixels(self) -> int:
-        """How many the picture has."""
+        """Number of pixels of the picture."""
         return self.rows * self.cols
 
     @cached_property
@@ -49,7 +49,7 @@ class Projection:
         return np.linalg.inv(np.stack((self.across, self.down, self.along), axis=1))
 
     def rays(self, film: Array) -> tuple[Array, Array]:
-        """Origins (mm) and unit directions of the rays through film points (points, 2); each (points, 3)."""
+        """Origins, mm, and unit directions, each (points, 3), of the rays through film points (points, 2)."""
         spread = film[:, :1] * self.across + film[:, 1:] * self.down
         if self.perspective:
             directions = spread + self.along
@@ -59,34 +59,39 @@ class Projection:
 
     def project(self, points: Array) -> Array:
         """Film coordinates (points, 2) of points (points, 3), mm."""
-        place = (points - self.origin) @ self._inverse.T
-        return place[:, :2] / place[:, 2:] if self.perspective else place[:, :2]
+        local = (points - self.origin) @ self._inverse.T
+        return local[:, :2] / local[:, 2:] if self.perspective else local[:, :2]
 
     def jacobian(self, points: Array) -> Array:
-        """(points, 2, 3) pixels per mm."""
+        """Derivatives (points, 2, 3) of film coordinates, pixels per mm, at points (points, 3), mm."""
         inverse = self._inverse
         if not self.perspective:
             return np.broadcast_to(inverse[:2], (len(points), 2, 3))
-        place = (points - self.origin) @ inverse.T
-        film = place[:, :2] / place[:, 2:]
-        return np.asarray((inverse[:2] - film[:, :, None] * inverse[2]) / place[:, 2, None, None])
+        local = (points - self.origin) @ inverse.T
+        film = local[:, :2] / local[:, 2:]
+        return np.asarray((inverse[:2] - film[:, :, None] * inverse[2]) / local[:, 2, None, None])
 
     def toward(self, points: Array) -> Array:
-        """Unit vectors (points, 3) from points to the camera."""
+        """Unit vectors (points, 3) from points (points, 3), mm, toward the camera."""
         if not self.perspective:
             return np.broadcast_to(-self.along, points.shape)
-        away = self.origin - points
-        return np.asarray(away / np.linalg.norm(away, axis=1, keepdims=True))
+        offset = self.origin - points
+        return np.asarray(offset / np.linalg.norm(offset, axis=1, keepdims=True))
 
     def pixel(self, film: Array) -> Index:
-        """Number of the pixel, row by row, that film points (points, 2) lie in; -1 beyond the picture."""
+        """Numbers (points,), row by row, of the pixels of film points (points, 2); -1 beyond the picture."""
         col, row = np.floor(film).astype(np.int64).T
         inside = (col >= 0) & (col < self.cols) & (row >= 0) & (row < self.rows)
         return np.where(inside, row * self.cols + col, -1)
 
 
 def from_above(size_mm: float, resolution: int) -> Projection:
-    """The camera that looks straight down on a plate that fills its square picture; the top row is +y."""
+    """The camera that looks straight down on a plate that fills the square picture; the top row is +y.
+
+    Args:
+        size_mm: side of the plate.
+        resolution: pixels a side.
+    """
     pitch = size_mm / resolution
     return Projection(
         rows=resolution,
@@ -101,10 +106,11 @@ def from_above(size_mm: float, resolution: int) -> Projection:
 
 
 def projection_of(sensor: Any, rows: int, cols: int) -> Projection:
-    """An orthographic or perspective sensor of Mitsuba, read off three of its rays.
+    """The projection of an orthographic or perspective sensor of Mitsuba, from three of its rays.
 
     Args:
-        rows, cols: of the picture, whose shape must be that of the sensor's film.
+        sensor: of a Mitsuba scene.
+        rows, cols: of the picture, in the proportions of the sensor's film.
     """
     import mitsuba as mi
 

@@ -1,4 +1,4 @@
-"""What a camera straight above meets, without a ray: the same face whatever the heights."""
+"""Top view: faces under points of the plate, the same whatever the heights."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ Index = NDArray[np.int64]
 
 
 def face_at(plate: PlateTopology, x: Array, y: Array) -> Index:
-    """The face under each point of the plate, (points,)."""
+    """Faces (points,) of the plate under points x, y (points,), mm."""
     across, down = _cell(plate.cols, plate.size_mm, x), _cell(plate.rows, plate.size_mm, -y)
     second = across[1] + down[1] >= 1.0
     return 2 * (down[0] * (plate.cols + 1) + across[0]) + second
 
 
 def _cell(samples: int, size_mm: float, position: Array) -> tuple[Index, Array]:
-    """Cell between grid lines, and how far across it, of a coordinate; outermost cells are half as wide."""
-    place = (position / size_mm + 0.5) * samples + 0.5
-    cell = np.clip(np.floor(place).astype(np.int64), 0, samples)
-    within = place - cell
+    """Cell of a coordinate, and share of the cell's width before it; outermost cells are half as wide."""
+    line = (position / size_mm + 0.5) * samples + 0.5
+    cell = np.clip(np.floor(line).astype(np.int64), 0, samples)
+    within = line - cell
     within = np.where(cell == 0, 2.0 * within - 1.0, np.where(cell == samples, 2.0 * within, within))
     return cell, within

@@ -1,4 +1,4 @@
-"""The plate's triangles as functions of its heights: slopes, which are linear in them, and silhouettes."""
+"""Topology of the plate: triangles, their slopes, which are linear in the heights, and silhouettes."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class PlateTopology:
-    """What of the plate's mesh does not depend on its heights.
+    """The plate's mesh without its heights.
 
     Attributes:
-        rows, cols: height samples.
+        rows, cols: of the height samples.
         size_mm: side of the plate.
         x, y: (vertices,) mm.
-        sample: (vertices,) the height sample that each vertex carries.
+        sample: (vertices,) number of the height sample that each vertex carries.
         faces: (faces, 3) vertices.
-        slope_x, slope_y: (faces, 3) coefficients: dz/dx and dz/dy of a face are their products with its
-        vertex heights. edge_start, edge_end: (edges,) vertices.
+        slope_x, slope_y: (faces, 3) 1/mm: dz/dx and dz/dy of a face are the products of these coefficients
+            with the heights of its vertices.
+        edge_start, edge_end: (edges,) vertices.
         edge_left, edge_right: (edges,) faces, -1 beyond the border.
     """
 
@@ -44,18 +45,18 @@ class PlateTopology:
     edge_right: Index
 
     def vertex_heights(self, heights: Array) -> Array:
-        """(vertices,) mm, of heights (rows, cols)."""
+        """Heights (vertices,), mm, of the vertices, from those of the samples (rows, cols)."""
         return heights.ravel()[self.sample]
 
     def slopes(self, heights: Array) -> tuple[Array, Array]:
-        """dz/dx and dz/dy of every face, each (faces,)."""
+        """Slopes dz/dx and dz/dy of the faces, each (faces,), at heights (rows, cols), mm."""
         z = self.vertex_heights(heights)[self.faces]
         return (self.slope_x * z).sum(1), (self.slope_y * z).sum(1)
 
 
 @lru_cache(maxsize=4)
 def plate_topology(rows: int, cols: int, size_mm: float) -> PlateTopology:
-    """The mesh of a plate of `rows` x `cols` height samples."""
+    """The topology of a plate of `rows` x `cols` height samples and a side of `size_mm`."""
     x, y = grid.grid_vertices(rows, cols, size_mm)
     faces = grid.grid_faces(rows, cols).astype(np.int64)
     fx, fy = x[faces], y[faces]
@@ -70,13 +71,17 @@ def plate_topology(rows: int, cols: int, size_mm: float) -> PlateTopology:
 
 
 def silhouettes(plate: PlateTopology, slope_x: Array, slope_y: Array, toward: Array) -> Index:
-    """Edges at which one face looks toward the light, the other away, and which stand out rather than in.
+    """Convex edges between a face that looks toward the light and one that looks away.
 
     Beyond the border the plate falls away: an edge there counts if its only face looks away from the light.
 
     Args:
-        slope_x, slope_y: (faces,).
+        plate: whose edges these are.
+        slope_x, slope_y: (faces,) dz/dx and dz/dy.
         toward: (3,) unit vector toward the light.
+
+    Returns:
+        Numbers of edges.
     """
     lit = toward[2] - slope_x * toward[0] - slope_y * toward[1] > 0.0
     border = plate.edge_right < 0
