@@ -1,4 +1,4 @@
-"""`retouch doctor`: what this machine has, and what to do about what is missing."""
+"""Checks of the machine for `retouch doctor`: packages, libraries, cache and memory, with remedies."""
 
 import contextlib
 import importlib.metadata
@@ -23,17 +23,23 @@ from visual.backend import llvm
 from visual.backend.variants import choose_variant, is_differentiable
 
 OLDEST_PYTHON = (3, 11)
+"""Oldest version of Python that Retouch runs on, as in its package metadata."""
 MEMORY_GIB = 8.0
-"""Peak of building the finest finite-element reference, 128 x 128 (others take 1 GiB or less)."""
+"""Recommended memory, GiB: assembling the finest finite elements takes this much, all else 1 GiB or less."""
 
 INSTALL = "make setup, or pip install -c constraints.txt -e ."
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked at: its name, whether it is as it should be, what was found, what to do if not.
+    """The result of one check.
 
-    `needed` says whether an optimisation cannot run without it.
+    Attributes:
+        name: of the thing that was checked.
+        ok: whether the thing is as it should be.
+        detail: its version, place or fault.
+        remedy: what the user can do if it is not ok.
+        needed: whether an optimisation cannot run without it.
     """
 
     name: str
@@ -44,8 +50,8 @@ class Finding:
 
 
 def diagnose() -> list[Finding]:
-    """Look at everything that an optimisation uses on this machine; raises nothing for what is missing."""
-    looks: tuple[Callable[[], Finding], ...] = (
+    """Check everything that an optimisation uses on this machine; a fault is a finding, not an exception."""
+    checks: tuple[Callable[[], Finding], ...] = (
         _python,
         _packages,
         _llvm,
@@ -55,11 +61,11 @@ def diagnose() -> list[Finding]:
         _cache,
         _machine,
     )
-    return [look() for look in looks]
+    return [check() for check in checks]
 
 
 def can_run(findings: list[Finding]) -> bool:
-    """Whether nothing that an optimisation needs is missing."""
+    """Whether everything that an optimisation needs is there."""
     return all(finding.ok for finding in findings if finding.needed)
 
 
@@ -74,7 +80,7 @@ def _python() -> Finding:
 
 
 def _packages() -> Finding:
-    """Versions of the packages that Retouch's metadata asks for, against the versions it supports."""
+    """Installed versions of the packages in Retouch's metadata, compared with the supported versions."""
     try:
         texts = importlib.metadata.requires("retouch") or []
     except importlib.metadata.PackageNotFoundError:
@@ -95,23 +101,23 @@ def _packages() -> Finding:
 
 
 def _llvm() -> Finding:
-    """The library chosen, and every other on the machine with the reason why it was not."""
-    asked = os.environ.get(llvm.VARIABLE)
-    verdicts = [llvm.judge_requested(asked)] if asked else []
+    """The library in use, and every other on the machine with the reason why it is refused."""
+    requested = os.environ.get(llvm.VARIABLE)
+    verdicts = [llvm.judge_requested(requested)] if requested else []
     verdicts += [llvm.judge(library) for library in llvm.candidates()]
     try:
-        found, lines = True, [f"{llvm.prepare()} is used"]
+        works, lines = True, [f"{llvm.prepare()} is used"]
     except llvm.LLVMMissing:
-        found, lines = False, ["none works with Dr.Jit"]
+        works, lines = False, ["none works with Dr.Jit"]
     lines += [f"{verdict.library.path} refused: {verdict.fault}" for verdict in verdicts if verdict.fault]
-    # What the user names is often among the candidates too.
+    # The requested library is often among the candidates too.
     detail = "\n".join(dict.fromkeys(lines))
-    return Finding("libLLVM", found, detail, llvm.REMEDY)
+    return Finding("libLLVM", works, detail, llvm.REMEDY)
 
 
 def _variants() -> Finding:
     """The Mitsuba variants that run here."""
-    # Without a library the scalar variants run all the same.
+    # Without libLLVM the scalar variants still run.
     with contextlib.suppress(llvm.LLVMMissing):
         llvm.prepare()
     try:
@@ -144,17 +150,17 @@ def _pardiso() -> Finding:
 def _weights() -> Finding:
     folder = Path(str(importlib.resources.files("surrogate"))) / "weights"
     nets = sorted(path.stem for path in folder.glob("*.safetensors"))
-    detail = ", ".join(nets) or "none: the nets are not here"
+    detail = ", ".join(nets) or "none: the nets are not installed"
     return Finding("weights", bool(nets), detail, 'use model = "layer" and model = "exact"', needed=False)
 
 
 def _cache() -> Finding:
-    """The folder of remembered operators; it is made when the first is written."""
+    """The folder of cached operators, which is created when the first is written."""
     folder = cache_folder()
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     writable = existing.is_dir() and os.access(existing, os.W_OK | os.X_OK)
     size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
-    state = "writable" if writable else "not writable: operators are built anew in every process"
+    state = "writable" if writable else "not writable: operators are computed anew in every process"
     detail = f"{folder}, {size / 2**20:.1f} MiB, {state}"
     return Finding("cache", writable, detail, "set RETOUCH_CACHE to a folder you may write", needed=False)
 
@@ -165,13 +171,13 @@ def _machine() -> Finding:
         "machine",
         memory >= MEMORY_GIB,
         f"{os.cpu_count()} cores, {memory:.1f} GiB of memory, {platform.system()} on {platform.machine()}",
-        f"the finest finite-element reference takes {MEMORY_GIB:.0f} GiB at its peak; the others 1 GiB",
+        f"the finest finite elements take {MEMORY_GIB:.0f} GiB at their peak, everything else 1 GiB",
         needed=False,
     )
 
 
 def table(findings: list[Finding]) -> Table:
-    """The findings for a person: one row each, with the remedy under what is missing."""
+    """A table for a person, one row a finding, with a remedy below every fault."""
     rows = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     rows.add_column(no_wrap=True)
     rows.add_column(no_wrap=True)
@@ -186,7 +192,7 @@ def table(findings: list[Finding]) -> Table:
 
 
 def run(as_json: bool) -> int:
-    """Print what `diagnose` finds, as a table or as JSON; status 0 if an optimisation can run, else 1."""
+    """Print the findings as a table or as JSON; returns status 0 if an optimisation can run, else 1."""
     findings = diagnose()
     ready = can_run(findings)
     if as_json:
@@ -194,5 +200,5 @@ def run(as_json: bool) -> int:
     else:
         console = Console()
         console.print(table(findings))
-        console.print("Ready." if ready else "Not ready: see what is marked MISSING.")
+        console.print("Ready." if ready else "Not ready: the lines marked MISSING say what to do.")
     return 0 if ready else 1

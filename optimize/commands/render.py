@@ -37,7 +37,12 @@ examples:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", type=Path, metavar="SCENE", help="Mitsuba scene (.xml) with a height field")
+    parser.add_argument(
+        "scene",
+        type=Path,
+        metavar="SCENE",
+        help="Mitsuba scene (.xml) with a height field; a bundled one goes by its name",
+    )
     parser.add_argument(
         "-o",
         dest="out",
@@ -57,7 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"height of white above black in --texture, mm (default: {RELIEF_DEFAULT})",
     )
     parser.add_argument(
-        "--samples", type=count, metavar="N", help="samples a pixel, 1 to 65536 (default: the scene's)"
+        "--samples",
+        type=count,
+        metavar="N",
+        help="samples a pixel, 4 to 65536; fewer count as 4 (default: the scene's)",
     )
     parser.add_argument(
         "--seed",

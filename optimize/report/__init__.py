@@ -1,1 +1,1 @@
-"""What a person sees of a run: report page, figures, pictures and their metrics."""
+"""The report of a run: page, figures, pictures and their metrics."""

@@ -1,4 +1,4 @@
-"""Arrays as PNG pictures for a page: colour maps, tone, hill shading, all as data URIs."""
+"""Colour maps and PNG pictures of arrays as data URIs, with sRGB encoding and hill shading."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ Table = NDArray[np.uint8]
 
 
 def colour_table(points: Sequence[str]) -> Table:
-    """256 colours, (256, 3) uint8, interpolated between equally spaced control points like "1a2b3c"."""
+    """A table of 256 colours, (256, 3), interpolated between equally spaced colours such as "1a2b3c"."""
     knots = np.array([[int(point[k : k + 2], 16) for k in (0, 2, 4)] for point in points])
-    at = np.linspace(0.0, len(points) - 1.0, 256)
-    channels = [np.interp(at, np.arange(len(points)), knots[:, k]) for k in range(3)]
+    positions = np.linspace(0.0, len(points) - 1.0, 256)
+    channels = [np.interp(positions, np.arange(len(points)), knots[:, k]) for k in range(3)]
     return np.stack(channels, axis=-1).round().astype(np.uint8)
 
 
-# Viridis by S. van der Walt and N. Smith (CC0); PuOr and YlGnBu by C. Brewer, colorbrewer2.org (Apache 2.0).
-# All three keep their order for the common colour-vision deficiencies.
+# Viridis: S. van der Walt and N. Smith (CC0). PuOr and YlGnBu: C. Brewer, colorbrewer2.org (Apache 2.0).
+# The order of the colours stays visible with the common colour-vision deficiencies.
 VIRIDIS = colour_table(
     ("440154", "472d7b", "3b528b", "2c728e", "21918c", "28ae80", "5ec962", "addc30", "fde725")
 )
@@ -38,6 +38,7 @@ YELLOW_BLUE = colour_table(
 )
 GREY = colour_table(("000000", "ffffff"))
 NO_CONTACT = (0xDD, 0xDA, 0xD4)
+"""Colour of pixels without pressure: a grey that no pressure has."""
 
 
 def srgb(radiance: Array, white: float) -> Array:
@@ -52,17 +53,17 @@ def srgb(radiance: Array, white: float) -> Array:
 
 
 def picture_uri(radiance: Array, white: float, side: int) -> str:
-    """A linear picture (rows, cols) through the sRGB curve, `white` radiance being full white."""
+    """A picture (rows, cols) of linear radiance, at most `side` pixels long; `white` is full white."""
     return _png(srgb(shrunk(radiance, side), white) * 255.0, GREY)
 
 
 def map_uri(values: Array, low: float, high: float, table: Table, side: int) -> str:
-    """A map (rows, cols) in the table's colours, `low` to `high`, clipped beyond."""
+    """A map (rows, cols) in the colours of a table from `low` to `high`, at most `side` pixels long."""
     return _png((shrunk(values, side) - low) / (high - low) * 255.0, table)
 
 
 def contact_uri(pressure: Array, high: float, side: int) -> str:
-    """A pressure map (rows, cols), 0 to `high`, where pixels without pressure are grey."""
+    """A map (rows, cols) of pressure from 0 to `high`, with pixels without pressure in grey."""
     table = YELLOW_BLUE.copy()
     table[0] = NO_CONTACT
     small = shrunk(pressure, side)
@@ -70,7 +71,7 @@ def contact_uri(pressure: Array, high: float, side: int) -> str:
 
 
 def hillshade(heights: Array, size_mm: float) -> Array:
-    """Lambert shading in [0, 1] of heights in mm, both (rows, cols), lit from the top left, 45 degrees up."""
+    """Lambert shading in [0, 1] of heights, mm, both (rows, cols); light from the top left, 45 degrees up."""
     rows, cols = heights.shape
     toward_top, toward_right = -_slope(heights, 0, size_mm / rows), _slope(heights, 1, size_mm / cols)
     light = np.array([-0.5, 0.5, np.sqrt(0.5)])
@@ -79,7 +80,7 @@ def hillshade(heights: Array, size_mm: float) -> Array:
 
 
 def shrunk(values: Array, side: int) -> Array:
-    """The array (rows, cols) averaged down until no edge exceeds `side` pixels; a smaller one as it is."""
+    """An array (rows, cols) averaged down to at most `side` pixels a side; a smaller one is unchanged."""
     rows, cols = values.shape
     scale = side / max(rows, cols)
     if scale >= 1.0:
@@ -90,7 +91,7 @@ def shrunk(values: Array, side: int) -> Array:
 
 
 def bar_uri(table: Table) -> str:
-    """The colours of a table from left to right, one pixel high."""
+    """A picture of a table's colours from left to right, one pixel high."""
     return _png(np.arange(256.0)[None, :], table)
 
 

@@ -1,4 +1,4 @@
-"""The figures of a report: what the eye sees, what the finger feels, what moved, and the way there."""
+"""Figures of a report: pictures, roughness and contact, change of the relief, course of the descent."""
 
 from __future__ import annotations
 
@@ -20,10 +20,14 @@ from tactile.jnd import jnd_apart
 
 Array = NDArray[np.floating]
 
-PICTURE_BYTES = 3.0e6  # for the pictures under all lights together, before base64, at one byte a pixel
-SHOWN_SIDE = 512  # pixels; a picture is shown at about 360 points
-PROFILE_SIDE = 256  # samples along an edge of the heights that the page carries
-PERCENTILE = 99.5  # of a map's values that its colour scale spans
+PICTURE_BYTES = 3.0e6
+"""Bytes of the pictures under all lights before base64, one byte a pixel: half of the page's 6 MB."""
+SHOWN_SIDE = 512
+"""Longest side of a picture, pixels; on the page it is about 360 points long."""
+PROFILE_SIDE = 256
+"""Samples a side of the heights that the page carries for its profile."""
+PERCENTILE = 99.5
+"""Percentile of a map's values where its colour scale ends, so that single pixels do not set the scale."""
 
 
 @dataclass(frozen=True)
@@ -55,13 +59,13 @@ def change_percent(before: Array, after: Array, white: float) -> ChangePercent:
 
 
 def roughness_figures(report: Report, touch: Mapping[str, Any]) -> dict[str, Any]:
-    """The roughnesses on a scale of just-noticeable differences, and what a finger makes of that."""
+    """Roughness before, after and verified in just-noticeable differences, and the odds of telling it."""
     jnd = touch["jnd_from_original"]
     tries = None if jnd is None else tries_of_100(jnd)
     return {
         "ladder": _ladder(report, touch),
         "tries": tries,
-        "tries_chart": None if tries is None else svg.tries(tries),
+        "tries_chart": None if tries is None else svg.tries_chart(tries),
     }
 
 
@@ -84,7 +88,7 @@ def _ladder(report: Report, touch: Mapping[str, Any]) -> Markup | None:
 
 
 def descent_charts(report: Report) -> list[Markup]:
-    """The targeted quantities of touch (without any, all) and the picture change over the steps."""
+    """Line charts over the steps: targeted quantities of touch (all if none is), and picture change."""
     if not report.history:
         return []
 
@@ -118,13 +122,13 @@ def descent_charts(report: Report) -> list[Markup]:
 
 
 def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
-    """Pictures before and after and their difference, on one scale for all conditions and the baseline."""
+    """Pictures before and after and their difference; all conditions and the baseline share the scales."""
     before, after, white = report.pictures_before, report.pictures_after, report.white
     count = len(before) * (3 if report.baseline is None else 6)
     side = min(SHOWN_SIDE, int(math.sqrt(PICTURE_BYTES / count)))
     difference = 100.0 * (np.asarray(after, dtype=np.float64) - before) / white
     limit = svg.round_up(max(float(np.percentile(np.abs(difference), PERCENTILE)), 0.1))
-    # Relief under a raking light is dark: one exposure for all pictures, their brightest parts nearly white.
+    # Relief under a raking light is dark; one exposure for all makes the brightest parts nearly white.
     exposed = min(white, max(float(np.percentile(before, PERCENTILE)), 1e-3 * white))
 
     def rows(pictures: Array) -> list[dict[str, Any]]:
@@ -161,7 +165,7 @@ def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def touch_maps(report: Report) -> dict[str, Any]:
-    """Strain and contact before and after, each pair on one scale."""
+    """Maps of strain and pressure; before and after share a scale."""
     both = np.stack([report.strain_before, report.strain_after])
     low, high = (float(v) for v in np.percentile(both, [100.0 - PERCENTILE, PERCENTILE]))
     high = max(high, low + 1e-6)
@@ -191,7 +195,7 @@ def touch_maps(report: Report) -> dict[str, Any]:
 
 
 def relief_figures(report: Report) -> dict[str, Any]:
-    """Hill shading, change of height, and the rows among which the page's profile chooses."""
+    """Hill shading, map of the change of height, and the heights for the profile of a row."""
     before, after = (np.asarray(h, dtype=np.float64) for h in (report.heights_before, report.heights_after))
     change = 1000.0 * (after - before)
     limit = svg.round_up(max(float(np.percentile(np.abs(change), PERCENTILE)), 1.0))

@@ -1,4 +1,4 @@
-"""How different two pictures are: mean and root mean square, DSSIM, FLIP; and the noise in that."""
+"""Metrics of picture change: mean, root mean square, DSSIM and FLIP, with their noise."""
 
 from __future__ import annotations
 
@@ -14,21 +14,26 @@ from visual.noise import Batches
 Array = NDArray[np.floating[Any]]
 
 VIEWING_PIXELS_PER_DEGREE = 67.0
-"""FLIP's default: a 0.7 m wide 4K monitor at 0.7 m."""
+"""Pixels a degree of the visual field for FLIP: its default, a 0.7 m wide 4K monitor 0.7 m away."""
 
 
 def mean_change(before: Array, after: Array) -> float:
-    """Mean absolute difference, in the unit of the pictures."""
+    """Mean absolute difference of arrays of one shape, in their unit."""
     return float(np.abs(after - before).mean())
 
 
 def rms_change(before: Array, after: Array) -> float:
-    """Root mean square difference, in the unit of the pictures."""
+    """Root mean square difference of arrays of one shape, in their unit."""
     return float(np.sqrt(np.square(after - before).mean()))
 
 
 def dssim(before: Array, after: Array, white: float) -> float:
-    """Structural dissimilarity (1 - SSIM) / 2 of two pictures as displayed (Wang et al. 2004)."""
+    """Structural dissimilarity (1 - SSIM) / 2 of two pictures as displayed (Wang et al. 2004), in [0, 1].
+
+    Args:
+        before, after: (rows, cols) linear radiance.
+        white: radiance shown as full white.
+    """
     from skimage.metrics import structural_similarity
 
     one, other = srgb(before, white), srgb(after, white)
@@ -36,7 +41,12 @@ def dssim(before: Array, after: Array, white: float) -> float:
 
 
 def flip(before: Array, after: Array, white: float) -> float:
-    """Mean FLIP difference of two pictures as displayed (Andersson et al. 2020), in [0, 1]."""
+    """Mean FLIP difference of two pictures as displayed (Andersson et al. 2020), in [0, 1].
+
+    Args:
+        before, after: (rows, cols) linear radiance.
+        white: radiance shown as full white.
+    """
     import flip_evaluator
 
     images = [np.repeat(srgb(p, white)[:, :, None], 3, axis=2).astype(np.float32) for p in (before, after)]
@@ -47,9 +57,10 @@ def flip(before: Array, after: Array, white: float) -> float:
 
 
 def look(before: Batches, after: Batches, white: float) -> dict[str, Any]:
-    """How far pictures changed and how well that is known: what `look` of result.json says of them.
+    """The change of pictures and its uncertainty: the picture part of `look` in result.json.
 
     Args:
+        before, after: of the same conditions, with common random numbers batch by batch.
         white: radiance shown as full white.
     """
     pairs = list(zip(before.mean, after.mean, strict=True))

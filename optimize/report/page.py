@@ -1,4 +1,4 @@
-"""One run as one page: `report.html`, readable anywhere, without a network."""
+"""The report page of a run: `report.html`, one file that needs no network."""
 
 from __future__ import annotations
 
@@ -21,24 +21,29 @@ TOUCH_KEYS = (
     *("verified_by", "contact_fraction", "jnd_from_original"),
     *(f"{stage}{name}" for name in QUANTITIES for stage in ("", "initial_", "target_", "verified_")),
 )
-"""Keys of the section `touch` of result.json that the page shows."""
+"""Keys of the section `touch` of result.json that the page shows; an absent key counts as None."""
 LOOK_KEYS = ("dssim", "flip", "samples", "noise")
+"""Keys of the section `look` that the page shows; an absent key counts as None."""
 FILES = {
-    "plate.stl": "triangles without a unit: tell the slicer millimetres",
-    "plate.3mf": "states millimetres itself; the safer choice where the slicer takes it",
+    "plate.stl": "triangles without a unit; the slicer must be set to millimetres",
+    "plate.3mf": "triangles in millimetres; the safer choice if the slicer reads the format",
     "plate.ply": "triangles for Blender and MeshLab",
     "heights.png": "16-bit height map",
     "heights.exr": "heights in mm, 32-bit float, as computed",
     "result.json": "every number on this page",
-    "run.toml": "the settings; running it again repeats this run",
+    "run.toml": "all settings; retouch optimize repeats the run from this file",
 }
+"""Files of a run directory that the page links to, and what they are for."""
 
 
 def write_report(run_dir: Path, report: Report) -> Path:
-    """Writes `report.html` into the run directory: one file, under 6 MB, that asks nothing of a network.
+    """Write `report.html` into the run directory, atomically.
 
-    It lists the files it finds there, so it is the last to be written. It appears whole or not at all.
-    Returns its path.
+    The page links to the files in the directory, so the other files have to be written before. The page takes
+    less than 6 MB and fetches nothing from a network; its only script is allowed by hash.
+
+    Returns:
+        The path of the page.
     """
     environment = Environment(
         loader=PackageLoader("optimize.report"),
@@ -57,7 +62,7 @@ def write_report(run_dir: Path, report: Report) -> Path:
         script_hash=digest,
         style=Markup(environment.get_template("report.css").render()),
         files=[(name, use) for name, use in FILES.items() if (run_dir / name).is_file()],
-        **_numbers(report),
+        **_context(report),
         **figures.touch_maps(report),
         **figures.relief_figures(report),
     )
@@ -66,7 +71,8 @@ def write_report(run_dir: Path, report: Report) -> Path:
     return path
 
 
-def _numbers(report: Report) -> dict[str, Any]:
+def _context(report: Report) -> dict[str, Any]:
+    """What the template needs of result.json, and the figures drawn from it."""
     touch = dict.fromkeys(TOUCH_KEYS) | dict(report.result["touch"])
     times = dict(report.result["time_s"])
     total = times.pop("total")
@@ -81,8 +87,8 @@ def _numbers(report: Report) -> dict[str, Any]:
         "rounds": verification["rounds"] or [],
         "total_s": total,
         "time_split": [(name, seconds, 100.0 * seconds / max(total, 1e-9)) for name, seconds in split],
-        "all_numbers": list(_flat(report.result)),
-        "all_settings": list(_flat(report.settings)),
+        "all_numbers": list(_leaves(report.result)),
+        "all_settings": list(_leaves(report.settings)),
         **figures.roughness_figures(report, touch),
         **figures.look_figures(report, look),
         "descent": figures.descent_charts(report),
@@ -101,19 +107,19 @@ def _quantity(quantity: Quantity, touch: Mapping[str, Any]) -> dict[str, Any]:
     return words | stages | {"descent": touch[name], "final": final}
 
 
-def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Every leaf of nested mappings as (dotted name, text), lists on one line."""
+def _leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Every leaf of nested mappings as dotted name and text; a list of numbers is one leaf."""
     for key, value in tree.items():
         if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
+            yield from _leaves(value, f"{prefix}{key}.")
         elif isinstance(value, list) and value and isinstance(value[0], Mapping):
             for number, item in enumerate(value, start=1):
-                yield from _flat(item, f"{prefix}{key}.{number}.")
+                yield from _leaves(item, f"{prefix}{key}.{number}.")
         elif isinstance(value, list | tuple):
-            yield f"{prefix}{key}", ", ".join(_plain(item) for item in value)
+            yield f"{prefix}{key}", ", ".join(_text(item) for item in value)
         else:
-            yield f"{prefix}{key}", _plain(value)
+            yield f"{prefix}{key}", _text(value)
 
 
-def _plain(value: object) -> str:
+def _text(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else "\N{EN DASH}" if value is None else str(value)

@@ -1,8 +1,8 @@
-"""How far pictures changed, and what their noise has to do with it.
+"""Picture change with its uncertainty, estimated from independent batches.
 
-Noise makes the mean and the root mean square of a difference larger, as it never cancels in an absolute value
-or a square. From independent batches (`visual.noise`) the square can be had without it; of the mean, bounds.
-Up to a factor, the root mean square of one condition is its term of E_vis: its standard error is the loss's.
+Noise enlarges the mean and the root mean square of a difference, as noise never cancels in an absolute value
+or a square. Independent batches (`visual.noise`) give an unbiased square, and bounds of the mean. Up to a
+factor, the root mean square of a condition is its term of E_vis, so both have the same relative error.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from visual.noise import Batches, jackknife_error
 
 Array = NDArray[np.float64]
 
-SEEN = 2.0
-"""Standard errors by which a square must lie above zero to count as a change."""
+DETECTION_ERRORS = 2.0
+"""Standard errors that a mean square must exceed to count as a change: 98 % confidence of a normal error."""
 
-PRECISE = 0.1
-"""Largest uncertainty of a change that counts as known, as a share of the change."""
+PRECISION = 0.1
+"""Largest uncertainty of a change that counts as known, relative to the change."""
 
 
 class Certainty(Enum):
-    """Whether a change of pictures is more than their noise; the value is the sentence shown."""
+    """How well the change of pictures is known; the value is the sentence for a person."""
 
     SAME = "The pictures are the same."
     KNOWN = "The noise of the pictures is small beside their change."
@@ -36,16 +36,16 @@ class Certainty(Enum):
 
 @dataclass(frozen=True)
 class Change:
-    """A change in the unit of the pictures.
+    """A change of pictures, in the unit of the pictures.
 
     Attributes:
-        mean: mean absolute difference of the mean pictures; on average at least the true one.
-        mean_error: its standard error, that is how far it would differ with other random numbers.
-        mean_at_least: one that noise does not enlarge; on average at most the true one.
-        noise_floor: what `mean` would be if the true pictures were the same, the noise as it is.
-        rms: root mean square difference of the mean pictures; on average at least the true one.
-        rms_less_noise: from the unbiased square; 0 where that is negative.
-        rms_error: standard error of `rms_less_noise`, toward above.
+        mean: mean absolute difference of the mean pictures; its expectation is not below the true value.
+        mean_error: standard error of `mean`, its spread over other random numbers.
+        mean_at_least: mean absolute difference whose expectation is not above the true value.
+        noise_floor: expectation of `mean` for equal true pictures with the same noise.
+        rms: root mean square difference of the mean pictures; its expectation is not below the true value.
+        rms_less_noise: root of `square`, or 0 where `square` is negative.
+        rms_error: standard error of `rms_less_noise` upward.
         square, square_error: unbiased mean square difference and its standard error.
     """
 
@@ -61,26 +61,29 @@ class Change:
 
     @property
     def certainty(self) -> Certainty:
-        """What may be said of it."""
+        """How well the change is known."""
         if self.rms == 0.0:
             return Certainty.SAME
-        if self.square <= SEEN * self.square_error or self.mean <= self.noise_floor:
+        if self.square <= DETECTION_ERRORS * self.square_error or self.mean <= self.noise_floor:
             return Certainty.WITHIN_NOISE
-        between = 0.5 * (self.mean - self.mean_at_least)
-        known = self.rms_error <= PRECISE * self.rms_less_noise and between <= PRECISE * self.mean
-        return Certainty.KNOWN if known else Certainty.COARSE
+        half_range = 0.5 * (self.mean - self.mean_at_least)
+        precise = self.rms_error <= PRECISION * self.rms_less_noise and half_range <= PRECISION * self.mean
+        return Certainty.KNOWN if precise else Certainty.COARSE
 
     def percent_of(self, level: float) -> dict[str, float]:
-        """Every length, that is all but the squares, in percent of a radiance."""
-        lengths = [field.name for field in fields(self) if not field.name.startswith("square")]
-        return {name: 100.0 * getattr(self, name) / float(level) for name in lengths}
+        """All attributes but the squares, in percent of a radiance."""
+        names = [field.name for field in fields(self) if not field.name.startswith("square")]
+        return {name: 100.0 * getattr(self, name) / float(level) for name in names}
 
 
 def change(before: Batches, after: Batches) -> Change:
-    """The change between pictures whose batches share their random numbers, number by number.
+    """The change between two sets of pictures.
 
-    With common random numbers most of the noise cancels in the difference, hence it is judged by the
-    differences' own spread from batch to batch.
+    With common random numbers most of the noise cancels in the difference, so the noise is measured by the
+    spread of the differences from batch to batch.
+
+    Args:
+        before, after: of the same shape; batch n of both has the same random numbers.
     """
     differences = after.pictures - before.pictures
     whole = np.asarray(differences.mean(axis=0))
@@ -93,7 +96,7 @@ def change(before: Batches, after: Batches) -> Change:
         noise_floor=noise_floor(differences),
         rms=float(np.sqrt(np.square(whole).mean())),
         rms_less_noise=root,
-        # Not error / (2 root), its limit for small errors: that has no value where the root is 0.
+        # Not error / (2 root), the limit for small errors, which is undefined where the root is 0.
         rms_error=float(np.sqrt(max(square, 0.0) + error)) - root,
         square=square,
         square_error=error,
@@ -101,9 +104,12 @@ def change(before: Batches, after: Batches) -> Change:
 
 
 def crossed_square(differences: Array) -> float:
-    """Unbiased mean square of what batches (batches, ...) estimate: the mean product of differing batches.
+    """Unbiased mean square of a picture: the mean product of two different batches.
 
-    Their noise is independent, hence its product is 0 on average (Hoeffding 1948, U-statistics).
+    The noise of two batches is independent, so its product has expectation 0 (Hoeffding 1948, U-statistics).
+
+    Args:
+        differences: (batches, ...) independent, unbiased estimates of the picture.
     """
     count = len(differences)
     products = np.square(differences.sum(axis=0)) - np.square(differences).sum(axis=0)
@@ -111,23 +117,30 @@ def crossed_square(differences: Array) -> float:
 
 
 def crossed_magnitude(differences: Array) -> float:
-    """A mean absolute value of what batches (batches, ...) estimate, on average not above the true one.
+    """Mean absolute value of a picture, with an expectation not above the true value.
 
-    Each batch counts by the sign that the others have: noise cancels, and a wrong sign can only subtract.
+    Each batch is multiplied by the sign of the sum of the others. Its noise, independent of this sign, has
+    expectation 0, and a wrong sign can only lower the value.
+
+    Args:
+        differences: (batches, ...) independent, unbiased estimates of the picture.
     """
     total = differences.sum(axis=0)
     return float(np.mean([(np.sign(total - one) * one).mean() for one in differences]))
 
 
 def noise_floor(differences: Array) -> float:
-    """Mean absolute value of the noise in the mean of an even number of batches (batches, ...).
+    """Mean absolute value of the noise in the mean of all batches.
 
-    Half of the batches less the other half has as much noise as the mean of all, and nothing else; averaged
-    over all ways to halve them.
+    The mean of one half of the batches less that of the other half, halved, contains the same noise and no
+    picture. The value is the average over all ways to halve the batches.
+
+    Args:
+        differences: (batches, ...) independent, unbiased estimates of a picture; an even number of batches.
     """
     count = len(differences)
     total = differences.sum(axis=0)
-    # Each halving once: batch 0 belongs to the half that is named.
+    # Each pair of halves once: the half that is listed contains batch 0.
     halves = [(0, *others) for others in combinations(range(1, count), count // 2 - 1)]
     rest = [2.0 * differences[list(half)].sum(axis=0) - total for half in halves]
     return float(np.mean([np.abs(noise).mean() for noise in rest])) / count

@@ -1,4 +1,4 @@
-"""Pictures as files: EXR for numbers, PNG for eyes."""
+"""Picture files: EXR with radiance, PNG for display."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ Array = NDArray[np.floating[Any]]
 
 
 LONGEST_NAME = 48
-"""Characters of a file name without its endings: few enough for any file system, whatever the alphabet."""
+"""Most characters of a file name without its endings: four bytes each still fit into 255 bytes."""
 
 
 def file_names(conditions: Sequence[str]) -> list[str]:
-    """A harmless file name, without suffix, for each condition; they are named by the scene, hence anyhow.
+    """A safe file name without suffix for each condition.
 
-    No two are the same, even where capitals do not count.
+    A scene may name its conditions by any text. The file names contain no folder, and differ even on file
+    systems that ignore case.
     """
     names: dict[str, str] = {}
     for condition in conditions:
@@ -40,13 +41,16 @@ def write_pictures(
 ) -> list[Path]:
     """Write each picture as `<condition>[-suffix].exr` (radiance, float32) and `.png` (sRGB, `white` is 255).
 
-    The folder is made if it is not there. Files appear once all of them are written.
+    The folder is created if needed. The files appear in the folder once all of them are written.
 
     Args:
-        pictures: (conditions, rows, cols) radiance.
+        conditions: names of the conditions, any text.
+        pictures: (conditions, rows, cols) linear radiance.
+        white: radiance shown as full white in the PNG files.
+        suffix: end of each file name, such as "before".
 
     Returns:
-        The files without suffix, in the order of the conditions.
+        The paths without `.exr` and `.png`, in the order of the conditions.
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
     names = [f"{name}-{suffix}" if suffix else name for name in file_names(conditions)]

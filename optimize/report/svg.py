@@ -1,6 +1,7 @@
 """Small charts as HTML and SVG: lines, dots on a scale, colour bars, profiles.
 
-Marks are SVG stretched to the width at hand, words are HTML placed in percent: text keeps its size on phones.
+The marks are SVG, stretched to the width of the page. The labels are HTML placed in percent, so that text
+keeps its size on a narrow screen.
 """
 
 from __future__ import annotations
@@ -21,27 +22,35 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Axis:
-    """A linear axis from `low` to `high` with ticks at round numbers."""
+    """A linear axis.
+
+    Attributes:
+        low, high: its ends.
+        ticks: round numbers, ascending.
+    """
 
     low: float
     high: float
     ticks: tuple[float, ...]
 
     def percent(self, value: float) -> float:
-        """Where a value stands along the axis, 0 at `low` and 100 at `high`."""
+        """Position of a value along the axis, 0 at `low` and 100 at `high`."""
         return 100.0 * (value - self.low) / (self.high - self.low)
 
     def label(self, tick: float) -> str:
-        """The tick in as many decimals as the step between ticks has."""
+        """The number of a tick, with the decimals that the step between ticks needs."""
         step = self.ticks[1] - self.ticks[0] if len(self.ticks) > 1 else 1.0
         decimals = next((d for d in range(8) if math.isclose(round(step, d), step, rel_tol=1e-6)), 8)
         return f"{tick + 0.0:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
 
 
 def nice_axis(low: float, high: float, count: int = 5, *, tight: bool = False) -> Axis:
-    """An axis over [low, high] with about `count` ticks at 1, 2 or 5 times a power of ten.
+    """An axis over [low, high] whose ticks are multiples of 1, 2 or 5 times a power of ten.
 
-    It ends at ticks, unless `tight`: then exactly at low and high.
+    Args:
+        low, high: range to cover; an empty range is widened.
+        count: about how many steps between ticks.
+        tight: end at `low` and `high` rather than at the ticks outside them.
     """
     if not high > low:
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
@@ -57,19 +66,25 @@ def nice_axis(low: float, high: float, count: int = 5, *, tight: bool = False) -
 
 
 def signed_axis(limit: float) -> Axis:
-    """An axis over [-limit, limit] with ticks at its ends, its middle and half-way."""
+    """An axis over [-limit, limit] with ticks at its ends, its middle and the quarters."""
     return Axis(-limit, limit, tuple(limit * k / 2 for k in range(-2, 3)))
 
 
 def round_up(value: float) -> float:
-    """The next 1, 1.5, 2, 3, 5 or 8 times a power of ten, at least the (positive) value."""
+    """The least 1, 1.5, 2, 3, 5 or 8 times a power of ten that is not below a positive value."""
     power = 10.0 ** math.floor(math.log10(value))
     return power * next(m for m in (1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 10.0) if m * power >= value * (1 - 1e-9))
 
 
 @dataclass(frozen=True)
 class Series:
-    """One line of a chart: values over x, both (n,), and the style class it is drawn in."""
+    """One line of a chart.
+
+    Attributes:
+        name: label at its end; may be empty.
+        x, y: (n,) coordinates.
+        style: CSS class.
+    """
 
     name: str
     x: Sequence[float]
@@ -79,7 +94,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Band:
-    """A horizontal band with a line in its middle: a target and its tolerance."""
+    """A horizontal band with a line in its middle, for a target and its tolerance."""
 
     name: str
     low: float
@@ -88,15 +103,17 @@ class Band:
 
 
 def line_chart(title: str, series: Sequence[Series], x_name: str, band: Band | None = None) -> Markup:
-    """Lines over a common x axis, labelled at their ends; values that are not finite leave a gap."""
+    """Lines over a common x axis, labelled at their ends; values that are not finite are left out."""
     xs = [x for line in series for x in line.x]
     ys = [y for line in series for y in line.y if math.isfinite(y)]
     extra = [band.low, band.high] if band else [0.0]
     x_axis = nice_axis(min(xs, default=0.0), max(xs, default=1.0), 6, tight=True)
     y_axis = nice_axis(min(ys + extra), max(ys + extra), 4)
     marks = [_line("grid", 0, 100 - y_axis.percent(t), 100, 100 - y_axis.percent(t)) for t in y_axis.ticks]
-    words = [_word("tick y", "bottom", y_axis.percent(t), y_axis.label(t)) for t in y_axis.ticks]
-    words += [_word("tick x", "left", x_axis.percent(t), x_axis.label(t)) for t in x_axis.ticks if t % 1 == 0]
+    labels = [_label("tick y", "bottom", y_axis.percent(t), y_axis.label(t)) for t in y_axis.ticks]
+    labels += [
+        _label("tick x", "left", x_axis.percent(t), x_axis.label(t)) for t in x_axis.ticks if t % 1 == 0
+    ]
     if band:
         top, middle = 100 - y_axis.percent(band.high), 100 - y_axis.percent(band.middle)
         height = y_axis.percent(band.high) - y_axis.percent(band.low)
@@ -104,7 +121,7 @@ def line_chart(title: str, series: Sequence[Series], x_name: str, band: Band | N
             Markup('<rect class="band" x="0" width="100" y="{:.3f}" height="{:.3f}"/>').format(top, height)
         )
         marks.append(_line("target", 0, middle, 100, middle))
-        words.append(_word("end target", "bottom", 100 - top, band.name))
+        labels.append(_label("end target", "bottom", 100 - top, band.name))
     for line in series:
         points = [(x, y) for x, y in zip(line.x, line.y, strict=True) if math.isfinite(y)]
         points = [(x_axis.percent(x), 100 - y_axis.percent(y)) for x, y in points]
@@ -114,17 +131,17 @@ def line_chart(title: str, series: Sequence[Series], x_name: str, band: Band | N
         marks += [
             _dot(f"{line.style} dot", *point) for point in (points if len(points) <= 40 else points[-1:])
         ]
-        words.append(_word(f"end {line.style}", "bottom", 100 - points[-1][1], line.name))
+        labels.append(_label(f"end {line.style}", "bottom", 100 - points[-1][1], line.name))
     return Markup(
         '<div class="chart" role="img" aria-label="{0}"><div class="chart-title">{0}</div>'
         '<div class="plot"><svg viewBox="0 0 100 100" preserveAspectRatio="none" aria-hidden="true">{1}</svg>'
         '{2}</div><div class="x-name">{3}</div></div>'
-    ).format(title, Markup("").join(marks), Markup("").join(words), x_name)
+    ).format(title, Markup("").join(marks), Markup("").join(labels), x_name)
 
 
 @dataclass(frozen=True)
 class Dot:
-    """One row of a dot chart."""
+    """One row of a dot chart: name, position, text beside the dot, CSS class."""
 
     name: str
     value: float
@@ -133,7 +150,11 @@ class Dot:
 
 
 def dot_chart(dots: Sequence[Dot], axis_name: str, band: tuple[float, float] | None = None) -> Markup:
-    """Named values, one to a row, on one common axis that has whole-number ticks; `band` is a tolerance."""
+    """Named values, one a row, on a common axis with ticks at whole numbers.
+
+    Args:
+        band: low and high end of a shaded range, for a tolerance.
+    """
     values = [dot.value for dot in dots]
     axis = nice_axis(math.floor(min(values) - 0.5), math.ceil(max(values) + 0.5), 8, tight=True)
     ticks = [t for t in axis.ticks if t % 1 == 0]
@@ -146,7 +167,7 @@ def dot_chart(dots: Sequence[Dot], axis_name: str, band: tuple[float, float] | N
         lines += Markup('<i class="band" style="left:{:.2f}%;width:{:.2f}%"></i>').format(left, right - left)
     rows = Markup("").join(_dot_row(row, dot, axis.percent(dot.value)) for row, dot in enumerate(dots, 1))
     labels = Markup("").join(
-        _word("tick x", "left", axis.percent(t), ("+" if t > 0 else "") + axis.label(t)) for t in ticks
+        _label("tick x", "left", axis.percent(t), ("+" if t > 0 else "") + axis.label(t)) for t in ticks
     )
     return Markup(
         '<div class="dots"><div class="lines" style="grid-row:1/{}">{}</div>{}<div class="scale">{}'
@@ -155,7 +176,7 @@ def dot_chart(dots: Sequence[Dot], axis_name: str, band: tuple[float, float] | N
 
 
 def _dot_row(row: int, dot: Dot, left: float) -> Markup:
-    # The number stands on the side of the dot that has room for it.
+    # The text is placed on the side of the dot that has room for it.
     side = "left-of" if left > 60.0 else "right-of"
     return Markup(
         '<div class="name" style="grid-row:{0}">{1}</div><div class="track {2}" style="grid-row:{0}">'
@@ -164,17 +185,17 @@ def _dot_row(row: int, dot: Dot, left: float) -> Markup:
 
 
 def colour_bar(table: Table, axis: Axis, name: str) -> Markup:
-    """The scale of a map: its colours from one end of the axis to the other, ticks, and what they mean."""
+    """The legend of a map: colours along the axis, ticks, and the name of the quantity with its unit."""
     sign = "+" if axis.low < 0.0 < axis.high else ""
     ticks = Markup("").join(
-        _word("tick x", "left", axis.percent(t), (sign if t > 0 else "") + axis.label(t)) for t in axis.ticks
+        _label("tick x", "left", axis.percent(t), (sign if t > 0 else "") + axis.label(t)) for t in axis.ticks
     )
     return Markup(
         '<div class="bar"><img src="{}" alt=""><div class="scale">{}</div><div class="x-name">{}</div></div>'
     ).format(bar_uri(table), ticks, name)
 
 
-def tries(percent: int) -> Markup:
+def tries_chart(percent: int) -> Markup:
     """A hundred dots, `percent` of them filled."""
     circles = Markup("").join(
         Markup('<circle cx="{}" cy="{}" r="3.6"{}/>').format(
@@ -186,18 +207,18 @@ def tries(percent: int) -> Markup:
 
 
 def profile_path(heights: Array, size_mm: float, top_mm: float) -> str:
-    """One row of heights (cols,) in mm as SVG path data; x and y in mm, y from `top_mm` downward."""
+    """One row of heights (cols,), mm, as SVG path data in mm, y downward from the height `top_mm`."""
     xs = (np.arange(len(heights)) + 0.5) * size_mm / len(heights)
     return "M" + "L".join(f"{x:.3f} {top_mm - z:.3f}" for x, z in zip(xs, heights, strict=True))
 
 
 def micrometres(heights: Array) -> str:
-    """Heights in mm as base64 of little-endian int16 in micrometres, for the page's script."""
+    """Heights, mm, as base64 of little-endian int16 in micrometres, for the script of the page."""
     counts = np.clip(np.rint(np.asarray(heights) * 1000.0), -32768, 32767)
     return base64.b64encode(counts.astype("<i2").tobytes()).decode("ascii")
 
 
-def _word(style: str, side: str, percent: float, text: str) -> Markup:
+def _label(style: str, side: str, percent: float, text: str) -> Markup:
     return Markup('<span class="{}" style="{}:{:.2f}%">{}</span>').format(style, side, percent, text)
 
 
@@ -206,7 +227,7 @@ def _line(style: str, x1: float, y1: float, x2: float, y2: float) -> Markup:
 
 
 def _dot(style: str, x: float, y: float) -> Markup:
-    # A line of no length with round ends stays a circle however the drawing is stretched.
+    # A line of length 0 with round ends stays a circle when the drawing is stretched.
     return Markup('<path class="{}" d="M{:.3f} {:.3f}h0"/>').format(style, x, y)
 
 

@@ -1,6 +1,6 @@
 "use strict";
 
-// Sliders: without this script the two pictures stand side by side.
+// Sliders. Without this script the two pictures stand side by side.
 const pairs = [...document.querySelectorAll(".pair")];
 const split = (value) => pairs.forEach((pair) => {
   pair.style.setProperty("--split", `${value}%`);
@@ -28,7 +28,8 @@ for (const pair of pairs) {
   pair.addEventListener("pointermove", (event) => pair.hasPointerCapture(event.pointerId) && follow(event));
 }
 
-// Blinking shows small changes that side by side hide. Whoever wants less motion flips by hand.
+// Blinking shows small changes that a comparison side by side hides. Readers who prefer reduced motion get
+// one flip a click.
 const blink = document.getElementById("blink");
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 let timer = 0;
@@ -52,7 +53,7 @@ blink.addEventListener("click", () => {
   blink.setAttribute("aria-pressed", "true");
 });
 
-// The profile: any row, chosen by slider or on the pictures above it.
+// Profile of one row of heights, chosen by the slider or on the pictures above.
 const profile = document.getElementById("profile");
 const { rows, cols, size, top: ceiling } = Object.fromEntries(
   ["rows", "cols", "size", "top"].map((key) => [key, Number(profile.dataset[key])]),
@@ -93,5 +94,5 @@ for (const mark of marks) {
 chooser.hidden = false;
 draw(Number(input.value));
 
-// Paper has no folds: open everything before printing.
+// A closed section cannot be opened on paper, so all are opened before printing.
 addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((part) => { part.open = true; }));

@@ -1,4 +1,4 @@
-"""`retouch doctor` tells what is missing, what to do about it, and whether an optimisation can run."""
+"""`retouch doctor` says what is missing, what to do about it, and whether an optimisation can run."""
 
 import importlib.metadata
 import json
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from optimize.commands import diagnosis as doctor
+from optimize.commands import diagnosis
 from visual.backend import llvm
 
 
@@ -21,8 +21,8 @@ def require(monkeypatch: pytest.MonkeyPatch, *texts: str) -> None:
     monkeypatch.setattr(importlib.metadata, "requires", lambda name: list(texts))
 
 
-def finding(name: str) -> doctor.Finding:
-    return next(found for found in doctor.diagnose() if found.name == name)
+def finding(name: str) -> diagnosis.Finding:
+    return next(checked for checked in diagnosis.diagnose() if checked.name == name)
 
 
 @pytest.fixture
@@ -34,27 +34,29 @@ def no_llvm(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_this_machine_can_optimise(capsys: pytest.CaptureFixture[str]) -> None:
-    assert doctor.run(as_json=False) == 0
+    assert diagnosis.run(as_json=False) == 0
     printed = capsys.readouterr().out
     assert printed.endswith("Ready.\n")
     assert "MISSING" not in printed
 
 
 def test_json_holds_every_finding(capsys: pytest.CaptureFixture[str]) -> None:
-    assert doctor.run(as_json=True) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["ready"] is True
-    assert [found["name"] for found in told["findings"]] == [found.name for found in doctor.diagnose()]
-    assert set(told["findings"][0]) == {"name", "ok", "detail", "remedy", "needed"}
+    assert diagnosis.run(as_json=True) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["ready"] is True
+    assert [entry["name"] for entry in printed["findings"]] == [
+        checked.name for checked in diagnosis.diagnose()
+    ]
+    assert set(printed["findings"][0]) == {"name", "ok", "detail", "remedy", "needed"}
 
 
 def test_every_remedy_is_there_before_it_is_needed() -> None:
-    assert all(found.remedy for found in doctor.diagnose())
+    assert all(checked.remedy for checked in diagnosis.diagnose())
 
 
 @pytest.mark.usefixtures("no_llvm")
 def test_without_llvm_it_says_what_to_install(capsys: pytest.CaptureFixture[str]) -> None:
-    assert doctor.run(as_json=False) == 1
+    assert diagnosis.run(as_json=False) == 1
     printed = " ".join(capsys.readouterr().out.split())
     assert "apt install libllvm19" in printed
     assert finding("libLLVM").ok is False
@@ -65,9 +67,9 @@ def test_without_llvm_it_says_what_to_install(capsys: pytest.CaptureFixture[str]
 def test_the_users_library_that_is_refused_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     llvm._choose.cache_clear()
     monkeypatch.setenv(llvm.VARIABLE, str(tmp_path / "libLLVM.so"))
-    found = finding("libLLVM")
-    assert found.ok
-    assert f"{tmp_path / 'libLLVM.so'} refused: there is no such file" in found.detail
+    checked = finding("libLLVM")
+    assert checked.ok
+    assert f"{tmp_path / 'libLLVM.so'} refused: there is no such file" in checked.detail
 
 
 @pytest.mark.parametrize(
@@ -78,9 +80,9 @@ def test_a_package_that_does_not_fit_is_named(
     monkeypatch: pytest.MonkeyPatch, requirement: str, fault: str
 ) -> None:
     require(monkeypatch, requirement)
-    found = finding("packages")
-    assert not found.ok
-    assert fault in found.detail
+    checked = finding("packages")
+    assert not checked.ok
+    assert fault in checked.detail
 
 
 def test_mitsuba_that_does_not_import_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -90,7 +92,7 @@ def test_mitsuba_that_does_not_import_is_a_finding(monkeypatch: pytest.MonkeyPat
 
 def test_an_old_python_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "version_info", (3, 10, 0))
-    assert not doctor.can_run([doctor._python()])
+    assert not diagnosis.can_run([diagnosis._python()])
 
 
 def test_a_cache_that_cannot_be_written_does_not_stop_an_optimisation(
@@ -98,9 +100,9 @@ def test_a_cache_that_cannot_be_written_does_not_stop_an_optimisation(
 ) -> None:
     (tmp_path / "file").write_bytes(b"")
     monkeypatch.setenv("RETOUCH_CACHE", str(tmp_path / "file" / "cache"))
-    found = finding("cache")
-    assert not found.ok
-    assert doctor.can_run([found])
+    checked = finding("cache")
+    assert not checked.ok
+    assert diagnosis.can_run([checked])
 
 
 def test_the_cache_is_measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -111,5 +113,5 @@ def test_the_cache_is_measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
 
 def test_looking_makes_no_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("RETOUCH_CACHE", str(tmp_path / "cache"))
-    doctor._cache()
+    diagnosis._cache()
     assert not (tmp_path / "cache").exists()

@@ -214,9 +214,9 @@ def test_the_noise_of_the_pictures_is_told_with_their_change(tmp_path: Path) -> 
         "to the eye a change of",
         "less noise: 2.2 to 2.4 %; rms 4.317 ± 0.005 %",
         *("4.32 ± 0.03", "4.32 ± 0.04", "4.32 ± 0.05"),
-        "Small. Each picture is the mean of 4 with 64 samples a pixel",
+        "Small. Each picture is the mean of 4 pictures with 64 samples a pixel",
         "a standard error of 1.4 to 1.6 % of the mean picture",
-        "would read 0.52 % of the mean picture",
+        "noise alone would give a mean change of 0.52 % of the mean picture",
     ):
         assert words in text
 
