@@ -1,6 +1,6 @@
 """Buffers of a Mitsuba mesh: the only place that knows their names.
 
-``params`` is always what ``mi.traverse`` returns.
+Every ``params`` here is a result of ``mi.traverse``.
 """
 
 from typing import Any

@@ -9,7 +9,8 @@
 | nested BSDF | the plate's material |
 
 The plate lies in the plane z = 0, centred on the origin, one scene unit per mm. ``mi.traverse`` shows
-``heights``, flat, row by row, mm: a change moves the vertices, and gradients run from pictures back to it.
+``heights``, flat, row by row, mm. A change of ``heights`` moves the vertices; gradients flow from pictures
+back to ``heights``.
 """
 
 from collections.abc import Sequence
@@ -70,9 +71,9 @@ def _plugin_class(variant: str) -> type:
 
         def _positions(self) -> Any:
             heights: Any = self.heights
-            expected, given = self.rows * self.cols, dr.width(heights)
-            if given != expected:
-                raise InputError(f"heightfield: heights: {given} samples given, the plate has {expected}")
+            expected, samples = self.rows * self.cols, dr.width(heights)
+            if samples != expected:
+                raise InputError(f"heightfield: heights: {samples} samples given, the plate has {expected}")
             if not dr.all(dr.isfinite(heights)):
                 raise InputError("heightfield: heights: some are not finite")
             positions = self._Float(self._flat)
@@ -104,7 +105,7 @@ def check_placement(props: Any, where: str) -> None:
 
 
 def _read(props: Any) -> tuple[float, np.ndarray]:
-    """Size in mm and heights of shape (rows, cols) in mm that a plugin's properties ask for."""
+    """Side of the plate, mm, and heights (rows, cols), mm, from a plugin's properties."""
     import mitsuba as mi
 
     size_mm = float(props.get("size_mm", PATCH_SIDE_MM))

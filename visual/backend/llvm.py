@@ -1,8 +1,8 @@
-"""Which libLLVM Dr.Jit is given.
+"""Choice of the libLLVM with which Dr.Jit compiles kernels.
 
-Dr.Jit loads whichever libLLVM the loader finds first, and some versions abort the whole process at the
-first kernel. So candidates are tried, each once, in a process of their own; the answer is remembered on
-disk, and the newest that works is named in the environment before Dr.Jit is imported.
+Dr.Jit loads whichever libLLVM the loader finds first, and some versions abort the whole process at the first
+kernel. Candidates not judged by version are probed once, in a process of their own; verdicts are kept on
+disk, and the newest usable library is named in the environment before Dr.Jit is imported.
 """
 
 import contextlib
@@ -27,16 +27,16 @@ VARIABLE = "DRJIT_LIBLLVM_PATH"
 """The environment variable from which Dr.Jit takes the path of libLLVM."""
 
 REMEDY = "Debian and Ubuntu: apt install libllvm19; macOS: brew install llvm"
-"""What a person does when no libLLVM fits."""
+"""Advice to a person whose machine has no usable libLLVM."""
 
 OLDEST_MAJOR = 15
-"""Dr.Jit 1.5 needs opaque pointers, which LLVM has from here on."""
+"""Oldest major version: Dr.Jit 1.5 needs opaque pointers, which LLVM has from 15 on."""
 
 ABORTING_MAJORS = frozenset({15, 16})
-"""These cannot select fminimum and fmaximum and abort the process (Dr.Jit 1.5, processors with AVX-512)."""
+"""Major versions that abort the process: they cannot select fminimum and fmaximum (Dr.Jit 1.5, AVX-512)."""
 
 PROBE_SECONDS = 60.0
-"""The longest a probe may take; it takes about 0.3 s."""
+"""Longest time of a probe, s; it takes about 0.3 s on an idle machine."""
 
 # HOME is replaced so that a kernel compiled by another libLLVM is not taken from Dr.Jit's own cache.
 _PROBE = """
@@ -60,23 +60,29 @@ class LLVMMissing(RuntimeError):
 
 
 class _Undecided(Exception):
-    """A probe that says nothing lasting about the library, on a busy machine for example."""
+    """A probe without a lasting verdict on the library, for example on a busy machine."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether Dr.Jit runs kernels with `library`; `fault` says why not, and is empty if it does."""
+    """Whether Dr.Jit runs kernels with a library.
+
+    Attributes:
+        library: the candidate.
+        fault: why Dr.Jit does not, in one line; empty if it does.
+    """
 
     library: Library
     fault: str
 
     @property
     def usable(self) -> bool:
+        """Whether Dr.Jit runs kernels with the library."""
         return not self.fault
 
 
 def _known_fault(library: Library) -> str:
-    """Why a version is refused without a probe; empty if it is not known to be bad."""
+    """Why a version is refused without a probe, in one line; empty if it is not known to be bad."""
     if not library.version:
         return ""
     major = library.version[0]
@@ -88,13 +94,17 @@ def _known_fault(library: Library) -> str:
 
 
 def _probe(library: Library) -> str:
-    """Compile and run a kernel in a process of its own; the fault found, empty if the library works.
+    """Compile and run a kernel in a process of its own.
 
-    Raises `_Undecided` when the probe takes longer than `PROBE_SECONDS` or is killed from outside.
+    Returns:
+        The fault, in one line; empty if the library works.
+
+    Raises:
+        _Undecided: the probe takes longer than `PROBE_SECONDS` or is killed from outside.
     """
     try:
         with tempfile.TemporaryDirectory() as home:
-            done = subprocess.run(
+            process = subprocess.run(
                 [sys.executable, "-P", "-c", _PROBE, home],
                 env=os.environ | {VARIABLE: str(library.path)},
                 capture_output=True,
@@ -105,39 +115,39 @@ def _probe(library: Library) -> str:
             )
     except subprocess.TimeoutExpired as expired:
         raise _Undecided(f"its probe took longer than {PROBE_SECONDS:.0f} s") from expired
-    if done.returncode == 0:
+    if process.returncode == 0:
         return ""
-    if done.returncode == -signal.SIGKILL:
+    if process.returncode == -signal.SIGKILL:
         raise _Undecided("its probe was killed")
-    said = done.stderr.strip().splitlines() or ["no message"]
+    lines = process.stderr.strip().splitlines() or ["no message"]
     # An abort says why in its first line; a Python traceback in its last.
-    line = said[0] if done.returncode < 0 else said[-1]
-    return f"its probe ended with status {done.returncode}: {line[:160]}"
+    line = lines[0] if process.returncode < 0 else lines[-1]
+    return f"its probe ended with status {process.returncode}: {line[:160]}"
 
 
 @functools.cache
 def _processor() -> str:
     """A short name for this processor and its instruction sets, for homes that several machines share."""
-    told = {"model name", "flags", "Features", "CPU implementer", "CPU part"}
+    fields = {"model name", "flags", "Features", "CPU implementer", "CPU part"}
     lines = [platform.machine()]
     with contextlib.suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as info:
         for line in info:
             if not line.strip():
                 break
-            if line.partition(":")[0].strip() in told:
+            if line.partition(":")[0].strip() in fields:
                 lines.append(line.strip())
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()[:16]
 
 
 def _key(library: Library) -> str:
-    """Changes whenever the answer of a probe may change."""
+    """Key of a verdict, which changes whenever the result of a probe may change."""
     stat = library.path.stat()
     drjit = importlib.metadata.version("drjit")
     return "|".join((str(library.path), str(stat.st_size), str(stat.st_mtime_ns), drjit, _processor()))
 
 
 def _remembered(memory: Path) -> dict[str, str]:
-    """Faults by key, empty for a library that works; nothing from a file that is missing or damaged."""
+    """Faults by key, empty for a usable library; no entries from a file that is missing or damaged."""
     try:
         content = json.loads(memory.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -154,7 +164,7 @@ def _remember(memory: Path, key: str, fault: str) -> None:
 
 
 def judge(library: Library) -> Verdict:
-    """Whether Dr.Jit works with `library`: known by version, remembered from before, or tried now."""
+    """The verdict on a library: by its version, from disk, or by a probe."""
     if fault := _known_fault(library):
         return Verdict(library, fault)
     memory = cache_folder() / "llvm.json"
@@ -170,22 +180,22 @@ def judge(library: Library) -> Verdict:
     return Verdict(library, fault)
 
 
-def judge_requested(asked: str) -> Verdict:
-    """Verdict on the value of `VARIABLE`, a path or the bare name of a library the loader knows."""
-    library = find(asked)
+def judge_requested(name: str) -> Verdict:
+    """The verdict on a value of `VARIABLE`: a path, or the bare name of a library that the loader knows."""
+    library = find(name)
     if not library.path.is_file():
         return Verdict(library, "there is no such file")
     return judge(library)
 
 
 @functools.cache
-def _choose(asked: str | None) -> Path:
-    """The library asked for if it works, else the newest that does."""
-    if asked:
-        verdict = judge_requested(asked)
+def _choose(requested: str | None) -> Path:
+    """Path of the requested library if usable, else of the newest usable one."""
+    if requested:
+        verdict = judge_requested(requested)
         if verdict.usable:
             return verdict.library.path
-        _log.warning("%s: %s is not used: %s", VARIABLE, asked, verdict.fault)
+        _log.warning("%s: %s is not used: %s", VARIABLE, requested, verdict.fault)
     for library in candidates():
         if judge(library).usable:
             return library.path
@@ -196,7 +206,13 @@ def prepare() -> Path:
     """Choose libLLVM and name it in the environment; call before anything imports Dr.Jit or Mitsuba.
 
     A library the user names in DRJIT_LIBLLVM_PATH wins if it works; if not, one line is logged and the
-    newest working library is taken. Raises `LLVMMissing` if there is none.
+    newest usable library is taken.
+
+    Returns:
+        Path of the library.
+
+    Raises:
+        LLVMMissing: this machine has no usable library.
     """
     path = _choose(os.environ.get(VARIABLE))
     os.environ[VARIABLE] = str(path)

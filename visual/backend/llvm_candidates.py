@@ -1,4 +1,4 @@
-"""Where libLLVM lies on this machine, and in which versions."""
+"""Candidates for libLLVM: paths on this machine, and their versions."""
 
 import glob
 import os
@@ -29,16 +29,21 @@ _FOLDER_VERSION = re.compile(r"llvm[-@/]?(\d[\d.]*)")
 
 @dataclass(frozen=True)
 class Library:
-    """A libLLVM on this machine; `version` is empty where neither name nor folder tells it."""
+    """A libLLVM on this machine.
+
+    Attributes:
+        path: resolved.
+        version: empty where neither name nor folder states one.
+    """
 
     path: Path
     version: tuple[int, ...]
 
 
 def parse_version(path: Path) -> tuple[int, ...] | None:
-    """Version of the library at a resolved path: () if the name does not say, None if it is no libLLVM.
+    """Version of the library at a resolved path: () if the name states none, None if the file is no libLLVM.
 
-    Known are `libLLVM-14.so.1`, `libLLVM.so.19.1`, `libLLVM.21.dylib`, and a plain name in `llvm@19/lib`.
+    Names may be `libLLVM-14.so.1`, `libLLVM.so.19.1`, `libLLVM.21.dylib`, and a plain name in `llvm@19/lib`.
     """
     name = _NAME.fullmatch(path.name)
     if name is None:
@@ -51,7 +56,7 @@ def parse_version(path: Path) -> tuple[int, ...] | None:
 
 
 def _loader_paths() -> Iterator[Path]:
-    """Paths that the Linux loader's cache knows; none on systems without it."""
+    """Paths in the cache of the Linux loader; none on other systems."""
     ldconfig = shutil.which("ldconfig") or shutil.which("ldconfig", path="/sbin:/usr/sbin")
     if ldconfig is None or sys.platform != "linux":
         return
@@ -71,16 +76,16 @@ def _folder_paths() -> Iterator[Path]:
 
 def candidates() -> list[Library]:
     """Every libLLVM found on this machine, links resolved, newest first and those of unknown version last."""
-    found = {
+    libraries = {
         Library(path, version)
         for path in {link.resolve() for link in (*_loader_paths(), *_folder_paths())}
         if (version := parse_version(path)) is not None and path.is_file()
     }
-    return sorted(found, key=lambda library: (library.version, str(library.path)), reverse=True)
+    return sorted(libraries, key=lambda library: (library.version, str(library.path)), reverse=True)
 
 
 def find(name: str) -> Library:
-    """The library that a path or the bare name of a known library means; its file may not exist."""
-    known = {} if os.sep in name else {path.name: path for path in (*_folder_paths(), *_loader_paths())}
-    path = known.get(name, Path(name)).resolve()
+    """The library at a path or of a bare name among known libraries; its file may not exist."""
+    paths = {} if os.sep in name else {path.name: path for path in (*_folder_paths(), *_loader_paths())}
+    path = paths.get(name, Path(name)).resolve()
     return Library(path, parse_version(path) or ())

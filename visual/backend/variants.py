@@ -1,4 +1,4 @@
-"""Which Mitsuba variant renders, and whether its renders have gradients."""
+"""Variants of Mitsuba: which one renders, and whether its pictures have gradients."""
 
 import difflib
 from dataclasses import dataclass
@@ -9,14 +9,20 @@ from relief.errors import InputError
 from visual.backend import llvm
 
 WITHOUT_LLVM = "scalar_rgb"
-"""The variant that needs no libLLVM; its pictures have three channels, grey scenes too."""
+"""Variant that needs no libLLVM; its pictures have three channels, those of grey scenes too."""
 FEWEST_THREADS = 2
-"""Of Dr.Jit, also on a machine with one core."""
+"""Least number of Dr.Jit's threads: with a single one Mitsuba 3.9 waits for ever for EXR files."""
 
 
 @dataclass(frozen=True)
 class Variant:
-    """A Mitsuba variant: its name, whether its renders have gradients, and in one line why it was chosen."""
+    """A variant of Mitsuba.
+
+    Attributes:
+        name: of the variant.
+        differentiable: whether its pictures have gradients.
+        reason: why it was chosen, in one line.
+    """
 
     name: str
     differentiable: bool
@@ -24,17 +30,22 @@ class Variant:
 
 
 def is_differentiable(name: str) -> bool:
-    """Whether renders of the variant called `name` have gradients."""
+    """Whether pictures of the variant called `name` have gradients."""
     return "_ad_" in name
 
 
 def choose_variant(colour: bool, variant: str | None = None) -> Variant:
     """The variant for a scene, without setting it.
 
-    `colour` says whether any material or light of the scene is not grey; `variant` is the user's own choice
-    and wins. A CUDA device is taken where there is one, else the processor. With neither such a device nor a
-    libLLVM that works the choice is `scalar_rgb`, which gives pictures and no gradients.
-    Raises `InputError` for a variant that Mitsuba does not have or that cannot run on this machine.
+    A CUDA device is taken where there is one, else the processor. With neither such a device nor a usable
+    libLLVM the choice is `scalar_rgb`, which gives pictures without gradients.
+
+    Args:
+        colour: whether any material or light of the scene is not grey.
+        variant: the user's own choice, which wins.
+
+    Raises:
+        InputError: Mitsuba does not have the user's variant, or this machine cannot run it.
     """
     missing = ""
     try:
@@ -42,7 +53,7 @@ def choose_variant(colour: bool, variant: str | None = None) -> Variant:
     except llvm.LLVMMissing as error:
         missing = str(error)
     if variant is not None:
-        return _asked(variant, missing)
+        return _requested(variant, missing)
     channels = "rgb" if colour else "mono"
     reason = "a material or a light has colour" if colour else "every material and light is grey"
     if has_cuda():
@@ -60,14 +71,14 @@ def has_cuda() -> bool:
     return bool(drjit.has_backend(drjit.JitBackend.CUDA))
 
 
-def _asked(name: str, missing: str) -> Variant:
-    """The user's own choice, checked; `missing` is the line about libLLVM, empty if there is one."""
+def _requested(name: str, missing: str) -> Variant:
+    """The user's own choice, checked; `missing` says why libLLVM is missing, empty if there is one."""
     # Only after libLLVM has been chosen.
     import mitsuba
 
-    known = mitsuba.variants()
-    if name not in known:
-        nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
+    names = mitsuba.variants()
+    if name not in names:
+        nearest = difflib.get_close_matches(name, names, n=1, cutoff=0.0)
         raise InputError(f"variant: {name!r} is not a variant of Mitsuba; the nearest is {nearest[0]!r}")
     if name.startswith("llvm_") and missing:
         raise InputError(f"variant: {name!r} cannot run here: {missing}")
@@ -77,19 +88,19 @@ def _asked(name: str, missing: str) -> Variant:
 
 
 def load_mitsuba(colour: bool, variant: str | None = None) -> ModuleType:
-    """The module `mitsuba` with the variant of `choose_variant` set; raises what that raises."""
+    """The module `mitsuba` with the variant of `choose_variant` set; arguments and errors are the same."""
     chosen = choose_variant(colour, variant)
     import mitsuba
 
-    _have_threads()
+    _require_threads()
     use(chosen.name)
     module: ModuleType = mitsuba
     return module
 
 
 @cache
-def _have_threads() -> None:
-    """With a single thread Mitsuba 3.9 waits for ever for the EXR files that it reads; looked at once."""
+def _require_threads() -> None:
+    """Give Dr.Jit at least `FEWEST_THREADS` threads, once."""
     import drjit
 
     if drjit.thread_count() < FEWEST_THREADS:
@@ -97,7 +108,7 @@ def _have_threads() -> None:
 
 
 def use(name: str) -> None:
-    """Set a variant that ran before, for a scene loaded in it, should another have been set since."""
+    """Set again the variant in which a scene was loaded, should another be set."""
     import mitsuba
 
     if mitsuba.variant() != name:
@@ -115,8 +126,7 @@ def require_gradients() -> None:
 
 
 def without_gradients(name: str) -> str | None:
-    """Why renders of the variant called `name` have no gradients and what to do about it, in one line; None
-    if they have."""
+    """Why pictures of a variant have no gradients, and the remedy, in one line; None if they have."""
     if is_differentiable(name):
         return None
     try:

@@ -134,8 +134,7 @@ class ReferenceRenderer:
         return share
 
     def _at_edges(self, share: Array, facing: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Whether each pixel or its neighbours have both lit and dark parts that face the light,
-        (pixels,)."""
+        """Whether each pixel (pixels,) or its neighbours have lit and dark parts that face the light."""
         camera, pixel = self._camera, self._fine.samples.pair_pixel
 
         def some(which: NDArray[np.bool_]) -> NDArray[np.bool_]:
