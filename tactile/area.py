@@ -1,4 +1,4 @@
-"""Contact area, which the finger reads as temperature (paper equation 3)."""
+"""Contact area, which decides how warm a surface feels (paper equation 3)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from torch import Tensor
 from relief.limits import PATCH_SIDE_MM
 
 GAP_WEIGHT_PER_MM = 80.0
-"""A gap of 0.0125 mm counts half (paper equation 3)."""
+"""Weight of the gap in the contact area, 1/mm: a gap of 0.0125 mm counts half (paper equation 3)."""
 
 
 def contact_area(
@@ -19,7 +19,10 @@ def contact_area(
         gap: (..., n, n) distance between deformed skin and texture, mm; tiny negative values of an iterative
             solution count as contact.
         size_mm: side of the patch.
-        gap_weight: 1/mm; the paper's unless a descent wants a slope that reaches further.
+        gap_weight: 1/mm; a descent may take a smaller one, with a gradient from wider gaps too.
+
+    Returns:
+        (...) area, with gradient.
     """
     weight = 1.0 / (1.0 + gap_weight * gap.clamp_min(0.0))
     return weight.mean((-2, -1)) * size_mm**2

@@ -1,8 +1,8 @@
-"""A stiff body condensed onto a few of its unknowns: by Pardiso's Schur complement, or column by column.
+"""Condensation of a stiff body onto a few unknowns: by Pardiso's Schur complement, or column by column.
 
-(K^-1) restricted to the kept unknowns, or to patterns of load, is what contact needs; the rest of the body
-follows from a back substitution. Pardiso gives the Schur complement in the same pass as the factors (five to
-six times faster than a solution per kept unknown).
+Contact needs K^-1 restricted to the kept unknowns, or to patterns of load; the rest of the body follows from
+a back substitution. Pardiso gives the Schur complement in the same pass as the factors, five to six times
+faster than a solution for every kept unknown.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 CHUNK = 256
-"""Right-hand sides solved at a time: bounds the memory that full solutions take."""
+"""Right-hand sides solved at a time: bounds the memory of full solutions (200,000 unknowns: 0.4 GB)."""
 
 
 @dataclass(frozen=True)
 class Condensed:
-    """A body seen from its kept unknowns.
+    """Body condensed onto its kept unknowns.
 
     Attributes:
         compliance: (kept, kept), symmetric.
@@ -53,8 +53,11 @@ def condensed(matrix: sp.csr_matrix, kept: NDArray[np.intp], *, portable: bool =
 
     Args:
         matrix: (n, n).
-        kept: numbers of the kept unknowns, ascending.
-        portable: use SuperLU even where Pardiso is there (slower, same numbers).
+        kept: indices of the kept unknowns, ascending.
+        portable: use SuperLU even where Pardiso is installed (slower, same numbers).
+
+    Raises:
+        RuntimeError: Pardiso refused the matrix.
     """
     if portable or not has_pardiso():
         return _by_columns(matrix, kept)
@@ -62,18 +65,22 @@ def condensed(matrix: sp.csr_matrix, kept: NDArray[np.intp], *, portable: bool =
 
 
 def condensed_onto_loads(matrix: sp.csr_matrix, loads: sp.csr_matrix, *, portable: bool = False) -> Condensed:
-    """A body seen from patterns of load: `kept` unknowns are then the coefficients of the patterns.
+    """Condense a symmetric positive definite matrix onto patterns of load.
 
-    Costs by the number of patterns, however many unknowns they act on: the patterns join the matrix as
-    unknowns of their own, K u + F x = 0, whose Schur complement is -F'K^-1 F.
+    The kept unknowns are the coefficients of the patterns. Patterns join the matrix as unknowns of their own,
+    K u + F x = 0, whose Schur complement is -F'K^-1 F, so the cost grows with the number of patterns, however
+    many unknowns they act on.
 
     Args:
-        matrix: (n, n).
+        matrix: K (n, n).
         loads: F (n, patterns).
         portable: as in `condensed`.
 
     Returns:
         `compliance` F'K^-1 F; `solution` from coefficients (patterns, m) to displacements (n, m).
+
+    Raises:
+        RuntimeError: Pardiso refused the matrix.
     """
     size, patterns = loads.shape
     if portable or not has_pardiso():
@@ -88,7 +95,7 @@ def condensed_onto_loads(matrix: sp.csr_matrix, loads: sp.csr_matrix, *, portabl
             compliance[:, columns] = loads.T @ solve(loads[:, columns].toarray())
         return Condensed(0.5 * (compliance + compliance.T), by_columns)
 
-    # Pardiso wants every diagonal entry, zero or not.
+    # Pardiso requires every diagonal entry to be stored, zero or not.
     corner = sp.csr_matrix((np.zeros(patterns), np.arange(patterns), np.arange(patterns + 1)))
     joined = sp.bmat([[sp.triu(matrix), loads], [None, corner]], format="csr")
     schur, backward = _schur_complement(joined, size + np.arange(patterns), SYMMETRIC_INDEFINITE)
@@ -132,11 +139,13 @@ def _by_schur_complement(matrix: sp.csr_matrix, kept: NDArray[np.intp]) -> Conde
 def _schur_complement(
     upper: sp.csr_matrix, kept: NDArray[np.intp], matrix_type: int
 ) -> tuple[Array, Callable[[Array], Array]]:
-    """The Schur complement of the kept unknowns, and from their values (kept, m) to all unknowns (n, m).
+    """Schur complement of the kept unknowns, and the map from their values (kept, m) to all unknowns (n, m).
 
     Args:
         upper: upper triangle, all of its diagonal stored; positive definite without the kept unknowns.
-        matrix_type: whether with them too; Pardiso looks at the Schur complement's pivots.
+        kept: indices of the kept unknowns, ascending.
+        matrix_type: Pardiso's, of the matrix with the kept unknowns: Pardiso checks the Schur complement's
+            pivots.
     """
     upper.sort_indices()
     size = upper.shape[0]
@@ -149,11 +158,11 @@ def _schur_complement(
     _call(solver, upper, chosen, _FACTORISE, np.zeros((size, 1)), schur)
 
     def backward(values: Array) -> Array:
-        known = np.zeros((size, values.shape[1]), order="F")
-        known[kept] = values
-        answer = np.zeros_like(known, order="F")
-        _call(solver, upper, chosen, _BACKWARD, known, answer)
-        return answer
+        prescribed = np.zeros((size, values.shape[1]), order="F")
+        prescribed[kept] = values
+        solution = np.zeros_like(prescribed, order="F")
+        _call(solver, upper, chosen, _BACKWARD, prescribed, solution)
+        return solution
 
     weakref.finalize(backward, solver.free_memory, everything=True)
     return schur, backward
@@ -181,7 +190,7 @@ def _call(
     rhs: Array,
     out: Array,
 ) -> None:
-    """Pardiso with its result written to `out`: the wrapper has neither a Schur complement nor phase 333."""
+    """Call Pardiso with `out` for its result: pypardiso has neither the Schur complement nor phase 333."""
     integers, doubles = ctypes.POINTER(ctypes.c_int32), ctypes.POINTER(ctypes.c_double)
     count, one, silent, error = (ctypes.c_int32(v) for v in (rhs.shape[1], 1, 0, 0))
     starts, columns = (a.astype(np.int32) + 1 for a in (matrix.indptr, matrix.indices))

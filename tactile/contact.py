@@ -1,9 +1,9 @@
 """Frictionless, force-controlled contact of the skin with a rigid relief, and its implicit gradient.
 
-Find pressures p >= 0 with given mean such that the gap g = C p - h - approach is >= 0 and p g = 0: the
-minimum of 1/2 p'Cp - h'p over that set. Solved by a constrained conjugate gradient on pressures (Polonsky and
-Keer, Wear 231, 1999), preconditioned by the layer's inverse symbol. Batched; every item stops when it has
-converged.
+Pressures p >= 0 with a prescribed mean are sought such that the gap g = C p - h - approach is >= 0 and
+p g = 0: they minimise 1/2 p'Cp - h'p over all admissible pressures. The solver is a constrained conjugate
+gradient on pressures (Polonsky and Keer, Wear 231, 1999), preconditioned by the layer's inverse symbol.
+Reliefs are solved in batches, and every item stops when it has converged.
 """
 
 from __future__ import annotations
@@ -16,24 +16,35 @@ import torch
 from torch import Tensor
 
 MAX_STEPS = 1000
-"""Steps of conjugate gradients after which a contact is given up; reliefs of 3 mm take about a hundred."""
+"""Conjugate gradient steps after which a contact counts as not converged; reliefs of 3 mm take about 100."""
 
 TOLERANCE = {torch.float32: 2e-5, torch.float64: 1e-9}
-"""Residual of gap and complementarity over the mean displacement; single precision stagnates below."""
+"""Residual of gap and complementarity over the mean displacement; single precision stagnates below 2e-5."""
 
 ROUNDING = 4.0
-"""Gaps smaller than so many units in the last place of the relief's height count as none (stiff skin)."""
+"""Residual, in units in the last place of the relief's height, that always counts as none: with stiff skin
+the tolerance lies below the rounding of the heights."""
 
 GRADIENT_TOLERANCE = {torch.float32: 1e-4, torch.float64: 1e-9}
-"""Relative residual of the adjoint system."""
+"""Relative residual of the adjoint system, by precision; a gradient's relative error is about as large."""
 
 
 class Compliance(Protocol):
-    """What contact needs of an elastic body: its compliance and an approximate inverse, both symmetric."""
+    """Elastic body as contact needs it: the compliance C and an approximate inverse."""
 
-    def displacement(self, pressure: Tensor) -> Tensor: ...
+    def displacement(self, pressure: Tensor) -> Tensor:
+        """Normal displacement C p (..., n, n), mm, of pressures (..., n, n) in units of Young's modulus.
 
-    def precondition(self, residual: Tensor) -> Tensor: ...
+        Linear, symmetric and positive definite; every item of a batch by itself.
+        """
+        ...
+
+    def precondition(self, residual: Tensor) -> Tensor:
+        """Pressures (..., n, n) that nearly cause a displacement (..., n, n), an approximate inverse of C.
+
+        Linear, symmetric and positive definite. Its accuracy decides the number of steps, not the solution.
+        """
+        ...
 
 
 @dataclass(frozen=True)
@@ -43,8 +54,8 @@ class ContactState:
     Attributes:
         pressure: (..., n, n), in units of Young's modulus.
         gap: (..., n, n) mm, >= 0 within tolerance, 0 where pressure is positive.
-        approach: (...) mm: how far the skin's rigid half has come down from first touch with the plane z = 0.
-        steps: conjugate gradient steps of the slowest item.
+        approach: (...) mm: descent of the skin's rigid half since first touch with the plane z = 0.
+        steps: number of conjugate gradient steps of the slowest item.
         converged: (...) whether each item met the tolerance.
     """
 
@@ -69,10 +80,11 @@ def solve_contact(
     """Pressures and gaps of a batch of reliefs.
 
     Args:
+        body: the skin.
         heights: (..., n, n) mm.
         mean_pressure: in units of Young's modulus.
-        start: pressures to start from (those of the last relief in a descent).
-        tolerance: as a fraction of the mean displacement; default by precision.
+        start: (..., n, n) pressures to start from, such as the last relief's in a descent; None: even ones.
+        tolerance: residual as a fraction of the mean displacement; None for that of the precision.
 
     Raises:
         ContactError: an item did not converge in `MAX_STEPS` steps.
@@ -94,10 +106,10 @@ def approach_contact(
     max_steps: int,
     tolerance: float | None = None,
 ) -> ContactState:
-    """The same as `solve_contact`, but given up after `max_steps` steps wherever it stands then."""
+    """`solve_contact`, with the state after `max_steps` steps for items that have not converged by then."""
     shape = heights.shape
     h = heights.detach().reshape(-1, *shape[-2:])
-    # Heights count from the top of each relief: a height common to all of it would cost digits of the gap.
+    # Heights count from the top of each relief: an offset common to all samples would cost digits of the gap.
     top = h.amax((-2, -1), keepdim=True)
     h = h - top
     rounding = ROUNDING * torch.finfo(h.dtype).eps * h.abs().amax((-2, -1), keepdim=True)
@@ -132,8 +144,8 @@ def approach_contact(
             items, h, p, gap, contact = items[stay], h[stay], p[stay], gap[stay], contact[stay]
             top, rounding = top[stay], rounding[stay]
             direction, rho, working = direction[stay], rho[stay], working[stay]
-        # Pixels where the skin would pass through the relief take part beside those in contact; when the set
-        # changes, conjugacy is lost and the search starts anew.
+        # The working set has the pixels in contact and those where the skin would pass through the relief;
+        # when the set changes, conjugacy is lost and the directions start anew.
         before, working = working, contact | (gap < 0.0)
         same = (before == working).all(-1, keepdim=True).all(-2, keepdim=True)
         z = _projected_preconditioner(body, gap, working)
@@ -152,17 +164,17 @@ def approach_contact(
 
 
 def closed(state: ContactState) -> ContactState:
-    """A contact that was cut short, its gap as it must be: none where there is pressure, and never negative.
+    """State of a truncated solve with an admissible gap: zero where there is pressure, and never negative.
 
-    What gap is left under pressure is what the solver had no time to close, and contact area, which falls by
-    half at 0.0125 mm, would take it for parted.
+    A truncated solve leaves small gaps under pressure, and contact area, which counts a gap of 0.0125 mm
+    half, would take these pixels for parted.
     """
     gap = torch.where(state.pressure > 0.0, 0.0, state.gap.clamp_min(0.0))
     return replace(state, gap=gap)
 
 
 Solver = Callable[[Compliance, Tensor, float, Tensor | None], ContactState]
-"""What finds a contact: body, heights (mm), mean pressure and pressures to start from (units of E)."""
+"""Solver of contact, of body, heights (mm), mean pressure and pressures to start from (units of E)."""
 
 
 class _Press(torch.autograd.Function):
@@ -187,7 +199,7 @@ class _Press(torch.autograd.Function):
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None, None, None, None, None]:
         to_pressure, to_gap, to_approach = gradients
         (contact,) = ctx.saved_tensors
-        # gap = C p - h - approach outside the contact; inside it is zero whatever the heights.
+        # Outside the contact gap = C p - h - approach; inside, the gap is zero whatever the heights.
         to_gap = torch.where(contact, torch.zeros_like(to_gap), to_gap)
         load = to_pressure + ctx.body.displacement(to_gap)
         total = _sum(to_gap) - to_approach[..., None, None]
@@ -203,14 +215,25 @@ def press(
     solve: Solver = solve_contact,
     gradient_tolerance: float | None = None,
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """Pressure (units of E), gap and approach (mm), differentiable by the heights (..., n, n) in mm.
+    """Pressure (units of E), gap and approach (mm), differentiable by the heights.
 
-    The gradient is that of a fixed contact set, which is exact wherever no pixel is just touching: one
-    conjugate-gradient solve restricted to the pixels in contact, nothing unrolled.
+    The gradient is that of a fixed contact set, which is exact wherever no pixel is just touching. The
+    gradient costs one conjugate-gradient solve restricted to the pixels in contact; the solver's own steps
+    are not differentiated.
 
     Args:
-        solve: what finds the contact.
-        gradient_tolerance: relative residual of that solve; default by precision.
+        body: the skin.
+        heights: (..., n, n) mm.
+        mean_pressure: in units of Young's modulus.
+        start: (..., n, n) pressures to start from; None: even ones.
+        solve: solver of the contact.
+        gradient_tolerance: relative residual of the adjoint system; None for that of the precision.
+
+    Returns:
+        (..., n, n) pressure, (..., n, n) gap and (...) approach.
+
+    Raises:
+        ContactError: the contact, or in the backward pass its adjoint, did not converge.
     """
     tolerance = GRADIENT_TOLERANCE[heights.dtype] if gradient_tolerance is None else gradient_tolerance
     pressure, gap, approach = _Press.apply(heights, body, mean_pressure, start, solve, tolerance)
@@ -223,13 +246,17 @@ def adjoint_pressure(
     """Solve C x = load - constant on the pixels in contact, x = 0 elsewhere, sum of x = `total`.
 
     Args:
-        load: (..., n, n).
+        body: the skin, with compliance C.
+        load: (..., n, n) mm.
         contact: (..., n, n) bool.
-        total: (..., 1, 1).
-        tolerance: relative residual; default by precision.
+        total: (..., 1, 1), in units of Young's modulus.
+        tolerance: relative residual; None for that of the precision.
+
+    Returns:
+        x (..., n, n), in units of Young's modulus.
 
     Raises:
-        ContactError: not converged.
+        ContactError: `MAX_STEPS` steps did not suffice.
     """
     tiny = torch.finfo(load.dtype).tiny
     tolerance = GRADIENT_TOLERANCE[load.dtype] if tolerance is None else tolerance
@@ -239,8 +266,8 @@ def adjoint_pressure(
     direction, rho = torch.zeros_like(x), torch.ones_like(total)
     size = torch.zeros_like(total)
     for step in range(MAX_STEPS):
-        # Directions sum to zero, so a constant in the residual changes
-        # nothing but the rounding error, which it ruins.
+        # Directions sum to zero, so a constant in the residual changes no step; left in, the constant grows
+        # until its rounding errors outweigh the residual.
         residual = mask * (residual - _masked_mean(residual, contact))
         error = _sum(residual.square()).sqrt()
         size = error if step == 0 else size
@@ -258,7 +285,7 @@ def adjoint_pressure(
 
 
 def _projected_preconditioner(body: Compliance, residual: Tensor, working: Tensor) -> Tensor:
-    """Preconditioned residual on the working set, its sum projected out in the preconditioner's metric."""
+    """Preconditioned residual on the working set, without its sum in the preconditioner's metric."""
     mask = working.to(residual.dtype)
     both = body.precondition(torch.stack((mask * residual, mask))) * mask
     return both[0] - (_sum(both[0]) / _sum(both[1])) * both[1]

@@ -177,7 +177,7 @@ def _free_sides(skin: Skin, n: int, size: float, coarse: int) -> FreeSides:
 
 def _free_minus_sliding(skin: Skin, size: float, coarse: int) -> Arrays:
     # Imported to build only: scikit-fem is not loaded while the cache serves.
-    from tactile.block import depth_levels, quarter_responses
+    from tactile.structured.block import depth_levels, quarter_responses
 
     levels = depth_levels(skin.depth_mm, skin.thickness_mm, COARSE_LAYER_MM)
     free, sliding = (

@@ -6,10 +6,10 @@
 The formula is the one of `tactile.elastic_layer` (see `tactile.cosine_layer`), on a mesh with a node at every
 pixel or with 64 nodes a side. The block does not depend on the texture: its parity blocks with free sides are
 condensed onto the nodes of the contact face once per skin and mesh, and kept on disk; a texture costs some
-dense products after that. Elements err most under the shortest waves of pressure, which do not feel the
-sides of the block. What the same elements make of sliding sides is known mode by mode
-(`tactile.pixel_layer`), so the difference is free of this error. T interpolates from the nodes of the mesh to
-the pixels, where contact is decided; where there is a node at every pixel, T is the identity.
+dense products after that. Elements err most under the shortest waves of pressure, which do not feel the sides
+of the block. The same elements with sliding sides are solved mode by mode (`tactile.structured.pixel_layer`),
+so the difference is free of this error. T interpolates from the nodes of the mesh to the pixels, where
+contact is decided; where there is a node at every pixel, T is the identity.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ BUILDERS = (
     "tactile.condensation",
     "tactile.finite_elements",
     "tactile.interpolation",
-    "tactile.pixel_block",
-    "tactile.pixel_layer",
+    "tactile.structured.pixel_block",
+    "tactile.structured.pixel_layer",
 )
 """Modules on whose source the kept blocks depend: part of the key of the cache."""
 
@@ -240,8 +240,8 @@ def _elements(skin: Skin, nodes: int, size: float) -> tuple[CosineLayer, dict[st
 
 def _build(skin: Skin, nodes: int, size: float) -> Arrays:
     # Imported to build only: the assembly and the solvers are not loaded while the cache serves.
-    from tactile.pixel_block import PixelBlock, face_response
-    from tactile.pixel_layer import discrete_layer
+    from tactile.structured.pixel_block import PixelBlock, face_response
+    from tactile.structured.pixel_layer import discrete_layer
 
     levels = graded_levels(skin.thickness_mm, size / nodes)
     mesh = PixelBlock(size / 2.0, nodes // 2, levels, skin.depth_mm, skin.poisson_ratio)

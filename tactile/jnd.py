@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 ROUGHNESS_JND = 1.19
-"""Ratio of two roughnesses that a finger tells apart 84 % of the time (Tymms et al. 2018)."""
+"""Ratio of two roughnesses that a finger ranks correctly 84 % of the time (Tymms et al. 2018)."""
 
 TEMPERATURE_JND = 1.4
 """Ratio of two contact areas that feel differently warm 84 % of the time.
@@ -15,15 +15,19 @@ The paper says 40 %; Tiest and Kappers (2009) measured 43 %.
 
 
 def jnd_apart(roughness: float, reference: float) -> float:
-    """How many just-noticeable differences rougher (positive) or smoother (negative) than the reference."""
+    """Number of just-noticeable differences, positive if rougher than the reference, negative if smoother."""
     return math.log(roughness / reference) / math.log(ROUGHNESS_JND)
 
 
 def jnd_scaled(reference: float, jnd: float) -> float:
-    """The roughness that lies `jnd` just-noticeable differences above the reference."""
+    """Roughness that lies `jnd` just-noticeable differences above the reference."""
     return reference * ROUGHNESS_JND**jnd
 
 
 def discrimination_probability(jnd: float) -> float:
-    """Chance that a finger orders two plates rightly: the normal distribution function, 84 % at one JND."""
+    """Probability that a finger ranks two plates correctly: normal distribution function, 84 % at one JND.
+
+    Args:
+        jnd: just-noticeable differences between the plates, of either sign.
+    """
     return 0.5 * (1.0 + math.erf(abs(jnd) / math.sqrt(2.0)))

@@ -1,9 +1,9 @@
-"""A bonded elastic layer under normal pressure, solved exactly per wavenumber.
+"""Response of a bonded elastic layer to normal pressure, exact for every wavenumber.
 
-A cosine pressure on a laterally unbounded (or, by mirror images, laterally sliding) layer gives cosine
+A cosine pressure on a laterally unbounded (or, by mirror images, laterally sliding) layer causes cosine
 displacements and strains of the same wavenumber. Depth w runs from the loaded face (w = 0) to the bonded face
-(w = t); a positive normal displacement points into the layer. Everything here is for unit Young's modulus;
-divide by E.
+(w = t); a positive normal displacement points into the layer. Young's modulus is 1 throughout; displacements
+and strains are to be divided by E.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def layer_response(
         wavenumbers: k in 1/mm, any shape, k >= 0.
         poisson_ratio: nu.
         thickness_mm: t.
-        depth_mm: where displacements are wanted, in [0, t].
+        depth_mm: depth w at which displacements are returned, in [0, t].
 
     Returns:
         Amplitudes with the shape of `wavenumbers`.
@@ -95,12 +95,14 @@ def layer_response(
 
 
 def carbone_mangialardi(wavenumbers: Array, poisson_ratio: float, thickness_mm: float) -> Array:
-    """Closed form of `LayerResponse.surface`, for checking.
+    """Closed form of `LayerResponse.surface`, an independent check.
 
     Carbone and Mangialardi, J. Mech. Phys. Solids 56 (2008).
 
     Args:
         wavenumbers: k > 0 in 1/mm.
+        poisson_ratio: nu.
+        thickness_mm: t.
     """
     nu, kt = poisson_ratio, wavenumbers * thickness_mm
     e2, e4 = np.exp(-2.0 * kt), np.exp(-4.0 * kt)  # hyperbolic functions divided by e^{2kt}/2

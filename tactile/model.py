@@ -1,4 +1,4 @@
-"""Heights in, touch out: what the finger gets from pressing on a relief."""
+"""Touch: strain, gap and pressure of the skin pressed on a relief, by the model of one's choice."""
 
 from __future__ import annotations
 
@@ -24,18 +24,19 @@ from tactile.truncated import GRADIENT_TOLERANCE, TruncatedSolver
 
 ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)
+"""Models of touch: elastic layer; the layer after a truncated solve; a net in it; finite elements."""
 
 
 @dataclass(frozen=True)
 class Touch:
-    """What pressing the skin on a relief gives; every tensor is differentiable with respect to the heights.
+    """Skin pressed on one relief or a batch; every tensor is differentiable with respect to the heights.
 
     Attributes:
         strain: (..., n, n) largest-magnitude compressive principal strain at receptor depth, minus the flat
             plate's map; compressive is negative.
         gap: (..., n, n) distance between deformed skin and relief, mm.
         pressure: (..., n, n) contact pressure, MPa.
-        approach: (...) how far the bone has come down from first touch with the plane z = 0, mm.
+        approach: (...) descent of the bone since first touch with the plane z = 0, mm.
         contact_fraction: (...) share of pixels under pressure (not differentiable).
     """
 
@@ -45,23 +46,48 @@ class Touch:
     approach: Tensor
     contact_fraction: Tensor
 
+    def __repr__(self) -> str:
+        shape = " x ".join(map(str, self.strain.shape))
+        share = _range(100.0 * self.contact_fraction, "%.0f")
+        return (
+            f"Touch({shape} samples, {share} % in contact, peak pressure {self.pressure.max():.3g} MPa, "
+            f"strain {_range(self.strain, '%.3g')}, approach {_range(self.approach, '%.3g')} mm)"
+        )
+
+
+def _range(values: Tensor, form: str) -> str:
+    """Smallest and largest value, or the one value of all."""
+    ends = [form % float(end) for end in values.detach().aminmax()]
+    return " to ".join(dict.fromkeys(ends))
+
 
 class SkinOperator(Compliance, Protocol):
-    """A skin as a linear map from pressures (units of E) to displacements and strains."""
+    """Skin as a linear map from pressures (..., n, n) in units of E to displacements and strains."""
 
     @property
-    def size_mm(self) -> float: ...
+    def size_mm(self) -> float:
+        """Side of the patch that the n x n pressures cover, mm."""
+        ...
 
-    def strain(self, pressure: Tensor) -> Tensor: ...
+    def strain(self, pressure: Tensor) -> Tensor:
+        """Strain (..., 6, n, n) at receptor depth, components as in `tactile.strain.STRAIN_COMPONENTS`.
+
+        Linear in the pressure, and differentiable by automatic differentiation where heights are to be.
+        """
+        ...
 
 
 @dataclass(frozen=True)
 class TouchModel:
-    """The operator of one skin, grid and precision, with the flat plate's strain.
+    """Model of touch: the operator of one skin, grid and precision, with the flat plate's strain.
 
     Attributes:
-        solve: what finds the contact.
-        gradient_tolerance: of the gradient's linear solve; None for the default of the precision.
+        skin: parameters of the skin.
+        operator: displacements and strains of the skin, at unit modulus.
+        flat_strain: (n, n) principal strain under a flat plate, to be subtracted.
+        solve: solver of the contact.
+        gradient_tolerance: relative residual of the gradient's linear solve; None for the default of the
+            precision.
     """
 
     skin: Skin
@@ -70,12 +96,18 @@ class TouchModel:
     solve: Solver = solve_contact
     gradient_tolerance: float | None = None
 
+    def __repr__(self) -> str:
+        return f"TouchModel({self.skin}, {self.operator})"
+
     def press(self, heights: Tensor, start: Tensor | None = None) -> Touch:
         """Press the skin on a batch of reliefs.
 
         Args:
             heights: (..., n, n) mm, in the operator's precision.
             start: pressures (MPa) to start from, such as the last relief's in a descent.
+
+        Raises:
+            ContactError: the contact did not converge.
         """
         modulus = self.skin.young_modulus_mpa
         mean = self.skin.mean_pressure_mpa(self.operator.size_mm) / modulus
@@ -104,8 +136,12 @@ def touch_model(
     """The model of a skin on an n x n patch (kept; its operators also lie on disk).
 
     Args:
+        skin: parameters of the skin.
         samples: n.
-        mesh: nodes a side of the finite elements; without meaning for the layer.
+        size_mm: side of the patch.
+        dtype: precision of heights and results.
+        model: one of `MODELS`, as in `press`.
+        mesh: nodes a side of the finite elements; without meaning for the other models.
 
     Raises:
         InputError: an unknown model; `samples`, `size_mm` or `mesh` out of range; no net for them.
@@ -127,18 +163,18 @@ def touch_model(
     mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
     pressure = solve_contact(operator, flat, mean).pressure
     flat_strain = smallest_eigenvalue(operator.strain(pressure))
-    known = TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))
+    converged = TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))
     if model in ("layer", "fem"):
-        return known
+        return converged
     solver: Solver
     if model == "quick":
         solver = TruncatedSolver(elastic_layer_operator(skin, samples, size_mm, torch.float32))
     else:
-        # Only here: the shape of a net and the check of its file are of no use to the other models.
+        # Imported here: the other models need no net.
         from tactile.net import net_solver
 
         solver = net_solver(skin, samples, size_mm)
-    return replace(known, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE)
+    return replace(converged, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE)
 
 
 def press(
@@ -154,16 +190,21 @@ def press(
     Args:
         heights: (..., n, n) mm; float32 or float64, which is also the precision of the result.
         size_mm: side of the patch.
-        skin: its parameters.
+        skin: parameters of the skin; None for `Skin()`.
         model: "layer", the elastic layer with free sides; "fem", finite elements (the first press of a skin
-            waits for them to be built: 9 s with 64 nodes a side, 90 s with 128); "quick", the layer after a
-            few steps of the solver; "net", with a trained net in the place of some of those, for the grid
-            and skin it was trained for.
-        start: pressures (MPa) to start from; of no use to "quick" and "net".
+            waits until they are built: 9 s with 64 nodes a side, 90 s with 128); "quick", the layer after a
+            few steps of the solver; "net", the layer with a trained net in the place of some of the steps,
+            for the grid and skin of its training only.
+        start: pressures (MPa) to start from; "quick" and "net" ignore them.
         mesh: nodes a side of the finite elements.
 
+    Returns:
+        The touch, with gradients by the heights.
+
     Raises:
-        InputError: heights are not square, too few, too many or not finite; an unknown model; an unfit mesh.
+        InputError: heights are not square, too few, too many or not finite; an unknown model; an unfit mesh;
+            a skin or grid that the net was not trained for.
+        ContactError: the contact did not converge.
     """
     if isinstance(heights, np.ndarray):
         # torch takes neither flipped, nor read-only, nor foreign-endian arrays.
@@ -175,5 +216,5 @@ def press(
         raise InputError(f"heights: {field.dtype} is neither float32 nor float64")
     if not bool(torch.isfinite(field).all()):
         raise InputError("heights: not every value is finite")
-    known = touch_model(skin or Skin(), field.shape[-1], float(size_mm), field.dtype, model, mesh)
-    return known.press(field, start)
+    skin_model = touch_model(skin or Skin(), field.shape[-1], float(size_mm), field.dtype, model, mesh)
+    return skin_model.press(field, start)

@@ -1,17 +1,18 @@
-"""Contact by a trained net: it corrects the pressures of a few steps of the solver, a few more polish them.
+"""Net of touch: it corrects the pressures after a few solver steps, and more steps refine the pressures.
 
     heights -> STEPS_BEFORE solver steps -> net -> STEPS_AFTER solver steps -> pressure
 
-The net predicts *pressure* and nothing else. Everything behind it is the exact linear operator: strain lies
-0.75 mm deep, where what is wrong in single pixels has faded, and the force is exact because pressures are
-scaled to it. Displacements are proportional to force over modulus, so a net that was trained at one serves
-all, as long as the relief, in proportion, is no taller than what it has seen.
+The net predicts *pressure* and nothing else. Strain and force follow from the pressures exactly: strain by
+the linear operator at a depth of 0.75 mm, where errors of single pixels have faded, and force because the
+pressures are scaled to the force. Displacements are proportional to force over modulus, so a net that was
+trained at one ratio serves all, as long as the relief, in proportion, is no taller than those of the
+training.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -28,33 +29,41 @@ from tactile.skin import Skin
 from tactile.truncated import TruncatedSolver
 
 KIND: Literal["touch"] = "touch"
+"""Kind of net, which names its file."""
 CHANNELS = 6
+"""Maps that the net takes: those of `inputs`."""
 STEPS_BEFORE, STEPS_AFTER = 2, 1
-"""Solver steps before and after the net: the fewest found with which contact area errs by less than 2 %."""
+"""Solver steps before and after the net: the fewest with which contact area errs by less than 2 %."""
 TALLEST_MM = 4.0
-"""Relief, in proportion to force over modulus, above which the net is refused; it has seen up to 3 mm."""
+"""Greatest relief, mm, at the force over modulus of the training, whose reliefs have up to 3 mm."""
 
 GAP_MM = 0.01
-"""Gap at which inputs turn from linear to logarithmic, per unit of mean pressure over modulus."""
+"""Gap, mm per unit of mean pressure over modulus, at which inputs turn from linear to logarithmic."""
 SHARPNESS = 4.0
-"""Of the soft corner that keeps pressures above zero; 1/4 of the mean pressure wide."""
+"""Inverse width of the softplus that keeps pressures above zero, in units of the mean pressure."""
 PARTED = 0.15
-"""Predicted pressures below this part of the mean are none: a net knows no exact zero. It is about what the
-soft corner makes of zero; at 0.05 V erred by 2.4 % in the mean instead of 1.8 %."""
+"""Share of the mean pressure below which a prediction counts as none, as a net has no exact zero: about the
+softplus of zero (with 0.05, V errs by 2.4 % in the mean instead of 1.8 %)."""
 OUTSIDE = -0.5
-"""Where a pixel without pressure stands below the corner, in units of the mean pressure."""
+"""Value before the softplus, in units of the mean pressure, of a pixel without pressure."""
 
 
 def first_steps(body: Compliance, heights: Tensor, mean_pressure: float) -> ContactState:
-    """What the net starts from: heights (..., n, n) in mm, pressed from even pressure, a few steps only."""
+    """State after `STEPS_BEFORE` solver steps from even pressure, of heights (..., n, n) in mm."""
     return approach_contact(body, heights, mean_pressure, None, STEPS_BEFORE)
 
 
 def inputs(body: Compliance, heights: Tensor, state: ContactState, mean_pressure: float) -> Tensor:
-    """What the net sees: (batch, CHANNELS, n, n) of heights (batch, n, n) in mm, all of order 1.
+    """Maps that the net takes, (batch, CHANNELS, n, n), all of order 1.
 
-    Heights about their mean, pressure and gap after the first steps, the pressure that would close the gap in
-    a layer without sides, and the distances from the middle of the plate, which has sides.
+    They are the heights about their mean, pressure and gap after the first steps, the pressure that would
+    close the gap in a layer without sides, and the distances from the middle of the plate along its axes.
+
+    Args:
+        body: the skin.
+        heights: (batch, n, n) mm.
+        state: of `first_steps`.
+        mean_pressure: in units of Young's modulus.
     """
     n = heights.shape[-1]
     away = ((torch.arange(n, dtype=heights.dtype, device=heights.device) + 0.5) * (2.0 / n) - 1.0).abs()
@@ -73,11 +82,13 @@ def inputs(body: Compliance, heights: Tensor, state: ContactState, mean_pressure
 
 
 def pressure(net: nn.Module, maps: Tensor, initial: Tensor, mean_pressure: float) -> Tensor:
-    """Pressures (batch, n, n) in units of the modulus: positive, their mean exact.
+    """Pressures (batch, n, n) in units of Young's modulus, positive and of exact mean.
 
     Args:
+        net: from maps to relative corrections (batch, 1, n, n).
         maps: of `inputs`.
-        initial: (batch, n, n) pressures that the net corrects, units of the modulus.
+        initial: (batch, n, n) pressures that the net corrects, in units of Young's modulus.
+        mean_pressure: in units of Young's modulus.
     """
     base = torch.where(initial > 0.0, initial / mean_pressure, OUTSIDE)
     relative = functional.softplus(SHARPNESS * (base + net(maps)[:, 0])) / SHARPNESS
@@ -86,21 +97,26 @@ def pressure(net: nn.Module, maps: Tensor, initial: Tensor, mean_pressure: float
 
 @dataclass(frozen=True, eq=False)
 class NetInitialGuess:
-    """A `tactile.truncated.InitialGuess` by a net.
+    """Initial guess (`tactile.truncated.InitialGuess`) by a net.
 
     Attributes:
-        operator: of the skin, in single precision.
+        net: in single precision.
+        operator: the skin's, in single precision.
     """
 
-    net: UNet
+    net: UNet = field(repr=False)
     operator: ElasticLayerOperator
 
     @torch.no_grad()
     def __call__(self, heights: Tensor, mean_pressure: float) -> Tensor:
-        """Pressures (batch, n, n) in units of E, of reliefs in mm.
+        """Pressures (batch, n, n) in units of Young's modulus.
+
+        Args:
+            heights: (batch, n, n) mm.
+            mean_pressure: in units of Young's modulus.
 
         Raises:
-            InputError: a relief is taller than what the net was trained for.
+            InputError: a relief is taller than those of the net's training.
         """
         tallest = float((heights.amax((-2, -1)) - heights.amin((-2, -1))).max())
         allowed = TALLEST_MM * mean_pressure / TRAINED_PRESSURE
@@ -116,16 +132,16 @@ class NetInitialGuess:
 
 
 def solver_of(net: UNet, operator: ElasticLayerOperator) -> TruncatedSolver:
-    """The solver of a net, all in single precision, as the operator is."""
+    """Solver of a net and an operator, both in single precision."""
     return TruncatedSolver(operator, STEPS_AFTER, NetInitialGuess(net, operator))
 
 
 TRAINED_PRESSURE = Skin().mean_pressure_mpa(10.0) / Skin().young_modulus_mpa
-"""Mean pressure over modulus that the net is trained at."""
+"""Mean pressure over modulus of the net's training: that of the default skin on a patch of 10 mm."""
 
 
 def validity(skin: Skin, samples: int, size_mm: float) -> dict[str, float]:
-    """What a net holds for, by name: everything that the map from relief to pressure depends on."""
+    """Range of validity of a net, by name: all that the map from relief to pressure depends on."""
     return {
         "samples": float(samples),
         "size_mm": float(size_mm),
@@ -137,10 +153,16 @@ def validity(skin: Skin, samples: int, size_mm: float) -> dict[str, float]:
 
 
 def net_solver(skin: Skin, samples: int, size_mm: float, folder: Path = FOLDER) -> TruncatedSolver:
-    """The solver of the trained net that lies in a folder.
+    """Solver of the trained net in a folder.
+
+    Args:
+        skin: parameters of the skin.
+        samples: n.
+        size_mm: side of the patch.
+        folder: of the net's weights and card.
 
     Raises:
-        InputError: there is no such net, or it holds for another skin or grid.
+        InputError: the folder has no such net, or the net holds for another skin or grid.
     """
     net, card = _loaded(folder)
     _check(card.valid, validity(skin, samples, size_mm))
@@ -160,8 +182,8 @@ def _loaded(folder: Path) -> tuple[UNet, Card]:
     return net, card
 
 
-def _check(trained: Mapping[str, float], asked: Mapping[str, float]) -> None:
-    for name, value in asked.items():
+def _check(trained: Mapping[str, float], requested: Mapping[str, float]) -> None:
+    for name, value in requested.items():
         if name not in trained:
             raise InputError(f"touch.model: the net's card does not tell its {name}")
         if trained[name] != value:

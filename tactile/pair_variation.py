@@ -1,4 +1,4 @@
-"""Perceived roughness from a strain map (paper equation 2)."""
+"""Roughness: mean variation of strain between pairs of receptors (paper equation 2)."""
 
 from __future__ import annotations
 
@@ -13,15 +13,17 @@ from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
 
 PAIR_DISTANCE_MM = 2.2
-"""Mean distance d of a pair of receptors (paper section 4.2)."""
+"""Mean distance d of a pair of receptors, mm (paper section 4.2)."""
 
 PAIR_SPREAD_MM = 0.8
-"""Half-width r of the range of distances (paper section 4.2)."""
+"""Half-width r of the range of distances, mm (paper section 4.2)."""
 
 QUADRATURE_LENGTHS, QUADRATURE_ANGLES = 4, 16
-"""Polar quadrature of descent: V within 0.65 % of the full sum, gradient cosine 0.9986, a 28th the work."""
+"""Numbers of lengths and angles of the polar quadrature: V within 0.65 % of the full sum, cosine of the
+gradients 0.9986, a 28th of the work."""
 
 Quadrature = Literal["full", "polar"]
+"""Sum over every pixel offset, or over few lengths and angles."""
 
 
 def roughness(strain: Tensor, size_mm: float = PATCH_SIDE_MM, quadrature: Quadrature = "full") -> Tensor:
@@ -29,8 +31,8 @@ def roughness(strain: Tensor, size_mm: float = PATCH_SIDE_MM, quadrature: Quadra
 
     Offsets have length in [d - r, d + r] = [1.4, 3.0] mm and direction in [0, pi), uniform in (length,
     angle), that is weight 1/length per unit of area. Pairs with an end outside the patch are left out. (The
-    paper's printed formula has cos twice, and a prefactor that does not normalise; the mean agrees with its
-    sampler of 8000 pairs.)
+    paper's printed formula has cos twice, and a prefactor that does not normalise; the mean agrees with the
+    paper's sampler of 8000 pairs.)
 
     Args:
         strain: (..., n, n), dimensionless.
@@ -87,30 +89,30 @@ def _full_offsets(n: int, size_mm: float) -> tuple[tuple[int, int, float], ...]:
     """Every pixel offset of the half annulus: (down, right, weight)."""
     pitch = size_mm / n
     reach = int((PAIR_DISTANCE_MM + PAIR_SPREAD_MM) / pitch)
-    found = []
+    offsets = []
     for down in range(reach + 1):
         for right in range(-reach, reach + 1):
             length = pitch * math.hypot(down, right)
             in_half_plane = down > 0 or right > 0
             in_range = abs(length - PAIR_DISTANCE_MM) <= PAIR_SPREAD_MM
             if in_half_plane and in_range and max(down, abs(right)) < n:
-                found.append((down, right, 1.0 / length))
-    return _checked(tuple(found), size_mm)
+                offsets.append((down, right, 1.0 / length))
+    return _checked(tuple(offsets), size_mm)
 
 
 @lru_cache(maxsize=16)
 def _polar_offsets(n: int, size_mm: float) -> tuple[tuple[int, int, float], ...]:
     """Midpoint rule in length and angle, at the nearest pixels."""
     pitch = size_mm / n
-    found = []
+    offsets = []
     for i in range(QUADRATURE_LENGTHS):
         length = PAIR_DISTANCE_MM + PAIR_SPREAD_MM * ((2 * i + 1) / QUADRATURE_LENGTHS - 1.0)
         for j in range(QUADRATURE_ANGLES):
             angle = math.pi * (j + 0.5) / QUADRATURE_ANGLES
             down, right = round(length * math.sin(angle) / pitch), round(length * math.cos(angle) / pitch)
             if max(down, abs(right)) < n:
-                found.append((down, right, 1.0))
-    return _checked(tuple(found), size_mm)
+                offsets.append((down, right, 1.0))
+    return _checked(tuple(offsets), size_mm)
 
 
 def _checked(

@@ -8,16 +8,16 @@ from dataclasses import asdict, dataclass
 from relief.errors import InputError
 
 MAX_POISSON_RATIO = 0.499
-"""Above this the hexahedra of `tactile.block` have not been measured."""
+"""Largest Poisson's ratio: the hexahedra of `tactile.structured` are measured up to here, and lock at 0.5."""
 
 
 @dataclass(frozen=True)
 class Skin:
     """Parameters of the skin block.
 
-    The paper states geometry and force but neither modulus nor Poisson ratio. E = 0.5 MPa, nu = 0.48 are a
-    calibrated choice: with free sides they put natural reliefs in the paper's roughness range (0.03-0.12).
-    Only force/E matters to the displacements, so one set of operators serves every modulus and force.
+    The paper states geometry and force, but neither modulus nor Poisson's ratio. E = 0.5 MPa and nu = 0.48
+    are a calibrated choice: with free sides, natural reliefs then lie in the paper's range of roughness (0.03
+    to 0.12). Displacements depend on force/E only, so one set of operators serves every modulus and force.
 
     Attributes:
         young_modulus_mpa: Young's modulus of the soft half, N/mm².

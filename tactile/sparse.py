@@ -19,10 +19,11 @@ if TYPE_CHECKING:
     from pypardiso import PyPardisoSolver
 
 Solve = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Map from right-hand sides (n,) or (n, m) to solutions of the same shape."""
 
 SYMMETRIC_POSITIVE_DEFINITE = 2
 SYMMETRIC_INDEFINITE = -2
-"""Pardiso's types of a real matrix of which it is given the upper triangle."""
+"""Pardiso's matrix types for the upper triangle of a real matrix (`mtype` in Intel's reference)."""
 
 
 def has_pardiso() -> bool:
@@ -31,15 +32,15 @@ def has_pardiso() -> bool:
 
 
 def factorised(matrix: sp.spmatrix, *, portable: bool = False) -> Solve:
-    """Factorise once, solve often.
+    """Factorise a matrix once, for many right-hand sides.
 
     Args:
         matrix: symmetric positive definite, (n, n).
-        portable: use SuperLU even where Pardiso is there (slower, same numbers).
+        portable: use SuperLU even where Pardiso is installed (slower, same numbers).
 
     Returns:
-        A function from right-hand sides (n,) or (n, m) to solutions of the same shape; the
-        factors are freed with it.
+        Function from right-hand sides (n,) or (n, m) to solutions of the same shape; the factors are freed
+        with the function.
     """
     if portable or not has_pardiso():
         factor = spla.splu(sp.csc_matrix(matrix), permc_spec="COLAMD", options={"SymmetricMode": True})
@@ -58,7 +59,11 @@ def factorised(matrix: sp.spmatrix, *, portable: bool = False) -> Solve:
 
 
 def pardiso_solver(matrix_type: int) -> PyPardisoSolver:
-    """A solver of pypardiso, which need not be installed to import this module."""
+    """Solver of pypardiso, which is imported here so that this module works without.
+
+    Args:
+        matrix_type: `SYMMETRIC_POSITIVE_DEFINITE` or `SYMMETRIC_INDEFINITE`.
+    """
     _point_pypardiso_to_its_library()
     from pypardiso import PyPardisoSolver
 
@@ -67,13 +72,13 @@ def pardiso_solver(matrix_type: int) -> PyPardisoSolver:
 
 @cache
 def _point_pypardiso_to_its_library() -> None:
-    """Spare pypardiso its search of the whole environment (0.6 s for each solver it makes)."""
+    """Set the path of MKL's library, for which pypardiso searches the environment (0.6 s a solver)."""
     if "PYPARDISO_MKL_RT" in os.environ:
         return
     try:
         installed = files("mkl") or []
     except PackageNotFoundError:
         return
-    found = sorted((str(f.locate()) for f in installed if "mkl_rt" in f.name), key=len)
-    if found:
-        os.environ["PYPARDISO_MKL_RT"] = found[0]
+    libraries = sorted((str(f.locate()) for f in installed if "mkl_rt" in f.name), key=len)
+    if libraries:
+        os.environ["PYPARDISO_MKL_RT"] = libraries[0]

@@ -1,4 +1,4 @@
-"""Largest compressive principal strain, with a gradient that holds where eigenvalues meet."""
+"""Largest compressive principal strain, with a gradient that stays finite where eigenvalues meet."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def smallest_eigenvalue(components: Tensor) -> Tensor:
         components: (..., 6, rows, cols), ordered xx, yy, zz, yz, xz, xy.
 
     Returns:
-        (..., rows, cols). Its derivative n n' (n the eigenvector) is taken from the adjugate of A - lambda I
-        rather than through the arc cosine, whose slope is infinite in uniaxial compression, the commonest
-        state here.
+        (..., rows, cols). The derivative n n' (n the eigenvector) comes from the adjugate of A - lambda I
+        rather than from the arc cosine, whose slope is infinite in uniaxial compression, the commonest state
+        of the skin.
     """
     return _SmallestEigenvalue.apply(components)
 

@@ -1,1 +1,1 @@
-"""Skin of any shape, by quadratic tetrahedra: an independent check of the structured block."""
+"""Quadratic tetrahedra: skin of any shape, and an independent check of the structured block."""

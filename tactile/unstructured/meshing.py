@@ -1,8 +1,8 @@
 """Tetrahedra inside a closed surface, by fTetWild (pytetwild) in a process of its own.
 
 Hu, Schneider, Wang, Zorin and Panozzo, "Fast Tetrahedral Meshing in the Wild" (ACM Trans. Graph. 39, 2020).
-Its meshes stay within an envelope around the surface; here they are put back onto it, so that flat faces are
-flat and a block has the volume of a block.
+fTetWild's meshes stay within an envelope around the surface. Here their boundary is projected back onto the
+surface, so that flat faces are flat and a block has the volume of a block.
 """
 
 from __future__ import annotations
@@ -27,25 +27,31 @@ Array = NDArray[np.float64]
 
 CHILD = Path(__file__).resolve().with_name("tetwild.py")
 ENVELOPE = 1e-3
-"""Half width of fTetWild's envelope over the bounding box's diagonal; 1e-4 takes fifteen times longer."""
+"""Half width of fTetWild's envelope over the bounding box's diagonal: 1e-4 takes fifteen times longer."""
 SNAP = 2.0
-"""Vertices of the boundary within so many envelopes of a face of the surface are put onto it."""
+"""Distance, in envelopes, up to which a vertex of the boundary is projected onto a face of the surface: twice
+the distance that fTetWild allows."""
 PLANE_AREA = 0.05
-"""Share of the largest flat face that makes a flat face one to be kept exactly."""
+"""Least area of a flat face that is kept exactly, as a share of the largest one: all sides of a block have
+more, triangles of a curved face less."""
 BACKGROUND = (8, 8, 16)
-"""Cells of the grid that carries the wanted edge lengths, along x, y and z."""
+"""Cells of the background grid of edge lengths along x, y and z: most along z, as lengths vary with depth."""
 
 
 class MeshingError(RuntimeError):
-    """No mesh came of a surface: one line that says why."""
+    """A surface could not be meshed: one line that says why."""
 
 
 @dataclass(frozen=True)
 class Sizing:
-    """Wanted lengths of the tetrahedra's edges, mm, growing evenly from the contact face to the bone.
+    """Target lengths of the tetrahedra's edges, mm, growing evenly from the contact face to the bone.
 
-    At the rim of the bone strain is singular: with 0.8 mm there a flat plate's approach comes out 0.7 % less
-    than with 0.4 mm; roughness does not notice.
+    At the rim of the bone strain is singular: with edges of 0.8 mm a flat plate's approach is 0.7 % less than
+    with 0.4 mm, and roughness is the same.
+
+    Attributes:
+        contact_mm: edge length at the contact face.
+        bone_mm: edge length at the bone.
 
     Raises:
         InputError: not 0.02 <= contact_mm <= bone_mm <= 10.
@@ -63,11 +69,11 @@ class Sizing:
 
 @dataclass(frozen=True)
 class Tetrahedra:
-    """A mesh.
+    """Mesh of tetrahedra.
 
     Attributes:
         vertices: (n, 3) mm.
-        cells: (m, 4) vertex numbers, of positive volume.
+        cells: (m, 4) vertex indices, of positive volume.
     """
 
     vertices: Array
@@ -75,18 +81,18 @@ class Tetrahedra:
 
     @property
     def volumes_mm3(self) -> Array:
-        """(m,)."""
+        """(m,) volume of each tetrahedron."""
         return signed_volumes(self.vertices, self.cells)
 
     def boundary(self) -> NDArray[np.int64]:
-        """(k, 3) triangles of one tetrahedron only, counter-clockwise seen from outside."""
+        """(k, 3) triangles that belong to one tetrahedron only, counter-clockwise seen from outside."""
         faces = np.concatenate([self.cells[:, face] for face in ([1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1])])
         _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
         return np.asarray(faces[np.sort(first[count == 1])])
 
 
 def signed_volumes(vertices: Array, cells: NDArray[np.integer]) -> Array:
-    """(m,) volumes of tetrahedra, mm³, negative where the vertices are listed the wrong way round."""
+    """(m,) volumes of tetrahedra, mm³, negative where the vertices are listed with the other orientation."""
     first = vertices[cells[:, 0]]
     return np.asarray(np.linalg.det(vertices[cells[:, 1:]] - first[:, None]) / 6.0)
 
@@ -95,6 +101,11 @@ def tetrahedralise(surface: Surface, sizing: Sizing | None = None, time_limit_s:
     """Mesh the inside of a surface; the same surface and sizing come from disk the second time.
 
     (fTetWild's meshes differ a little from run to run even on one thread, so the first one is kept.)
+
+    Args:
+        surface: closed, of the skin.
+        sizing: edge lengths; None for `Sizing()`.
+        time_limit_s: seconds after which meshing is given up.
 
     Raises:
         MeshingError: pytetwild is not installed, took longer than the limit, or failed.
@@ -132,15 +143,15 @@ def _run(surface: Surface, sizing: Sizing, time_limit_s: float) -> tuple[Array, 
         )
         command = [sys.executable, "-P", str(CHILD), str(source), str(target)]
         try:
-            # fTetWild leaves a file of its own in the folder it runs in.
+            # fTetWild leaves a file in its working folder.
             child = subprocess.run(
                 command, cwd=folder, capture_output=True, text=True, timeout=time_limit_s, check=False
             )
         except subprocess.TimeoutExpired as error:
             raise MeshingError(f"meshing: pytetwild took longer than {time_limit_s:g} s") from error
         if child.returncode or not target.exists():
-            said = (child.stderr.strip().splitlines() or ["it said nothing"])[-1]
-            raise MeshingError(f"meshing: pytetwild failed with exit status {child.returncode}: {said}")
+            reason = (child.stderr.strip().splitlines() or ["no message"])[-1]
+            raise MeshingError(f"meshing: pytetwild failed with exit status {child.returncode}: {reason}")
         with np.load(target) as mesh:
             vertices, cells = mesh["vertices"].astype(np.float64), mesh["cells"].astype(np.int64)
     if len(cells) == 0:
@@ -149,7 +160,7 @@ def _run(surface: Surface, sizing: Sizing, time_limit_s: float) -> tuple[Array, 
 
 
 def _background(surface: Surface, sizing: Sizing) -> tuple[Array, NDArray[np.int32], Array]:
-    """A grid around the surface, cut into tetrahedra, with the wanted edge length at its points."""
+    """Points, tetrahedra and target edge lengths at the points of a grid around the surface."""
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     margin = 0.05 * (high - low)
     axes = [
@@ -159,7 +170,7 @@ def _background(surface: Surface, sizing: Sizing) -> tuple[Array, NDArray[np.int
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(points)).reshape([cells + 1 for cells in BACKGROUND])
     tetrahedra = []
-    for order in permutations(range(3)):  # one tetrahedron for each way from corner to corner of a cell
+    for order in permutations(range(3)):  # one tetrahedron for each path along the edges of a cell
         corner, corners = np.zeros(3, dtype=int), []
         for axis in (None, *order):
             if axis is not None:
@@ -174,7 +185,7 @@ def _background(surface: Surface, sizing: Sizing) -> tuple[Array, NDArray[np.int
 
 
 def _put_back(surface: Surface, vertices: Array, cells: NDArray[np.int64]) -> Array:
-    """Vertices with those of the boundary on the surface again, where that turns no tetrahedron over."""
+    """Vertices with the boundary's projected onto the surface, where no tetrahedron is inverted thereby."""
     reach = SNAP * ENVELOPE * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     outside = np.unique(Tetrahedra(vertices, cells).boundary())
     moved = vertices.copy()
@@ -200,7 +211,7 @@ def _planes(surface: Surface) -> list[tuple[Array, float]]:
     areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     offsets = np.einsum("ij,ij->i", normals, a)
     scale = np.abs(surface.vertices).max()
-    names = np.round(np.column_stack((normals, offsets / scale)), 9) + 0.0  # no minus zero
-    planes, first, member = np.unique(names, axis=0, return_index=True, return_inverse=True)
+    rounded = np.round(np.column_stack((normals, offsets / scale)), 9) + 0.0  # no minus zero
+    planes, first, member = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
     area = np.bincount(member.ravel(), weights=areas, minlength=len(planes))
     return [(normals[i], float(offsets[i])) for i in first[area > PLANE_AREA * area.max()]]

@@ -1,4 +1,4 @@
-"""What quadratic tetrahedra contribute: stiffness, derivatives at points, forces of pixels' pressures."""
+"""Matrices of quadratic tetrahedra: stiffness, derivatives at points, nodal forces of pixels' pressures."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ def stiffness(basis: skfem.Basis, poisson_ratio: float) -> sp.csr_matrix:
     """(3 * nodes, 3 * nodes) stiffness at unit modulus, component by component.
 
     Args:
-        basis: of scalar elements: one matrix for each pair of derivatives takes a ninth of the memory that
-            vector elements take.
+        basis: of scalar elements, as one matrix for each pair of derivatives takes a ninth of the memory of
+            vector elements.
+        poisson_ratio: nu.
     """
     lam, mu = lame(1.0, poisson_ratio)
 
@@ -40,7 +41,7 @@ def stiffness(basis: skfem.Basis, poisson_ratio: float) -> sp.csr_matrix:
 
 
 def gradients_at(basis: skfem.Basis, points: Array) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]:
-    """For x, y and z the matrix (k, nodes) of the derivative at points (k, 3), zero at points outside."""
+    """Matrices (k, nodes) of the derivatives by x, y and z at points (k, 3), zero outside the mesh."""
     mesh = basis.mesh
     cell, _ = locate(mesh.p.T[mesh.t.T], points)
     inside = np.flatnonzero(cell >= 0)
@@ -63,13 +64,19 @@ def gradients_at(basis: skfem.Basis, points: Array) -> tuple[sp.csr_matrix, sp.c
 def pixel_forces(basis: skfem.Basis, face: NDArray[np.int64], samples: int, size_mm: float) -> sp.csr_matrix:
     """(nodes, n²) vertical forces per pressure: the integral of each node's function times each pixel's hat.
 
-    Every column is scaled to the pixel's area, so that forces add up and a rigid shift moves every pixel by
-    as much, whatever the quadrature leaves out at the kinks of the hats.
+    Every column is scaled to the pixel's area. Forces then add up, and a rigid shift moves every pixel by as
+    much, in spite of the quadrature's errors at the kinks of the hats.
+
+    Args:
+        basis: of scalar elements.
+        face: (k, 3) vertices of the triangles of the contact face.
+        samples: n.
+        size_mm: side of the touched square.
     """
     mesh = basis.mesh
     pitch = size_mm / samples
-    known = {tuple(corners): number for number, corners in enumerate(mesh.facets.T)}
-    facets = np.array([known[tuple(corners)] for corners in np.sort(face, axis=1)])
+    indices = {tuple(corners): index for index, corners in enumerate(mesh.facets.T)}
+    facets = np.array([indices[tuple(corners)] for corners in np.sort(face, axis=1)])
     corners = mesh.p[:2, mesh.facets[:, facets]]
     longest = max(np.linalg.norm(corners[:, i] - corners[:, i - 1], axis=0).max() for i in range(3))
     on_face = skfem.FacetBasis(
@@ -111,7 +118,7 @@ def _split_triangle(parts: int) -> tuple[Array, Array]:
 def _hats(places: Array, samples: int, size_mm: float) -> sp.csr_matrix:
     """(points, n²) weights of the pixels in a bilinear field at points (2, k) along rows and columns.
 
-    None beside the touched square.
+    Points outside the touched square have none.
     """
     position = np.clip((places + 0.5 * size_mm) * (samples / size_mm) - 0.5, 0.0, samples - 1.0)
     low = np.minimum(position.astype(np.intp), samples - 2)

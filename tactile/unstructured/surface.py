@@ -1,4 +1,4 @@
-"""Closed surfaces of soft skin: a flat block, a rounded fingertip, or any other triangle mesh.
+"""Surfaces of soft skin, closed: a flat block, a rounded fingertip, or any other triangle mesh.
 
 Axes are (x, y, z): x to the right and y to the top of the picture, from the middle of the touched square; z
 up from the lowest point of the skin (0) to its flat top, which is bonded to the bone.
@@ -17,14 +17,14 @@ from relief.errors import InputError
 Array = NDArray[np.float64]
 
 DOWNWARD = 0.3
-"""Faces whose outward unit normal has z below minus this may touch the texture; sides have 0."""
+"""Least downward component of the outward unit normal of faces that may touch the texture; sides have 0."""
 LEAST_RIM_MM = 0.15
-"""Thickness of skin that a fingertip keeps at its corners: less than that is no body to mesh."""
+"""Least thickness of skin at a fingertip's corners, mm: with less, no body is left to mesh."""
 CAP_STEP_MM = 0.25
-"""Side of the triangles of a cap: its chords lie at most 0.25² / (4 x 8) = 2 µm inside a radius of 8 mm."""
+"""Side of a cap's triangles, mm: their chords lie at most 0.25² / (4 x 8) = 2 µm inside a radius of 8 mm."""
 
 INSIDE = 1e-6
-"""A point counts as inside a simplex when no barycentric coordinate is below minus this."""
+"""Tolerance on barycentric coordinates: a point lies in a simplex if none is below minus this (rounding)."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Surface:
 
     Attributes:
         vertices: (n, 3) mm.
-        triangles: (m, 3) vertex numbers, counter-clockwise seen from outside.
+        triangles: (m, 3) vertex indices, counter-clockwise seen from outside.
 
     Raises:
         InputError: empty, not finite, a vertex number out of range, not closed, or inside out.
@@ -63,6 +63,7 @@ class Surface:
 
     @property
     def volume_mm3(self) -> float:
+        """Volume inside the surface."""
         a, b, c = (self.vertices[column] for column in self.triangles.T)
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
@@ -72,10 +73,10 @@ class Surface:
         return float(self.vertices[:, 2].max())
 
     def contact_face(self) -> NDArray[np.int64]:
-        """(k, 3) the triangles that look down.
+        """(k, 3) triangles that face downward.
 
         Raises:
-            InputError: there are none.
+            InputError: none does.
         """
         face = self.triangles[outward_normals(self.vertices, self.triangles)[:, 2] < -DOWNWARD]
         if len(face) == 0:
@@ -83,12 +84,12 @@ class Surface:
         return face
 
     def lower_height(self, x: Array, y: Array) -> Array:
-        """Height (mm) of the contact face over points; those beside it take its nearest vertex's."""
+        """Height (mm) of the contact face over points of any shape; beside it, of the nearest vertex."""
         return height_over(self.vertices, self.contact_face(), x, y)
 
 
 def outward_normals(vertices: Array, triangles: NDArray[np.integer]) -> Array:
-    """(m, 3) unit normals."""
+    """(m, 3) unit normals of triangles that are counter-clockwise seen from outside."""
     a, b, c = (vertices[column] for column in triangles.T)
     normals = np.cross(b - a, c - a)
     return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
@@ -110,20 +111,20 @@ def height_over(vertices: Array, triangles: NDArray[np.integer], x: Array, y: Ar
 
 
 def locate(corners: Array, points: Array) -> tuple[NDArray[np.intp], Array]:
-    """Which simplex each point lies in.
+    """Index and barycentric coordinates of the simplex that each point lies in.
 
     Args:
         corners: (m, d + 1, d) triangles (d = 2) or tetrahedra (d = 3).
         points: (k, d).
 
     Returns:
-        (k,) number of the simplex, -1 outside all; (k, d + 1) barycentric coordinates.
+        (k,) index of the simplex, -1 outside all; (k, d + 1) barycentric coordinates.
     """
     centre = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
     near = KDTree(points).query_ball_point(centre, reach * (1.0 + 1e-9))
-    simplex = np.repeat(np.arange(len(near)), [len(found) for found in near])
-    point = np.concatenate([np.asarray(found, dtype=np.intp) for found in near])
+    simplex = np.repeat(np.arange(len(near)), [len(points_near) for points_near in near])
+    point = np.concatenate([np.asarray(points_near, dtype=np.intp) for points_near in near])
     edges = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
     flat = np.abs(np.linalg.det(edges)) < 1e-14
     edges[flat] = np.inf  # nothing lies in a simplex without content
@@ -136,19 +137,19 @@ def locate(corners: Array, points: Array) -> tuple[NDArray[np.intp], Array]:
     order = np.lexsort((deepest, point))
     last = order[np.flatnonzero(np.diff(point[order], append=len(points)))]
     last = last[deepest[last] >= -INSIDE]
-    found, barycentric = np.full(len(points), -1), np.zeros((len(points), corners.shape[1]))
-    found[point[last]], barycentric[point[last]] = simplex[last], weights[last]
-    return found, barycentric
+    indices, barycentric = np.full(len(points), -1), np.zeros((len(points), corners.shape[1]))
+    indices[point[last]], barycentric[point[last]] = simplex[last], weights[last]
+    return indices, barycentric
 
 
 def block_surface(size_mm: float, thickness_mm: float) -> Surface:
-    """The flat soft block: `size_mm` a side, its top bonded."""
+    """Surface of the flat soft block, `size_mm` a side, whose top is bonded."""
     half = 0.5 * size_mm
     return _prism(np.array([-half, half]), np.zeros((2, 2)), thickness_mm)
 
 
 def fingertip_surface(size_mm: float, thickness_mm: float, radius_mm: float) -> Surface:
-    """A block whose lower face is a cap of a sphere that touches the plane z = 0 in the middle.
+    """Surface of a block whose lower face is a cap of a sphere that touches the plane z = 0 in the middle.
 
     Args:
         size_mm: side of the block.
@@ -173,7 +174,7 @@ def fingertip_surface(size_mm: float, thickness_mm: float, radius_mm: float) -> 
 
 
 def _prism(line: Array, bottom: Array, top: float) -> Surface:
-    """What lies between heights `bottom` (n, n) over a square grid and the plane z = top."""
+    """Surface of the body between heights `bottom` (n, n) over a square grid and the plane z = top."""
     n = line.size
     x, y = np.meshgrid(line, line, indexing="ij")
     lower, upper = (np.stack((x, y, np.broadcast_to(z, x.shape)), axis=-1) for z in (bottom, top))

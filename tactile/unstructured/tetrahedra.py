@@ -1,10 +1,11 @@
-"""Skin of any shape by quadratic tetrahedra: an independent check of the structured block, and other skins.
+"""Tetrahedra: skin of any shape as an operator on pressures, an independent check of the structured block.
 
-Linear elasticity with unit Young's modulus; the flat top is bonded to the bone, the sides are free. Pressure
-is vertical, per horizontal area, bilinear between the pixel centres and constant beyond the outermost, and
-applied by integration over the contact face; the displacement of a pixel is the mean that its pressure works
-on, so that the compliance is symmetric. Pressing a curved skin on a relief h is, in small-strain theory and
-with vertical pressure, pressing a flat one on h minus `rise_mm`, the skin's height over its lowest point.
+Elasticity is linear with unit Young's modulus; the flat top is bonded to the bone, the sides are free.
+Pressure is vertical, per horizontal area, bilinear between the pixel centres and constant beyond the
+outermost, and applied by integration over the contact face. The displacement of a pixel is the mean that the
+pixel's pressure works on, so that the compliance is symmetric. Pressing a curved skin on a relief h is, in
+small-strain theory and with vertical pressure, pressing a flat one on h minus `rise_mm`, the skin's height
+over its lowest point.
 
 Mesh axes are (x, y, z) as in `tactile.unstructured.surface`; strains have axes (row, column, depth) = (-y,
 x, z).
@@ -40,30 +41,31 @@ Array = NDArray[np.float64]
 Solve = Callable[[Array], Array]
 
 MOST_CONDENSED = 9000
-"""Pixels up to which the body is condensed onto them (0.65 GB); above, every product with the compliance is a
-solution of the whole body."""
+"""Largest number of pixels onto which the body is condensed (0.65 GB); with more, every product with the
+compliance is a solution of the whole body."""
 MESH_AXES = (1, 0, 2)
+"""Mesh axis (x, y, z) along which each of row, column, depth lies."""
 SIGNS = (-1.0, 1.0, 1.0)
-"""Which of x, y, z the axes row, column, depth lie along, and whether with or against it."""
+"""Direction of row, column, depth along the mesh axis."""
 
 
 @dataclass(frozen=True)
 class TetrahedralOperator:
     """Normal displacement and strain at depth of a meshed skin under pressures on an n x n grid.
 
-    Pressures have shape (..., n, n) and are in units of Young's modulus. Same use as
-    `tactile.elastic_layer.ElasticLayerOperator`, without gradients of the strain.
+    A `tactile.model.SkinOperator` without gradients of the strain. Pressures have shape (..., n, n) and are
+    in units of Young's modulus.
 
     Attributes:
         samples: n.
         size_mm: side of the touched square.
         rise_mm: (n, n) height of the skin above its lowest point at the pixel centres.
-        unknowns: displacements that the elements solve for.
+        unknowns: number of displacements that the elements solve for.
         forces: (face, n²) vertical forces on the nodes of the contact face per pressure.
-        work: from pressures (n², m) to what each pixel's pressure works on: displacement times area.
+        work: from pressures (n², m) to each pixel's mean displacement times area.
         solution: all displacements (3 * nodes, m), component by component, under pressures (n², m).
         gradient: for x, y and z, (n², nodes): derivative at the receptors of a nodal field.
-        symbol: (n, n) compliance per cosine mode of a flat layer: the preconditioner, nothing else.
+        symbol: (n, n) compliance per cosine mode of a flat layer, for the preconditioner only.
     """
 
     samples: int
@@ -76,8 +78,13 @@ class TetrahedralOperator:
     gradient: tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]
     symbol: Array
 
+    def __repr__(self) -> str:
+        grid = f"{self.samples} x {self.samples} samples of {self.size_mm:g} mm"
+        return f"TetrahedralOperator({grid}, {self.unknowns} unknowns)"
+
     @property
     def pixel_area_mm2(self) -> float:
+        """Area of a pixel."""
         return (self.size_mm / self.samples) ** 2
 
     def displacement(self, pressure: Tensor) -> Tensor:
@@ -93,7 +100,7 @@ class TetrahedralOperator:
     def strain(self, pressure: Tensor) -> Tensor:
         """Strain at receptor depth: (..., 6, n, n), components as in `tactile.strain.STRAIN_COMPONENTS`.
 
-        Zero where the receptors' depth lies above the bonded face.
+        The strain is zero where the receptors' depth lies above the bonded face.
         """
         moved = self.solution(self._columns(pressure))
         fields = moved.reshape(3, -1, moved.shape[1])
@@ -112,7 +119,7 @@ class TetrahedralOperator:
 
 
 def tetrahedral_operator(skin: Skin, mesh: Tetrahedra, samples: int, size_mm: float) -> TetrahedralOperator:
-    """The operator of a meshed skin; factorised here, kept by nobody.
+    """Assemble and factorise the operator of a meshed skin. The result is not cached.
 
     Args:
         skin: Poisson's ratio and the receptor depth matter here, and the thickness to the preconditioner.
@@ -171,16 +178,16 @@ def press_tetrahedra(
     sizing: Sizing | None = None,
     operator: TetrahedralOperator | None = None,
 ) -> Touch:
-    """Press a skin of any shape on reliefs; as `tactile.press`, in double precision and without gradients.
+    """Press a skin of any shape on reliefs, like `tactile.press`, in double precision without gradients.
 
-    Strain is relative to the same skin's on a flat plate. The approach is counted from where the skin's
-    lowest point would first touch the plane z = 0.
+    Strain is relative to that of the same skin on a flat plate. The approach is counted from the first touch
+    of the skin's lowest point with the plane z = 0.
 
     Args:
         heights: (..., n, n) mm, float64.
         surface: of the skin, its lowest point at z = 0; see `tactile.unstructured.surface`.
         sizing: of the mesh; by default its facets are as wide as the pixels.
-        operator: that of this skin, surface, size and sampling, if it is at hand.
+        operator: of the same skin, surface, size and sampling; None: the operator is built here.
 
     Raises:
         InputError: heights of another shape or type, or not finite; see also `tetrahedral_operator`.
@@ -215,12 +222,14 @@ def _centres(samples: int, size_mm: float) -> tuple[Array, Array]:
 def _body(
     matrix: sp.csr_matrix, free: NDArray[np.intp], face: NDArray[np.intp], size: int, forces: sp.csr_matrix
 ) -> tuple[Solve, Solve]:
-    """Both functions of `TetrahedralOperator`, but for the pixels' area.
+    """The maps `work` and `solution` of `TetrahedralOperator`.
 
     Args:
         matrix: stiffness of the free unknowns.
-        free: their numbers among `size` displacements.
-        face: numbers, among the free ones, of those that `forces` (face, n²) acts on.
+        free: indices of the free unknowns among all displacements.
+        face: indices, among the free ones, of the unknowns that `forces` acts on.
+        size: number of all displacements.
+        forces: (face, n²) per pressure.
     """
     place = forces.tocoo()
     loads = sp.csr_matrix((place.data, (face[place.row], place.col)), shape=(free.size, forces.shape[1]))

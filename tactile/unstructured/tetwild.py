@@ -1,7 +1,7 @@
-"""The child process that meshes: pytetwild can crash or never return, and must take nobody along.
+"""Child process that meshes, because pytetwild can crash or never return.
 
-Run as `python tetwild.py IN.npz OUT.npz`; it stands alone so that the child loads neither torch nor this
-package. The arrays of IN are arguments of `pytetwild.tetrahedralize` by name.
+The child runs as `python tetwild.py IN.npz OUT.npz`, and imports neither torch nor this package. The arrays
+of IN are arguments of `pytetwild.tetrahedralize` by name.
 """
 
 import os
@@ -12,8 +12,8 @@ from pytetwild import tetrahedralize
 
 
 def main(source: str, target: str) -> None:
-    with np.load(source) as given:
-        arguments = {name: given[name] if given[name].ndim else given[name].item() for name in given.files}
+    with np.load(source) as file:
+        arguments = {name: file[name] if file[name].ndim else file[name].item() for name in file.files}
     vertices, cells = tetrahedralize(**arguments)
     np.savez(target + ".part.npz", vertices=vertices, cells=cells)
     os.replace(target + ".part.npz", target)

@@ -12,10 +12,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tactile.cosine_layer import Parity
-from tactile.pixel_block import PixelBlock, _strain_at_depth
 from tactile.skin import lame
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS
+from tactile.structured.pixel_block import PixelBlock, _strain_at_depth
 
 Array = NDArray[np.float64]
 Axes = tuple[Array, Array, Array]
@@ -107,7 +107,7 @@ def errors(block: PixelBlock, parity: Parity, field: Field, stiffness: sp.spmatr
     """Relative L2 errors of the displacement in the quarter and of the strain at the receptors.
 
     Args:
-        stiffness: of the quarter, as from `tactile.pixel_block.folded_stiffness`.
+        stiffness: of the quarter, as from `tactile.structured.pixel_block.folded_stiffness`.
     """
     solution = factorised(stiffness)(_forces(block, parity, field))
     places, weights = zip(*(_quadrature(e) for e in _elements(block)), strict=True)

@@ -7,7 +7,7 @@ import pytest
 
 from tactile.condensation import condensed
 from tactile.cosine_layer import Parity
-from tactile.pixel_block import PixelBlock, folded_stiffness
+from tactile.structured.pixel_block import PixelBlock, folded_stiffness
 from tests.physics.manufactured_block import compressible, errors, isochoric
 from tests.tactile.whole_block import PARITY_NAMES, mirrored, whole_stiffness
 

@@ -4,11 +4,11 @@ import pytest
 import torch
 
 from tactile import Skin, roughness
-from tactile.block import Sides, depth_levels, quarter_responses
 from tactile.contact import solve_contact
 from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS, smallest_eigenvalue
+from tactile.structured.block import Sides, depth_levels, quarter_responses
 from tests.tactile.reliefs import EIGHT, SIZE, centres, moved, waves
 from tests.taylor import dot_test
 

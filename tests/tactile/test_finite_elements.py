@@ -16,10 +16,10 @@ from tactile.finite_elements import (
     finite_element_operator,
     graded_levels,
 )
-from tactile.pixel_block import PixelBlock, face_response
-from tactile.pixel_layer import discrete_layer
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS, smallest_eigenvalue
+from tactile.structured.pixel_block import PixelBlock, face_response
+from tactile.structured.pixel_layer import discrete_layer
 from tests.tactile.reliefs import EIGHT, SIZE, bumps, grating, moved, waves
 from tests.tactile.whole_block import whole_basis, whole_stiffness
 from tests.taylor import dot_test, gradient, slope_error

@@ -9,6 +9,7 @@ import torch
 from tactile import InputError, Skin, press, roughness, touch_model
 from tactile.contact import solve_contact
 from tactile.elastic_layer import elastic_layer_operator
+from tactile.model import ModelName
 from tactile.strain import smallest_eigenvalue
 from tests.tactile.reliefs import SIZE, bumps, grating, waves
 
@@ -142,3 +143,24 @@ def test_a_bad_skin_is_refused_in_one_line(field: str, value: float) -> None:
     message = str(caught.value)
     assert message.startswith(f"skin.{field}:")
     assert "\n" not in message
+
+
+@pytest.mark.parametrize("model", ["layer", "quick", "fem"])
+def test_every_model_honours_the_thickness_and_depth_of_the_skin(model: ModelName) -> None:
+    relief, thin = bumps(32), Skin(thickness_mm=1.8, depth_mm=0.5)
+    usual, touch = (press(relief, skin=skin, model=model, mesh=32) for skin in (Skin(), thin))
+    assert touch.approach < 0.9 * usual.approach
+    assert float(roughness(touch.strain)) > 1.1 * float(roughness(usual.strain))
+    layer = press(relief, skin=thin)
+    torch.testing.assert_close(touch.approach, layer.approach, rtol=0.01, atol=0.0)
+    torch.testing.assert_close(roughness(touch.strain), roughness(layer.strain), rtol=0.05, atol=0.0)
+
+
+@pytest.mark.parametrize("shape", [(16, 16), (2, 16, 16)])
+def test_results_and_models_are_shown_in_one_line(shape: tuple[int, ...]) -> None:
+    touch = press(torch.zeros(shape, dtype=torch.float64).requires_grad_())
+    assert repr(touch).startswith(f"Touch({' x '.join(map(str, shape))} samples, 100 % in contact")
+    for model in ("layer", "quick", "fem"):
+        shown = touch_model(Skin(), 16, SIZE, torch.float32, model, 16)
+        for thing in (touch, shown, shown.operator, shown.solve if model == "quick" else None):
+            assert "tensor" not in repr(thing) and "\n" not in repr(thing) and len(repr(thing)) < 250

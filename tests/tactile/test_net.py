@@ -214,3 +214,14 @@ def test_the_shipped_net_stays_within_its_errors_of_the_layer() -> None:
             lambda t: tactile.contact_area(t.gap, SIZE),
         ):
             assert float(measure(touch)) == pytest.approx(float(measure(layer)), rel=0.05)
+
+
+@shipped
+def test_the_shipped_net_honours_the_depth_and_refuses_another_thickness() -> None:
+    relief, deep = waves(128, 0.5).float(), Skin(depth_mm=1.0)
+    touch, layer = tactile.press(relief, skin=deep, model="net"), tactile.press(relief, skin=deep)
+    assert float(tactile.roughness(touch.strain)) == pytest.approx(
+        float(tactile.roughness(layer.strain)), rel=0.05
+    )
+    with pytest.raises(tactile.InputError, match=r"thickness_mm 2\.5, not 3"):
+        tactile.press(relief, skin=Skin(thickness_mm=3.0), model="net")

@@ -7,10 +7,10 @@ import scipy.sparse as sp
 import skfem
 from skfem.helpers import ddot, div, sym_grad
 
-from tactile.block import CENTRE
 from tactile.cosine_layer import PARITIES, Parity
-from tactile.pixel_block import PixelBlock
 from tactile.skin import lame
+from tactile.structured.block import CENTRE
+from tactile.structured.pixel_block import PixelBlock
 
 Volumetric = Literal["one point", "eight points"]
 """Quadrature of the volumetric part of a hexahedron: at one point it does not lock, at eight it does."""

@@ -1,11 +1,12 @@
-"""Finite elements for the skin block with a node of the contact face at every pixel centre.
+"""Hexahedra with a node of the contact face at every pixel centre, for `tactile.finite_elements`.
 
-Hexahedra with selective reduced integration, as in `tactile.block`. On a tensor grid their stiffness is a sum
-of Kronecker products of matrices along one axis, so no element is ever visited. Pixels are centred half a
-pitch off the mirror planes, so an element straddles each of them; a load that is even or odd there makes its
-far node plus or minus its near one, and a quarter of the block with a ghost node folded back is the block.
+Integration is selectively reduced, as in `tactile.structured.block`. On a tensor grid the stiffness is a sum
+of Kronecker products of matrices along one axis, so there is no loop over elements. Pixels are centred half a
+pitch off the mirror planes, so an element straddles each plane. Under a load that is even or odd about the
+plane, the element's far node moves like plus or minus its near node; the far node is a ghost that is folded
+back, and a quarter of the block stands for the whole.
 
-Axes are (row, column, depth) as in `tactile.block`. Unit Young's modulus throughout.
+Axes are (row, column, depth) as in `tactile.structured.block`. Young's modulus is 1 throughout.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PixelBlock:
-    """The mesh: `half` pixels a side of the quarter, and the nodes' depths.
+    """Mesh of a quarter of the block.
 
     Attributes:
         half_mm: half the side of the block.
@@ -46,6 +47,7 @@ class PixelBlock:
 
     @property
     def pitch_mm(self) -> float:
+        """Side of a pixel."""
         return self.half_mm / self.half
 
     @property
@@ -55,13 +57,13 @@ class PixelBlock:
 
     @property
     def unknowns(self) -> int:
-        """Of a quarter."""
+        """Number of the quarter's free displacements."""
         return 3 * (self.half + 1) ** 2 * (len(self.levels) - 1)
 
 
 @dataclass(frozen=True)
 class FaceResponse:
-    """What one parity block answers to normal forces on the pixels of its quarter of the contact face.
+    """Response of one parity block to normal forces on the pixels of its quarter of the contact face.
 
     Attributes:
         compliance: (half², half²) normal displacement of each pixel, mm/N at E = 1 MPa; pixels row-major,
@@ -77,9 +79,10 @@ def face_response(block: PixelBlock, parity: Parity, loads: Array, *, portable: 
     """Condense one parity block onto the contact face.
 
     Args:
+        block: the mesh.
         parity: whether the forces are odd in (row, column).
-        loads: (half², loads) forces (N) on the pixels of the quarter for which strains are wanted.
-        portable: do without Pardiso.
+        loads: (half², loads) forces (N) on the pixels of the quarter, one set for each column of strains.
+        portable: use SuperLU even where Pardiso is installed.
     """
     matrix = folded_stiffness(block, parity)
     face = np.arange((block.half + 1) ** 2) * (len(block.levels) - 1)
@@ -92,7 +95,7 @@ def face_response(block: PixelBlock, parity: Parity, loads: Array, *, portable: 
 
 
 def folded_stiffness(block: PixelBlock, parity: Parity) -> sp.csr_matrix:
-    """Stiffness of a quarter: unknowns are (component, row, column, depth), the bonded level left out."""
+    """Stiffness of a quarter; its unknowns are (component, row, column, depth) without the bonded level."""
     lam, mu = lame(1.0, block.poisson_ratio)
     # A straddling element belongs to either side in equal parts.
     weights = np.ones(block.half + 1)
@@ -108,7 +111,7 @@ def folded_stiffness(block: PixelBlock, parity: Parity) -> sp.csr_matrix:
         return sp.csr_matrix(left.T @ plane[kind] @ right)
 
     def integral(test: int, by_test: int, trial: int, by_trial: int, mass: str) -> sp.csr_matrix:
-        """Of d(test component)/d(by_test) times d(trial component)/d(by_trial)."""
+        """Integral of d(test component)/d(by_test) times d(trial component)/d(by_trial)."""
         kinds = [
             {(True, True): "slopes", (True, False): "slope_value", (False, True): "value_slope"}.get(
                 (axis == by_test, axis == by_trial), mass
@@ -150,9 +153,14 @@ def _fold(half: int, odd: bool) -> sp.csr_matrix:
 
 
 def matrices_along(nodes: Array, weights: Array) -> dict[str, sp.csr_matrix]:
-    """One-dimensional integrals of linear hats and their slopes, per element times its weight.
+    """One-dimensional integrals of linear hats and their slopes, by name.
 
-    "mass" is exact, "centre" by the value at the middle of each element (the others are the same either way).
+    "mass" is exact, "centre" takes the value at the middle of each element; "slopes", "slope_value" and
+    "value_slope" are the same by either rule.
+
+    Args:
+        nodes: (k,) ascending positions, mm.
+        weights: (k - 1,) factor of each element's contribution.
     """
     length = np.diff(nodes)
     locals_ = {
@@ -177,8 +185,8 @@ def matrices_along(nodes: Array, weights: Array) -> dict[str, sp.csr_matrix]:
 def _force_of_pixels(block: PixelBlock) -> sp.csr_matrix:
     """((half + 1)², half²): the nodes' shares of the pixels' forces.
 
-    A pixel's force stands at its centre; at the rim a quarter of it stands at the side, as uniform pressure
-    would have it.
+    A pixel's force acts at the pixel's centre; of a pixel at the rim, a quarter of the force acts at the
+    side, as under uniform pressure.
     """
     line = sp.lil_matrix((block.half + 1, block.half))
     line[np.arange(block.half), np.arange(block.half)] = 1.0
@@ -191,7 +199,7 @@ def _strain_at_depth(block: PixelBlock, parity: Parity, solution: Array) -> Arra
     """(6, half², loads) from nodal displacements (unknowns, loads)."""
     side = block.half + 1
     field = solution.reshape(3, side, side, len(block.levels) - 1, -1)
-    # The bonded level does not move: leaving its column out is setting it to zero.
+    # The bonded level does not move, so its column is left out.
     value, slope = (
         lagrange(block.levels, np.array([block.depth_mm]), derivative)[0, :-1] for derivative in (False, True)
     )

@@ -1,13 +1,12 @@
-"""Finite elements for the skin block: its response to normal forces on the contact face.
+"""Hexahedra for the coarse mesh of `tactile.elastic_layer`: the block's response to normal forces.
 
-The block does not depend on the texture, so its response is computed once. Its two mirror planes split it
-into four parity blocks, each a quarter of the block with its own conditions on the mirror planes: a load even
-in x leaves u_x = 0 on the plane x = 0, an odd one leaves u_y = u_z = 0. Hexahedra with selective reduced
-integration: the volumetric part at one point, the rest at eight, because plain trilinear elements lock at
-nu = 0.48.
+The block does not depend on the texture, so the response is computed once. Two mirror planes split the block
+into four parity blocks, each a quarter with its own conditions on the mirror planes: a load even in x leaves
+u_x = 0 on the plane x = 0, an odd one leaves u_y = u_z = 0. Integration is selectively reduced: the
+volumetric part at one point, the rest at eight, because plain trilinear elements lock at nu = 0.48.
 
-Axes are (row, column, depth); depth runs from the contact face (0) to the bonded face.
-Unit Young's modulus throughout.
+Axes are (row, column, depth); depth runs from the contact face (0) to the bonded face. Young's modulus is 1
+throughout.
 """
 
 from __future__ import annotations
@@ -28,6 +27,7 @@ from tactile.strain import STRAIN_COMPONENTS
 
 Array = NDArray[np.float64]
 Sides = Literal["free", "sliding"]
+"""Condition on the four sides: no traction, or neither normal displacement nor shear."""
 
 CENTRE = (np.full((3, 1), 0.5), np.ones(1))
 """Points and weights of the quadrature with one point at the centre of a hexahedron."""
@@ -48,16 +48,18 @@ class QuarterResponse:
 
 
 def depth_levels(depth_mm: float, thickness_mm: float, coarsest_mm: float) -> Array:
-    """Node depths such that the receptor depth lies at the centre of a layer of elements.
+    """Node depths, from 0 to the thickness, with the receptors at the centre of a layer of elements.
 
     Args:
-        coarsest_mm: no layer is thicker than this.
+        depth_mm: receptor depth.
+        thickness_mm: of the block.
+        coarsest_mm: greatest thickness of a layer.
     """
     above = int(np.ceil(depth_mm / coarsest_mm - 0.5))
     fine = depth_mm / (above + 0.5)
     top = fine * np.arange(above + 2)
     top = top[top < thickness_mm - 0.25 * fine]
-    if len(top) < above + 2:  # the receptors lie next to the bone: an odd number of layers around them
+    if len(top) < above + 2:  # receptors next to the bone have an odd number of layers around them
         around = 1
         while (layer := 2.0 * (thickness_mm - depth_mm) / around) > min(coarsest_mm, 1.9 * depth_mm):
             around += 2
@@ -82,6 +84,9 @@ def quarter_responses(
         depth_mm: receptor depth; must be the centre of a layer of elements.
         poisson_ratio: nu.
         sides: "free" (no traction) or "sliding" (no normal displacement, no shear).
+
+    Raises:
+        ValueError: no layer of elements is centred at the receptor depth.
     """
     line = np.linspace(0.0, half_mm, quarter + 1)
     mesh = skfem.MeshHex.init_tensor(line, line, levels)
@@ -132,14 +137,14 @@ def _stiffness(mesh: skfem.MeshHex, poisson_ratio: float) -> sp.csr_matrix:
         return 2.0 * mu * ddot(sym_grad(u), sym_grad(v))
 
     element = skfem.ElementVector(skfem.ElementHex1())
-    # Asked for order 1, scikit-fem takes eight points as well: the one point is given by hand.
+    # With intorder=1 scikit-fem takes eight points as well, so the one point is written out.
     one_point = skfem.Basis(mesh, element, quadrature=CENTRE)
     eight_points = skfem.Basis(mesh, element, intorder=3)
     return sp.csr_matrix(volumetric.assemble(one_point) + shear.assemble(eight_points))
 
 
 def _strain_at_depth(basis: skfem.Basis, depth_mm: float) -> sp.csr_matrix:
-    """(6 * elements, unknowns): strains at the centres of the elements centred at the receptor depth."""
+    """(6 * elements, unknowns): strains at the centres of the elements at the receptor depth."""
     mesh = basis.mesh
     centres = mesh.p[:, mesh.t].mean(axis=1)
     here = np.flatnonzero(np.isclose(centres[2], depth_mm))

@@ -1,8 +1,8 @@
-"""What the elements of `tactile.pixel_block` make of a layer with sliding sides, mode by mode.
+"""Discrete layer: the elements of `tactile.structured.pixel_block` with sliding sides, solved mode by mode.
 
-With sides that slide, the mesh is its own mirror image for ever, cosines at the pixel centres are its modes,
-and each needs only a small system along the depth. The exact layer (`tactile.layer_response`) minus this one
-is the discretisation error of the elements where it is largest: under the shortest waves.
+Between sliding sides, which act as mirrors, cosines at the pixel centres are the modes of the mesh, and each
+mode needs only a small system along the depth. The exact layer (`tactile.layer_response`) minus the discrete
+one is the discretisation error of the elements under the shortest waves, where the error is largest.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactile.interpolation import lagrange
-from tactile.pixel_block import PixelBlock, matrices_along
 from tactile.skin import lame
+from tactile.structured.pixel_block import PixelBlock, matrices_along
 
 Array = NDArray[np.float64]
 
 CHUNK = 512
-"""Modes solved at a time."""
+"""Modes solved at a time: bounds the memory of their systems (45 x 45 numbers each) to about 10 MB."""
 
 
 @dataclass(frozen=True)
 class DiscreteLayer:
-    """Response of the elements per unit pressure in each of the n² cosine modes, at E = 1 MPa.
+    """Response of the elements to unit pressure in each of the n² cosine modes, at E = 1 MPa.
 
     Attributes:
         surface: (n, n) normal displacement of the face, mm.
@@ -40,6 +40,9 @@ def discrete_layer(block: PixelBlock) -> DiscreteLayer:
 
     Displacements are U sin cos (row), V cos sin (column), W cos cos (depth) in the plane, piecewise linear
     along the depth.
+
+    Args:
+        block: the mesh; of its quarter only the number of pixels and their pitch matter.
     """
     n = 2 * block.half
     row, column = (
@@ -64,7 +67,7 @@ def _modes(block: PixelBlock, row: Array, column: Array) -> tuple[Array, Array]:
     value, slope = (lagrange(block.levels, place, derivative)[0, :-1] for derivative in (False, True))
     at_depth, with_depth = field @ value, field @ slope
     u, v, w = at_depth.T
-    # The symbol of the five-point difference that `tactile.pixel_block` reads strains with.
+    # Symbol of the five-point difference by which `tactile.structured.pixel_block` reads strains.
     by_row, by_column = ((8.0 * np.sin(t) - np.sin(2.0 * t)) / (6.0 * pitch) for t in (row, column))
     strain = np.stack(
         (
@@ -117,7 +120,7 @@ def _stiffness(block: PixelBlock, phases: tuple[Array, Array]) -> Array:
             if c == d:
                 matrix[:, c, :, c] += mu * sum(integral(c, a, c, a, "mass") for a in range(3))
     for axis in (0, 1):
-        # A sine of phase zero is no mode: held at zero, the system stays regular.
+        # A sine of phase zero is no mode; its unknowns are held at zero, and the system stays regular.
         still = np.flatnonzero(np.sin(phases[axis]) == 0.0)
         matrix[still, axis] = 0.0
         matrix[still, :, :, axis] = 0.0

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import skfem
 
-from tactile.block import Sides, _stiffness, _strain_at_depth, depth_levels, quarter_responses
 from tactile.cosine_layer import PARITIES
 from tactile.skin import lame
 from tactile.sparse import factorised, has_pardiso
 from tactile.strain import STRAIN_COMPONENTS
+from tactile.structured.block import Sides, _stiffness, _strain_at_depth, depth_levels, quarter_responses
 
 HALF, THICKNESS, DEPTH, NU, QUARTER = 5.0, 2.5, 0.75, 0.48, 3
 LEVELS = depth_levels(DEPTH, THICKNESS, 0.5)

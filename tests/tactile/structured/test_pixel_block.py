@@ -8,15 +8,15 @@ import scipy.sparse.linalg as spla
 import skfem
 
 from tactile.cosine_layer import PARITIES, Parity
-from tactile.pixel_block import (
+from tactile.skin import lame
+from tactile.strain import STRAIN_COMPONENTS
+from tactile.structured.pixel_block import (
     PixelBlock,
     _force_of_pixels,
     _strain_at_depth,
     face_response,
     folded_stiffness,
 )
-from tactile.skin import lame
-from tactile.strain import STRAIN_COMPONENTS
 from tests.tactile.whole_block import PARITY_NAMES, mirrored, whole_basis, whole_stiffness
 
 THICKNESS = 2.5
