@@ -150,7 +150,7 @@ def _run(surface: Surface, sizing: Sizing, time_limit_s: float) -> tuple[Array, 
         except subprocess.TimeoutExpired as error:
             raise MeshingError(f"meshing: pytetwild took longer than {time_limit_s:g} s") from error
         if child.returncode or not target.exists():
-            reason = (child.stderr.strip().splitlines() or ["no message"])[-1]
+            reason = (child.stderr.strip().splitlines() or ["it said nothing"])[-1]
             raise MeshingError(f"meshing: pytetwild failed with exit status {child.returncode}: {reason}")
         with np.load(target) as mesh:
             vertices, cells = mesh["vertices"].astype(np.float64), mesh["cells"].astype(np.int64)
