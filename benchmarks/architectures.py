@@ -153,7 +153,7 @@ class WithoutHorizons(LookLoss):
 class LightTask(LookLoss):
     """A picture under one parallel light, its direction given: what unshadowed radiance is to be times."""
 
-    def loss(self, net: nn.Module, examples: Examples) -> Tensor:
+    def __call__(self, net: nn.Module, examples: Examples) -> Tensor:
         """In parts of what the picture would be without shadows: nearly black ones must not decide."""
         part = examples["picture"].mean((-2, -1)) / examples["bare"].mean((-2, -1))
         scaled = self._difference(net, examples) * part[:, None, None]

@@ -1,4 +1,4 @@
-"""`retouch dataset`: fields to train nets on."""
+"""`retouch dataset`: data sets for the training of nets."""
 
 import argparse
 import math
@@ -16,21 +16,21 @@ from optimize.commands.options import seed, whole_number
 if TYPE_CHECKING:
     from optimize.training.dataset import ShardResult
 
-WHOLE = 0
-WITH_FAILURES = 1
+COMPLETE, WITH_FAILURES = 0, 1
+"""Exit statuses: every texture has its fields, or some have none."""
 MOST_TEXTURES = 10_000_000
 LEAST_SAMPLES, MOST_SAMPLES = 36, 4096
 MOST_DIRECTIONS = 64
 MOST_WORKERS = 1024
 FAILURES = "failures.jsonl"
 MOST_SHOWN = 5
-"""Failures that are printed; the file lists all."""
+"""Most failures that are printed; failures.jsonl lists all."""
 
-HELP = "make fields to train the learned models on"
+HELP = "make a data set to train the learned models on"
 DESCRIPTION = """\
-Draws a corpus of textures and computes for each what touch and sight make of it: strain, gap, roughness and
-contact area by finite elements or the elastic layer; pictures under parallel lights, each alone, and under
-ambient light. Written shard by shard into DIR: interrupted or killed, the same command goes on where it was.
+Draws a corpus of textures and computes for each how it feels (strain, gap, roughness and contact area, by
+finite elements or the elastic layer) and how it looks (pictures under single parallel lights and under
+ambient light). The files appear in DIR one by one; after an interruption the same command continues.
 """
 EPILOG = """\
 examples:
@@ -38,7 +38,7 @@ examples:
   retouch dataset -o data --count 6300 --textures ~/materials --optimised runs/optimised
   retouch dataset -o data --count 100000 --touch layer --lights studio --dask tcp://10.0.0.1:8786
 
-The format is told in docs/learned.md.
+docs/learned.md describes the format.
 
 exit status: 0 if every texture has its fields; 1 if some have none, which failures.jsonl lists.
 """
@@ -46,7 +46,12 @@ exit status: 0 if every texture has its fields; 1 if some have none, which failu
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "-o", dest="out", type=Path, required=True, metavar="DIR", help="the data set, new or begun"
+        "-o",
+        dest="out",
+        type=Path,
+        required=True,
+        metavar="DIR",
+        help="folder of the data set, new or unfinished",
     )
     parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
     textures = parser.add_argument_group("the textures")
@@ -55,19 +60,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=whole_number(1, MOST_TEXTURES),
         required=True,
         metavar="N",
-        help="how many to draw",
+        help="number of textures to draw",
     )
-    textures.add_argument("--seed", type=seed, default=0, metavar="S", help="of the corpus (default: 0)")
+    textures.add_argument("--seed", type=seed, default=0, metavar="S", help="seed of the corpus (default: 0)")
     textures.add_argument(
         "--textures",
         type=Path,
         action="append",
         default=[],
         metavar="FOLDER",
-        help="height maps to cut textures from, beside scikit-image's; may be given several times",
+        help="further height maps to cut textures from, beside scikit-image's photographs; repeatable",
     )
     textures.add_argument(
-        "--optimised", type=Path, metavar="FOLDER", help="optimised textures with their manifest, to add"
+        "--optimised",
+        type=Path,
+        metavar="FOLDER",
+        help="folder of optimised textures, with their manifest, to add",
     )
     fields = parser.add_argument_group("the fields")
     fields.add_argument(
@@ -80,13 +88,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--lights",
         choices=("random", "studio", "none"),
         default="random",
-        help="random, elevation 10 to 80 degrees (default); studio, its three; none, no pictures",
+        help="random, elevation 10 to 80 degrees (default); studio, its three lights; none, no pictures",
     )
     fields.add_argument(
         "--directions",
         type=whole_number(1, MOST_DIRECTIONS),
         metavar="K",
-        help="random lights of each texture (default: 8)",
+        help="number of random lights of each texture (default: 8)",
     )
     fields.add_argument(
         "--samples",
@@ -100,12 +108,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--workers",
         type=whole_number(1, MOST_WORKERS),
         metavar="N",
-        help="processes, of one thread each (default: one for each core)",
+        help="number of processes, of one thread each (default: one for each core)",
     )
     work.add_argument(
         "--dask",
         metavar="ADDRESS",
-        help='scheduler of a Dask cluster, or "local" for a cluster of --workers here',
+        help='address of the scheduler of a Dask cluster, or "local" for a cluster of --workers here',
     )
 
 
@@ -114,21 +122,21 @@ def run(arguments: argparse.Namespace) -> int:
     from relief.errors import InputError
 
     if arguments.lights != "random" and arguments.directions is not None:
-        raise InputError(f"--directions: --lights {arguments.lights} leaves no choice")
+        raise InputError(f"--directions: --lights {arguments.lights} fixes the directions")
     if arguments.touch == arguments.lights == "none":
         raise InputError("--touch none --lights none: no field is left to compute")
-    from optimize.training.dataset import DIRECTIONS, make, plan
+    from optimize.training.dataset import DIRECTIONS, make_dataset, plan_dataset
     from optimize.training.workers import run_here, run_on_dask
     from relief.heightmap import load_field
     from surrogate.corpus.photographs import bundled, folder
 
-    sources = bundled()
+    photographs = bundled()
     for path in arguments.textures:
-        sources += folder(path, load_field)
-    wanted = plan(
+        photographs += folder(path, load_field)
+    plan = plan_dataset(
         arguments.seed,
         arguments.count,
-        sources,
+        photographs,
         optimised=arguments.optimised,
         touch=arguments.touch,
         lights=arguments.lights,
@@ -141,51 +149,51 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.dask is None
         else partial(run_on_dask, address=arguments.dask, workers=workers)
     )
-    with _silent() if arguments.quiet else _shown(wanted.request.total) as told:
-        failures = make(wanted, arguments.out, runner, told)
+    with _no_progress() if arguments.quiet else _progress(plan.request.total) as observer:
+        failures = make_dataset(plan, arguments.out, runner, observer)
     if not arguments.quiet:
-        there = wanted.request.total - len(failures)
-        print(f"{arguments.out}: {there} textures with their fields, {len(failures)} without")
+        complete = plan.request.total - len(failures)
+        print(f"{arguments.out}: {complete} textures with their fields, {len(failures)} without")
     for failure in failures[:MOST_SHOWN]:
         print(f"texture {failure.index} ({failure.source}): {failure.reason}", file=sys.stderr)
     if len(failures) > MOST_SHOWN:
         print(f"... the others are listed in {arguments.out / FAILURES}", file=sys.stderr)
-    return WITH_FAILURES if failures else WHOLE
+    return WITH_FAILURES if failures else COMPLETE
 
 
 def _cores() -> int:
-    """Cores that this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager
-def _silent() -> Iterator[Callable[["ShardResult"], None]]:
-    yield lambda made: None
+def _no_progress() -> Iterator[Callable[["ShardResult"], None]]:
+    yield lambda result: None
 
 
 @contextmanager
-def _shown(total: int) -> Iterator[Callable[["ShardResult"], None]]:
-    """A moving bar on a terminal, a line a shard in a file or pipe."""
+def _progress(total: int) -> Iterator[Callable[["ShardResult"], None]]:
+    """Show a progress bar on a terminal, or print a line for each shard into a file or pipe."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     console = Console(highlight=False, stderr=True)
     if not console.is_terminal:
-        yield _lines(total, console.print)
+        yield _progress_lines(total, console.print)
         return
     columns = TextColumn("textures"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
     with Progress(*columns, console=console) as progress:
         bar = progress.add_task("textures", total=total)
-        yield lambda made: progress.advance(bar, made.textures)
+        yield lambda result: progress.advance(bar, result.textures)
 
 
-def _lines(total: int, show: Callable[[str], None]) -> Callable[["ShardResult"], None]:
-    began, done = time.monotonic(), 0
+def _progress_lines(total: int, show: Callable[[str], None]) -> Callable[["ShardResult"], None]:
+    start, count = time.monotonic(), 0
 
-    def told(made: "ShardResult") -> None:
-        nonlocal done
-        done += made.textures
-        shard = "a shard given up" if made.shard is None else f"shard {made.shard.number}"
-        show(f"{shard}: {done} of {total} textures, {time.monotonic() - began:.0f} s")
+    def observer(result: "ShardResult") -> None:
+        nonlocal count
+        count += result.textures
+        shard = "a shard abandoned" if result.shard is None else f"shard {result.shard.number}"
+        show(f"{shard}: {count} of {total} textures, {time.monotonic() - start:.0f} s")
 
-    return told
+    return observer

@@ -1,4 +1,4 @@
-"""`retouch train`: nets from a data set."""
+"""`retouch train`: training of nets on a data set."""
 
 import argparse
 from pathlib import Path
@@ -7,11 +7,11 @@ from optimize.commands.options import seed, whole_number
 
 HELP = "train the learned models on a data set"
 DESCRIPTION = """\
-Trains a net on the fields that `retouch dataset` made, stops when validation gets no better, and measures it
-on textures that it has not seen: touch, the contact of the skin, against finite elements; look, ambient
-light, against horizons. DIR gets the weights, the card that says what they are and how far they err, and the
-curves. After every epoch there is a checkpoint: with --resume the same command goes on from it, and ends at
-the same weights.
+Trains a net on a data set of `retouch dataset`, stops when the validation error no longer falls, and measures
+the net on textures of the test split: touch, the contact of the skin, against finite elements; look, ambient
+light, against horizons. DIR gets the weights, the card with the net's training data and errors, and the
+training curves. There is a checkpoint after every epoch: with --resume the same command continues from the
+checkpoint and ends at the same weights.
 """
 EPILOG = """\
 examples:
@@ -20,7 +20,7 @@ examples:
   retouch train touch --data data -o nets/touch --resume
   retouch train look --data data -o nets/look        (a data set with pictures)
 
-What is trained, and how good it is, is told in docs/learned.md.
+docs/learned.md describes the nets and their errors.
 """
 MOST_EPOCHS = 100_000
 
@@ -28,25 +28,31 @@ MOST_EPOCHS = 100_000
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("net", choices=("touch", "look"), help="which net")
     parser.add_argument(
-        "--data", type=Path, required=True, metavar="FOLDER", help="data set of `retouch dataset`"
+        "--data", type=Path, required=True, metavar="FOLDER", help="folder of a data set of `retouch dataset`"
     )
-    parser.add_argument("-o", dest="out", type=Path, required=True, metavar="DIR", help="what comes out")
+    parser.add_argument(
+        "-o", dest="out", type=Path, required=True, metavar="DIR", help="folder of the results"
+    )
     parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
-    parser.add_argument("--resume", action="store_true", help="go on from the checkpoint in DIR")
-    parser.add_argument("--seed", type=seed, default=0, metavar="S", help="of weights and order (default: 0)")
+    parser.add_argument("--resume", action="store_true", help="continue from the checkpoint in DIR")
+    parser.add_argument(
+        "--seed", type=seed, default=0, metavar="S", help="seed of weights and order (default: 0)"
+    )
     parser.add_argument(
         "--epochs",
         type=whole_number(1, MOST_EPOCHS),
         metavar="N",
-        help="times that every texture is seen, at most (default: 60)",
+        help="most passes over the textures (default: 60)",
     )
     parser.add_argument(
-        "--minutes", type=_positive, metavar="M", help="of training, at most (default: no limit)"
+        "--minutes", type=_positive, metavar="M", help="most minutes of training (default: no limit)"
     )
     parser.add_argument(
-        "--batch", type=whole_number(1, 4096), metavar="N", help="textures of a step (default: 16)"
+        "--batch", type=whole_number(1, 4096), metavar="N", help="textures of a training step (default: 16)"
     )
-    parser.add_argument("--learning-rate", type=_positive, metavar="R", help="the highest (default: 0.002)")
+    parser.add_argument(
+        "--learning-rate", type=_positive, metavar="R", help="highest learning rate (default: 0.002)"
+    )
     parser.add_argument(
         "--widths",
         type=_widths,
@@ -70,9 +76,9 @@ def run(arguments: argparse.Namespace) -> int:
     has_cuda = torch.cuda.is_available()
     if arguments.device == "cuda" and not has_cuda:
         raise InputError("--device cuda: torch finds no such device")
-    given = {name: getattr(arguments, name) for name in ("epochs", "minutes", "batch", "learning_rate")}
+    options = {name: getattr(arguments, name) for name in ("epochs", "minutes", "batch", "learning_rate")}
     settings = Settings(
-        seed=arguments.seed, **{name: value for name, value in given.items() if value is not None}
+        seed=arguments.seed, **{name: value for name, value in options.items() if value is not None}
     )
     request = TrainingRequest(
         arguments.data,
@@ -87,11 +93,11 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     from rich.console import Console
 
-    told = Console(highlight=False, stderr=True)
+    console = Console(highlight=False, stderr=True)
     card = train_net(
         arguments.net,
         request,
-        lambda e: told.print(
+        lambda e: console.print(
             f"epoch {e.number}: loss {e.loss:.4f}, validation {e.error:.4f}, {e.seconds:.0f} s"
         ),
     )

@@ -1,4 +1,4 @@
-"""How a training went, as one page: the loss of training and the error of validation by epoch."""
+"""Training curves as one HTML page: training loss and validation error by epoch."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ _PAGE = Markup("""<!doctype html>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>{style}</style></head>
 <body><main><h1>{title}</h1>
 {chart}
-<p>{told}</p>
+<p>{caption}</p>
 </main></body></html>
 """)
 
 
 def curves_page(kind: str, epochs: Sequence[Epoch]) -> str:
-    """The page, whole: it needs no other file.
+    """Return the page, which needs no other file.
 
     Args:
-        kind: of the net.
-        epochs: at least one.
+        kind: Kind of the net.
+        epochs: Points of the curves, at least one.
     """
     best, last = min(epochs, key=lambda epoch: epoch.error), epochs[-1]
     numbers = [float(epoch.number) for epoch in epochs]
@@ -37,9 +37,9 @@ def curves_page(kind: str, epochs: Sequence[Epoch]) -> str:
         ],
         "epoch",
     )
-    told = (
+    caption = (
         f"{last.number} epochs of {last.steps // last.number} steps in {last.seconds:.0f} s; "
         f"best validation {best.error:.4g} after epoch {best.number}."
     )
     style = Markup(files("optimize.report").joinpath("templates/report.css").read_text(encoding="utf-8"))
-    return str(_PAGE.format(title=f"Training of the {kind} net", style=style, chart=chart, told=told))
+    return str(_PAGE.format(title=f"Training of the {kind} net", style=style, chart=chart, caption=caption))

@@ -1,8 +1,7 @@
-"""Data sets to train nets on: a corpus of textures and what touch and sight make of each, shard by shard.
+"""Data sets for training: a corpus of textures with fields of touch and sight, shard by shard.
 
-A shard is a pure function of its task (`optimize.training.shard_jobs`), is written whole or not at all, and
-is not
-made again where it is there: whatever ends a run, the next goes on where it was, and the files are the same.
+A shard is a pure function of its job (`optimize.training.shard_jobs`), is written atomically, and is not
+computed again if it exists: after any interruption the next run continues, and the files are the same.
 """
 
 from __future__ import annotations
@@ -35,55 +34,59 @@ from surrogate.data.request import DATASET_FILE, SHARD_SIZE, DatasetRequest, rea
 from surrogate.data.shard import Failure, Shard, open_shard
 
 DIRECTIONS = 8
-"""Random lights of each texture, unless told otherwise."""
+"""Random lights of each texture, where no other number is given."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be made, and what it is made from.
+    """Plan of a data set: its request, and the textures that the request names by checksums only.
 
     Attributes:
-        sources: pictures that textures are cut from, by name.
-        optimised: further textures, and the folder that their files lie in.
+        request: Request of the data set.
+        photographs: Pictures that textures are cut from, by name.
+        optimised: Optimised textures, which come after the corpus.
+        folder: Folder of the optimised textures.
     """
 
     request: DatasetRequest
-    sources: Mapping[str, Photograph]
+    photographs: Mapping[str, Photograph]
     optimised: tuple[Entry, ...] = ()
     folder: Path = Path()
 
     def textures(self, shard: int) -> Iterator[Recipe | Optimised]:
-        """The textures of a shard, in order."""
-        request, sources = self.request, tuple(self.sources.values())
+        """Yield the textures of a shard, in the order of their places."""
+        request, photographs = self.request, tuple(self.photographs.values())
         for place in request.places(shard):
             if place < request.count:
-                yield corpus.recipe(request.seed, place, sources, request.procedural_share)
+                yield corpus.recipe(request.seed, place, photographs, request.procedural_share)
             else:
                 yield self.optimised[place - request.count].texture
 
     def job(self, shard: int) -> ShardJob:
-        """The task of a shard; heights that only this machine has come with it."""
+        """Return the job of a shard, with the heights that only this machine can make."""
         textures = tuple(self.textures(shard))
-        given: dict[int, NDArray[np.float32] | str] = {}
+        local_heights: dict[int, NDArray[np.float32] | str] = {}
         for place, texture in zip(self.request.places(shard), textures, strict=True):
             try:
                 if isinstance(texture, Optimised):
                     line = self.optimised[place - self.request.count]
-                    given[place] = manifest.read(line, self.folder)
+                    local_heights[place] = manifest.read(line, self.folder)
                 elif texture.source.startswith("file/"):
-                    given[place] = corpus.heights(texture, self.sources, samples=self.request.samples)
+                    local_heights[place] = corpus.heights(
+                        texture, self.photographs, samples=self.request.samples
+                    )
             except InputError as error:
-                given[place] = str(error)
-        return ShardJob(self.request, shard, textures, given)
+                local_heights[place] = str(error)
+        return ShardJob(self.request, shard, textures, local_heights)
 
 
 @dataclass(frozen=True)
 class ShardResult:
-    """A shard that is there now, or the textures of one that is given up.
+    """Result of a shard: the shard, or the textures of a shard that is abandoned.
 
     Attributes:
-        shard: None if it was given up.
-        lost: its textures, then.
+        shard: The shard, None if it is abandoned.
+        lost: Textures of an abandoned shard.
     """
 
     shard: Shard | None
@@ -91,14 +94,14 @@ class ShardResult:
 
     @property
     def textures(self) -> int:
-        """How many it tells of, with fields or without."""
+        """Number of textures, with fields or without."""
         return len(self.lost) if self.shard is None else len(self.shard.rows) + len(self.shard.failures)
 
 
-def plan(
+def plan_dataset(
     seed: int,
     count: int,
-    sources: Sequence[Photograph],
+    photographs: Sequence[Photograph],
     *,
     procedural_share: float = PROCEDURAL_SHARE,
     optimised: Path | None = None,
@@ -110,21 +113,30 @@ def plan(
     samples: int = SAMPLES,
     shard_size: int = SHARD_SIZE,
 ) -> Plan:
-    """Plan a data set; every picture and every optimised texture is read, and so known to be good.
+    """Plan a data set; every photograph and every optimised texture is read, and so checked.
 
     Args:
-        seed, count, sources, procedural_share: of the corpus; see `surrogate.corpus.recipes.recipe`.
-        optimised: a folder with a manifest of optimised textures, which come after the corpus.
-        touch: model of touch.
-        lights: "studio", three lights; "random", `directions` of them.
-        strata: shadow rays along a pixel's side where light and shadow meet.
-        samples: a side of heights, fields and pictures.
+        seed: Seed of the corpus.
+        count: Textures of the corpus.
+        photographs: Pictures to cut textures from.
+        procedural_share: Share of the corpus that procedural families make.
+        optimised: Folder with a manifest of optimised textures, which come after the corpus.
+        touch: Model of touch.
+        skin: Skin, by default that of `tactile.Skin`.
+        lights: "studio", three lights; "random", ``directions`` lights; "none", no pictures.
+        directions: Number of random lights of each texture.
+        strata: Shadow rays along a pixel's side where light and shadow meet.
+        samples: Samples a side of heights, fields and pictures.
+        shard_size: Textures of a shard.
+
+    Returns:
+        The plan.
 
     Raises:
-        InputError: a picture or a texture cannot be read.
+        InputError: A photograph or an optimised texture cannot be read.
     """
-    for source in sources:
-        source.read()
+    for photograph in photographs:
+        photograph.read()
     more = [] if optimised is None else manifest.optimised(optimised)
     for line in more:
         assert optimised is not None
@@ -135,8 +147,8 @@ def plan(
         seed=seed,
         count=count,
         procedural_share=procedural_share,
-        sources=_digest(sorted(source.name for source in sources)),
-        optimised=_digest(line.sha256 for line in more),
+        sources=_checksum(sorted(photograph.name for photograph in photographs)),
+        optimised=_checksum(line.sha256 for line in more),
         total=count + len(more),
         samples=samples,
         size_mm=PATCH_SIDE_MM,
@@ -149,52 +161,57 @@ def plan(
         versions=versions(),
         shard_size=shard_size,
     )
-    return Plan(request, by_name(sources), tuple(more), optimised or Path())
+    return Plan(request, by_name(photographs), tuple(more), optimised or Path())
 
 
-def make(wanted: Plan, folder: Path, runner: Runner, told: Callable[[ShardResult], None]) -> list[Failure]:
-    """Make what is missing of a data set.
+def make_dataset(
+    plan: Plan, folder: Path, runner: Runner, observer: Callable[[ShardResult], None]
+) -> list[Failure]:
+    """Compute the missing shards of a data set.
 
     Args:
-        folder: made if need be; one that holds the same data set, finished or not, is gone on with.
+        plan: Plan of the data set.
+        folder: Folder of the data set, which may be new or hold part of the same data set.
         runner: `optimize.training.workers.run_here` or `run_on_dask` with their arguments.
-        told: of each shard, those first that are there already.
+        observer: Called for each shard, first for those that exist already.
 
     Returns:
-        The textures without fields, as they are listed in failures.jsonl.
+        The textures without fields, as failures.jsonl lists them.
 
     Raises:
-        InputError: the folder holds another data set or other files.
+        InputError: The folder holds another data set or other files.
     """
-    request = wanted.request
-    _claim(folder, request)
+    request = plan.request
+    _claim_folder(folder, request)
     missing, lost = [], list[Failure]()
     for number in range(request.shards):
-        shard = _there(folder, request, number)
+        shard = _existing(folder, request, number)
         if shard is None:
             missing.append(number)
         else:
-            told(ShardResult(shard))
-    # Closed at once on the way out: workers end before this does.
-    with closing(runner(wanted.job(number) for number in missing)) as results:
-        for done in results:
-            number = done.job.number
-            if isinstance(done.content, bytes):
+            observer(ShardResult(shard))
+    # Closing ends the workers before this function returns or raises.
+    with closing(runner(plan.job(number) for number in missing)) as results:
+        for result in results:
+            number = result.job.number
+            if isinstance(result.content, bytes):
                 path = shard_path(folder, number)
-                write_atomically(path, done.content)
-                told(ShardResult(open_shard(path, request, number)))
+                write_atomically(path, result.content)
+                observer(ShardResult(open_shard(path, request, number)))
             else:
-                textures = zip(request.places(number), done.job.textures, strict=True)
-                gone = tuple(Failure(place, texture.source, str(done.content)) for place, texture in textures)
-                lost += gone
-                told(ShardResult(None, gone))
+                textures = zip(request.places(number), result.job.textures, strict=True)
+                abandoned = tuple(
+                    Failure(place, texture.source, str(result.content)) for place, texture in textures
+                )
+                lost += abandoned
+                observer(ShardResult(None, abandoned))
     failures = sorted([*open_fieldset(folder).failures(), *lost], key=lambda failure: failure.index)
     write_atomically(folder / FAILURES, text_of_failures(failures).encode())
     return failures
 
 
-def _claim(folder: Path, request: DatasetRequest) -> None:
-    """Make a folder that of this data set, or see that it is."""
+def _claim_folder(folder: Path, request: DatasetRequest) -> None:
+    """Write the request into a new folder, or compare an existing folder's request with it."""
     if not (folder / DATASET_FILE).is_file():
         if folder.is_dir() and any(folder.iterdir()):
             raise InputError(f"{folder}: holds files that are not a data set's; choose another folder")
@@ -202,24 +219,22 @@ def _claim(folder: Path, request: DatasetRequest) -> None:
             raise InputError(f"{folder}: is a file; a data set is a folder")
         write_atomically(folder / DATASET_FILE, text_of_request(request).encode())
         return
-    there, here = asdict(read_request(folder)), asdict(request)
-    for name, value in here.items():
-        if there[name] != value:
-            different = _difference(there[name], value)
-            raise InputError(
-                f"{folder / DATASET_FILE}: {name}: {different}: another data set; choose another folder"
-            )
+    stored, requested = asdict(read_request(folder)), asdict(request)
+    for name, value in requested.items():
+        if stored[name] != value:
+            path, difference = folder / DATASET_FILE, _difference(stored[name], value)
+            raise InputError(f"{path}: {name}: {difference}: another data set; choose another folder")
 
 
-def _difference(there: Any, here: Any) -> str:
-    if isinstance(there, Mapping):
-        parts = [key for key in sorted({*there, *here}) if there.get(key) != here.get(key)]
-        return ", ".join(f"{key} {there.get(key)}, not {here.get(key)}" for key in parts)
-    return f"{there}, not {here}"
+def _difference(stored: Any, requested: Any) -> str:
+    if isinstance(stored, Mapping):
+        keys = [key for key in sorted({*stored, *requested}) if stored.get(key) != requested.get(key)]
+        return ", ".join(f"{key} {stored.get(key)}, not {requested.get(key)}" for key in keys)
+    return f"{stored}, not {requested}"
 
 
-def _there(folder: Path, request: DatasetRequest, number: int) -> Shard | None:
-    """A shard that was made before; None if there is none, or none that holds what it should."""
+def _existing(folder: Path, request: DatasetRequest, number: int) -> Shard | None:
+    """Return an existing shard; None if there is none, or if it is damaged."""
     path = shard_path(folder, number)
     if not path.is_file():
         return None
@@ -229,5 +244,5 @@ def _there(folder: Path, request: DatasetRequest, number: int) -> Shard | None:
         return None
 
 
-def _digest(names: Iterable[str]) -> str:
+def _checksum(names: Iterable[str]) -> str:
     return hashlib.sha256("\n".join(names).encode()).hexdigest()

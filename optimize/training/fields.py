@@ -1,4 +1,4 @@
-"""What touch and sight make of reliefs, many at a time: the fields that nets are trained on."""
+"""Fields of touch and sight, many reliefs at a time: the training data of nets."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ Array = NDArray[Any]
 LightRule = Literal["studio", "random"]
 
 STUDIO = Path(str(mitsuba_scenes.__file__)).with_name("studio.xml")
-"""Where material and camera of the pictures come from."""
+"""Scene file with the material and the camera of the pictures."""
 STUDIO_ELEVATION, STUDIO_AZIMUTHS = 35.0, (10.0, 130.0, 250.0)
-"""Of the parallel lights of the studio, degrees (paper 5.1)."""
+"""Elevation and azimuths of the studio's parallel lights, degrees (paper 5.1)."""
 LOWEST_ELEVATION, HIGHEST_ELEVATION = 10.0, 80.0
-"""Of random lights, degrees: below, a relief of 3 mm shows hardly more than its rims."""
+"""Elevations of random lights, degrees; below, hardly more than the rims of a relief of 3 mm is lit."""
 VARIANT = "llvm_ad_mono"
-"""Of Mitsuba, also where there is a CUDA device: the same data everywhere."""
+"""Variant of Mitsuba, also where there is a CUDA device, so that the data are the same everywhere."""
 BATCH = 16
-"""Reliefs pressed at a time; more are no faster."""
+"""Reliefs pressed at a time; larger batches are no faster."""
 
 
 def touch_fields(
@@ -38,14 +38,17 @@ def touch_fields(
 
     Args:
         heights: (n, s, s) mm.
+        size_mm: Side of the plate, mm.
+        skin: The skin.
+        model: Model of touch.
 
     Returns:
         strain, gap, pressure: (n, s, s) float32, as of `tactile.Touch`. roughness (the full sum),
         contact_area_mm2, contact_fraction: (n,) float64.
 
     Raises:
-        tactile.ContactError: a contact did not converge.
-        tactile.InputError: heights that are not finite.
+        tactile.ContactError: A contact did not converge.
+        tactile.InputError: Some heights are not finite.
     """
     parts: list[dict[str, Array]] = []
     for first in range(0, len(heights), BATCH):
@@ -56,7 +59,7 @@ def touch_fields(
                 "strain": touch.strain.numpy().astype(np.float32),
                 "gap": touch.gap.clamp_min(0.0).numpy().astype(np.float32),
                 "pressure": touch.pressure.numpy().astype(np.float32),
-                # In single precision: within 1e-6 of double, in half the time.
+                # Single precision is within 1e-6 of double, in half the time.
                 "roughness": tactile.roughness(touch.strain.float(), size_mm).double().numpy(),
                 "contact_area_mm2": tactile.contact_area(touch.gap, size_mm).numpy(),
                 "contact_fraction": touch.contact_fraction.numpy(),
@@ -66,15 +69,15 @@ def touch_fields(
 
 
 def picture_fields(heights: Array, toward: Array, strata: int, seed: int) -> dict[str, Array]:
-    """Pictures of one relief in the material of the paper's studio, from above, a pixel at each sample.
+    """Compute pictures of one relief in the studio's material, from above, a pixel at each sample.
 
-    Light is linear: the picture under several lights is the sum of these, each times its strength.
+    Light is linear: the picture under several lights is the sum of these pictures, each times its strength.
 
     Args:
         heights: (s, s) mm, over 10 x 10 mm.
         toward: (lights, 3) unit vectors toward parallel lights.
-        strata: shadow rays along a pixel's side where light and shadow meet.
-        seed: of the azimuths that ambient light is summed over.
+        strata: Shadow rays along a pixel's side where light and shadow meet.
+        seed: Seed of the azimuths that ambient light is summed over.
 
     Returns:
         pictures: (lights, s, s) float32 radiance under each light alone, irradiance pi on a plane that faces
@@ -89,11 +92,15 @@ def picture_fields(heights: Array, toward: Array, strata: int, seed: int) -> dic
 
 
 def light_directions(rule: LightRule, count: int, seed: int) -> Array:
-    """Unit vectors (count, 3) toward parallel lights.
+    """Return unit vectors (count, 3) toward parallel lights.
 
     Args:
-        rule: "studio", the paper's three; "random", elevation uniform in 10 to 80 degrees, any azimuth.
-        seed: of random ones.
+        rule: "studio", the paper's three lights; "random", elevation uniform in 10 to 80 degrees.
+        count: Number of lights.
+        seed: Seed of random lights.
+
+    Raises:
+        ValueError: The studio has another number of lights.
     """
     if rule == "studio":
         if count != len(STUDIO_AZIMUTHS):
@@ -110,7 +117,7 @@ def light_directions(rule: LightRule, count: int, seed: int) -> Array:
 
 @lru_cache(maxsize=2)
 def _studio(samples: int, strata: int) -> ReferenceRenderer:
-    """The studio, loaded once: only heights and lights change."""
+    """Load the studio once; only heights and lights change afterwards."""
     from visual.reference.renderer import ReferenceRenderer
     from visual.scene import Scene
     from visual.scene_file.check import check_scene
@@ -120,7 +127,7 @@ def _studio(samples: int, strata: int) -> ReferenceRenderer:
 
 
 def studio_material() -> Any:
-    """The Mitsuba BSDF of the plate in the paper's studio."""
+    """Return the Mitsuba BSDF of the plate in the paper's studio."""
     from visual.backend.plate import plate_bsdf
     from visual.scene import Scene
     from visual.scene_file.check import check_scene

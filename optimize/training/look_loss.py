@@ -1,4 +1,4 @@
-"""What the rendering net is to learn: how much of the ambient light each pixel of a relief keeps."""
+"""Loss of the ambient net: the error of the picture under ambient light."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
+from optimize.training.setup import examples_from
 from relief.errors import InputError
 from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset
@@ -20,67 +21,73 @@ from visual.fast.refinement import face_slopes
 
 @dataclass(frozen=True)
 class LookLoss:
-    """The net's task for one material and grid.
+    """Loss of the ambient net for one material and grid.
 
     Attributes:
-        size_mm: side of the plate.
+        size_mm: Side of the plate, mm.
     """
 
     size_mm: float
 
-    def loss(self, net: nn.Module, examples: Examples) -> Tensor:
-        """Mean over examples of the rms error of the picture, in parts of its mean.
+    def __call__(self, net: nn.Module, examples: Examples) -> Tensor:
+        """Return the mean over examples of the rms error of the picture, relative to its mean.
 
-        Squares, because pictures of the data set are noisy but right on average.
+        The error is squared because pictures of a data set are noisy but unbiased.
         """
         return self._difference(net, examples).square().mean((-2, -1)).sqrt().mean()
 
     def errors(self, net: nn.Module, examples: Examples) -> Tensor:
-        """(examples,) mean error of the pixels, in parts of the picture's mean."""
+        """Return (examples,) mean absolute errors of the pixels, relative to the picture's mean."""
         return self._difference(net, examples).abs().mean((-2, -1))
 
     def _difference(self, net: nn.Module, examples: Examples) -> Tensor:
-        unoccluded, wanted = examples["unoccluded"], examples["ambient"]
-        found = unoccluded * sky_visibility(net, inputs(examples["heights"], self.size_mm, unoccluded))
-        return (found - wanted) / wanted.mean((-2, -1), keepdim=True)
+        unoccluded, reference = examples["unoccluded"], examples["ambient"]
+        picture = unoccluded * sky_visibility(net, inputs(examples["heights"], self.size_mm, unoccluded))
+        return (picture - reference) / reference.mean((-2, -1), keepdim=True)
 
     def transformed(self, examples: Examples, symmetry: int) -> Examples:
-        """Light from all around and a camera above are as symmetric as the square."""
+        """Return the examples after a symmetry, under which ambient light and the camera do not change."""
         return {name: transformed(values, symmetry) for name, values in examples.items()}
 
     def to(self, device: torch.device) -> LookLoss:
-        """The same; nothing of it lies on a device."""
+        """Return the loss itself, which has no tensors."""
         return self
 
 
 def unoccluded_pictures(heights: Tensor, size_mm: float, table: BsdfTable) -> Tensor:
-    """(examples, n, n) radiance of reliefs (examples, n, n) in mm under a sky that nothing hides."""
+    """Return the radiance of reliefs under an unoccluded sky.
+
+    Args:
+        heights: (examples, n, n) mm.
+        size_mm: Side of the plate, mm.
+        table: Table of the material under that sky.
+
+    Returns:
+        (examples, n, n) radiance.
+    """
     table = table.to(heights.dtype)
-    return torch.stack([_unoccluded(h, size_mm, table) for h in heights])
-
-
-def _unoccluded(heights: Tensor, size_mm: float, table: BsdfTable) -> Tensor:
-    return pooled_faces(None, table(*face_slopes(heights, size_mm))[0])
+    return torch.stack([pooled_faces(None, table(*face_slopes(h, size_mm))[0]) for h in heights])
 
 
 def examples_of(data: Fieldset, split: Split, table: BsdfTable) -> dict[str, Tensor]:
-    """The examples of a split of a data set, in memory: 3 maps of 64 KiB each.
+    """Load the examples of a split into memory: 3 maps of 64 KiB each.
 
     Args:
-        table: of the material under a sky of radiance 1.
+        data: The data set.
+        split: The split.
+        table: Table of the material under a sky of radiance 1.
+
+    Returns:
+        Heights in mm, and pictures under ambient light and under an unoccluded sky, each (examples, n, n).
 
     Raises:
-        InputError: the data set has no pictures or no texture in the split, or is damaged.
+        InputError: The data set has no pictures or no texture in the split, or is damaged.
     """
     if data.request.lights == "none":
-        raise InputError(f"{data.folder}: lights: none; the rendering net needs pictures")
-    parts = []
-    for shard in data.shards:
-        places = shard.places(split)
-        if len(places):
-            heights, ambient = (torch.from_numpy(shard.read(name, places)) for name in ("heights", "ambient"))
-            unoccluded = unoccluded_pictures(heights, data.request.size_mm, table)
-            parts.append({"heights": heights, "ambient": ambient, "unoccluded": unoccluded})
-    if not parts:
-        raise InputError(f"{data.folder}: no texture with fields is for {split}")
-    return {name: torch.cat([part[name] for part in parts]) for name in parts[0]}
+        raise InputError(f"{data.folder}: lights: none; the look net needs pictures")
+
+    def prepare(heights: Tensor, ambient: Tensor) -> dict[str, Tensor]:
+        unoccluded = unoccluded_pictures(heights, data.request.size_mm, table)
+        return {"heights": heights, "ambient": ambient, "unoccluded": unoccluded}
+
+    return examples_from(data, split, ("heights", "ambient"), prepare)

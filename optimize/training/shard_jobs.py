@@ -1,4 +1,4 @@
-"""The work of one shard of a data set, as any process on any machine does it."""
+"""Shard jobs: everything that one shard of a data set needs, for any process on any machine."""
 
 from __future__ import annotations
 
@@ -27,44 +27,52 @@ PACKAGES = (
     *("retouch", "mitsuba", "drjit", "torch"),
     *("numpy", "scipy", "scikit-image", "pillow"),
 )
-"""What the values of fields depend on."""
+"""Packages that the values of fields depend on."""
 
 _ONE_AT_A_TIME = threading.Lock()
-"""Scenes and random numbers of a process are shared by its threads; a Dask worker may have several."""
+"""Lock of a process, whose threads share scenes and random numbers; a Dask worker may have several."""
 
 
 @dataclass(frozen=True)
 class ShardJob:
-    """All that decides a shard: the same task makes the same file, bit for bit.
+    """Everything that decides a shard: the same job gives the same file, bit for bit.
 
     Attributes:
-        textures: in the order of their places.
-        given: by place, the heights (samples, samples) in mm of textures that are cut from a user's files,
-            which no other machine need have; or in a line why there are none.
+        request: Request of the data set.
+        number: Number of the shard.
+        textures: Textures of the shard, in the order of their places.
+        local_heights: By place, the heights (samples, samples) in mm of textures that are cut from a user's
+            files, which other machines need not have; or one line that says why there are none.
     """
 
     request: DatasetRequest
     number: int
     textures: tuple[Recipe | Optimised, ...]
-    given: Mapping[int, NDArray[np.float32] | str]
+    local_heights: Mapping[int, NDArray[np.float32] | str]
 
 
-class _Failed(Exception):
-    """A texture has no fields; says why in one line."""
+class _NoFieldsError(Exception):
+    """A texture has no fields; the message is one line."""
 
 
 def versions() -> dict[str, str]:
-    """Of the packages that the fields depend on, here."""
+    """Return the versions here of the packages that the fields depend on."""
     return {name: version(name) for name in PACKAGES}
 
 
 def run_shard(job: ShardJob) -> bytes:
-    """The content of a shard's file.
+    """Compute a shard.
 
-    A texture that fails is tried again alone, and left out with its reason if it fails again.
+    A texture that fails is computed again alone, and left out with the reason if it fails again.
+
+    Args:
+        job: The job.
+
+    Returns:
+        The content of the shard's file.
 
     Raises:
-        InputError: the packages here are not those of the data set.
+        InputError: The packages here have other versions than those of the data set.
     """
     request, here = job.request, versions()
     for name, wanted in request.versions.items():
@@ -77,25 +85,25 @@ def run_shard(job: ShardJob) -> bytes:
 def _run(job: ShardJob) -> bytes:
     request = job.request
     places = request.places(job.number)
-    made: dict[int, Array] = {}
+    heights_of: dict[int, Array] = {}
     reasons: dict[int, str] = {}
     for place, texture in zip(places, job.textures, strict=True):
         try:
-            made[place] = _heights(job, place, texture)
-        except _Failed as error:
+            heights_of[place] = _heights(job, place, texture)
+        except _NoFieldsError as error:
             reasons[place] = str(error)
     fields: dict[int, dict[str, Array]] = {}
     try:
-        fields = dict(zip(made, _fields(request, list(made.values())), strict=True))
-    except _Failed:
-        # One of them spoils it for all: each alone.
-        for place, heights in made.items():
+        fields = dict(zip(heights_of, _fields(request, list(heights_of.values())), strict=True))
+    except _NoFieldsError:
+        # One texture fails the whole batch, so each is computed alone.
+        for place, heights in heights_of.items():
             try:
                 (fields[place],) = _fields(request, [heights])
-            except _Failed as error:
+            except _NoFieldsError as error:
                 reasons[place] = str(error)
     textures = dict(zip(places, job.textures, strict=True))
-    rows = tuple(Row(place, entry(textures[place], made[place])) for place in fields)
+    rows = tuple(Row(place, entry(textures[place], heights_of[place])) for place in fields)
     failures = tuple(Failure(place, textures[place].source, reasons[place]) for place in sorted(reasons))
     tensors = {
         name: np.array([fields[place][name] for place in fields], dtype=kind).reshape(shape)
@@ -105,38 +113,38 @@ def _run(job: ShardJob) -> bytes:
 
 
 def _heights(job: ShardJob, place: int, texture: Recipe | Optimised) -> Array:
-    heights: Array | str | None = job.given.get(place)
+    heights: Array | str | None = job.local_heights.get(place)
     if heights is None:
         assert isinstance(texture, Recipe)
         try:
             heights = corpus.heights(texture, samples=job.request.samples)
         except InputError as error:
-            raise _Failed(str(error)) from error
+            raise _NoFieldsError(str(error)) from error
     if isinstance(heights, str):
-        raise _Failed(heights)
+        raise _NoFieldsError(heights)
     if not np.isfinite(heights).all():
-        raise _Failed("heights: not every value is finite")
+        raise _NoFieldsError("heights: not every value is finite")
     return heights
 
 
 def _fields(request: DatasetRequest, heights: list[Array]) -> list[dict[str, Array]]:
-    """Every tensor of the layout for each of some reliefs. Raises _Failed if one of them has none."""
+    """Compute every tensor of the layout for some reliefs; _NoFieldsError if one of them has none."""
     each: list[dict[str, Array]] = [{"heights": relief} for relief in heights]
     if request.touch != "none" and each:
-        touched = _touched(request, np.stack(heights))
+        touch = _touch_fields(request, np.stack(heights))
         for number, fields in enumerate(each):
-            fields |= {name: values[number] for name, values in touched.items()}
+            fields |= {name: values[number] for name, values in touch.items()}
     if request.lights != "none":
         for fields in each:
-            fields |= _lit(request, fields["heights"])
+            fields |= _light_fields(request, fields["heights"])
     for fields in each:
         for name, values in fields.items():
             if not np.isfinite(values).all():
-                raise _Failed(f"{name}: not every value is finite")
+                raise _NoFieldsError(f"{name}: not every value is finite")
     return each
 
 
-def _touched(request: DatasetRequest, heights: Array) -> dict[str, Array]:
+def _touch_fields(request: DatasetRequest, heights: Array) -> dict[str, Array]:
     import tactile
     from optimize.training.fields import touch_fields
 
@@ -144,14 +152,14 @@ def _touched(request: DatasetRequest, heights: Array) -> dict[str, Array]:
     try:
         return touch_fields(heights, request.size_mm, tactile.Skin(**request.skin), request.touch)
     except (tactile.ContactError, tactile.InputError) as error:
-        raise _Failed(f"touch: {error}") from error
+        raise _NoFieldsError(f"touch: {error}") from error
 
 
-def _lit(request: DatasetRequest, heights: Array) -> dict[str, Array]:
+def _light_fields(request: DatasetRequest, heights: Array) -> dict[str, Array]:
     from optimize.training.fields import light_directions, picture_fields
 
     assert request.lights != "none"
-    # Of the heights alone: a texture is lit alike wherever in a data set it stands.
+    # The seed depends on the heights alone: a texture has the same lights wherever it stands in a data set.
     seed = int(hashlib.sha256(f"lights {checksum(heights)}".encode()).hexdigest()[:15], 16)
     toward = light_directions(request.lights, request.directions, seed)
     return {"toward": toward, **picture_fields(heights, toward, request.strata, seed)}
@@ -159,7 +167,7 @@ def _lit(request: DatasetRequest, heights: Array) -> dict[str, Array]:
 
 @contextmanager
 def _one_thread(request: DatasetRequest) -> Iterator[None]:
-    """Sums are added in one order; several processes share the cores better than threads do."""
+    """Use one thread: sums keep their order, and processes share the cores better than threads do."""
     import torch
 
     before = torch.get_num_threads()
@@ -184,7 +192,7 @@ def _one_thread_of_drjit() -> Iterator[None]:
     from optimize.training.fields import VARIANT
     from visual.backend.variants import load_mitsuba
 
-    # First, as it sees to the threads of a process once.
+    # This comes first because it sets the number of threads once in a process.
     load_mitsuba(colour=False, variant=VARIANT)
     before = dr.thread_count()
     dr.set_thread_count(1)

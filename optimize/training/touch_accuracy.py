@@ -1,4 +1,4 @@
-"""How far a fast model of touch is from the reference, on textures that it has not seen."""
+"""Accuracy of a fast model of touch against the reference, on textures of the test split."""
 
 from __future__ import annotations
 
@@ -11,22 +11,24 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 import tactile
+from optimize.training.setup import error_statistics
 from tactile.model import Touch
 
 Press = Callable[[Tensor], Touch]
-"""Presses heights (batch, n, n) in mm."""
+"""A function that presses the skin on heights (batch, n, n) in mm."""
 
 LEAST_ROUGHNESS = 0.003
-"""Of smoother textures, a thirtieth of a rough one, a relative error says nothing."""
+"""Least roughness, a thirtieth of a rough texture's, for which relative errors are counted."""
 
 
 @dataclass(frozen=True)
 class TextureMeasures:
-    """Roughness (full sum), contact area (mm²) and the gradient of roughness by the heights.
+    """Measures of touch for several textures.
 
     Attributes:
-        roughness, area: (textures,).
-        gradients: (textures, n, n), or (0, n, n) where none were asked for; roughness by the polar sum.
+        roughness: (textures,) roughness by the full sum.
+        area: (textures,) contact areas, mm².
+        gradients: (at most textures, n, n) gradients of roughness, by the polar sum, with respect to heights.
     """
 
     roughness: NDArray[np.float64]
@@ -37,7 +39,18 @@ class TextureMeasures:
 def measure_textures(
     press: Press, reliefs: NDArray[np.float32], size_mm: float, dtype: torch.dtype, grads: int
 ) -> TextureMeasures:
-    """Press on reliefs (textures, n, n) in mm one by one; gradients of the first so many."""
+    """Press the skin on textures one by one and measure the touch.
+
+    Args:
+        press: Model of touch.
+        reliefs: (textures, n, n) heights in mm.
+        size_mm: Side of the plate, mm.
+        dtype: Floating-point type to press with.
+        grads: Number of textures, from the first, whose gradients are computed.
+
+    Returns:
+        The measures.
+    """
     roughness, area, gradients = [], [], []
     for number, relief in enumerate(reliefs):
         heights = torch.as_tensor(relief, dtype=dtype).requires_grad_(number < grads)
@@ -52,26 +65,30 @@ def measure_textures(
 
 
 def errors(model: TextureMeasures, reference: TextureMeasures) -> dict[str, float]:
-    """Errors in percent, and how well gradients agree, by name."""
+    """Compare two models of touch on the same textures.
+
+    Args:
+        model: Measures of the model.
+        reference: Measures of the reference.
+
+    Returns:
+        Errors in percent and cosines between gradients, by name, for a card.
+    """
     rough = reference.roughness >= LEAST_ROUGHNESS
     of_roughness = 100.0 * np.abs(model.roughness[rough] / reference.roughness[rough] - 1.0)
     of_area = 100.0 * np.abs(model.area / reference.area - 1.0)
-    found = {"textures": float(len(rough)), "textures_with_roughness": float(rough.sum())}
-    for name, values in (("roughness", of_roughness), ("contact_area", of_area)):
-        if len(values):
-            found[f"{name}_median_percent"] = float(np.median(values))
-            found[f"{name}_mean_percent"] = float(np.mean(values))
-            found[f"{name}_95th_percent"] = float(np.percentile(values, 95))
+    result = {"textures": float(len(rough)), "textures_with_roughness": float(rough.sum())}
+    result |= error_statistics("roughness", of_roughness) | error_statistics("contact_area", of_area)
     if len(model.gradients):
         agreement = cosines(model.gradients, reference.gradients)
-        found["gradients"] = float(len(agreement))
-        found["gradient_cosine_median"] = float(np.median(agreement))
-        found["gradient_cosine_5th"] = float(np.percentile(agreement, 5))
-    return found
+        result["gradients"] = float(len(agreement))
+        result["gradient_cosine_median"] = float(np.median(agreement))
+        result["gradient_cosine_5th"] = float(np.percentile(agreement, 5))
+    return result
 
 
 def cosines(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Between the fields of two stacks; 1 where both vanish."""
+    """Return the cosines between two stacks of fields (count, n, n); 1 where both fields vanish."""
     product = (one * other).sum((-2, -1))
     sizes = np.sqrt((one**2).sum((-2, -1)) * (other**2).sum((-2, -1)))
     return np.where(sizes > 0.0, product / np.where(sizes > 0.0, sizes, 1.0), 1.0)

@@ -1,4 +1,4 @@
-"""What the touch net learns: the pressures of a data set, judged by what follows from them."""
+"""Loss of the touch net: errors of the pressure, and of the strain and roughness that follow from it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import torch
 from torch import Tensor, nn
 
 import tactile
+from optimize.training.setup import examples_from
 from relief.errors import InputError
 from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset
@@ -20,20 +21,22 @@ from tactile.net import first_steps, inputs, pressure
 from tactile.strain import smallest_eigenvalue
 
 MAPS = ("heights", "strain", "pressure", "guess_pressure", "guess_gap")
+"""Examples that are maps, to which a symmetry applies; the others are numbers."""
 BATCH = 16
+"""Reliefs at a time in the preparation of examples, which bounds its memory."""
 LEAST_STRAIN, LEAST_ROUGHNESS = 0.01, 0.01
-"""Below these, errors count in proportion to them: no one feels a hundredth of nothing."""
+"""Least denominators of relative errors: smoother reliefs all feel alike."""
 
 
 @dataclass(frozen=True)
 class TouchLoss:
-    """The net's task on one skin and grid.
+    """Loss of the touch net for one skin and grid.
 
     Attributes:
-        operator: in single precision, where the net is.
-        flat_strain: (n, n) of the flat plate, to be subtracted.
-        mean_pressure: in units of the modulus.
-        young_modulus_mpa: of the skin.
+        operator: Operator of the elastic layer, in single precision, on the net's device.
+        flat_strain: (n, n) strain under the flat plate, which is subtracted.
+        mean_pressure: Mean pressure in units of Young's modulus.
+        young_modulus_mpa: Young's modulus of the skin, MPa.
     """
 
     operator: ElasticLayerOperator
@@ -41,44 +44,48 @@ class TouchLoss:
     mean_pressure: float
     young_modulus_mpa: float
 
-    def loss(self, net: nn.Module, examples: Examples) -> Tensor:
-        """Mean of `errors`."""
+    def __call__(self, net: nn.Module, examples: Examples) -> Tensor:
+        """Return the mean of `errors`."""
         return self.errors(net, examples).mean()
 
     def errors(self, net: nn.Module, examples: Examples) -> Tensor:
-        """(examples,) relative errors of strain, roughness and pressure, added.
+        """Return (examples,) sums of the relative errors of strain, roughness and pressure.
 
-        Of strain and pressure the mean absolute error over the map, in parts of the mean absolute strain and
-        of the mean pressure. All before the last steps of the solver, which only make them smaller.
+        The errors of strain and pressure are mean absolute errors over the map, relative to the mean absolute
+        strain and to the mean pressure. All are those before the last steps of the solver, which only reduce
+        them.
         """
         zero = torch.zeros(len(examples["heights"]))
         guess = ContactState(examples["guess_pressure"], examples["guess_gap"], zero, 0, zero > 0.0)
         maps = inputs(self.operator, examples["heights"], guess, self.mean_pressure)
-        found = pressure(net, maps, guess.pressure, self.mean_pressure)
-        strain = smallest_eigenvalue(self.operator.strain(found)) - self.flat_strain
-        wanted, target = examples["strain"], examples["roughness"]
-        size = wanted.abs().mean((-2, -1)).clamp_min(LEAST_STRAIN)
-        rough = tactile.roughness(strain, self.operator.size_mm, "polar")
+        pressures = pressure(net, maps, guess.pressure, self.mean_pressure)
+        strain = smallest_eigenvalue(self.operator.strain(pressures)) - self.flat_strain
+        reference, reference_roughness = examples["strain"], examples["roughness"]
+        size = reference.abs().mean((-2, -1)).clamp_min(LEAST_STRAIN)
+        roughness = tactile.roughness(strain, self.operator.size_mm, "polar")
         return (
-            (strain - wanted).abs().mean((-2, -1)) / size
-            + (rough - target).abs() / target.clamp_min(LEAST_ROUGHNESS)
-            + (found - examples["pressure"]).abs().mean((-2, -1)) / self.mean_pressure
+            (strain - reference).abs().mean((-2, -1)) / size
+            + (roughness - reference_roughness).abs() / reference_roughness.clamp_min(LEAST_ROUGHNESS)
+            + (pressures - examples["pressure"]).abs().mean((-2, -1)) / self.mean_pressure
         )
 
     def transformed(self, examples: Examples, symmetry: int) -> Examples:
-        """The block is as symmetric as the square: every map turns, no number changes."""
+        """Return the examples after a symmetry, under which the skin does not change: only maps turn."""
         return {
             name: transformed(values, symmetry) if name in MAPS else values
             for name, values in examples.items()
         }
 
     def prepared(self, heights: Tensor, strain: Tensor, pressure_mpa: Tensor) -> dict[str, Tensor]:
-        """Examples from reference fields, all (examples, n, n): those that stay the same are computed once.
+        """Turn fields of the reference into examples, with everything that stays the same in training.
 
         Args:
-            heights: mm.
-            strain: the reference's.
-            pressure_mpa: the reference's, MPa.
+            heights: (examples, n, n) mm.
+            strain: (examples, n, n) strain of the reference.
+            pressure_mpa: (examples, n, n) pressure of the reference, MPa.
+
+        Returns:
+            Maps and roughness by name; ``guess_pressure`` and ``guess_gap`` are the initial guess.
         """
         guesses = [
             first_steps(self.operator, heights[first : first + BATCH], self.mean_pressure)
@@ -96,7 +103,7 @@ class TouchLoss:
         }
 
     def to(self, device: torch.device) -> TouchLoss:
-        """The same task on another device."""
+        """Return the same loss on another device."""
         return TouchLoss(
             self.operator.to(torch.float32, device),
             self.flat_strain.to(device),
@@ -106,34 +113,38 @@ class TouchLoss:
 
 
 def touch_loss(skin: tactile.Skin, samples: int, size_mm: float) -> TouchLoss:
-    """The task for a skin and a grid, on the CPU."""
+    """Return the loss for a skin and a grid, on the CPU."""
     operator = elastic_layer_operator(skin, samples, size_mm, torch.float32)
     model = tactile.touch_model(skin, samples, size_mm, torch.float32)
     modulus = skin.young_modulus_mpa
     return TouchLoss(operator, model.flat_strain, skin.mean_pressure_mpa(size_mm) / modulus, modulus)
 
 
-def examples_of(data: Fieldset, split: Split, task: TouchLoss) -> dict[str, Tensor]:
-    """The examples of a split of a data set, in memory: 5 maps of 64 KiB each.
+def examples_of(data: Fieldset, split: Split, loss: TouchLoss) -> dict[str, Tensor]:
+    """Load the examples of a split into memory: 5 maps of 64 KiB each.
+
+    Args:
+        data: The data set.
+        split: The split.
+        loss: Loss for the skin and the grid of the data set.
+
+    Returns:
+        Examples as of `TouchLoss.prepared`.
 
     Raises:
-        InputError: the data set has no fields of touch or no texture in the split, or is damaged.
+        InputError: The data set has no fields of touch or no texture in the split, or is damaged.
     """
     if data.request.touch == "none":
         raise InputError(f"{data.folder}: touch: none; the touch net needs fields of touch")
-    parts = []
-    for shard in data.shards:
-        places = shard.places(split)
-        if len(places):
-            maps = (torch.from_numpy(shard.read(n, places)) for n in ("heights", "strain", "pressure"))
-            parts.append(task.prepared(*maps))
-    if not parts:
-        raise InputError(f"{data.folder}: no texture with fields is for {split}")
-    return {name: torch.cat([part[name] for part in parts]) for name in parts[0]}
+    return examples_from(data, split, ("heights", "strain", "pressure"), loss.prepared)
 
 
 def skin_of(data: Fieldset) -> tactile.Skin:
-    """The skin of a data set. Raises InputError."""
+    """Return the skin of a data set.
+
+    Raises:
+        InputError: dataset.json does not describe a skin.
+    """
     try:
         return tactile.Skin(**data.request.skin)
     except (TypeError, tactile.InputError) as error:

@@ -1,17 +1,19 @@
-"""What the touch net is taught: pressures by the reference, errors against finite elements."""
+"""Training set-up of the touch net: pressures of the data set, and errors against the reference."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Literal
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 
 import tactile
-from optimize.training.setup import TrainingSetup
+from optimize.training.setup import TrainingSetup, card_samples
 from optimize.training.touch_accuracy import errors, measure_textures
 from optimize.training.touch_loss import examples_of, skin_of, touch_loss
-from surrogate.corpus import recipes as corpus
 from surrogate.data.field_set import Fieldset, first_of
 from surrogate.nets.unet import UNet
 from surrogate.nets.weights import Sample
@@ -21,29 +23,31 @@ from tactile.net import CHANNELS, KIND, solver_of, validity
 from tactile.truncated import GRADIENT_TOLERANCE
 
 TESTED_GRADIENTS = 64
-"""Textures whose gradients are compared."""
-SAMPLE_SEED, SAMPLES = 0, 4
-"""Textures that a card tells figures of, without pictures."""
+"""Most textures whose gradients are compared."""
 
 
 def touch_setup(data: Fieldset, tested: int, reference: Literal["fem", "layer"]) -> TrainingSetup:
-    """From a data set with fields of touch.
+    """Prepare the training of the touch net.
 
     Args:
-        tested: textures of its test split that a net is measured on.
-        reference: what presses them anew.
+        data: A data set with fields of touch.
+        tested: Most textures of the test split that a net is measured on.
+        reference: Model that these textures are pressed with anew.
+
+    Returns:
+        The set-up.
 
     Raises:
-        InputError: the data set is no good.
+        InputError: The data set has no fields of touch, or no texture in a split, or is damaged.
     """
     skin, side, size = skin_of(data), data.request.samples, data.request.size_mm
-    task = touch_loss(skin, side, size)
+    loss = touch_loss(skin, side, size)
     return TrainingSetup(
         KIND,
         CHANNELS,
-        task,
-        examples_of(data, "train", task),
-        examples_of(data, "validation", task),
+        loss,
+        examples_of(data, "train", loss),
+        examples_of(data, "validation", loss),
         validity(skin, side, size),
         {
             "model of touch": data.request.touch,
@@ -59,10 +63,17 @@ def touch_setup(data: Fieldset, tested: int, reference: Literal["fem", "layer"])
 def measure_touch_net(
     net: UNet, skin: tactile.Skin, data: Fieldset, tested: int, reference: Literal["fem", "layer"]
 ) -> dict[str, float]:
-    """Errors of a net on the first textures of a data set's test split, which are pressed anew.
+    """Measure a net on the first textures of a test split, which are pressed anew.
+
+    Args:
+        net: The net.
+        skin: The skin of the data set.
+        data: The data set.
+        tested: Most textures to measure on.
+        reference: Model of touch to compare with.
 
     Returns:
-        By name; none where the split is empty.
+        Errors by name; none where the split is empty.
     """
     reliefs, size = first_of(data, "heights", "test", tested), data.request.size_mm
     if not len(reliefs):
@@ -77,15 +88,21 @@ def measure_touch_net(
 
 
 def net_figures(net: UNet, skin: tactile.Skin, samples: int, size_mm: float) -> tuple[Sample, ...]:
-    """What a net makes of some textures of the corpus."""
+    """Return roughness and contact area that a net predicts for some textures of the corpus.
+
+    Args:
+        net: The net.
+        skin: The skin.
+        samples: Samples a side of the textures.
+        size_mm: Side of the plate, mm.
+    """
     model = _net_model(net, skin, samples, size_mm)
-    figures = []
-    for texture in corpus.recipes(SAMPLE_SEED, SAMPLES):
-        relief = corpus.heights(texture, samples=samples)[None]
-        found = measure_textures(model.press, relief, size_mm, torch.float32, 0)
-        told = {"roughness": float(found.roughness[0]), "contact_area_mm2": float(found.area[0])}
-        figures.append(Sample(SAMPLE_SEED, texture.index, told))
-    return tuple(figures)
+
+    def figures(relief: NDArray[np.float32]) -> Mapping[str, float]:
+        measures = measure_textures(model.press, relief, size_mm, torch.float32, 0)
+        return {"roughness": float(measures.roughness[0]), "contact_area_mm2": float(measures.area[0])}
+
+    return card_samples(samples, figures)
 
 
 def _net_model(net: UNet, skin: tactile.Skin, samples: int, size_mm: float) -> TouchModel:

@@ -1,4 +1,4 @@
-"""A net from a data set: trained, measured on textures that it has not seen, and written down."""
+"""Training of a net on a data set: loop, measurement on the test split, weights and card."""
 
 from __future__ import annotations
 
@@ -24,26 +24,28 @@ from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import Card, save_net, weights_bytes
 
 PACKAGES = ("retouch", "torch", "numpy", "scipy", "scikit-image")
+"""Packages whose versions a card lists."""
 CURVES_PAGE = "curves.html"
 TESTED = 400
-"""Textures of the test split that a net is measured on; the first ones."""
+"""Most textures of the test split, from the first, that a net is measured on."""
 WIDTHS, BLOCK = (24, 48, 72, 96), 4
-"""Channels of the net's levels by default, and the side of the squares of pixels that it works on: squares of
-2 x 2 take more than twice as long (docs/learned.md)."""
+"""Channels of the net's levels, and side in pixels of the squares that the finest level works on; squares of
+2 x 2 pixels take more than twice as long (docs/learned.md)."""
 
 
 @dataclass(frozen=True)
 class TrainingRequest:
-    """What to train.
+    """Request for a training.
 
     Attributes:
-        data: folder of the data set.
-        out: where weights, card, curves and checkpoint go.
-        widths: channels of the net's levels.
+        data: Folder of the data set.
+        out: Folder for weights, card, curves and checkpoint.
+        settings: Settings of the training.
+        widths: Channels of the net's levels, finest first.
         device: "cpu" or "cuda".
-        resume: go on from the checkpoint in `out`.
-        tested: textures that it is measured on.
-        reference: what it is measured against.
+        resume: Whether the checkpoint in `out` is resumed.
+        tested: Most textures that the net is measured on.
+        reference: Model of touch that the touch net is measured against.
     """
 
     data: Path
@@ -57,14 +59,24 @@ class TrainingRequest:
 
 
 def train_net(
-    kind: Kind, request: TrainingRequest, tell: Callable[[Epoch], None] = lambda epoch: None
+    kind: Kind, request: TrainingRequest, observer: Callable[[Epoch], None] = lambda epoch: None
 ) -> Card:
-    """Train a net and write ``KIND.safetensors``, ``KIND.json`` and the curves into `order.out`.
+    """Train a net and write ``KIND.safetensors``, ``KIND.json`` and the curves into ``request.out``.
 
-    Interrupted, it leaves a checkpoint after every epoch; resumed, it ends at the same weights.
+    There is a checkpoint after every epoch; a training that is interrupted and resumed ends at the same
+    weights.
+
+    Args:
+        kind: Kind of the net.
+        request: What to train, and on which data.
+        observer: Called after every epoch.
+
+    Returns:
+        The card of the net.
 
     Raises:
-        InputError: the data set is no good, `out` holds another training, or there is none to resume.
+        InputError: The data set does not serve, ``request.out`` holds another training, there is none to
+            resume, or the training diverges.
     """
     data = open_fieldset(request.data)
     setup = _setup(kind, data, request)
@@ -72,26 +84,24 @@ def train_net(
     side = data.request.samples
     if side % shape.multiple:
         raise InputError(f"{request.data}: samples: {side} is no multiple of {shape.multiple}")
-    begun = TrainingKey(kind, shape, request.settings, _digest(request.data / DATASET_FILE))
+    key = TrainingKey(kind, shape, request.settings, _checksum(request.data / DATASET_FILE))
     if not request.resume and (request.out / CHECKPOINT_FILE).exists():
-        raise InputError(
-            f"{request.out / CHECKPOINT_FILE}: a training lies here; go on with --resume, or choose another"
-        )
-    start = load_training(request.out, begun) if request.resume else None
+        raise InputError(f"{request.out / CHECKPOINT_FILE}: exists; give --resume, or choose another folder")
+    start = load_training(request.out, key) if request.resume else None
     torch.manual_seed(request.settings.seed)
     net = UNet(shape).to(request.device)
 
-    def keep(training: Training) -> None:
-        save_training(request.out, begun, training)
+    def after_epoch(training: Training) -> None:
+        save_training(request.out, key, training)
         write_atomically(request.out / CURVES_PAGE, curves_page(kind, training.epochs).encode())
-        tell(training.epochs[-1])
+        observer(training.epochs[-1])
 
-    there = setup.task.to(torch.device(request.device))
-    training = train(net, there, setup.examples, setup.validation, request.settings, start, keep)
+    loss = setup.loss.to(torch.device(request.device))
+    training = train(net, loss, setup.examples, setup.validation, request.settings, start, after_epoch)
     best = training.best_epoch
     if best is None or not math.isfinite(best.error):
-        raise InputError(f"{request.out}: the training went astray; try a smaller --learning-rate")
-    card = _card(request, setup, data, net.cpu().requires_grad_(False), begun, training)
+        raise InputError(f"{request.out}: the training diverged; try a smaller --learning-rate")
+    card = _card(request, setup, data, net.cpu().requires_grad_(False), key, training)
     save_net(request.out, net, card)
     return card
 
@@ -111,7 +121,7 @@ def _card(
     setup: TrainingSetup,
     data: Fieldset,
     net: UNet,
-    begun: TrainingKey,
+    key: TrainingKey,
     training: Training,
 ) -> Card:
     best = training.best_epoch
@@ -126,7 +136,7 @@ def _card(
             **{f"{split} textures": count for split, count in splits.items()},
             **setup.data,
             "corpus seed": data.request.seed,
-            "dataset.json sha256": begun.data,
+            "dataset.json sha256": key.data,
         },
         training={
             **{name: value for name, value in asdict(request.settings).items() if value is not None},
@@ -142,5 +152,5 @@ def _card(
     )
 
 
-def _digest(path: Path) -> str:
+def _checksum(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,4 +1,4 @@
-"""Shards done by processes here, or by those of a Dask cluster; a process that dies loses nothing."""
+"""Workers for shard jobs: processes here or of a Dask cluster; a worker that dies loses no shard."""
 
 from __future__ import annotations
 
@@ -17,41 +17,50 @@ from optimize.training.shard_jobs import ShardJob, run_shard
 from relief.errors import InputError
 
 TRIES = 3
-"""Times that a shard may take its worker down."""
+"""Most times that a shard is tried when its worker dies."""
 SINGLE_THREADED = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 """Environment of workers: one thread each, and the same order of sums on every machine."""
 GIVEN_UP = f"its worker died {TRIES} times"
+"""Reason of a shard that is abandoned."""
 ON_A_LOCAL_CLUSTER = "local"
+"""Address that stands for a Dask cluster of processes here."""
 WITHOUT_DASK = "--dask: the package distributed is missing: pip install 'retouch[dask]'"
 
 Work = Callable[[ShardJob], bytes]
+"""A function that computes the content of a shard's file."""
 
 
 @dataclass(frozen=True)
 class JobResult:
-    """A shard that was done or given up: the content of its file, or in a line why there is none."""
+    """Result of a job.
+
+    Attributes:
+        job: The job.
+        content: Content of the shard's file, or one line that says why the shard is abandoned.
+    """
 
     job: ShardJob
     content: bytes | str
 
 
-Results = Generator[JobResult, None, None]
-"""In any order; closing it ends the workers."""
+JobResults = Generator[JobResult, None, None]
+"""Results in any order; closing the generator ends the workers."""
 
 
 class Runner(Protocol):
-    """Does tasks, in any order."""
+    """Runner of jobs."""
 
-    def __call__(self, jobs: Iterable[ShardJob]) -> Results: ...
+    def __call__(self, jobs: Iterable[ShardJob]) -> JobResults:
+        """Run jobs and yield their results in any order, each job exactly once."""
 
 
 class WorkerError(RuntimeError):
-    """A mistake of the program in a worker; holds the worker's traceback."""
+    """An error of the program in a worker; the message is the worker's traceback."""
 
 
 @dataclass
 class _Worker:
-    """A process with what it is at."""
+    """A process and its current job, None while it is idle."""
 
     process: multiprocessing.process.BaseProcess
     connection: Connection
@@ -63,43 +72,53 @@ class _Worker:
         self.process.join()
 
 
-def run_here(jobs: Iterable[ShardJob], workers: int, work: Work = run_shard) -> Results:
-    """Processes of this machine; each has one task at a time, so that it is known which one took it down.
+def run_here(jobs: Iterable[ShardJob], workers: int, work: Work = run_shard) -> JobResults:
+    """Run jobs in processes of this machine.
+
+    A process has one job at a time, so that the job of a process that dies is known.
+
+    Args:
+        jobs: The jobs.
+        workers: Number of processes.
+        work: What the processes do.
+
+    Yields:
+        The results, in any order.
 
     Raises:
-        InputError: a worker did.
-        WorkerError: a worker raised anything else.
+        InputError: A worker raised one.
+        WorkerError: A worker raised any other error.
     """
-    todo, again = iter(jobs), list[ShardJob]()
+    pending, retries = iter(jobs), list[ShardJob]()
     deaths: dict[int, int] = {}
-    crew: list[_Worker] = []
+    pool: list[_Worker] = []
     try:
         while True:
-            while sum(worker.job is not None for worker in crew) < workers:
-                job = again.pop() if again else next(todo, None)
+            while sum(worker.job is not None for worker in pool) < workers:
+                job = retries.pop() if retries else next(pending, None)
                 if job is None:
                     break
-                idle = next((worker for worker in crew if worker.job is None), None)
+                idle = next((worker for worker in pool if worker.job is None), None)
                 if idle is None:
-                    idle = _hired(work)
-                    crew.append(idle)
+                    idle = _start_worker(work)
+                    pool.append(idle)
                 idle.job = job
-                _hand_over(idle)
-            busy = {worker.connection: worker for worker in crew if worker.job is not None}
+                _send_job(idle)
+            busy = {worker.connection: worker for worker in pool if worker.job is not None}
             if not busy:
                 return
             for ready in wait(list(busy)):
-                worker = busy[ready]  # type: ignore[index]  # of the connections asked about
+                worker = busy[ready]  # type: ignore[index]  # one of the connections in `busy`
                 job = worker.job
                 assert job is not None
                 try:
                     answer = worker.connection.recv()
                 except (EOFError, OSError):
-                    crew.remove(worker)
+                    pool.remove(worker)
                     worker.stop()
                     deaths[job.number] = deaths.get(job.number, 0) + 1
                     if deaths[job.number] < TRIES:
-                        again.append(job)
+                        retries.append(job)
                     else:
                         yield JobResult(job, GIVEN_UP)
                     continue
@@ -108,29 +127,29 @@ def run_here(jobs: Iterable[ShardJob], workers: int, work: Work = run_shard) -> 
                     raise answer
                 yield JobResult(job, answer)
     finally:
-        for worker in crew:
+        for worker in pool:
             worker.stop()
 
 
-def _hired(work: Work) -> _Worker:
+def _start_worker(work: Work) -> _Worker:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_serve, args=(theirs, work), daemon=True)
-    with _environment(SINGLE_THREADED), _deaf_to_interrupts():
+    with _environment(SINGLE_THREADED), _ignore_interrupts():
         process.start()
-    # Or the end of the process would not end the connection.
+    # While this end is open here, the connection would outlive the process.
     theirs.close()
     return _Worker(process, ours)
 
 
-def _hand_over(worker: _Worker) -> None:
-    # If it has died, waiting for its answer tells.
+def _send_job(worker: _Worker) -> None:
+    # A worker that has died is noticed when its answer is awaited.
     with suppress(OSError):
         worker.connection.send(worker.job)
 
 
 def _serve(connection: Connection, work: Work) -> None:
-    """The life of a worker: tasks come in, shards go out, until the other end is closed."""
+    """Receive jobs and send shards until the other end of the connection is closed."""
     while True:
         try:
             job = connection.recv()
@@ -141,14 +160,14 @@ def _serve(connection: Connection, work: Work) -> None:
             answer = work(job)
         except InputError as error:
             answer = InputError(str(error))
-        except Exception:  # told to the process that can show it
+        except Exception:  # sent to the process that can show the traceback
             answer = WorkerError(traceback.format_exc())
         connection.send(answer)
 
 
 @contextmanager
 def _environment(values: Mapping[str, str]) -> Iterator[None]:
-    """These variables, which processes started inside inherit."""
+    """Set environment variables, which processes started in the block inherit."""
     before = {name: os.environ.get(name) for name in values}
     os.environ.update(values)
     try:
@@ -162,8 +181,8 @@ def _environment(values: Mapping[str, str]) -> Iterator[None]:
 
 
 @contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Processes started inside leave Ctrl-C, which a terminal sends to all, to this one."""
+def _ignore_interrupts() -> Iterator[None]:
+    """Let processes started in the block ignore Ctrl-C, which a terminal sends to all processes."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -174,15 +193,21 @@ def _deaf_to_interrupts() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def run_on_dask(jobs: Iterable[ShardJob], address: str, workers: int, work: Work = run_shard) -> Results:
-    """Workers of a Dask cluster; their machines need this program, but no files of this one.
+def run_on_dask(jobs: Iterable[ShardJob], address: str, workers: int, work: Work = run_shard) -> JobResults:
+    """Run jobs on a Dask cluster, whose machines need this program, but no files of this machine.
 
     Args:
-        address: of the scheduler, as in "tcp://10.0.0.1:8786"; "local": a cluster of processes here.
-        workers: of a local cluster.
+        jobs: The jobs.
+        address: Address of the scheduler, as in "tcp://10.0.0.1:8786", or "local" for a cluster of processes
+            here.
+        workers: Number of processes of a local cluster.
+        work: What the workers do.
+
+    Yields:
+        The results, in any order.
 
     Raises:
-        InputError: there is no such cluster, no package `distributed` here, or a worker said so.
+        InputError: No scheduler answers, the package `distributed` is missing, or a worker raised one.
     """
     try:
         from distributed import Client, LocalCluster
@@ -205,32 +230,32 @@ def run_on_dask(jobs: Iterable[ShardJob], address: str, workers: int, work: Work
         yield from run_on_client(jobs, client, work)
 
 
-def run_on_client(jobs: Iterable[ShardJob], client: Any, work: Work = run_shard) -> Results:
-    """As `run_on_dask`, on the cluster of a `distributed.Client`."""
+def run_on_client(jobs: Iterable[ShardJob], client: Any, work: Work = run_shard) -> JobResults:
+    """Run jobs as `run_on_dask` does, on the cluster of a `distributed.Client`."""
     from distributed import KilledWorker, as_completed
 
-    todo = iter(jobs)
-    doing: dict[Any, ShardJob] = {}
+    pending = iter(jobs)
+    running: dict[Any, ShardJob] = {}
     finished = as_completed()
 
-    def hand_out() -> None:
-        # A few more than there are threads: no worker waits for this process, and few results wait for it.
+    def submit_jobs() -> None:
+        # Two jobs more than threads: no worker waits for this process, and few results wait in memory.
         room = 2 + sum(client.nthreads().values())
-        while len(doing) < room:
-            job = next(todo, None)
+        while len(running) < room:
+            job = next(pending, None)
             if job is None:
                 return
             future = client.submit(work, job, pure=False)
-            doing[future] = job
+            running[future] = job
             finished.add(future)
 
-    hand_out()
+    submit_jobs()
     for future in finished:
-        job = doing.pop(future)
+        job = running.pop(future)
         try:
             content: bytes | str = future.result()
         except KilledWorker:
             content = "the cluster gave it up: its workers died"
         future.release()
-        hand_out()
+        submit_jobs()
         yield JobResult(job, content)

@@ -1,4 +1,4 @@
-"""A training on disk: its checkpoint, one file that is replaced whole after every epoch, and its curves."""
+"""Checkpoint of a training, one file that is replaced atomically after every epoch, and its curves."""
 
 from __future__ import annotations
 
@@ -21,15 +21,18 @@ from surrogate.validation import parse_json
 
 CHECKPOINT_FILE, CURVES = "training.safetensors", "curves.jsonl"
 LARGEST_FILE = 256 << 20
+"""Most bytes of a checkpoint, ten times those of the default net."""
 _PARTS = ("weights", "best", "first", "second")
 
 
 @dataclass(frozen=True)
 class TrainingKey:
-    """What a training was begun with: the same goes on, anything else is refused.
+    """Everything that decides a training; a checkpoint of another key is refused.
 
     Attributes:
-        kind: of the net.
+        kind: Kind of the net.
+        shape: Shape of the net.
+        settings: Settings of the training.
         data: SHA-256 of the data set's dataset.json.
     """
 
@@ -42,31 +45,40 @@ class TrainingKey:
 
 
 @dataclass(frozen=True)
-class _Told:
+class _Header:
+    """Metadata of a checkpoint; the names of the fields are keys of the file."""
+
     begun: TrainingKey
     epochs: Annotated[tuple[Epoch, ...], Field(min_length=1)]
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
 
-_TOLD = TypeAdapter(_Told)
+_HEADER = TypeAdapter(_Header)
 
 
-def save_training(folder: Path, begun: TrainingKey, training: Training) -> None:
-    """Write checkpoint and curves (one epoch a line) into a folder."""
+def save_training(folder: Path, key: TrainingKey, training: Training) -> None:
+    """Write the checkpoint and the curves (one epoch a line) of a training into a folder."""
     tensors = {f"{part}.{k}": v.contiguous() for part in _PARTS for k, v in getattr(training, part).items()}
-    told = json.dumps(asdict(_Told(begun, training.epochs)), sort_keys=True)
+    header = json.dumps(asdict(_Header(key, training.epochs)), sort_keys=True)
     # Tensors that share memory (the best weights are often the last) are refused by safetensors.
-    content = save({name: values.clone() for name, values in sorted(tensors.items())}, {"training": told})
+    content = save({name: values.clone() for name, values in sorted(tensors.items())}, {"training": header})
     write_atomically(folder / CHECKPOINT_FILE, content)
     write_atomically(folder / CURVES, "".join(json.dumps(asdict(e)) + "\n" for e in training.epochs).encode())
 
 
-def load_training(folder: Path, begun: TrainingKey) -> Training:
-    """A training to go on with.
+def load_training(folder: Path, key: TrainingKey) -> Training:
+    """Read the checkpoint of a training.
+
+    Args:
+        folder: Folder of the checkpoint.
+        key: Key that the training must have.
+
+    Returns:
+        The state of the training.
 
     Raises:
-        InputError: there is none, it does not read, or it was begun with anything else than this.
+        InputError: There is no checkpoint, it is damaged, or it has another key.
     """
     path = folder / CHECKPOINT_FILE
     if not path.is_file():
@@ -78,23 +90,20 @@ def load_training(folder: Path, begun: TrainingKey) -> Training:
             text = (file.metadata() or {}).get("training", "")
     except (SafetensorError, OSError) as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}") from error
-    told = parse_json(_TOLD, text, f"{path}: training")
-    for name, (there, here) in _differences(told.begun, begun).items():
-        raise InputError(f"{path}: {name}: begun with {there}, asked to go on with {here}")
-    names = UNet(begun.shape).state_dict()
+    header = parse_json(_HEADER, text, f"{path}: training")
+    stored, requested = _flat(asdict(header.begun)), _flat(asdict(key))
+    for name, value in requested.items():
+        if stored[name] != value:
+            raise InputError(f"{path}: {name}: begun with {stored[name]}, cannot resume with {value}")
+    names = UNet(key.shape).state_dict()
     expected = {f"{part}.{name}": values for part in _PARTS for name, values in names.items()}
-    found = read_tensors(path, path.read_bytes(), expected)
-    parts = {part: {name: found[f"{part}.{name}"] for name in names} for part in _PARTS}
-    return Training(**parts, epochs=told.epochs)
-
-
-def _differences(there: TrainingKey, here: TrainingKey) -> Mapping[str, tuple[object, object]]:
-    """Fields in which two differ, each as it was and as it is asked."""
-    ours, theirs = _flat(asdict(here)), _flat(asdict(there))
-    return {name: (theirs[name], value) for name, value in ours.items() if theirs[name] != value}
+    tensors = read_tensors(path, path.read_bytes(), expected)
+    parts = {part: {name: tensors[f"{part}.{name}"] for name in names} for part in _PARTS}
+    return Training(**parts, epochs=header.epochs)
 
 
 def _flat(values: Mapping[str, object], before: str = "") -> dict[str, object]:
+    """Flatten nested mappings; keys are joined by dots."""
     flat: dict[str, object] = {}
     for name, value in values.items():
         if isinstance(value, Mapping):

@@ -1,7 +1,7 @@
-"""One loop that trains every net: seeded, resumable after any epoch, stopped early, its curves kept.
+"""Training loop of every net: seeded, resumable after any epoch, with early stopping and curves.
 
-What a net is trained *for* comes in as a `Task`; this file knows neither touch nor sight. On the CPU the same
-seed gives the same weights bit for bit, interrupted or not, as long as no limit of time decides.
+What a net is trained for comes in as a `Loss`; this file knows neither touch nor sight. On the CPU the same
+seed gives the same weights bit for bit, interrupted or not, unless a limit of time ends the training.
 """
 
 from __future__ import annotations
@@ -20,40 +20,42 @@ from torch import Tensor, nn
 from surrogate.nets.augmentation import SYMMETRIES
 
 Examples = Mapping[str, Tensor]
-"""By name, tensors whose first axis counts the examples."""
+"""Tensors by name; the first axis of each counts the examples."""
 
 _ORDER, _SYMMETRY = range(2)
-"""What the generators of an epoch are for."""
+"""Streams of random numbers of an epoch: the order of the examples, and their symmetries."""
 
 
 class Loss(Protocol):
-    """What a net is to learn."""
+    """Objective of a net."""
 
-    def loss(self, net: nn.Module, examples: Examples) -> Tensor:
-        """What the descent makes small: one number for some examples."""
+    def __call__(self, net: nn.Module, examples: Examples) -> Tensor:
+        """Return the loss of some examples, a differentiable scalar that training minimises."""
 
     def errors(self, net: nn.Module, examples: Examples) -> Tensor:
-        """(examples,) what the best net is chosen by: smaller is better."""
+        """Return (examples,) errors, whose mean over the validation set decides which weights are best."""
 
     def transformed(self, examples: Examples, symmetry: int) -> Examples:
-        """The examples after one of the eight symmetries of the square."""
+        """Return the examples after one of the eight symmetries of the square (`augmentation`)."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How a net is trained.
+    """Settings of a training.
 
     Attributes:
-        seed: of the order of the examples and their symmetries (and, by who makes the net, of its weights).
-        epochs: times that every example is seen, at most.
-        minutes: of training, at most; the learning rate falls with whichever limit is nearer. None for no
-            limit; with one, the result depends on the machine's speed.
-        batch: examples of a step.
-        learning_rate: the highest, reached after `warmup` steps; then it falls to `last_rate` of it along a
-            cosine (Loshchilov and Hutter, ICLR 2017).
-        weight_decay: of AdamW.
-        largest_gradient: longer gradients are shortened to this norm.
-        patience: epochs without a better validation after which training ends.
+        seed: Seed of the order of the examples and of their symmetries, and of the caller's initial weights.
+        epochs: Most passes over the examples.
+        minutes: Most minutes of training, None for no limit; the learning rate falls with whichever limit is
+            nearer. With a limit of time the result depends on the machine's speed.
+        batch: Examples of a step.
+        learning_rate: Highest learning rate, reached after `warmup` steps; afterwards it falls along a cosine
+            (Loshchilov and Hutter, ICLR 2017).
+        warmup: Steps in which the learning rate rises.
+        last_rate: Last learning rate, in parts of the highest.
+        weight_decay: Weight decay of AdamW.
+        largest_gradient: Largest norm of a gradient; longer ones are clipped.
+        patience: Epochs without a better validation error after which training ends.
     """
 
     seed: Annotated[int, Field(ge=0)] = 0
@@ -70,14 +72,23 @@ class Settings:
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
     def rate(self, step: int, part: float) -> float:
-        """Learning rate of a step, when a part (0 to 1) of the training is done."""
+        """Return the learning rate of a step, when a part (0 to 1) of the training is over."""
         falling = self.last_rate + (1.0 - self.last_rate) * 0.5 * (1.0 + math.cos(math.pi * min(part, 1.0)))
         return self.learning_rate * falling * min(1.0, (step + 1) / max(1, self.warmup))
 
 
 @dataclass(frozen=True)
 class Epoch:
-    """A point of the curves: mean loss in training, mean error in validation; seconds from the beginning."""
+    """Point of the training curves.
+
+    Attributes:
+        number: Number of the epoch, from 1.
+        steps: Steps since the beginning.
+        loss: Mean loss of the training examples.
+        error: Mean error of the validation examples.
+        learning_rate: Learning rate of the last step.
+        seconds: Seconds since the beginning.
+    """
 
     number: int
     steps: int
@@ -89,12 +100,14 @@ class Epoch:
 
 @dataclass(frozen=True)
 class Training:
-    """Where a training stands after an epoch.
+    """State of a training after an epoch; all tensors are on the CPU.
 
     Attributes:
-        weights, best: of the net now, and after the epoch with the smallest validation error; on the CPU.
-        first, second: moments of AdamW, by the names of the weights.
-        epochs: those done.
+        weights: Current weights.
+        best: Weights after the epoch with the smallest validation error.
+        first: First moments of AdamW, by the names of the weights.
+        second: Second moments of AdamW.
+        epochs: Completed epochs.
     """
 
     weights: Mapping[str, Tensor]
@@ -105,11 +118,11 @@ class Training:
 
     @property
     def best_epoch(self) -> Epoch | None:
-        """The one with the smallest validation error; the earliest of several."""
+        """The epoch with the smallest validation error, the earliest of several; None before the first."""
         return min(self.epochs, key=lambda epoch: epoch.error, default=None)
 
     def ended(self, settings: Settings) -> str | None:
-        """Why there is nothing left to train, for a person; None while there is."""
+        """Return why the training is over, in words for a person, or None while it is not."""
         best = self.best_epoch
         if best is None:
             return None
@@ -126,31 +139,38 @@ class Training:
 
 
 def beginning(net: nn.Module) -> Training:
-    """The training of a net that has seen nothing yet."""
-    weights = _copied(net.state_dict())
-    nothing = {name: torch.zeros_like(values) for name, values in weights.items()}
-    return Training(weights, weights, nothing, nothing)
+    """Return the state of a training before its first epoch."""
+    weights = _copies(net.state_dict())
+    zeros = {name: torch.zeros_like(values) for name, values in weights.items()}
+    return Training(weights, weights, zeros, zeros)
 
 
 def train(
     net: nn.Module,
-    task: Loss,
+    loss: Loss,
     examples: Examples,
     validation: Examples,
     settings: Settings,
     start: Training | None = None,
-    keep: Callable[[Training], None] = lambda training: None,
+    observer: Callable[[Training], None] = lambda training: None,
 ) -> Training:
-    """Train a net where it lies (CPU or CUDA); it ends with the best weights.
+    """Train a net on its own device (CPU or CUDA).
 
     Args:
-        examples, validation: on the CPU; batches are moved to the net's device.
-        start: to go on from; by default the beginning. The same `settings` then give the same result as
-            without the interruption, apart from a limit of time.
-        keep: called after every epoch.
+        net: The net, which ends with the best weights.
+        loss: What the net is trained for.
+        examples: Training examples, on the CPU; batches are moved to the net's device.
+        validation: Validation examples, on the CPU.
+        settings: Settings of the training.
+        start: State to resume from; by default the beginning. The same settings give the same result as
+            without the interruption, unless a limit of time ends the training.
+        observer: Called after every epoch.
+
+    Returns:
+        The last state.
 
     Raises:
-        ValueError: no examples, or none for validation.
+        ValueError: There are no examples for training, or none for validation.
     """
     if not _count(examples) or not _count(validation):
         raise ValueError("there is nothing to train on, or nothing to validate by")
@@ -158,23 +178,30 @@ def train(
     net.load_state_dict(dict(training.weights))
     optimiser = _optimiser(net, training, settings, _steps(examples, settings))
     while training.ended(settings) is None:
-        training = _one_epoch(net, task, examples, validation, settings, optimiser, training)
-        keep(training)
+        training = _one_epoch(net, loss, examples, validation, settings, optimiser, training)
+        observer(training)
     net.load_state_dict(dict(training.best))
     net.eval()
     return training
 
 
-def errors(net: nn.Module, task: Loss, examples: Examples, batch: int = 16) -> Tensor:
-    """(examples,) the task's errors of a net, on the CPU."""
+def errors(net: nn.Module, loss: Loss, examples: Examples, batch: int = 16) -> Tensor:
+    """Return (examples,) errors of a net, on the CPU.
+
+    Args:
+        net: The net.
+        loss: What the net is trained for.
+        examples: Examples, on the CPU.
+        batch: Examples at a time.
+    """
     net.eval()
     with torch.no_grad():
-        return torch.cat([task.errors(net, part).cpu() for part in _in_order(examples, batch, _device(net))])
+        return torch.cat([loss.errors(net, part).cpu() for part in _in_order(examples, batch, _device(net))])
 
 
 def _one_epoch(
     net: nn.Module,
-    task: Loss,
+    loss: Loss,
     examples: Examples,
     validation: Examples,
     settings: Settings,
@@ -194,17 +221,17 @@ def _one_epoch(
         for group in optimiser.param_groups:
             group["lr"] = rate
         optimiser.zero_grad()
-        loss = task.loss(net, task.transformed(batch, symmetry))
-        torch.autograd.backward(loss)
+        value = loss(net, loss.transformed(batch, symmetry))
+        torch.autograd.backward(value)
         nn.utils.clip_grad_norm_(net.parameters(), settings.largest_gradient)
         optimiser.step()
-        losses.append(loss.detach())
+        losses.append(value.detach())
         steps += 1
         if settings.minutes is not None and part >= 1.0:
             break
-    error = float(errors(net, task, validation, settings.batch).double().mean())
+    error = float(errors(net, loss, validation, settings.batch).double().mean())
     mean_loss = float(torch.stack(losses).double().mean())
-    weights = _copied(net.state_dict())
+    weights = _copies(net.state_dict())
     best = before.best_epoch
     return Training(
         weights,
@@ -237,7 +264,7 @@ def _optimiser(
 def _shuffled(
     examples: Examples, settings: Settings, epoch: int, device: torch.device
 ) -> Iterator[tuple[Examples, int]]:
-    """The batches of an epoch, each with its symmetry; they depend on seed and epoch alone."""
+    """Yield the batches of an epoch, each with its symmetry; they depend on seed and epoch alone."""
     order = np.random.default_rng((settings.seed, epoch, _ORDER)).permutation(_count(examples))
     symmetries = np.random.default_rng((settings.seed, epoch, _SYMMETRY))
     for first in range(0, len(order), settings.batch):
@@ -263,7 +290,7 @@ def _device(net: nn.Module) -> torch.device:
     return next(net.parameters()).device
 
 
-def _copied(values: Mapping[str, Tensor]) -> dict[str, Tensor]:
+def _copies(values: Mapping[str, Tensor]) -> dict[str, Tensor]:
     return {name: _copy(value) for name, value in values.items()}
 
 

@@ -1,6 +1,6 @@
-"""Weights of a net on disk: a safetensors file, and beside it the card that says what they are.
+"""Weights of a net on disk: a safetensors file, and beside it the card that describes the net.
 
-Both are hostile until checked: nothing is unpickled, and sizes are known before anything is read.
+Both files may be hostile: nothing is unpickled, and sizes are checked before anything is read.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from surrogate.nets.unet import Shape, UNet
 from surrogate.validation import parse_json
 
 FOLDER = Path(__file__).parents[1] / "weights"
-"""Of the nets that come with the package."""
+"""Folder of the nets that come with the package."""
 LARGEST_CARD, LARGEST_WEIGHTS = 1 << 20, 20 << 20
-"""Bytes. All nets together stay under 20 MB."""
+"""Most bytes of a card and of a file of weights; all nets together stay under 20 MB."""
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Text = Annotated[str, Field(max_length=2000)]
@@ -34,11 +34,12 @@ Text = Annotated[str, Field(max_length=2000)]
 
 @dataclass(frozen=True)
 class Sample:
-    """What the net made of one texture when it was new, so that anyone can see whether it still does.
+    """Output of a new net for one texture, which later versions of the program must reproduce.
 
     Attributes:
-        seed, index: of the texture in the corpus, without pictures.
-        figures: by name.
+        seed: Seed of the corpus, which is without photographs.
+        index: Place of the texture in the corpus.
+        figures: Numbers by name.
     """
 
     seed: Annotated[int, Field(ge=0)]
@@ -50,18 +51,19 @@ class Sample:
 
 @dataclass(frozen=True)
 class Card:
-    """What a net is, what it was trained on and how far it errs.
+    """Card of a net: its kind, its training data and its errors.
 
     Attributes:
-        kind: what it stands in for.
-        shape: of the U-Net.
-        sha256: of the file of weights.
-        valid: what it holds for, by name, such as `samples` or `poisson_ratio`.
-        data: the data set: models, seed, textures of each split, the SHA-256 of its dataset.json.
-        training: settings and seed, epochs done, seconds taken.
-        errors: against the reference, on textures that training has not seen, by name with the unit.
-        versions: of the packages that it was trained with.
-        sample: for checks.
+        kind: What the net approximates.
+        shape: Shape of the U-Net.
+        sha256: SHA-256 of the file of weights.
+        valid: Conditions that the net is valid for, by name, such as `samples` or `poisson_ratio`.
+        data: The data set: models, seed, textures of each split, the SHA-256 of its dataset.json.
+        training: Settings and seed, number of epochs, seconds.
+        errors: Errors against the reference, on textures of the test split, by name with the unit.
+        versions: Versions of the packages that trained the net.
+        sample: Outputs for some textures, for a check.
+        format: Version of the format of the card.
     """
 
     kind: Literal["touch", "look"]
@@ -82,27 +84,32 @@ _CARD = TypeAdapter(Card)
 
 
 def weights_path(kind: str, folder: Path = FOLDER) -> Path:
-    """Where the weights of a net lie; its card is beside them, with the suffix .json."""
+    """Return the file of a net's weights; the card is beside the file, with the suffix .json."""
     return folder / f"{kind}.safetensors"
 
 
 def has_weights(kind: str, folder: Path = FOLDER) -> bool:
-    """Whether a net of that kind lies in a folder, by default the package's own."""
+    """Return whether a folder, by default the package's own, holds a net of a kind."""
     path = weights_path(kind, folder)
     return path.is_file() and path.with_suffix(".json").is_file()
 
 
 def weights_bytes(net: nn.Module) -> bytes:
-    """The content of the file of weights: float32, in the order of their names."""
+    """Return the content of the file of weights: float32, in the order of their names."""
     values = net.state_dict()
     return save({name: values[name].detach().cpu().float().contiguous() for name in sorted(values)})
 
 
 def save_net(folder: Path, net: UNet, card: Card) -> None:
-    """Write weights and card; the card comes last, and names the weights by their checksum.
+    """Write the weights and the card; the card is written last, and names the weights by their checksum.
+
+    Args:
+        folder: Folder of both files.
+        net: The net.
+        card: The card of these weights.
 
     Raises:
-        ValueError: the card is that of other weights.
+        ValueError: The card is that of other weights.
     """
     content = weights_bytes(net)
     if hashlib.sha256(content).hexdigest() != card.sha256 or card.shape != net.shape:
@@ -114,10 +121,17 @@ def save_net(folder: Path, net: UNet, card: Card) -> None:
 
 
 def read_card(kind: str, folder: Path = FOLDER) -> Card:
-    """The card of a net.
+    """Read the card of a net.
+
+    Args:
+        kind: Kind of the net.
+        folder: Folder of the card, by default the package's own.
+
+    Returns:
+        The card.
 
     Raises:
-        InputError: there is none, or it is not a card of this kind.
+        InputError: There is no card, or it is not a card of this kind.
     """
     path = weights_path(kind, folder).with_suffix(".json")
     if not path.is_file():
@@ -129,45 +143,59 @@ def read_card(kind: str, folder: Path = FOLDER) -> Card:
 
 
 def load_net(kind: str, folder: Path = FOLDER) -> tuple[UNet, Card]:
-    """A net, ready to be evaluated, and its card.
+    """Read a net and its card.
+
+    Args:
+        kind: Kind of the net.
+        folder: Folder of both files, by default the package's own.
+
+    Returns:
+        The net, in evaluation mode and without gradients of its weights, and its card.
 
     Raises:
-        InputError: a file is missing or damaged, or a tensor is missing, surplus, of another shape or type
+        InputError: A file is missing or damaged, or a tensor is missing, surplus, of another shape or type
             than the card's, or not finite.
     """
     card = read_card(kind, folder)
     path = weights_path(kind, folder)
     content = read_limited(path, LARGEST_WEIGHTS)
     if hashlib.sha256(content).hexdigest() != card.sha256:
-        raise InputError(f"{path}: is not the file that {path.with_suffix('.json').name} tells of (SHA-256)")
+        raise InputError(f"{path}: is not the file that {path.with_suffix('.json').name} describes (SHA-256)")
     with torch.device("meta"):
-        # Without memory: the values come from the file, once they are known to fit.
+        # The net needs no memory yet: the values come from the file, after the check of their shapes.
         net = UNet(card.shape)
     net.load_state_dict(read_tensors(path, content, net.state_dict()), assign=True)
     return net.requires_grad_(False).eval(), card
 
 
 def read_tensors(path: Path, content: bytes, expected: Mapping[str, Tensor]) -> dict[str, Tensor]:
-    """The tensors of a safetensors file, which must be these, finite and in single precision.
+    """Read the tensors of a safetensors file, and check their names, shapes, types and values.
 
     Args:
-        path: for messages.
-        expected: by name, of the right shapes; their values do not matter.
+        path: The file, for messages.
+        content: Its bytes.
+        expected: Tensors by name with the right shapes; their values do not matter.
+
+    Returns:
+        The tensors by name, finite and in single precision.
+
+    Raises:
+        InputError: The tensors are not as expected.
     """
     try:
-        found = load(content)
+        tensors = load(content)
     except (SafetensorError, KeyError, ValueError) as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}") from error
-    for name in sorted(expected.keys() | found.keys()):
-        if name not in found:
+    for name in sorted(expected.keys() | tensors.keys()):
+        if name not in tensors:
             raise InputError(f"{path}: {name}: missing")
         if name not in expected:
             raise InputError(f"{path}: {name}: no such tensor is expected")
-        values, shape = found[name], tuple(expected[name].shape)
+        values, shape = tensors[name], tuple(expected[name].shape)
         if values.dtype != torch.float32 or tuple(values.shape) != shape:
             raise InputError(
                 f"{path}: {name}: {values.dtype} {tuple(values.shape)}, expected float32 {shape}"
             )
         if not bool(torch.isfinite(values).all()):
             raise InputError(f"{path}: {name}: not every value is finite")
-    return found
+    return tensors

@@ -51,7 +51,8 @@ def test_textures_without_fields_are_told_and_change_the_exit_status(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "optimize.training.dataset.make", lambda *_: [Failure(k, "knit/0", "no luck") for k in range(7)]
+        "optimize.training.dataset.make_dataset",
+        lambda *_: [Failure(k, "knit/0", "no luck") for k in range(7)],
     )
     assert main(["dataset", "-o", str(tmp_path), *FEW]) == cli_dataset.WITH_FAILURES
     err = capsys.readouterr().err.splitlines()

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import tactile
-from optimize.training import shard_jobs as shard_work
-from optimize.training.dataset import Plan, ShardResult, make, plan
+from optimize.training import shard_jobs
+from optimize.training.dataset import Plan, ShardResult, make_dataset, plan_dataset
 from optimize.training.fields import touch_fields
 from optimize.training.shard_jobs import ShardJob, run_shard
 from optimize.training.workers import GIVEN_UP, JobResult, WorkerError, run_here, run_on_client, run_on_dask
@@ -31,7 +31,7 @@ SIDE = 16
 def small(count: int = 7, **options: object) -> Plan:
     """Few textures of few samples, touch alone."""
     chosen = {"touch": "layer", "lights": "none", "samples": SIDE, "shard_size": 2} | options
-    return plan(5, count, (), **chosen)  # type: ignore[arg-type]
+    return plan_dataset(5, count, (), **chosen)  # type: ignore[arg-type]
 
 
 def in_process(jobs: Iterable[ShardJob]) -> Generator[JobResult, None, None]:
@@ -40,7 +40,7 @@ def in_process(jobs: Iterable[ShardJob]) -> Generator[JobResult, None, None]:
         yield JobResult(job, run_shard(job))
 
 
-def unheard(_: ShardResult) -> None:
+def ignore(_: ShardResult) -> None:
     pass
 
 
@@ -57,7 +57,7 @@ def files(path: Path) -> dict[str, str]:
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The small data set, as made in this process."""
     out = tmp_path_factory.mktemp("whole") / "data"
-    assert make(small(), out, in_process, unheard) == []
+    assert make_dataset(small(), out, in_process, ignore) == []
     return out
 
 
@@ -75,8 +75,8 @@ def test_it_holds_what_was_asked(whole: Path) -> None:
 
 
 def test_pictures_come_with_their_lights(tmp_path: Path) -> None:
-    wanted = small(2, touch="none", lights="random", directions=2, strata=6)
-    make(wanted, tmp_path / "data", in_process, unheard)
+    plan = small(2, touch="none", lights="random", directions=2, strata=6)
+    make_dataset(plan, tmp_path / "data", in_process, ignore)
     (shard,) = open_fieldset(tmp_path / "data").shards
     assert shard.read("pictures").shape == (2, 2, SIDE, SIDE)
     toward = shard.read("toward")
@@ -89,7 +89,7 @@ def test_the_order_of_shards_changes_nothing(whole: Path, tmp_path: Path) -> Non
     def backward(jobs: Iterable[ShardJob]) -> Generator[JobResult, None, None]:
         yield from in_process(reversed(list(jobs)))
 
-    make(small(), tmp_path / "data", backward, unheard)
+    make_dataset(small(), tmp_path / "data", backward, ignore)
     assert files(tmp_path / "data") == files(whole)
 
 
@@ -104,11 +104,11 @@ def test_what_is_there_is_not_made_again(whole: Path, tmp_path: Path) -> None:
                 raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        make(small(), out, interrupted, unheard)
+        make_dataset(small(), out, interrupted, ignore)
     assert files(out).items() < files(whole).items() and len(files(out)) == 3
-    told: list[ShardResult] = []
-    make(small(), out, interrupted_never(done), told.append)
-    assert done == [0, 1, 2, 3] and sum(made.textures for made in told) == 7
+    results: list[ShardResult] = []
+    make_dataset(small(), out, interrupted_never(done), results.append)
+    assert done == [0, 1, 2, 3] and sum(made.textures for made in results) == 7
     assert files(out) == files(whole)
 
 
@@ -123,25 +123,25 @@ def interrupted_never(done: list[int]) -> partial[Generator[JobResult, None, Non
 
 def test_a_shard_that_is_damaged_is_made_again(whole: Path, tmp_path: Path) -> None:
     out = tmp_path / "data"
-    make(small(), out, in_process, unheard)
+    make_dataset(small(), out, in_process, ignore)
     path = shard_path(out, 2)
     path.write_bytes(path.read_bytes()[:-10])
-    make(small(), out, in_process, unheard)
+    make_dataset(small(), out, in_process, ignore)
     assert files(out) == files(whole)
 
 
 def test_processes_make_the_same_files_and_a_killed_one_loses_nothing(whole: Path, tmp_path: Path) -> None:
     killed = partial(dies_once, mark=tmp_path / "died")
-    make(small(), tmp_path / "data", partial(run_here, workers=2, work=killed), unheard)
+    make_dataset(small(), tmp_path / "data", partial(run_here, workers=2, work=killed), ignore)
     assert (tmp_path / "died").exists()
     assert files(tmp_path / "data") == files(whole)
 
 
 @pytest.mark.slow
 def test_pictures_are_the_same_in_every_process(tmp_path: Path) -> None:
-    wanted = small(3, touch="none", lights="random", directions=2, strata=6, shard_size=1)
-    make(wanted, tmp_path / "here", in_process, unheard)
-    make(wanted, tmp_path / "there", partial(run_here, workers=2), unheard)
+    plan = small(3, touch="none", lights="random", directions=2, strata=6, shard_size=1)
+    make_dataset(plan, tmp_path / "here", in_process, ignore)
+    make_dataset(plan, tmp_path / "there", partial(run_here, workers=2), ignore)
     assert files(tmp_path / "here") == files(tmp_path / "there")
 
 
@@ -149,17 +149,17 @@ def test_a_shard_that_always_takes_its_worker_down_is_given_up_and_the_others_ar
     whole: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "data"
-    failures = make(small(), out, partial(run_here, workers=1, work=dies_always), unheard)
+    failures = make_dataset(small(), out, partial(run_here, workers=1, work=dies_always), ignore)
     assert [(failure.index, failure.reason) for failure in failures] == [(2, GIVEN_UP), (3, GIVEN_UP)]
     assert list(read_failures(out)) == failures
     assert [shard.number for shard in open_fieldset(out).shards] == [0, 2, 3]
-    make(small(), out, in_process, unheard)
+    make_dataset(small(), out, in_process, ignore)
     assert files(out) == files(whole)
 
 
 def test_a_mistake_in_a_worker_is_shown_with_its_traceback(tmp_path: Path) -> None:
     with pytest.raises(WorkerError, match="ZeroDivisionError"):
-        make(small(), tmp_path / "data", partial(run_here, workers=1, work=is_mistaken), unheard)
+        make_dataset(small(), tmp_path / "data", partial(run_here, workers=1, work=is_mistaken), ignore)
 
 
 def test_a_texture_that_fails_is_left_out_and_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -174,11 +174,11 @@ def test_a_texture_that_fails_is_left_out_and_listed(tmp_path: Path, monkeypatch
             raise tactile.ContactError("contact not converged")
         return touch_fields(heights, *rest)  # type: ignore[arg-type]
 
-    wanted = small()
-    fifth = made(next(iter(wanted.textures(2))), samples=SIDE)  # type: ignore[arg-type]
-    monkeypatch.setattr(shard_work.corpus, "heights", spoilt)
+    plan = small()
+    fifth = made(next(iter(plan.textures(2))), samples=SIDE)  # type: ignore[arg-type]
+    monkeypatch.setattr(shard_jobs.corpus, "heights", spoilt)
     monkeypatch.setattr("optimize.training.fields.touch_fields", unable)
-    failures = make(wanted, tmp_path / "data", in_process, unheard)
+    failures = make_dataset(plan, tmp_path / "data", in_process, ignore)
     assert [(failure.index, failure.reason) for failure in failures] == [
         (2, "heights: not every value is finite"),
         (4, "touch: contact not converged"),
@@ -207,11 +207,11 @@ def test_workers_need_no_files_of_the_user(hills: list[Photograph], tmp_path: Pa
     texture = store(run, "plate", relief, hills[0].name)
     manifest.write_manifest(run / manifest.MANIFEST_FILE, [manifest.entry(texture, relief)])
     options = {"touch": "none", "lights": "studio", "strata": 6, "samples": SIDE}
-    wanted = plan(5, 3, hills, procedural_share=0.0, optimised=run, **options)  # type: ignore[arg-type]
-    job = wanted.job(0)
+    plan = plan_dataset(5, 3, hills, procedural_share=0.0, optimised=run, **options)  # type: ignore[arg-type]
+    job = plan.job(0)
     for file in tmp_path.rglob("*.npy"):
         file.unlink()
-    make(wanted, tmp_path / "data", lambda _: in_process([job]), unheard)
+    make_dataset(plan, tmp_path / "data", lambda _: in_process([job]), ignore)
     (shard,) = open_fieldset(tmp_path / "data").shards
     np.testing.assert_array_equal(shard.read("heights")[3], relief)
     assert shard.rows[3].entry.texture == texture
@@ -223,7 +223,7 @@ def test_pictures_that_cannot_be_read_are_told_before_any_work(
 ) -> None:
     np.save(tmp_path / "hills" / "a.npy", np.zeros((64, 64)))
     with pytest.raises(InputError, match="is flat"):
-        plan(5, 3, hills)
+        plan_dataset(5, 3, hills)
 
 
 @pytest.mark.parametrize(
@@ -239,22 +239,22 @@ def test_a_folder_with_another_data_set_is_refused(
 ) -> None:
     before = files(whole)
     with pytest.raises(InputError, match=rf"{DATASET_FILE}: {field}") as caught:
-        make(small(**change), whole, in_process, unheard)  # type: ignore[arg-type]
+        make_dataset(small(**change), whole, in_process, ignore)  # type: ignore[arg-type]
     assert "\n" not in str(caught.value) and files(whole) == before
 
 
 def test_a_folder_with_other_files_is_refused(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").touch()
     with pytest.raises(InputError, match="holds files that are not a data set's"):
-        make(small(), tmp_path, in_process, unheard)
+        make_dataset(small(), tmp_path, in_process, ignore)
     with pytest.raises(InputError, match="is a file"):
-        make(small(), tmp_path / "thesis.txt", in_process, unheard)
+        make_dataset(small(), tmp_path / "thesis.txt", in_process, ignore)
     assert [file.name for file in tmp_path.iterdir()] == ["thesis.txt"]
 
 
 def test_a_worker_with_other_packages_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     job = small().job(0)
-    monkeypatch.setattr(shard_work, "version", lambda name: "0.0")
+    monkeypatch.setattr(shard_jobs, "version", lambda name: "0.0")
     with pytest.raises(InputError, match="the data set is made by version"):
         run_shard(job)
 
@@ -281,14 +281,14 @@ def test_a_dask_cluster_makes_the_same_files_though_a_worker_is_killed(whole: Pa
             os.kill(pids[working[0]], signal.SIGKILL)
             yield from results
 
-    make(small(), tmp_path / "data", killing, unheard)
+    make_dataset(small(), tmp_path / "data", killing, ignore)
     assert files(tmp_path / "data") == files(whole)
 
 
 @pytest.mark.slow
 def test_a_local_cluster_is_made_where_one_is_asked_for(whole: Path, tmp_path: Path) -> None:
     pytest.importorskip("distributed")
-    make(small(), tmp_path / "data", partial(run_on_dask, address="local", workers=1), unheard)
+    make_dataset(small(), tmp_path / "data", partial(run_on_dask, address="local", workers=1), ignore)
     assert files(tmp_path / "data") == files(whole)
 
 

@@ -11,7 +11,7 @@ import torch
 
 import tactile
 from optimize.commands.main import main
-from optimize.training.dataset import make, plan
+from optimize.training.dataset import make_dataset, plan_dataset
 from optimize.training.look_loss import LookLoss
 from optimize.training.look_loss import examples_of as look_examples
 from optimize.training.look_setup import studio_sky
@@ -39,8 +39,8 @@ SETTINGS = Settings(seed=1, epochs=12, batch=8, warmup=5)
 def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A corpus of which a net can be trained in seconds."""
     folder = tmp_path_factory.mktemp("data")
-    wanted = plan(5, 96, (), touch="layer", lights="none", samples=SIDE)
-    assert not make(wanted, folder, partial(run_here, workers=1), lambda made: None)
+    plan = plan_dataset(5, 96, (), touch="layer", lights="none", samples=SIDE)
+    assert not make_dataset(plan, folder, partial(run_here, workers=1), lambda made: None)
     return folder
 
 
@@ -59,11 +59,11 @@ def trained(training: TrainingRequest) -> TrainingRequest:
 def test_a_net_errs_less_than_the_solver_steps_that_it_starts_from(trained: TrainingRequest) -> None:
     """The configuration that continuous integration trains: under a minute on one core."""
     data = open_fieldset(trained.data)
-    task = touch_loss(tactile.Skin(), SIDE, SIZE)
-    validation = examples_of(data, "validation", task)
+    loss = touch_loss(tactile.Skin(), SIDE, SIZE)
+    validation = examples_of(data, "validation", loss)
     net, card = load_net("touch", trained.out)
-    untrained = float(errors_of(UNet(net.shape), task, validation).mean())
-    error = float(errors_of(net, task, validation).mean())
+    untrained = float(errors_of(UNet(net.shape), loss, validation).mean())
+    error = float(errors_of(net, loss, validation).mean())
     assert error < 0.8 * untrained and error < 0.35
     assert card.training["best validation error"] == pytest.approx(error, rel=1e-5)
 
@@ -101,13 +101,13 @@ def test_a_training_that_was_stopped_ends_at_the_same_file(trained: TrainingRequ
 
 
 def test_the_task_is_as_symmetric_as_the_square(trained: TrainingRequest) -> None:
-    task = touch_loss(tactile.Skin(), SIDE, SIZE)
-    validation = examples_of(open_fieldset(trained.data), "validation", task)
+    loss = touch_loss(tactile.Skin(), SIDE, SIZE)
+    validation = examples_of(open_fieldset(trained.data), "validation", loss)
     net, _ = load_net("touch", trained.out)
     blind = UNet(net.shape)
     for symmetry in range(SYMMETRIES):
-        found = task.errors(blind, task.transformed(validation, symmetry))
-        torch.testing.assert_close(found, task.errors(blind, validation), rtol=1e-3, atol=1e-5)
+        found = loss.errors(blind, loss.transformed(validation, symmetry))
+        torch.testing.assert_close(found, loss.errors(blind, validation), rtol=1e-3, atol=1e-5)
 
 
 def test_a_model_compared_with_itself_has_no_error() -> None:
@@ -168,8 +168,8 @@ def test_what_is_wrong_is_told_in_one_line(
 def looked_at(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small corpus with pictures under ambient light."""
     folder = tmp_path_factory.mktemp("looked_at")
-    wanted = plan(6, 48, (), touch="none", lights="random", directions=1, samples=SIDE)
-    assert not make(wanted, folder, partial(run_here, workers=1), lambda made: None)
+    plan = plan_dataset(6, 48, (), touch="none", lights="random", directions=1, samples=SIDE)
+    assert not make_dataset(plan, folder, partial(run_here, workers=1), lambda made: None)
     return folder
 
 
@@ -178,22 +178,22 @@ def test_the_rendering_net_mends_what_rough_horizons_tell(looked_at: Path, tmp_p
     card = train_net("look", training)
     net, read = load_net("look", tmp_path)
     assert read == card and card.valid["samples"] == SIDE and net.shape.inputs == ambient_net.CHANNELS
-    data, task = open_fieldset(looked_at), LookLoss(SIZE)
+    data, loss = open_fieldset(looked_at), LookLoss(SIZE)
     seen, validation = (look_examples(data, split, studio_sky()) for split in ("train", "validation"))
-    untrained, trained = (float(errors_of(n, task, seen).mean()) for n in (UNet(net.shape), net))
+    untrained, trained = (float(errors_of(n, loss, seen).mean()) for n in (UNet(net.shape), net))
     assert trained < 0.85 * untrained and trained < 0.05
-    best = float(errors_of(net, task, validation).mean())
+    best = float(errors_of(net, loss, validation).mean())
     assert card.training["best validation error"] == pytest.approx(best, rel=1e-4)
-    assert best <= float(errors_of(UNet(net.shape), task, validation).mean())
+    assert best <= float(errors_of(UNet(net.shape), loss, validation).mean())
     assert 0.0 < card.errors["ambient_mean_percent"] < 15.0
     assert {sample.figures["mean_openness"] for sample in card.sample} > set()
 
 
 def test_its_pictures_turn_with_the_relief(looked_at: Path) -> None:
     examples = look_examples(open_fieldset(looked_at), "train", studio_sky())
-    task, net = LookLoss(SIZE), UNet(Shape(ambient_net.CHANNELS, 1, (4, 4), 2))
+    loss, net = LookLoss(SIZE), UNet(Shape(ambient_net.CHANNELS, 1, (4, 4), 2))
     few = {name: values[:2] for name, values in examples.items()}
-    errors = [errors_of(net, task, task.transformed(few, symmetry)) for symmetry in range(SYMMETRIES)]
+    errors = [errors_of(net, loss, loss.transformed(few, symmetry)) for symmetry in range(SYMMETRIES)]
     for error in errors[1:]:
         # Faces turn along: only the diagonal that cells are cut along does not.
         torch.testing.assert_close(error, errors[0], rtol=0.05, atol=0.002)

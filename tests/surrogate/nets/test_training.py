@@ -25,7 +25,7 @@ KEY = TrainingKey("touch", SHAPE, SETTINGS, "0" * 64)
 class Blur:
     """The net is to blur what it is shown."""
 
-    def loss(self, net: nn.Module, examples: Examples) -> Tensor:
+    def __call__(self, net: nn.Module, examples: Examples) -> Tensor:
         return self.errors(net, examples).mean()
 
     def errors(self, net: nn.Module, examples: Examples) -> Tensor:
@@ -85,7 +85,7 @@ def test_a_training_that_was_interrupted_ends_at_the_same_weights_bit_for_bit(
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train(new_net(), Blur(), EXAMPLES, VALIDATION, SETTINGS, keep=keep)
+        train(new_net(), Blur(), EXAMPLES, VALIDATION, SETTINGS, observer=keep)
     start = load_training(tmp_path, KEY)
     assert len(start.epochs) == epoch
     torch.manual_seed(99)
@@ -136,7 +136,7 @@ def kept(tmp_path: Path) -> Path:
         EXAMPLES,
         VALIDATION,
         replace(SETTINGS, epochs=2),
-        keep=lambda t: save_training(tmp_path, KEY, t),
+        observer=lambda t: save_training(tmp_path, KEY, t),
     )
     return tmp_path
 
