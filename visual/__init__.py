@@ -1,18 +1,23 @@
 """Sight: what a relief looks like, with gradients. Importing this loads no Mitsuba, Dr.Jit or torch."""
 
-from typing import TYPE_CHECKING, Any
+import sys
+from typing import TYPE_CHECKING
 
-from relief.errors import InputError as InputError
-from relief.heightmap import load_heights as load_heights
+from relief.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from visual.scene import Scene as Scene
-    from visual.scene import load_scene as load_scene
+    from relief.errors import InputError
+    from relief.heightmap import load_heights
+    from visual.scene import Scene, load_scene
 
+__all__ = ["InputError", "Scene", "load_heights", "load_scene"]
 
-def __getattr__(name: str) -> Any:
-    if name in ("Scene", "load_scene"):
-        from visual import scene
+_SOURCES = {
+    "InputError": "relief.errors",
+    "Scene": "visual.scene",
+    "load_heights": "relief.heightmap",
+    "load_scene": "visual.scene",
+}
+"""The module of each public name; the imports above say the same to type checkers."""
 
-        return getattr(scene, name)
-    raise AttributeError(f"module 'visual' has no attribute {name!r}")
+__getattr__, __dir__ = lazy_names(sys.modules[__name__], _SOURCES)

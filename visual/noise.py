@@ -1,8 +1,8 @@
-"""Pictures with their standard error, from independent batches.
+"""Noise of pictures: means and standard errors from independent batches.
 
-A picture is rendered as several pictures of fewer samples, each with random numbers of its own. How far these
-lie apart tells the noise of their mean. The spread of the samples within one picture would not: a sampler
-that stratifies makes them depend on one another.
+A picture is rendered as several pictures of fewer samples, each with random numbers of its own. The spread of
+these pictures gives the noise of their mean. The spread of the samples within one picture does not, because a
+stratified sampler makes samples depend on one another.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 BATCHES = 4
-"""More would know the noise better, and make more of it: strata are as few as a batch has samples."""
+"""Number of batches. With more, the noise is better known but larger: a batch has fewer strata."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Batches:
     """Pictures of one relief, rendered several times.
 
     Attributes:
-        pictures: (batches, conditions, rows, cols) radiance; each batch with random numbers of its own.
+        pictures: (batches, conditions, rows, cols) radiance.
         samples: a pixel, of all batches together.
     """
 
@@ -42,21 +42,21 @@ class Batches:
 
     @property
     def standard_error(self) -> Array:
-        """(conditions, rows, cols), of `mean`, radiance."""
+        """(conditions, rows, cols) standard error of `mean`, radiance."""
         return np.asarray(self.pictures.std(axis=0, ddof=1) / np.sqrt(len(self.pictures)))
 
     @property
     def relative_error(self) -> Array:
-        """(conditions,): standard error of a pixel (root mean square over all) by the mean radiance.
+        """(conditions,) root mean square of the standard error over all pixels, by the mean radiance.
 
-        0 for a picture that is black all over.
+        0 for a black picture.
         """
         error = np.sqrt(np.square(self.standard_error).mean(axis=(1, 2)))
         level = self.mean.mean(axis=(1, 2))
         return np.divide(error, level, out=np.zeros_like(error), where=level > 0.0)
 
     def condition(self, number: int) -> Batches:
-        """The same of one condition alone."""
+        """The batches of one condition alone."""
         return replace(self, pictures=self.pictures[:, number : number + 1])
 
 
@@ -93,8 +93,8 @@ def batched(
         heights: (rows, cols) mm; default the scene's own.
         samples: a pixel, of all batches together, at least one in each; default as the scene file says.
         seed: the same seed, the same random numbers in each batch, whatever the relief.
-        batches: an even number, 4 or more.
-        resolution: pixels a side instead of the film's.
+        batches: number of batches, even, 4 or more.
+        resolution: pixels along the film's longer side instead of its own.
 
     Raises:
         InputError: as `Scene.render`.
@@ -112,14 +112,14 @@ def batched(
 
 
 def jackknife_error(statistic: Callable[..., float], *batched: Array) -> float:
-    """Standard error of a statistic of batches, by leaving out one after another.
+    """Standard error of a statistic of batches, by leaving out one batch after another.
 
-    For U-statistics it is too large on average, never too small (Efron and Stein, "The jackknife estimate of
-    variance", 1981). Its own relative error is about 1 / sqrt(2 (batches - 1)): 40 % with four.
+    For U-statistics the estimate is too large on average, never too small (Efron and Stein, "The jackknife
+    estimate of variance", 1981). Its own relative error is about 1 / sqrt(2 (batches - 1)): 40 % with four.
 
     Args:
-        statistic: of arrays like `batched`, of any number of batches.
-        batched: arrays (batches, ...), batches of one number belonging together.
+        statistic: a function of arrays like `batched`, for any number of batches.
+        batched: arrays (batches, ...); batches of one number belong together.
     """
     count = len(batched[0])
     left = [statistic(*(np.delete(array, out, axis=0) for array in batched)) for out in range(count)]

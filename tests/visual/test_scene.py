@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import torch
 
+import visual
 from relief.errors import InputError
 from tests.visual.differences import differ_by_noise
 from tests.visual.scenes import (
@@ -48,6 +49,19 @@ def test_a_scene_knows_its_plate_and_its_pictures(scene_of: Callable[..., Scene]
     assert loaded.white == pytest.approx(IRRADIANCE / np.pi)
     assert scene_of(sky()).white == pytest.approx(RADIANCE)
     assert loaded.render().shape == (2, SIDE, SIDE)
+
+
+def test_a_scene_is_shown_in_one_line(scene_of: Callable[..., Scene]) -> None:
+    assert repr(scene_of(sun(35, name="left"), sun(40), variant="llvm_ad_mono")) == (
+        "<Scene scene.xml: 32 x 32 heights, 10 mm; 32 x 32 pixels; left, light-2; llvm_ad_mono>"
+    )
+
+
+def test_the_package_offers_its_public_names_and_loads_them_on_first_use() -> None:
+    assert set(visual.__all__) <= set(dir(visual))
+    assert (visual.Scene, visual.load_scene) == (Scene, load_scene)
+    with pytest.raises(AttributeError):
+        visual.look  # noqa: B018
 
 
 def test_a_flat_plate_is_as_bright_as_its_lights_say(scene_of: Callable[..., Scene]) -> None:

@@ -1,1 +1,1 @@
-"""Lights of every kind as sets of parallel lights."""
+"""Lights: kinds, one row of a table each, and their quadrature by parallel lights."""

@@ -1,4 +1,4 @@
-"""Area lights far from the plate as parallel lights."""
+"""Area lights far from the plate, as parallel lights toward points of the shining surface."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from visual.lights.parallel import GOLDEN_RATIO, ParallelLights, off_horizon
 Array = NDArray[np.float64]
 
 SHAPES = ("disk", "rectangle", "sphere")
-"""Shapes whose area lights become parallel lights."""
+"""Shapes, by Mitsuba's names, whose area lights can be parallel lights."""
 DISTANT = 40.0
-"""Least distance of a light that is taken as parallel, in sides of the plate. At this distance, under a disk
-of 2 degrees, the picture of a 1.5 mm relief is off by 1.5 % of its mean (light at 35 degrees) or 2 % (at 15):
-in truth light falls off across the plate. The error goes with one over the distance."""
+"""Least distance of an area light, in sides of the plate. At this distance, under a disk of 2 degrees, the
+picture of a 1.5 mm relief is off by 1.5 % of its mean (light at 35 degrees) or 2 % (at 15), because parallel
+light does not fall off across the plate. The error is proportional to one over the distance."""
 
 ROUND = 1e-4
-"""Tolerance of the products of a sphere's axes, of length 1."""
+"""Tolerance of the scalar products of a sphere's axes, scaled to length 1."""
 
 
 def area_lights(
     shape: EmitterShape, radiance: ArrayLike, count: int, generator: np.random.Generator | None = None
 ) -> ParallelLights:
-    """A far light of constant radiance as parallel lights toward points of it, as seen from the origin.
+    """A far light of constant radiance as parallel lights toward its points, as seen from the origin.
 
-    Each stands for an equal part: of the area of a disk or a rectangle, which shine from their front alone
-    and by the cosine to it; of the solid angle of a sphere. With a generator the points are drawn anew at
-    every call and right on average.
+    Each parallel light stands for an equal part of the area of a disk or a rectangle, which shine from the
+    front alone, or of the solid angle of a sphere.
 
     Args:
-        shape: one of `SHAPES`.
+        shape: its kind is one of `SHAPES`.
         radiance: L, one number or red, green and blue.
         count: K, lights.
+        generator: draws other points at every call, without bias; None for fixed points.
     """
     first, second = (0.5, 0.5) if generator is None else generator.uniform(size=2)
     number = np.arange(count)
@@ -46,12 +46,12 @@ def area_lights(
 
 
 def is_distant(shape: EmitterShape, size_mm: float) -> bool:
-    """Whether a light on one of `SHAPES` is far enough from a plate of this side to be taken as parallel."""
+    """Whether a light on one of `SHAPES` is far enough from a plate of this side, mm, to be parallel."""
     return _nearest(shape) >= DISTANT * size_mm
 
 
 def shape_obstacle(shape: EmitterShape) -> str | None:
-    """Why light from a shape cannot be parallel lights, however far it is; None if it can."""
+    """Why light from a shape cannot be parallel lights at any distance; None if it can."""
     if shape.kind not in SHAPES:
         return f"{shape.kind}: gradients are only there for light from a disk, a rectangle or a sphere"
     axes = shape.to_world[:3, :3]
@@ -76,10 +76,15 @@ def _nearest(shape: EmitterShape) -> float:
 
 
 def _flat(shape: EmitterShape, part: Array, around: Array) -> tuple[Array, Array]:
-    """Directions (lights, 3) toward points of a disk or rectangle and the solid angle (lights,) that all of
-    it would fill, were it everywhere as seen there; 0 from behind.
+    """Directions toward points of a disk or rectangle, and the solid angle of the shape seen at each point.
 
-    `part` and `around`, (lights,) in [0, 1), place the points: equal areas for equal steps of each.
+    Args:
+        shape: a disk or rectangle.
+        part, around: (lights,) in [0, 1), places of the points; equal steps of each cross equal areas.
+
+    Returns:
+        Directions (lights, 3), and solid angles (lights,) of the whole shape if all of it were as near and as
+        inclined as the point; 0 from behind.
     """
     if shape.kind == "disk":
         radius, azimuth = np.sqrt(part), 2.0 * np.pi * around
@@ -97,7 +102,7 @@ def _flat(shape: EmitterShape, part: Array, around: Array) -> tuple[Array, Array
 
 
 def _sphere(shape: EmitterShape, part: Array, around: Array) -> tuple[Array, Array]:
-    """The same for a sphere: equal solid angles for equal steps. A sphere turned inside out is dark."""
+    """`_flat` for a sphere: equal steps cross equal solid angles. A sphere turned inside out is dark."""
     centre = shape.to_world[:3, 3]
     axes = shape.to_world[:3, :3]
     distance = np.linalg.norm(centre)

@@ -1,9 +1,9 @@
 """Environment maps as parallel lights.
 
-A map is gathered into cells of the sky, and these are stood for in two ways. Small bright regions, suns and
-lamps, are one light each, however small they are: by importance alone they would take most of the lights and
-all of those would be the same. The rest is sampled by importance at low discrepancy, by the inverse of its
-cumulative luminance along the sine of the elevation and then along the azimuth.
+The map is gathered into cells of the sky. Small bright regions, suns and lamps, become one light each: by
+importance they would take most of the lights, all of nearly the same direction. The rest is sampled by
+importance at low discrepancy, by the inverse of the cumulative luminance along the sine of the elevation and
+then along the azimuth.
 """
 
 from __future__ import annotations
@@ -24,20 +24,21 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 FINE = 512
-"""Rows and half the columns that a coarser map is interpolated to, so that every cell of the sky has some."""
+"""Rows, and half the columns, that a coarser map is interpolated to, so that every cell holds some pixels."""
 ROWS_AT_ONCE = 64
+"""Rows of a map that are gathered at a time: temporary arrays of a map of 8192 columns then take 0.1 GB."""
 CELLS_UP, CELLS_AROUND = 130, 256
 """Cells of equal solid angle: 0.01 of the sine of the elevation high, 1.4 degrees wide."""
 REGIONS = 64
-"""Regions, at least, among which lamps are looked for: a few lights, too, are to find one."""
+"""Least number of regions among which lamps are looked for, so that a few lights find one, too."""
 ORTHOGONAL = 1e-4
 """Tolerance of the products of the axes of a map, of length 1."""
 TINY = 1e-12
-"""Least share of a region on one side of a cut, against rounding."""
+"""Least share of a region's luminance on one side of a cut, against division by zero."""
 SHARPER = 0.7
-"""Largest blur of the shadows of a lamp, against that of any other light. Measured on skies with a sun, with
-lamps 16 degrees wide and with neither: with less, wide lamps are left to chance (error at 32 lights 1.5
-instead of 0.8 %), with more, parts of a smooth sky become lamps (at 64 lights 0.6 instead of 0.45 %)."""
+"""Largest blur of a lamp's shadows, relative to the blur under any other light. Measured on skies with a sun,
+with lamps 16 degrees wide and with neither: below, wide lamps are left to chance (error at 32 lights 1.5
+instead of 0.8 %); above, parts of a smooth sky become lamps (at 64 lights 0.6 instead of 0.45 %)."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Cells:
     """Parts of the sky, row by row from the lowest.
 
     Attributes:
-        toward: (cells, 3) unit vectors, each the mean of its cell weighted by luminance.
+        toward: (cells, 3) unit vectors, means of the cells weighted by luminance.
         irradiance: (cells, 3) red, green and blue on a plane that faces the cell.
         luminance: (cells,) of that irradiance.
     """
@@ -55,17 +56,17 @@ class Cells:
     luminance: Array
 
     def of(self, chosen: Index) -> Cells:
-        """Some of them."""
+        """The cells of these numbers."""
         return Cells(self.toward[chosen], self.irradiance[chosen], self.luminance[chosen])
 
 
 @dataclass(frozen=True)
 class Environment:
-    """An environment map made ready to be drawn from, as often as need be.
+    """An environment map from which parallel lights can be drawn many times.
 
     Attributes:
         lamps: cells of each region that is one light.
-        rest: all cells of the sky, dark where a lamp is.
+        rest: all cells of the sky, black where a lamp is.
         count: lights that stand for `rest`.
     """
 
@@ -87,13 +88,12 @@ def environment_lights(
 ) -> ParallelLights:
     """An environment map as parallel lights that shine together.
 
-    Without a generator the lights are fixed. With one they are drawn anew at every call and right on average,
-    but for the width of a cell.
-
     Args:
         picture: see `environment`.
         to_world: see `environment`.
-        count: K, lights. There are fewer if the map holds nothing but lamps; a black one is one black light.
+        count: K, lights. A map of nothing but lamps gives fewer; a black map gives one black light.
+        generator: draws other lights at every call, without bias but for the width of a cell; None for fixed
+            lights.
     """
     return environment(picture, to_world, count).lights(generator)
 
@@ -102,9 +102,9 @@ def environment(picture: ArrayLike, to_world: ArrayLike, count: int) -> Environm
     """Find the lamps of an environment map and the share of the rest.
 
     Args:
-        picture: (rows, cols, 3 or 1) radiance, what is negative taken as 0; laid around the sky as Mitsuba's
-            `envmap` does it: the first row is straight up the map's y axis, the last straight down, the
-            picture's middle lies along +z and its sides meet along -z, bilinear between pixels.
+        picture: (rows, cols, 3 or 1) radiance, bilinear between pixels; negative values count as 0. It lies
+            around the sky as in Mitsuba's `envmap`: the first row is straight up the map's y axis, the last
+            straight down, the middle lies along +z and the sides meet along -z.
         to_world: (4, 4) rotation from the map's axes to the world's.
         count: K, lights.
     """
@@ -119,7 +119,7 @@ def environment(picture: ArrayLike, to_world: ArrayLike, count: int) -> Environm
 
 
 def sky_cells(picture: ArrayLike, to_world: ArrayLike) -> Cells:
-    """The part of an environment map that lies above `LOWEST`, gathered into cells; see `environment`."""
+    """The part of an environment map above `LOWEST`, gathered into cells; see `environment`."""
     radiance = _refined(np.asarray(picture))
     rows, cols, _ = radiance.shape
     weights = _row_weights(rows) * 2.0 * np.pi / cols
@@ -143,7 +143,7 @@ def sky_cells(picture: ArrayLike, to_world: ArrayLike) -> Cells:
 
 
 def _refined(picture: NDArray[np.generic]) -> Array:
-    """The same map, of `FINE` rows and twice as many columns at least."""
+    """A map interpolated to `FINE` rows and twice as many columns at least."""
     rows, cols, _ = picture.shape
     down, across = -(-FINE // (rows - 1)), -(-2 * FINE // cols)
     if down == across == 1:
@@ -162,11 +162,11 @@ def _between(one: Array, other: Array, part: Array) -> Array:
 
 
 def _row_weights(rows: int) -> Array:
-    """Integrals over the polar angle of each row's part in the interpolation times the sine, (rows,)."""
+    """(rows,) integrals over the polar angle of each row's interpolation weight times the sine."""
     angle = np.linspace(0.0, np.pi, rows)
     step = angle[1]
     upper = (step * np.cos(angle[:-1]) + np.sin(angle[:-1]) - np.sin(angle[1:])) / step
-    # Falling across a strip and rising across its mirror image are the same.
+    # A weight that falls across a strip has the integral of one that rises across the mirrored strip.
     return np.concatenate((upper, [0.0])) + np.concatenate(([0.0], upper[::-1]))
 
 
@@ -187,11 +187,11 @@ def _cell(toward: Array) -> Index:
 
 
 def _lamps(sky: Cells, count: int) -> list[Index]:
-    """Regions of the sky that are each to be one of `count` lights.
+    """Regions of the sky that become one of `count` lights each.
 
-    The region whose shadows one light would blur most, of the largest strength times spread, is cut in two
-    across its length, time and again. A lamp is stronger than the share of a light, and one light blurs its
-    shadows less than that share over an even sky would be.
+    The region whose shadows one light would blur most (of the largest strength times spread) is cut in two
+    across its length, again and again. A lamp is a region that is stronger than the mean light
+    and whose shadows one light blurs less than those of an even sky.
     """
     share = sky.luminance.sum() / count
     blur = SHARPER * share * np.sqrt((1.0 - LOWEST) / count)
@@ -234,7 +234,7 @@ def _scatter(sky: Cells, region: Index) -> tuple[float, Array]:
 def _halves(weight: Array, along: Array) -> tuple[Index, Index]:
     """Cells on either side of the cut that leaves the least scatter along an axis, whose 0 is the mean.
 
-    A cut through the mean would go through the middle of a sun that outshines all else.
+    A cut at the mean itself would divide a sun that outshines the rest of its region.
     """
     order = np.argsort(along, kind="stable")
     below = np.cumsum(weight[order])
@@ -254,8 +254,13 @@ def _lamp_light(lamp: Cells, generator: np.random.Generator | None) -> tuple[Arr
 
 
 def _drawn(cells: Cells, position: Array) -> tuple[Array, Array]:
-    """Directions and irradiances (lights, 3) of one light that stands for all the cells, at each of these
-    positions in [0, 1) along their cumulative luminance; their mean over the positions is the cells' sum."""
+    """Directions and irradiances (lights, 3) of lights that each stand for all the cells.
+
+    Args:
+        cells: of the sky.
+        position: (lights,) in [0, 1) along the cumulative luminance of the cells; over all positions the mean
+            of the irradiance is the sum of the cells.
+    """
     cumulative = np.cumsum(cells.luminance)
     total = cumulative[-1]
     index = np.searchsorted(cumulative, np.minimum(position * total, np.nextafter(total, 0.0)), side="right")
@@ -263,7 +268,7 @@ def _drawn(cells: Cells, position: Array) -> tuple[Array, Array]:
 
 
 def _sampled(sky: Environment, generator: np.random.Generator | None) -> Iterator[tuple[Array, Array]]:
-    """Directions and irradiances (lights, 3) of the lights that stand for the sky beside its lamps."""
+    """Directions and irradiances (lights, 3) of the lights that stand for the sky without its lamps."""
     ends = np.cumsum(sky.rest.luminance)[CELLS_AROUND - 1 :: CELLS_AROUND]
     total = ends[-1]
     if total <= 0.0:

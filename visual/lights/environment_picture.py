@@ -1,4 +1,4 @@
-"""The file of an environment map, read with suspicion: it may come from strangers."""
+"""Picture of an environment map, read from a file that may come from strangers."""
 
 from __future__ import annotations
 
@@ -17,16 +17,23 @@ from visual.lights.kind import Light
 Array = NDArray[np.float64]
 
 SMALLEST, LARGEST = (3, 2), (4096, 8192)
-"""Rows and cols of pictures: Mitsuba reads no smaller ones; larger ones take gigabytes and show no more."""
+"""Rows and columns of pictures: Mitsuba reads no smaller ones; larger ones take gigabytes, to no effect."""
 LONGEST_HEADER = 65536
-"""Bytes of the header of an HDR file."""
+"""Longest header of an HDR file, bytes; common headers take a few hundred."""
 
 
 def environment_picture(light: Light) -> Array:
-    """Radiance (rows, cols, 3) of the environment map of a checked scene, as Mitsuba reads it, times `scale`.
+    """Picture of an environment map as Mitsuba reads it, times the light's `scale`.
 
-    Raises InputError, in one line, for a file that is missing, damaged, no picture, too large or too small,
-    or whose values are not finite.
+    Args:
+        light: of a checked scene.
+
+    Returns:
+        (rows, cols, 3) radiance.
+
+    Raises:
+        InputError: a file that is missing, damaged, no picture, too large or too small, or whose values are
+            not finite; in one line.
     """
     import mitsuba as mi
 
@@ -50,17 +57,17 @@ def environment_picture(light: Light) -> Array:
 
 
 def _picture_size(path: Path, where: str) -> tuple[int, int]:
-    """Rows and cols that a picture's header states: a file may claim more than memory holds."""
+    """(rows, cols) by a picture's header alone: a file may claim more pixels than memory holds."""
     try:
         with path.open("rb") as file:
             head = file.read(LONGEST_HEADER)
         if head.startswith(b"\x76\x2f\x31\x01"):
             return _exr_size(path)
         if head.startswith(b"#?"):
-            stated = re.search(rb"\n-Y +(\d{1,9}) +\+X +(\d{1,9})\n", head)
-            if stated is None:
+            size = re.search(rb"\n-Y +(\d{1,9}) +\+X +(\d{1,9})\n", head)
+            if size is None:
                 raise InputError(f"{where}: damaged: no size in its header")
-            return int(stated[1]), int(stated[2])
+            return int(size[1]), int(size[2])
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             with Image.open(path, formats=["PNG", "JPEG"]) as image:

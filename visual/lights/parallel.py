@@ -13,15 +13,15 @@ GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 GOLDEN_RATIO = 0.5 * (np.sqrt(5.0) - 1.0)
 
 LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
-"""Weights of red, green and blue, Mitsuba's (sRGB primaries)."""
+"""Luminance of red, green and blue: Mitsuba's weights for sRGB primaries."""
 
 LOWEST = -0.3
-"""Sine of the lowest elevation that ambient light comes from. Past the plate's sides slopes that look outward
-are lit from below its plane: without that light the gradient of a 1.5 mm relief under ambient light alone is
-24 % off, from -0.15 up 7 %, from -0.3 up it is within the 5 % noise of finite differences."""
+"""Sine of the lowest elevation of ambient light. At the rim of the plate slopes that look outward are lit
+from below its plane: without this light the gradient of a 1.5 mm relief under ambient light alone is 24 %
+off, from -0.15 up 7 %, from -0.3 up less than the 5 % noise of finite differences."""
 
 HORIZON = 1e-4
-"""Least sine of the elevation of a light that stands for others, up or down."""
+"""Least sine of the elevation, up or down, of a parallel light that stands for another light."""
 OVERHEAD = 1e-6
 """Largest horizontal part of the direction toward a light that stands straight above: a face would have to
 rise a million times as far as it is wide to turn away from such a light."""
@@ -44,8 +44,10 @@ class ParallelLights:
 
 
 def off_horizon(toward: Array) -> Array:
-    """Unit vectors (lights, 3), those in the plane of the plate tilted a little above it: a light there has
-    no shadow to follow."""
+    """Unit vectors (lights, 3), where those in the plane of the plate are tilted a little above the plane.
+
+    A light in the plane has no shadow whose motion could be followed.
+    """
     level = np.abs(toward[:, 2]) < HORIZON
     tilted = toward + np.outer(level * (HORIZON - toward[:, 2]), (0.0, 0.0, 1.0))
     return tilted / np.linalg.norm(tilted, axis=1, keepdims=True)

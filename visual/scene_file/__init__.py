@@ -1,1 +1,1 @@
-"""A scene file becomes a description: checked as text, parsed, described; nothing is loaded unchecked."""
+"""Scene files: checked as text, parsed, described; nothing is loaded unchecked."""

@@ -1,9 +1,9 @@
-"""Scene files are checked before anything in them is loaded, because loading one can run code.
+"""Check of a scene file before anything in the file is loaded, because loading can run code.
 
-Mitsuba loads ``plugins/<type>.so`` from beside a scene file or from the working directory in preference to
-its own plugins, and a scene can name any file. Hence: read the XML as text; let Mitsuba parse it without
-making objects; allow only known plugins and files inside the scene's folder; make the objects with Mitsuba's
-own folder as the only place where plugins are looked for.
+Mitsuba prefers `plugins/<type>.so` beside a scene file or in the working directory to its own plugins, and a
+scene can name any file. Hence the XML is read as text, then parsed by Mitsuba without objects. Only known
+plugins and files inside the scene's folder are allowed. Objects are instantiated with Mitsuba's own folder as
+the only place of plugins.
 """
 
 import contextlib
@@ -25,7 +25,7 @@ from visual.scene_file.parsed import WEIGHT, CheckedScene, children
 from visual.scene_file.text import TextCheck, file_of_scene, file_of_user, nearest
 
 LARGEST_FILM = 8192
-"""Pixels a side of a picture."""
+"""Largest side of a picture, pixels: a picture of three channels in single precision then takes 0.8 GB."""
 
 ALLOWED: Mapping[str, Collection[str]] = {
     "Shape": {heightfield.PLUGIN, "rectangle", "disk", "sphere", "cube", "cylinder", "obj", "ply"},
@@ -42,18 +42,22 @@ ALLOWED: Mapping[str, Collection[str]] = {
     "Sampler": {"independent", "stratified", "multijitter", "orthogonal", "ldsampler"},
     "Scene": {"scene"},
 }
-"""Plugins a scene may use, by Mitsuba's kinds of object."""
+"""Plugins that a scene may use, by Mitsuba's kinds of object."""
 
 PLATE_KEYS = ("filename", "size_mm", "relief_mm", "to_world")
-"""What a height field takes from a file, beside its material."""
+"""Parameters of a height field in a file, beside the material."""
 
 
 def check_scene(path: str | Path, defines: Mapping[str, str] | None = None) -> CheckedScene:
-    """Parse a scene file without loading any of it and check that it is one of ours and harmless.
+    """Parse a scene file without loading any of it, and check that it is harmless and holds one height field.
 
-    ``defines`` are values for the ``$parameters`` of the file, as with Mitsuba's ``-D``. Files the scene
-    names must lie in its folder; a value of ``defines`` comes from the user and may name any file. Raises
-    InputError, one line that names the file and what is wrong.
+    Args:
+        path: Mitsuba XML. Files that the scene names must lie in its folder.
+        defines: values of the file's `$parameters`, as of Mitsuba's `-D`. They come from the user, so that a
+            value may name any file.
+
+    Raises:
+        InputError: what is wrong, in one line that names the file.
     """
     path, defines = find_file(path, ".xml"), dict(defines or {})
     text = TextCheck(path.resolve().parent)
@@ -81,11 +85,20 @@ def check_scene(path: str | Path, defines: Mapping[str, str] | None = None) -> C
 def instantiate(
     checked: CheckedScene, heights: ArrayLike | None = None, *, lights: Collection[int] | None = None
 ) -> Any:
-    """Make the ``mi.Scene``, in the variant that is set.
+    """Load a scene in the variant that is set.
 
-    ``heights``: (rows, cols), mm, instead of those of the plate's file. ``lights``: keep only these emitters
-    (numbers ``Light.node`` of the description); None keeps all. From here on Mitsuba looks for plugins in its
-    own folder alone. Raises InputError.
+    From here on Mitsuba looks for plugins in its own folder alone.
+
+    Args:
+        checked: the scene.
+        heights: (rows, cols) mm, instead of those of the plate's file.
+        lights: numbers `Light.node` of the emitters to keep; None keeps all.
+
+    Returns:
+        The `mi.Scene`.
+
+    Raises:
+        InputError: heights that cannot be, or what Mitsuba refuses.
     """
     mi = _mitsuba()
     heightfield.register()
@@ -117,7 +130,7 @@ def instantiate(
 
 
 def _mitsuba() -> ModuleType:
-    """Mitsuba with some variant set: parsing needs one, whichever it is."""
+    """Mitsuba with a variant set: parsing needs one, no matter which."""
     with contextlib.suppress(llvm.LLVMMissing):
         llvm.prepare()
     # Only after libLLVM has been chosen: importing Mitsuba loads it.

@@ -1,4 +1,4 @@
-"""A scene file as text: what it would make Mitsuba's parser open, and which files it may name."""
+"""Scene files as text: the files that Mitsuba's parser would open, and the files that a scene may name."""
 
 import difflib
 import re
@@ -10,15 +10,21 @@ from relief.errors import InputError
 from visual.backend.messages import last_line
 
 LARGEST_FILE = 1_000_000
-"""Bytes of a scene file."""
+"""Largest scene file, bytes: over a hundred times the bundled scenes."""
 DEEPEST = 32
-"""Levels of nested elements."""
+"""Largest depth of nested elements; the bundled scenes have four levels."""
 MOST_INCLUDES = 32
-"""Files that a scene may include in all; the same one counts each time."""
+"""Largest number of includes of a scene; a file counts each time, so that no scene doubles without end."""
 
 
 class TextCheck:
-    """Reads a scene file, and those it includes, as text; collects the names of their parameters."""
+    """Check of a scene file and of the files it includes, as text.
+
+    Attributes:
+        folder: in which all named files must lie.
+        parameters: names of the `$parameters` so far.
+        includes: number of includes so far.
+    """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -26,6 +32,15 @@ class TextCheck:
         self.includes = 0
 
     def read(self, path: Path, including: tuple[Path, ...]) -> None:
+        """Check a file and what it includes.
+
+        Args:
+            path: of the file.
+            including: the files whose includes lead to this one.
+
+        Raises:
+            InputError: what is wrong, in one line that names the file.
+        """
         if path.resolve() in including:
             raise InputError(f"{path}: <include>: the file includes itself")
         if path.stat().st_size > LARGEST_FILE:
@@ -34,7 +49,7 @@ class TextCheck:
         if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
             raise InputError(f"{path}: DOCTYPE: document types and entities are not allowed in a scene")
         elements = _Elements(path)
-        # Told to read UTF-8, the parser cannot be led to see other elements than Mitsuba does.
+        # With a fixed encoding the parser cannot be led to see other elements than Mitsuba does.
         parser = ElementTree.XMLParser(target=elements, encoding="utf-8")
         try:
             parser.feed(data)
@@ -54,7 +69,7 @@ class TextCheck:
 
 
 class _Elements:
-    """Target of an XML parser: notes parameters and the files that parsing itself would open."""
+    """Target of an XML parser: collects parameters and the files that parsing itself would open."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -83,7 +98,16 @@ class _Elements:
 
 
 def file_of_scene(folder: Path, name: str, where: str) -> Path:
-    """The file that a scene in ``folder`` calls ``name``, links followed; it must exist in there."""
+    """The file that a scene names.
+
+    Args:
+        folder: of the scene; the file must exist in there, links followed.
+        name: as the scene writes it.
+        where: start of the error message.
+
+    Raises:
+        InputError: a file outside the folder, or none.
+    """
     written = Path(name)
     file = (folder / written).resolve()
     if written.is_absolute() or ".." in written.parts or "\\" in name or not file.is_relative_to(folder):
@@ -94,7 +118,16 @@ def file_of_scene(folder: Path, name: str, where: str) -> Path:
 
 
 def file_of_user(folder: Path, name: str, where: str) -> Path:
-    """The file that the user calls ``name``: beside the scene or else in the working directory."""
+    """The file that a user names for a scene: beside the scene or else in the working directory.
+
+    Args:
+        folder: of the scene.
+        name: as the user writes it.
+        where: start of the error message.
+
+    Raises:
+        InputError: there is no such file.
+    """
     for file in (folder / name, Path(name)):
         if file.is_file():
             return file.resolve()
@@ -102,6 +135,6 @@ def file_of_user(folder: Path, name: str, where: str) -> Path:
 
 
 def nearest(word: str, known: Collection[str]) -> str:
-    """The end of a message about an unknown word: the known one most like it, or nothing if none is alike."""
+    """The end of a message about an unknown word: a question for the known word most like it, if any is."""
     alike = difflib.get_close_matches(word, sorted(known), n=1, cutoff=0.5)
     return f"; did you mean {alike[0]}?" if alike else ""
