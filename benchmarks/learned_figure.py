@@ -1,4 +1,4 @@
-"""Errors of the fast models, texture by texture, from `benchmarks.touch_net` and `benchmarks.quick_look`.
+"""Errors of the fast models, texture by texture, from `benchmarks.touch_net` and `benchmarks.fast_look`.
 
 python -m benchmarks.learned_figure       # writes docs/images/fast-models.png
 
@@ -29,7 +29,7 @@ JND_PERCENT = 19.0
 
 
 def main() -> None:
-    touch, look = load("touch_net")["models"], load("quick_look")
+    touch, look = load("touch_net")["models"], load("fast_look")
     quick = touch[f"layer, {STEPS} steps"]
     style()
     figure, axes = pyplot.subplots(1, 3, figsize=(13.0, 4.2), layout="constrained")

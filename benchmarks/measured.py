@@ -11,10 +11,10 @@ from typing import Any
 from benchmarks import (
     architectures,
     contact,
+    fast_look,
     fast_runs,
     gradients,
     look,
-    quick_look,
     runs,
     touch_net,
     verified,
@@ -112,7 +112,7 @@ def _summary() -> str:
 
 def _fast_summary() -> str:
     """Errors of the fast models beside those of the paper's nets."""
-    touch, look = load("touch_net")["models"], load("quick_look")
+    touch, look = load("touch_net")["models"], load("fast_look")
 
     def told(values: list[float]) -> str:
         found = spread(values)
@@ -226,11 +226,11 @@ single precision: forward / with the gradient of roughness.
 
 {touch_net.as_text(load("touch_net"))}
 
-`python -m benchmarks.quick_look`: swept shadows, tabulated materials and the net of ambient light against
+`python -m benchmarks.fast_look`: swept shadows, tabulated materials and the net of ambient light against
 converged renders of the paper's studio, on the same textures (the paper's nets, one for each light: 2.2 to
 2.4 % in the mean). Gradient: against explicit Jacobians of many samples. Milliseconds of three pictures.
 
-{quick_look.as_text(load("quick_look"))}
+{fast_look.as_text(load("fast_look"))}
 
 `python -m benchmarks.fast_runs`: the six demo runs by what steers them; verified by finite elements, their
 pictures by Mitsuba. "Before correction": the largest miss that the first verification found.

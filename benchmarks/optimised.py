@@ -2,7 +2,7 @@
 
     python -m benchmarks.optimised FOLDER [SEED]
 
-Descents on textures of a corpus in the paper's studio, steered by the quick touch and the quick look, which
+Descents on textures of a corpus in the paper's studio, steered by the quick touch and the fast look, which
 are the models that such a descent would exploit; each to a target of 1 to 3 just-noticeable differences,
 rougher or smoother, without verification. `COUNTS` of each split. FOLDER gets their files and a manifest, for
 `retouch dataset --optimised FOLDER`; begun again, the command goes on where it was.

@@ -1,4 +1,4 @@
-"""Descents by the quick look reach the feel, and Mitsuba, which they do not ask, finds the look kept."""
+"""Descents by the fast look reach the feel, and Mitsuba, which they do not ask, finds the look kept."""
 
 import sys
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The quick look: near Mitsuba's pictures, its Jacobian exact, and not to be had where it cannot show."""
+"""The fast look: near Mitsuba's pictures, its Jacobian exact, and not to be had where it cannot show."""
 
 import hashlib
 import math

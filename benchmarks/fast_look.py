@@ -1,7 +1,7 @@
-"""The quick look against converged renders, on textures that its net has not seen: error against time.
+"""The fast look against converged renders, on textures that its net has not seen: error against time.
 
-    python -m benchmarks.quick_look [--textures N] [--optimised FOLDER]
-    python -m benchmarks.quick_look --times
+    python -m benchmarks.fast_look [--textures N] [--optimised FOLDER]
+    python -m benchmarks.fast_look --times
 
 The paper's studio: three pictures, one light and ambient light in each. Reference: Mitsuba's shadow rays,
 16 x 16 a pixel, and ambient light by horizons in 24 azimuths (both converge to Mitsuba's renders; what noise
@@ -54,17 +54,17 @@ def main() -> None:
     look = scene.fast_renderer()
     if not asked.times:
         for of, reliefs in sets(asked).items():
-            if of in load("quick_look") and not asked.again:
+            if of in load("fast_look") and not asked.again:
                 continue
             found = picture_errors(scene, look, reliefs, asked.references)
             found["gradient_cosine"] = gradient_cosines(scene, look, reliefs[:GRADIENTS], asked.references)
             told = {name: [float(f"{value:.4g}") for value in values] for name, values in found.items()}
-            save("quick_look", {**load("quick_look"), of: told})
+            save("fast_look", {**load("fast_look"), of: told})
     timed = unseen(TIMED)
     for name, model in (("milliseconds", look), ("milliseconds of one picture", first_light(look))):
         times = {str(threads): milliseconds(model, timed, threads) for threads in (1, 2)}
-        save("quick_look", {**load("quick_look"), name: times, "machine": machine()})
-    print(as_text(load("quick_look")))
+        save("fast_look", {**load("fast_look"), name: times, "machine": machine()})
+    print(as_text(load("fast_look")))
 
 
 def first_light(look: FastRenderer) -> FastRenderer:
