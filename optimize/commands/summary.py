@@ -1,4 +1,4 @@
-"""The summary of a finished run, one screen of text."""
+"""Summary of a finished run, one screen of text."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -42,7 +42,7 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
             ("achieved", touch[name]),
             (f"verified ({touch['verified_by']})", touch[f"verified_{name}"]),
         ]
-        yield quantity.label, f"{_known(stages)} {quantity.unit}".rstrip()
+        yield quantity.label, f"{_listed(stages)} {quantity.unit}".rstrip()
     yield "in contact", f"{100.0 * touch['contact_fraction']:.0f} % of the plate"
     if (jnd := touch["jnd_from_original"]) is not None:
         sense = "rougher" if jnd > 0 else "smoother"
@@ -80,5 +80,5 @@ def _change(change: Mapping[str, float]) -> str:
     return f"{plus_minus(change['rms_less_noise'], change['rms_error'])} % (rms), {mean} (mean)"
 
 
-def _known(values: list[tuple[str, float | None]]) -> str:
+def _listed(values: list[tuple[str, float | None]]) -> str:
     return ", ".join(f"{name} {number(value)}" for name, value in values if value is not None)

@@ -96,15 +96,15 @@ def _context(report: Report) -> dict[str, Any]:
 
 
 def _quantity(quantity: Quantity, touch: Mapping[str, Any]) -> dict[str, Any]:
-    """A quantity of touch for the page: its words, and its numbers (None where unknown) at each stage.
+    """A quantity of touch for the page: label, unit, and its value at each stage (None where unknown).
 
-    `final` is the verified value, or the descent's where nothing was verified.
+    `final` is the verified value, or that of the descent if nothing was verified.
     """
     name = quantity.name
     stages = {stage: touch[f"{stage}_{name}"] for stage in ("initial", "target", "verified")}
     final = touch[name] if stages["verified"] is None else stages["verified"]
-    words = {"name": name, "label": quantity.label, "unit": quantity.unit}
-    return words | stages | {"descent": touch[name], "final": final}
+    heading = {"name": name, "label": quantity.label, "unit": quantity.unit}
+    return heading | stages | {"descent": touch[name], "final": final}
 
 
 def _leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
