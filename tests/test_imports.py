@@ -1,49 +1,128 @@
-"""Packages import only in the directions of the design, and Mitsuba only when something renders."""
+"""Rooms import what they build on, without circles, and Mitsuba only when something renders."""
 
 import ast
 import subprocess
 import sys
-from collections.abc import Iterator
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
+PACKAGES = ("retouch", "optimize", "visual", "tactile", "surrogate", "relief", "mitsuba_scenes")
 
-FORBIDDEN = {
-    "relief": {"tactile", "visual", "surrogate", "optimize", "mitsuba", "drjit"},
-    "tactile": {"visual", "optimize", "mitsuba", "drjit"},
-    "visual": {"tactile", "optimize"},
-    "surrogate": {"tactile", "visual", "optimize", "mitsuba", "drjit"},
+RELIEF = {"relief", "mitsuba_scenes"}
+ALLOWED = {
+    "relief": set(),
+    "mitsuba_scenes": {"relief"},
+    "surrogate": {"relief"},
+    "surrogate.families": RELIEF,
+    "surrogate.corpus": {*RELIEF, "surrogate", "surrogate.families"},
+    "surrogate.data": {*RELIEF, "surrogate", "surrogate.corpus"},
+    "surrogate.nets": {*RELIEF, "surrogate"},
+    "tactile": {*RELIEF, "surrogate.nets"},
+    "tactile.unstructured": {*RELIEF, "tactile"},
+    "visual.backend": RELIEF,
+    "visual.geometry": {*RELIEF, "visual.backend"},
+    "visual.lights": {*RELIEF, "visual.backend"},
+    "visual.scene_file": {*RELIEF, "visual.backend", "visual.lights"},
+    "visual.exact": {*RELIEF, "visual.backend", "visual.lights", "visual.geometry"},
+    "visual.fast": {*RELIEF, "visual.backend", "visual.lights", "visual.exact", "surrogate.nets"},
+    "visual": {
+        *RELIEF,
+        *(f"visual.{room}" for room in ("backend", "geometry", "lights", "scene_file", "exact", "fast")),
+    },
+    "visual.reference": {
+        *RELIEF,
+        *(f"visual.{room}" for room in ("backend", "geometry", "lights", "exact")),
+        "visual",
+    },
+    "optimize.descent": {*RELIEF, "tactile", "visual", "visual.exact", "visual.fast"},
+    "optimize.report": {*RELIEF, "tactile", "visual", "optimize.descent"},
+    "optimize.runs": {*RELIEF, "tactile", "visual", "optimize.descent", "optimize.report"},
+    "optimize.training": {
+        *RELIEF,
+        *("tactile", "optimize.report", "surrogate.corpus", "surrogate.data", "surrogate.nets"),
+        *("visual", "visual.backend", "visual.scene_file", "visual.exact", "visual.fast", "visual.reference"),
+    },
+    "optimize.commands": {
+        *RELIEF,
+        *("optimize.descent", "optimize.report", "optimize.runs", "optimize.training"),
+        *("tactile", "visual", "visual.backend", "surrogate.corpus", "surrogate.nets"),
+    },
+    "optimize": {*RELIEF, "optimize.commands", "optimize.runs"},
+    "retouch": {*RELIEF, "tactile", "visual", "surrogate.data", "optimize.runs"},
 }
+"""Rooms that each room may import: what it builds on, and never what builds on it."""
 
-SOURCES = [path for package in FORBIDDEN for path in sorted((ROOT / package).rglob("*.py"))]
+WITHOUT_MITSUBA = ("relief", "surrogate", "tactile")
+"""Packages that never import a renderer, not even inside a function."""
 
 
-def imported_packages(tree: ast.AST) -> Iterator[str]:
-    """Top-level names that the import statements of a module name, those inside functions included."""
-    for node in ast.walk(tree):
+def module_name(path: Path) -> str:
+    """Dotted name of the module in a file of the checkout."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_name(path): path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))}
+
+
+def room_of(module: str) -> str:
+    """The folder that a module lies in, dotted."""
+    return ".".join(MODULES[module].relative_to(ROOT).parts[:-1])
+
+
+@cache
+def imported(module: str) -> frozenset[str]:
+    """Names in the import statements of a module, those in functions and for type checkers included."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(MODULES[module].read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from (alias.name.partition(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-            yield node.module.partition(".")[0]
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0 and node.module, f"{module}: imports relative to itself"
+            for alias in node.names:
+                full = f"{node.module}.{alias.name}"
+                names.add(full if full in MODULES else node.module)
+    return frozenset(names)
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_imports_follow_the_design(path: Path) -> None:
-    package = path.relative_to(ROOT).parts[0]
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    assert not FORBIDDEN[package] & set(imported_packages(tree))
+@pytest.mark.parametrize("module", MODULES)
+def test_a_room_imports_what_it_builds_on(module: str) -> None:
+    room = room_of(module)
+    rooms = {room_of(name) for name in imported(module) if name in MODULES} - {room}
+    assert rooms <= ALLOWED[room]
 
 
-def test_every_package_is_looked_at() -> None:
-    assert {path.relative_to(ROOT).parts[0] for path in SOURCES} == set(FORBIDDEN)
+@pytest.mark.parametrize("module", [name for name in MODULES if name.startswith(WITHOUT_MITSUBA)])
+def test_touch_learning_and_relief_know_no_renderer(module: str) -> None:
+    assert not {name.partition(".")[0] for name in imported(module)} & {"mitsuba", "drjit"}
 
 
-@pytest.mark.parametrize("package", ["tactile", "visual", "surrogate", "optimize"])
+def circle(graph: dict[str, set[str]]) -> list[str]:
+    """A circle of the graph; empty if there is none."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def test_no_module_imports_itself_through_others() -> None:
+    assert circle({name: {other for other in imported(name) if other in MODULES} for name in MODULES}) == []
+
+
+def test_the_rooms_lie_in_one_order() -> None:
+    assert circle(ALLOWED) == []
+    assert {room_of(module) for module in MODULES} == set(ALLOWED)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
 def test_a_package_imports_without_mitsuba(package: str) -> None:
     script = f"import {package}, sys; print(*({{'mitsuba', 'drjit'}} & sys.modules.keys()))"
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    assert done.stdout.strip() == ""
+    assert process.stdout.strip() == ""
