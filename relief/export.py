@@ -10,11 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from relief.errors import InputError
 from relief.files import write_atomically
+from relief.formats import FORMATS
 from relief.grid import grid_faces, grid_vertices, pad_index
 from relief.limits import BASE_MM
-
-SUFFIXES = (".stl", ".3mf", ".ply")
-"""Endings of the files that can be written."""
 
 
 def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> trimesh.Trimesh:
@@ -65,8 +63,8 @@ def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: flo
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise InputError(f"{path}: suffix {path.suffix!r} is not one of {', '.join(SUFFIXES)}")
+    if suffix not in FORMATS:
+        raise InputError(f"{path}: suffix {path.suffix!r} is not one of {', '.join(FORMATS)}")
     scene = trimesh.Scene()
     scene.add_geometry(plate_mesh(heights_mm, size_mm, base_mm), geom_name="plate")
     write_atomically(path, scene.export(file_type=suffix.removeprefix(".")))

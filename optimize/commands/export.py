@@ -5,13 +5,13 @@ from pathlib import Path
 
 from optimize.commands.options import RELIEF_DEFAULT, add_plate
 from relief.errors import InputError
+from relief.formats import FORMATS
 from relief.limits import BASE_MM, PATCH_SIDE_MM
 
 HELP = "write a texture as a plate for a 3-D printer"
-DESCRIPTION = """\
-Writes the relief on a base as one watertight body, in mm: .3mf, which states its unit and is the safer
-choice; .stl, whose unit must be set to millimetres in the slicer; .ply, for Blender and MeshLab.
-"""
+DESCRIPTION = "Writes the relief on a base as one watertight body, in mm.\n\nformats:\n" + "".join(
+    f"  {suffix}  {plate.description}\n" for suffix, plate in FORMATS.items()
+)
 EPILOG = """\
 examples:
   retouch export stone.png --relief-mm 1.2 -o stone.3mf
@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         required=True,
         metavar="OUT",
-        help="file to write: .3mf, .stl or .ply",
+        help=f"file to write: {', '.join(FORMATS)}",
     )
     add_plate(parser, f"{PATCH_SIDE_MM:g}", RELIEF_DEFAULT)
     parser.add_argument(

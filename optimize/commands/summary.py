@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 from optimize.descent.targets import QUANTITIES
 from optimize.report.formatting import between, duration, number, percent, plus_minus, tries_of_100
+from relief.formats import PLATES
 
 if TYPE_CHECKING:
     from rich.table import Table
-
-PRINTABLE = ("plate.3mf", "plate.stl")
-"""Files for a 3-D printer, the better one first."""
 
 
 def summary(result: Mapping[str, Any], run_dir: Path) -> "Table":
@@ -53,7 +51,7 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
     total = duration(times.pop("total"))
     yield "time", f"{total}: " + ", ".join(f"{k.replace('_', '-')} {duration(s)}" for k, s in times.items())
     yield "report", str(run_dir / "report.html")
-    if printable := [str(run_dir / name) for name in PRINTABLE if (run_dir / name).is_file()]:
+    if printable := [str(run_dir / name) for name in PLATES if (run_dir / name).is_file()]:
         yield "to print", ", ".join(printable)
 
 

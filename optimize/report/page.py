@@ -16,6 +16,7 @@ from optimize.report import figures
 from optimize.report.content import Report
 from optimize.report.formatting import between, duration, model_name, number, percent, plus_minus
 from relief.files import write_atomically
+from relief.formats import FORMATS
 
 TOUCH_KEYS = (
     *("verified_by", "contact_fraction", "jnd_from_original"),
@@ -25,9 +26,7 @@ TOUCH_KEYS = (
 LOOK_KEYS = ("dssim", "flip", "samples", "noise")
 """Keys of the section `look` that the page shows; an absent key counts as None."""
 FILES = {
-    "plate.stl": "triangles without a unit; the slicer must be set to millimetres",
-    "plate.3mf": "triangles in millimetres; the safer choice if the slicer reads the format",
-    "plate.ply": "triangles for Blender and MeshLab",
+    **{f"plate{suffix}": plate.description for suffix, plate in FORMATS.items()},
     "heights.png": "16-bit height map",
     "heights.exr": "heights in mm, 32-bit float, as computed",
     "result.json": "every number on this page",

@@ -24,6 +24,7 @@ from optimize.report.pictures import write_pictures
 from optimize.runs.config import Run, dump_resolved
 from relief.export import export_plate
 from relief.files import write_atomically
+from relief.formats import PLATES
 from relief.heightmap import save_heights_exr, save_heights_png
 from visual.noise import Batches
 
@@ -33,7 +34,7 @@ SETTINGS = "run.toml"
 HISTORY = "history.jsonl"
 WRITTEN = (
     *(SETTINGS, HISTORY, "checkpoint", "renders", "heights.exr", "heights.png"),
-    *("plate.stl", "plate.3mf", "result.json", "report.html"),
+    *(*PLATES, "result.json", "report.html"),
 )
 """What a run leaves in its directory."""
 PACKAGES = ("retouch", "mitsuba", "drjit", "torch", "numpy", "scipy")
@@ -125,8 +126,8 @@ def write(
     save_heights_exr(run_dir / "heights.exr", heights)
     relief = float(heights.max()) or 1.0
     save_heights_png(run_dir / "heights.png", heights, relief)
-    for suffix in (".stl", ".3mf"):
-        export_plate(run_dir / f"plate{suffix}", heights, problem.size_mm)
+    for name in PLATES:
+        export_plate(run_dir / name, heights, problem.size_mm)
     conditions = problem.scene.conditions
     before, after = outcome.pictures_before.mean, outcome.pictures_after.mean
     for stage, pictures in (("before", before), ("after", after)):

@@ -1,0 +1,27 @@
+"""File formats for plates: one row each; everything that names a format reads this table."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class PlateFormat:
+    """A file format for plates.
+
+    Attributes:
+        description: what the file is good for, as the report says it.
+        of_every_run: whether each run writes its plate in this format.
+    """
+
+    description: str
+    of_every_run: bool
+
+
+FORMATS = {
+    ".3mf": PlateFormat("triangles in millimetres; the safer choice if the slicer reads the format", True),
+    ".stl": PlateFormat("triangles without a unit; the slicer must be set to millimetres", True),
+    ".ply": PlateFormat("triangles for Blender and MeshLab", False),
+}
+"""Formats by the suffix of the file; trimesh writes them."""
+
+PLATES = tuple(f"plate{suffix}" for suffix, kind in FORMATS.items() if kind.of_every_run)
+"""Names of the plates that each run writes."""
