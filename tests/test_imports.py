@@ -56,6 +56,9 @@ ALLOWED = {
 }
 """Rooms that each room may import: what it builds on, and never what builds on it."""
 
+PART_OF = {"tactile.structured": "tactile"}
+"""Folders that belong to another room: builders of its operators, loaded only where nothing is cached."""
+
 WITHOUT_MITSUBA = ("relief", "surrogate", "tactile")
 """Packages that never import a renderer, not even inside a function."""
 
@@ -70,8 +73,9 @@ MODULES = {module_name(path): path for package in PACKAGES for path in sorted((R
 
 
 def room_of(module: str) -> str:
-    """The folder that a module lies in, dotted."""
-    return ".".join(MODULES[module].relative_to(ROOT).parts[:-1])
+    """The room that a module lies in: its folder, dotted."""
+    folder = ".".join(MODULES[module].relative_to(ROOT).parts[:-1])
+    return PART_OF.get(folder, folder)
 
 
 @cache
