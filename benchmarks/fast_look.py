@@ -4,8 +4,8 @@
     python -m benchmarks.fast_look --times
 
 The paper's studio: three pictures, one light and ambient light in each. Reference: Mitsuba's shadow rays,
-16 x 16 a pixel, and ambient light by horizons in 24 azimuths (both converge to Mitsuba's renders; what noise
-they have counts as error).
+16 x 16 a pixel, and ambient light by horizons in 24 azimuths. Both converge to Mitsuba's renders; their
+noise counts as error.
 Errors of pixels in percent of the mean picture (median / mean / 95th percentile over textures), cosine of
 the gradient of half the squared difference from the pictures of the relief at 85 % with that of the explicit
 Jacobian from many samples (median / 5th percentile), milliseconds for the three pictures, and for the first
@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 GRADIENTS = 24
 """Textures of each set whose gradients are compared."""
 STRATA, AZIMUTHS = 16, 24
-GRADIENT_STRATA, ALONG, DIRECTIONS = 6, EdgeSamples(16, 16), 64
+GRADIENT_STRATA, EDGES, DIRECTIONS = 6, EdgeSamples(16, 16), 64
 ALTERED = 0.85
 AMBIENT = 0.22943058
 """Radiance of the studio's light from all around."""
@@ -49,17 +49,17 @@ TIMED = 9
 
 def main() -> None:
     torch.set_num_threads(1)
-    asked = arguments(__doc__ or "")
+    options = arguments(__doc__ or "")
     scene = load_scene(STUDIO)
     look = scene.fast_renderer()
-    if not asked.times:
-        for of, reliefs in sets(asked).items():
-            if of in load("fast_look") and not asked.again:
+    if not options.times:
+        for of, reliefs in sets(options).items():
+            if of in load("fast_look") and not options.again:
                 continue
-            found = picture_errors(scene, look, reliefs, asked.references)
-            found["gradient_cosine"] = gradient_cosines(scene, look, reliefs[:GRADIENTS], asked.references)
-            told = {name: [float(f"{value:.4g}") for value in values] for name, values in found.items()}
-            save("fast_look", {**load("fast_look"), of: told})
+            errors = picture_errors(scene, look, reliefs, options.references)
+            errors["gradient_cosine"] = gradient_cosines(scene, look, reliefs[:GRADIENTS], options.references)
+            rounded = {name: [float(f"{value:.4g}") for value in values] for name, values in errors.items()}
+            save("fast_look", {**load("fast_look"), of: rounded})
     timed = unseen(TIMED)
     for name, model in (("milliseconds", look), ("milliseconds of one picture", first_light(look))):
         times = {str(threads): milliseconds(model, timed, threads) for threads in (1, 2)}
@@ -68,11 +68,11 @@ def main() -> None:
 
 
 def first_light(look: FastRenderer) -> FastRenderer:
-    """Its first picture alone, as one of the paper's nets makes it."""
+    """A renderer of the first picture alone, which one of the paper's nets makes."""
     assert look.table is not None
-    table_ = BsdfTable(look.table.values[:1])
+    first = BsdfTable(look.table.values[:1])
     return FastRenderer(
-        look.samples, look.size_mm, look.toward[:1], look.condition[:1], 1, table_, look.ambient
+        look.samples, look.size_mm, look.toward[:1], look.condition[:1], 1, first, look.ambient
     )
 
 
@@ -85,17 +85,17 @@ def picture_errors(
     alone = FastRenderer(
         look.samples, look.size_mm, look.toward, look.condition, look.conditions, look.table, None
     )
-    found: dict[str, list[float]] = {"lights alone": [], "studio": [], "ambient": []}
+    errors: dict[str, list[float]] = {"lights alone": [], "studio": [], "ambient": []}
     for number, relief in enumerate(reliefs):
         truth = reference_pictures(scene, toward, relief, folder)
         lights, around = truth["lights"], AMBIENT * truth["ambient"]
         with torch.no_grad():
             ours, bare = (model.pictures(torch.as_tensor(relief)).double().numpy() for model in (look, alone))
-        found["lights alone"].append(_error(bare, lights))
-        found["studio"].append(_error(ours, lights + around))
-        found["ambient"].append(_error((ours - bare)[0], around))
-        print(number, *(f"{values[-1]:.2f}" for values in found.values()), flush=True)
-    return found
+        errors["lights alone"].append(_error(bare, lights))
+        errors["studio"].append(_error(ours, lights + around))
+        errors["ambient"].append(_error((ours - bare)[0], around))
+        print(number, *(f"{values[-1]:.2f}" for values in errors.values()), flush=True)
+    return errors
 
 
 def reference_pictures(scene: Scene, toward: Array, relief: Reliefs, folder: Path) -> dict[str, Array]:
@@ -114,7 +114,7 @@ def reference_pictures(scene: Scene, toward: Array, relief: Reliefs, folder: Pat
 
 @lru_cache(maxsize=1)
 def _reference(scene: Scene) -> ReferenceRenderer:
-    """Dear to make: it sorts the shadow rays of all pixels."""
+    """The reference renderer, made once: it sorts the shadow rays of all pixels."""
     return ReferenceRenderer(scene, STRATA)
 
 
@@ -123,8 +123,8 @@ def _error(ours: Array, reference: Array) -> float:
 
 
 def gradient_cosines(scene: Scene, look: FastRenderer, reliefs: Reliefs, folder: Path) -> list[float]:
-    """Of the gradient of a loss with that of the explicit Jacobian from many samples, for each texture."""
-    (view,) = scene.views(None, 0, GRADIENT_STRATA, ALONG, DIRECTIONS)
+    """Cosine, for each texture, of a loss's gradient with that by the explicit Jacobian from many samples."""
+    (view,) = scene.views(None, 0, GRADIENT_STRATA, EDGES, DIRECTIONS)
     cosines = []
     for relief in reliefs:
         heights = relief.astype(np.float64)
@@ -172,16 +172,16 @@ def as_text(results: Mapping[str, Any]) -> str:
     parts = []
     for of in ("unseen", "optimised"):
         if of in results:
-            found = {name: values for name, values in results[of].items() if name != "gradient_cosine"}
+            errors = {name: values for name, values in results[of].items() if name != "gradient_cosine"}
             rows = [
                 [name, *(f"{spread(values)[which]:.2f}" for which in ("median", "mean", "95th"))]
-                for name, values in found.items()
+                for name, values in errors.items()
             ]
-            count = len(found["studio"])
+            count = len(errors["studio"])
             head = [f"{of}, {count}: error of pixels, % of the mean", "median", "mean", "95th percentile"]
             cosine = results[of]["gradient_cosine"]
-            told = f"cosine of the gradient: median {np.median(cosine):.4f}, "
-            parts += [table(head, rows), told + f"5th percentile {np.percentile(cosine, 5):.3f}"]
+            line = f"cosine of the gradient: median {np.median(cosine):.4f}, "
+            parts += [table(head, rows), line + f"5th percentile {np.percentile(cosine, 5):.3f}"]
     names = {"milliseconds": "three", "milliseconds of one picture": "one"}
     rows = [
         [pictures, threads, *(f"{t:.0f}" for t in both)]

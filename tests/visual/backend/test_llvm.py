@@ -97,7 +97,7 @@ def test_links_to_one_library_are_one_candidate(
     link = library.with_name("libLLVM-19.so")
     link.symlink_to(library)
     monkeypatch.setattr(llvm_candidates, "_loader_paths", lambda: iter([link, library]))
-    assert [found.path for found in llvm.candidates()] == [library]
+    assert [candidate.path for candidate in llvm.candidates()] == [library]
 
 
 def test_the_answer_is_remembered_by_other_processes(

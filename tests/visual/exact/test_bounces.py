@@ -31,10 +31,10 @@ def followed(scene: Scene, heights: Array, *, boundaries: bool) -> Callable[[Arr
 
     def gradient(adjoint: Array, seed: int) -> Array:
         settings, index = RenderSettings(SAMPLES, seed, boundaries), PictureIndex(0, 0)
-        found = interior_gradient(light, heights, adjoint, settings, index)
+        total = interior_gradient(light, heights, adjoint, settings, index)
         if boundaries:
-            found = found + edge_gradient(light, heights, adjoint, scene.size_mm, settings, index)
-        return found
+            total = total + edge_gradient(light, heights, adjoint, scene.size_mm, settings, index)
+        return total
 
     return gradient
 

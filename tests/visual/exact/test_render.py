@@ -88,8 +88,8 @@ def test_the_gradient_is_that_of_the_pictures(
         lambda h, seed: scene.render(h, samples=samples, seed=seed).numpy()[0], scene.heights, step_mm, 3
     )
     assert truth.standard_error < noise
-    found = by_gradients(lambda weights, seed: gradient(scene, weights[None], seed), draws)
-    assert truth.error(found.mean) < allowed
+    slopes = by_gradients(lambda weights, seed: gradient(scene, weights[None], seed), draws)
+    assert truth.error(slopes.mean) < allowed
 
 
 def test_the_same_seed_gives_the_same_pictures_and_gradients(scene: Scene) -> None:
@@ -151,9 +151,9 @@ def test_a_flat_plate_has_a_gradient_without_shadow_edges(
     scene_of: Callable[..., Scene], lights: tuple[str, ...]
 ) -> None:
     scene = scene_of(*lights, heights=np.full((SIDE, SIDE), 0.5))
-    found = [gradient(scene, ADJOINTS[0], shadow_edges=edges) for edges in (True, False)]
-    assert np.isfinite(found[0]).all()
-    assert_same(*found)
+    gradients = [gradient(scene, ADJOINTS[0], shadow_edges=edges) for edges in (True, False)]
+    assert np.isfinite(gradients[0]).all()
+    assert_same(*gradients)
 
 
 def test_a_gradient_flows_on_through_what_made_the_heights(scene: Scene) -> None:

@@ -31,7 +31,9 @@ def plate() -> PlateTopology:
     return plate_topology(SIDE, SIDE, SIZE_MM)
 
 
-def found(heights: Array, *directions: Array, samples_per_edge: int = 1, floor: bool = False) -> ShadowEdges:
+def shadow_edges_of(
+    heights: Array, *directions: Array, samples_per_edge: int = 1, floor: bool = False
+) -> ShadowEdges:
     lights = ParallelLights(np.stack(directions), np.ones(len(directions)))
     count = len(plate().edge_start)
     jitter = np.random.default_rng(0).uniform(size=(count, samples_per_edge))
@@ -45,7 +47,7 @@ def shrinkage(edges: ShadowEdges) -> Array:
 
 @pytest.mark.parametrize("elevation", [20, 35, 60])
 def test_the_shadow_of_a_wall_is_as_long_as_trigonometry_says(mi: ModuleType, elevation: float) -> None:
-    edges = found(wall(), toward(elevation, 0.0))
+    edges = shadow_edges_of(wall(), toward(elevation, 0.0))
     length = HEIGHT_MM / np.tan(np.radians(elevation))
     assert len(edges.point) == SIDE + 1
     np.testing.assert_allclose(edges.point[:, 0], WALL_X - length, atol=2e-4)
@@ -56,7 +58,7 @@ def test_the_shadow_of_a_wall_is_as_long_as_trigonometry_says(mi: ModuleType, el
 @pytest.mark.parametrize("azimuth", [-40, 0, 65])
 def test_it_falls_away_from_the_light(mi: ModuleType, azimuth: float) -> None:
     light = toward(50, azimuth)
-    edges = found(wall(), light)
+    edges = shadow_edges_of(wall(), light)
     of_top = np.isclose(plate().x[edges.vertices[:, :2]], WALL_X).all(axis=1)
     assert of_top.sum() > SIDE / 2
     np.testing.assert_allclose(edges.point[of_top, 0], WALL_X - HEIGHT_MM * light[0] / light[2], atol=2e-4)
@@ -67,34 +69,34 @@ def test_it_falls_away_from_the_light(mi: ModuleType, azimuth: float) -> None:
 def test_it_grows_by_width_over_tangent_with_the_walls_height(
     mi: ModuleType, elevation: float, samples_per_edge: int
 ) -> None:
-    edges = found(wall(), toward(elevation, 0.0), samples_per_edge=samples_per_edge)
+    edges = shadow_edges_of(wall(), toward(elevation, 0.0), samples_per_edge=samples_per_edge)
     of_wall = np.isclose(plate().x[edges.vertices], WALL_X)
     growth = shrinkage(edges)[of_wall].sum()
     assert growth == pytest.approx(SIZE_MM / np.tan(np.radians(elevation)), rel=1e-3)
 
 
 def test_it_does_not_change_when_all_rises_together(mi: ModuleType) -> None:
-    edges = found(hills(), toward(25))
+    edges = shadow_edges_of(hills(), toward(25))
     assert len(edges.light) > 50
     lost = shrinkage(edges)
     np.testing.assert_allclose(lost.sum(1), 0.0, atol=1e-4 * np.abs(lost).max())
 
 
 def test_a_rising_receiver_shortens_it(mi: ModuleType) -> None:
-    edges = found(wall(), toward(35, 0.0))
+    edges = shadow_edges_of(wall(), toward(35, 0.0))
     np.testing.assert_array_less(shrinkage(edges)[:, 2:].sum(1), 0.0)
 
 
 def test_a_wall_in_the_shadow_of_another_casts_none(mi: ModuleType) -> None:
     heights = wall()
     heights[:, WALL + 2] = 3.0
-    edges = found(heights, toward(35, 0.0))
+    edges = shadow_edges_of(heights, toward(35, 0.0))
     assert (plate().x[edges.vertices[:, 0]] > WALL_X + PITCH).all()
 
 
 def test_samples_lie_on_the_plate_and_know_their_light(mi: ModuleType) -> None:
     directions = toward(20), toward(89), toward(30, 200)
-    edges = found(hills(), *directions)
+    edges = shadow_edges_of(hills(), *directions)
     assert set(np.unique(edges.light)) == {0, 2}
     assert np.abs(edges.point[:, :2]).max() <= SIZE_MM / 2
     assert edges.receiver.shape == edges.light.shape == (len(edges.point),)
@@ -107,13 +109,13 @@ def test_samples_lie_on_the_plate_and_know_their_light(mi: ModuleType) -> None:
 def test_without_silhouettes_there_is_nothing_and_nothing_breaks(
     mi: ModuleType, heights: Array, elevation: float
 ) -> None:
-    edges = found(heights, toward(elevation))
+    edges = shadow_edges_of(heights, toward(elevation))
     assert edges.point.shape == (0, 3)
     assert edges.vertices.shape == shrinkage(edges).shape == (0, 5)
 
 
 def test_shadows_that_leave_the_plate_are_left_out_even_if_they_fall_on_a_table(mi: ModuleType) -> None:
     light = toward(35)
-    alone, on_table = found(hills(), light), found(hills(), light, floor=True)
+    alone, on_table = shadow_edges_of(hills(), light), shadow_edges_of(hills(), light, floor=True)
     np.testing.assert_array_equal(on_table.receiver, alone.receiver)
     np.testing.assert_allclose(on_table.point, alone.point, atol=1e-5)

@@ -1,4 +1,4 @@
-"""Swept shadows are those of the triangulated relief, and their gradient follows them."""
+"""Shadow sweeps give the shadows of the triangulated relief, with their gradient."""
 
 import math
 from types import ModuleType
@@ -9,8 +9,7 @@ import torch
 
 from tests.tactile.reliefs import waves
 from visual.fast.lit_picture import lit_picture
-from visual.fast.lit_shares import positive_share
-from visual.fast.refinement import face_slopes, on_triangles, refined
+from visual.fast.refinement import face_slopes, refined
 from visual.fast.shadow_sweep import shadow_sweep
 from visual.geometry.top_view import face_at
 from visual.geometry.topology import plate_topology
@@ -32,43 +31,8 @@ def lit(heights: torch.Tensor, light: tuple[float, float, float]) -> torch.Tenso
     return lit_picture(refined(heights), facing, sweep)
 
 
-def centres_of_triangles() -> tuple[np.ndarray, np.ndarray]:
-    """x and y (2, 2n, 2n) of the middles of triangles of quarters of pixels."""
-    row, col = np.mgrid[: 2 * SIDE, : 2 * SIDE]
-    part = np.array([1.0, 2.0])[:, None, None] / 3.0
-    spacing = SIZE / (2 * SIDE)
-    return (col + part) * spacing - 0.5 * SIZE, 0.5 * SIZE - (row + part) * spacing
-
-
-def test_triangles_of_quarters_have_the_slopes_of_the_faces_that_they_lie_on() -> None:
-    heights, plate = waves(SIDE, 1.5).numpy(), plate_topology(SIDE, SIDE, SIZE)
-    x, y = centres_of_triangles()
-    face = face_at(plate, x.ravel(), y.ravel()).reshape(x.shape)
-    for ours, theirs in zip(face_slopes(torch.as_tensor(heights), SIZE), plate.slopes(heights), strict=True):
-        np.testing.assert_allclose(on_triangles(ours).numpy(), theirs[face], atol=1e-12)
-
-
-def test_refined_heights_lie_on_the_relief() -> None:
-    heights, plate = waves(SIDE, 1.5).numpy(), plate_topology(SIDE, SIDE, SIZE)
-    fine = refined(torch.as_tensor(heights)).numpy()
-    corners = np.stack(
-        (
-            np.stack((fine[:-1, :-1], fine[1:, 1:])),
-            np.broadcast_to(fine[:-1, 1:], (2, 2 * SIDE, 2 * SIDE)),
-            np.broadcast_to(fine[1:, :-1], (2, 2 * SIDE, 2 * SIDE)),
-        )
-    )
-    x, y = (c.ravel() for c in centres_of_triangles())
-    face = face_at(plate, x, y)
-    first = plate.faces[face, 0]
-    slope_x, slope_y = plate.slopes(heights)
-    z = plate.vertex_heights(heights)[first]
-    z = z + slope_x[face] * (x - plate.x[first]) + slope_y[face] * (y - plate.y[first])
-    np.testing.assert_allclose(corners.mean(0).ravel(), z, atol=1e-12)
-
-
 @pytest.mark.parametrize("azimuth", [0.0, 90.0, 180.0, 270.0])
-def test_the_shadow_of_a_wall_is_as_long_as_it_must_be(azimuth: float) -> None:
+def test_the_shadow_of_a_wall_is_as_long_as_trigonometry_says(azimuth: float) -> None:
     heights = torch.zeros(SIDE, SIDE, dtype=DOUBLE)
     heights[:, 15] = 0.7
     turned = torch.rot90(heights, round(azimuth / 90.0))
@@ -76,7 +40,7 @@ def test_the_shadow_of_a_wall_is_as_long_as_it_must_be(azimuth: float) -> None:
     assert float(dark) == pytest.approx(SIZE * 0.7 / math.tan(math.radians(25.0)), rel=1e-9)
 
 
-def test_the_shadow_of_a_wall_under_a_light_from_aslant_is_as_long_as_it_must_be() -> None:
+def test_the_shadow_of_a_wall_under_an_oblique_light_is_as_long_as_trigonometry_says() -> None:
     heights = torch.zeros(SIDE, SIDE, dtype=DOUBLE)
     heights[:, 15] = 0.7
     light = toward(25.0, 40.0)
@@ -118,58 +82,36 @@ def test_points_lie_in_light_where_no_ray_is_blocked(azimuth: int, mi: ModuleTyp
     z = z + slope_x * (there_x - plate.x[first]) + slope_y * (there_y - plate.y[first])
     ray = fine.numpy()[rows, cols] + distance * light[2]
     free = np.where(inside, ray - z, np.inf).min(0)
-    found = clearance[rows, cols]
+    own = clearance[rows, cols]
     sure = np.abs(free) > 0.02
     assert sure.sum() > 50
-    assert (np.sign(found) == np.sign(free))[sure].mean() > 0.97
+    assert (np.sign(own) == np.sign(free))[sure].mean() > 0.97
 
 
 def test_gradients_are_those_of_small_changes() -> None:
     random = np.random.default_rng(3)
     heights = waves(SIDE, 1.5) + 0.02 * torch.as_tensor(random.normal(size=(SIDE, SIDE)))
-    weights, way = (torch.as_tensor(random.normal(size=(SIDE, SIDE))) for _ in range(2))
+    weights, direction = (torch.as_tensor(random.normal(size=(SIDE, SIDE))) for _ in range(2))
     light = toward(20.0, 205.0)
     heights.requires_grad_()
     (gradient,) = torch.autograd.grad((weights * lit(heights, light)).sum(), heights)
     with torch.no_grad():
-        up, down = (float((weights * lit(heights + s * 1e-6 * way, light)).sum()) for s in (1, -1))
-    assert (up - down) / 2e-6 == pytest.approx(float((gradient * way).sum()), rel=1e-5)
-
-
-def test_lit_shares_are_areas() -> None:
-    """Against the share of many points of a triangle where a linear function is positive."""
-    values = torch.tensor([[0.3, -0.5, -0.1], [-0.2, 0.6, 0.9], [-1.0, 0.4, 0.1]], dtype=DOUBLE)
-    found, _ = positive_share(values.T)
-    count = 1500
-    row, col = np.mgrid[:count, :count]
-    inside = row + col < count
-    u, v = (col[inside] + 1 / 3) / count, (row[inside] + 1 / 3) / count
-    for (a, b, c), share in zip(values.numpy(), found.numpy(), strict=True):
-        assert share == pytest.approx(np.mean(a + (b - a) * u + (c - a) * v > 0.0), abs=2e-3)
-
-
-def test_derivatives_of_shares_are_those_of_small_changes() -> None:
-    values = torch.tensor([[0.3, -0.5, -0.1], [-0.2, 0.6, 0.9], [-1.0, 0.4, 0.1]], dtype=DOUBLE).T
-    _, by = positive_share(values)
-    for corner in range(3):
-        change = torch.zeros_like(values)
-        change[corner] = 1e-6
-        (up, _), (down, _) = positive_share(values + change), positive_share(values - change)
-        torch.testing.assert_close(by[corner], (up - down) / 2e-6, rtol=1e-7, atol=1e-9)
+        up, down = (float((weights * lit(heights + s * 1e-6 * direction, light)).sum()) for s in (1, -1))
+    assert (up - down) / 2e-6 == pytest.approx(float((gradient * direction).sum()), rel=1e-5)
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 40.0, 205.0, 270.0])
-def test_what_shades_a_corner_is_what_its_clearance_changes_with(azimuth: float) -> None:
+def test_the_clearance_of_a_corner_changes_with_its_occluders(azimuth: float) -> None:
     """`ShadowSweep.occluders` against finite differences of `ShadowSweep.clearance`."""
     fine = refined(waves(SIDE, 2.0))
     sweep = shadow_sweep(SIDE, SIZE, toward(20.0, azimuth), DOUBLE)
     clearance, highest_column = sweep.trace(fine)
     corners = torch.arange(7, fine.numel(), 101)
-    found, weights = sweep.occluders(highest_column, corners)
+    occluders, weights = sweep.occluders(highest_column, corners)
     along = torch.as_tensor(np.random.default_rng(1).normal(size=fine.shape))
     moved = (sweep.clearance(fine + 1e-6 * along) - clearance) / 1e-6
-    known = torch.cat((along.flatten(), torch.zeros(1, dtype=DOUBLE)))
-    expected = along.flatten()[corners] - (weights * known[found]).sum(0)
+    values = torch.cat((along.flatten(), torch.zeros(1, dtype=DOUBLE)))
+    expected = along.flatten()[corners] - (weights * values[occluders]).sum(0)
     close = (moved.flatten()[corners] - expected).abs() < 1e-4
-    # Where the highest place itself changes, the difference is none of either side.
+    # Where the running maximum changes its column, the difference belongs to neither side.
     assert close.double().mean() > 0.95

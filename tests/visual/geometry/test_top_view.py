@@ -190,8 +190,8 @@ def test_shadows_and_all_the_jacobian_is_that_of_mitsubas_pictures(
     scene = scene_of(sun(elevation), heights=heights)
     truth = measured(lambda h, seed: scene.render(h, samples=4096, seed=seed).numpy()[0], heights, 0.01, 3)
     assert truth.standard_error < noise
-    found = by_gradients(view_gradient(scene, heights), 48)
-    error = truth.error(found.mean)
+    slopes = by_gradients(view_gradient(scene, heights), 48)
+    error = truth.error(slopes.mean)
     assert error < allowed
     assert truth.error(by_gradients(view_gradient(scene, heights, edges=False), 2).mean) > worse * error
 

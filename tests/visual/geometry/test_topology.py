@@ -26,7 +26,7 @@ FOLD = PITCH / 2
 """Where that column lies."""
 
 
-def found(plate: PlateTopology, heights: Array, light: Array) -> Index:
+def silhouettes_of(plate: PlateTopology, heights: Array, light: Array) -> Index:
     return silhouettes(plate, *plate.slopes(heights), light)
 
 
@@ -72,7 +72,7 @@ def test_vertices_outside_the_samples_repeat_them(plate: PlateTopology) -> None:
 @pytest.mark.parametrize("azimuth", [0, 30, 180, 200])
 def test_the_top_of_a_ridge_is_a_silhouette_from_side_to_side(plate: PlateTopology, azimuth: float) -> None:
     heights = 5.0 - STEEP * np.abs(sample_x())
-    edges = found(plate, heights, toward(30.0, azimuth))
+    edges = silhouettes_of(plate, heights, toward(30.0, azimuth))
     ridge = on_line(plate, edges, FOLD)
     assert len(ridge) == SIDE + 1
     assert np.diff(np.sort(plate.y[plate.edge_start[ridge]])).min() > 0
@@ -82,23 +82,23 @@ def test_the_top_of_a_ridge_is_a_silhouette_from_side_to_side(plate: PlateTopolo
 def test_a_light_that_shines_on_both_of_its_flanks_sees_no_silhouette(
     plate: PlateTopology, elevation: float, azimuth: float
 ) -> None:
-    assert len(found(plate, 5.0 - STEEP * np.abs(sample_x()), toward(elevation, azimuth))) == 0
+    assert len(silhouettes_of(plate, 5.0 - STEEP * np.abs(sample_x()), toward(elevation, azimuth))) == 0
 
 
 @pytest.mark.parametrize("azimuth", [0, 30, 180, 200])
 def test_the_bottom_of_a_valley_is_none(plate: PlateTopology, azimuth: float) -> None:
-    edges = found(plate, STEEP * np.abs(sample_x()), toward(30.0, azimuth))
+    edges = silhouettes_of(plate, STEEP * np.abs(sample_x()), toward(30.0, azimuth))
     assert len(on_line(plate, edges, FOLD)) == 0
 
 
 @pytest.mark.parametrize("elevation", [1, 35, 90])
 def test_a_flat_plate_has_none(plate: PlateTopology, elevation: float) -> None:
-    assert len(found(plate, np.full((SIDE, SIDE), 0.7), toward(elevation))) == 0
+    assert len(silhouettes_of(plate, np.full((SIDE, SIDE), 0.7), toward(elevation))) == 0
 
 
 def test_a_step_has_one_at_its_top_and_none_at_its_foot(plate: PlateTopology) -> None:
     heights = np.where(sample_x() < 0, 1.0, 0.0)
-    edges = found(plate, heights, toward(30.0, 180.0))
+    edges = silhouettes_of(plate, heights, toward(30.0, 180.0))
     top, foot = FOLD - PITCH, FOLD
     assert len(on_line(plate, edges, top)) == SIDE + 1
     assert len(on_line(plate, edges, foot)) == 0
@@ -147,4 +147,4 @@ def test_silhouettes_agree_with_a_search_edge_by_edge(elevation: float) -> None:
         if lit != (normal(right) @ light > 0) and stands_out:
             expected.append(edge)
     assert len(expected) > 10
-    np.testing.assert_array_equal(found(plate, heights, light), expected)
+    np.testing.assert_array_equal(silhouettes_of(plate, heights, light), expected)
