@@ -44,7 +44,7 @@ def waves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "waves.exr"
 
 
-def said(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
+def output(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
     """What a command that succeeds prints."""
     assert main(argv) == 0
     printed = capsys.readouterr()
@@ -151,10 +151,10 @@ def test_a_reader_who_leaves_early_is_no_error(waves: Path) -> None:
     )
     assert process.stdout is not None and process.stderr is not None
     process.stdout.close()
-    told = process.stderr.read()
+    complaints = process.stderr.read()
     process.stderr.close()
     assert process.wait() == cli.BROKEN_PIPE
-    assert told == b""
+    assert complaints == b""
 
 
 def test_ctrl_c_needs_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -169,21 +169,21 @@ def test_ctrl_c_needs_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_evaluate_tells_the_librarys_numbers(waves: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (told,) = json.loads(said(capsys, "evaluate", str(waves), "--force-n", "5", "--json"))
+    (entry,) = json.loads(output(capsys, "evaluate", str(waves), "--force-n", "5", "--json"))
     skin = tactile.Skin(force_n=5.0)
     touch = tactile.press(load_heights(waves), skin=skin)
-    assert told["texture"] == str(waves)
-    assert told["roughness"] == pytest.approx(tactile.roughness(touch.strain).item(), rel=1e-9)
-    assert told["contact_area_mm2"] == pytest.approx(tactile.contact_area(touch.gap).item(), rel=1e-9)
-    assert told["contact_fraction"] == touch.contact_fraction.item()
-    assert (told["size_mm"], told["model"], told["skin"]["force_n"]) == (10.0, "layer", 5.0)
-    assert "jnd_from_first" not in told
+    assert entry["texture"] == str(waves)
+    assert entry["roughness"] == pytest.approx(tactile.roughness(touch.strain).item(), rel=1e-9)
+    assert entry["contact_area_mm2"] == pytest.approx(tactile.contact_area(touch.gap).item(), rel=1e-9)
+    assert entry["contact_fraction"] == touch.contact_fraction.item()
+    assert (entry["size_mm"], entry["model"], entry["skin"]["force_n"]) == (10.0, "layer", 5.0)
+    assert "jnd_from_first" not in entry
 
 
 def test_evaluate_compares_with_the_first(waves: Path, capsys: pytest.CaptureFixture[str]) -> None:
     save_heights_exr("low.exr", 0.3 * load_heights(waves))
     save_heights_exr("flat.exr", np.full((32, 32), 0.5))
-    first, low, flat = json.loads(said(capsys, "evaluate", "waves.exr", "low.exr", "flat.exr", "--json"))
+    first, low, flat = json.loads(output(capsys, "evaluate", "waves.exr", "low.exr", "flat.exr", "--json"))
     assert first["jnd_from_first"] == 0.0
     assert low["jnd_from_first"] == pytest.approx(tactile.jnd_apart(low["roughness"], first["roughness"]))
     assert low["jnd_from_first"] < 0.0
@@ -194,7 +194,7 @@ def test_evaluate_compares_with_the_first(waves: Path, capsys: pytest.CaptureFix
 def test_evaluate_prints_a_line_for_each_texture(capsys: pytest.CaptureFixture[str]) -> None:
     name = "a relief with a rather [long] name that would not fit into a terminal of eighty columns.exr"
     Path("waves.exr").rename(name)
-    header, first, second, skin = said(capsys, "evaluate", name, name).splitlines()
+    header, first, second, skin = output(capsys, "evaluate", name, name).splitlines()
     assert header.split("  ")[0] == "texture"
     assert first.startswith(name) and second.startswith(name)
     assert "mm²" in first and "%" in first
@@ -205,7 +205,9 @@ def test_evaluate_prints_a_line_for_each_texture(capsys: pytest.CaptureFixture[s
 
 
 def test_render_writes_a_picture_of_every_condition(capsys: pytest.CaptureFixture[str]) -> None:
-    told = said(capsys, "render", str(STUDIO), *SMALL, "-D", "relief_mm=1", "--samples", "4", "-o", "a/b")
+    printed = output(
+        capsys, "render", str(STUDIO), *SMALL, "-D", "relief_mm=1", "--samples", "4", "-o", "a/b"
+    )
     conditions = ("light-10", "light-130", "light-250")
     names = sorted(f"{name}.{suffix}" for name in conditions for suffix in ("exr", "png"))
     assert sorted(path.name for path in Path("a/b").iterdir()) == names
@@ -217,16 +219,16 @@ def test_render_writes_a_picture_of_every_condition(capsys: pytest.CaptureFixtur
         shown = np.asarray(Image.open(f"a/b/{name}.png"), dtype=np.float64) / 255
         linear = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
         np.testing.assert_allclose(linear, np.clip(radiance, 0, 1), atol=0.006)
-        (line,) = (line for line in told.splitlines() if line.startswith(name))
+        (line,) = (line for line in printed.splitlines() if line.startswith(name))
         assert float(line.split()[1]) == pytest.approx(radiance.mean(), rel=0.01)
 
 
 def test_render_tells_the_noise_of_each_picture(capsys: pytest.CaptureFixture[str]) -> None:
     errors = []
     for samples in ("16", "256"):
-        told = said(capsys, "render", str(STUDIO), *SMALL, "--samples", samples)
-        assert f"{samples} samples each" in told
-        (error,) = re.findall(r"light-10 +\S+ +(\S+)\s%", told)
+        printed = output(capsys, "render", str(STUDIO), *SMALL, "--samples", samples)
+        assert f"{samples} samples each" in printed
+        (error,) = re.findall(r"light-10 +\S+ +(\S+)\s%", printed)
         errors.append(float(error))
     # Strata make it fall faster than one over the root of the samples.
     assert 4.0 < errors[0] / errors[1] < 16.0
@@ -235,17 +237,17 @@ def test_render_tells_the_noise_of_each_picture(capsys: pytest.CaptureFixture[st
 def test_render_shows_another_texture_and_repeats_itself(capsys: pytest.CaptureFixture[str]) -> None:
     save_heights_exr("flat.exr", np.zeros((32, 32)))
     same = ["render", str(STUDIO), *SMALL, "--samples", "4", "--seed", "5"]
-    said(capsys, *same, "-o", "one")
-    said(capsys, *same, "-o", "two")
-    said(capsys, *same, "-o", "flat", "--texture", "flat.exr")
+    output(capsys, *same, "-o", "one")
+    output(capsys, *same, "-o", "two")
+    output(capsys, *same, "-o", "flat", "--texture", "flat.exr")
     one, two, flat = (exr(Path(folder, "light-10.exr")) for folder in ("one", "two", "flat"))
     assert (one == two).all()
     assert flat.std() < 0.2 * one.std()
 
 
 def test_render_needs_no_llvm(capsys: pytest.CaptureFixture[str]) -> None:
-    told = said(capsys, "render", str(STUDIO), *SMALL, "--samples", "1", "-m", "scalar_rgb")
-    assert "scalar_rgb" in told
+    printed = output(capsys, "render", str(STUDIO), *SMALL, "--samples", "1", "-m", "scalar_rgb")
+    assert "scalar_rgb" in printed
     assert Path("renders/studio/light-10.png").is_file()
 
 
@@ -255,13 +257,13 @@ EXPLAIN = ["render", str(STUDIO), *SMALL, "--explain"]
 def test_explain_tells_a_line_for_each_rule_and_writes_nothing(
     waves: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    lines = said(capsys, *EXPLAIN, "-o", "out", "--samples", "7").splitlines()
-    told = {line.split("   ")[0]: line for line in lines}
-    assert len(told) == len(lines)
-    assert "from waves.exr" in told["plate"] and "32 x 32 pixels, 7 samples" in told["camera"]
-    assert "azimuth 250°, elevation 35°" in told["light-250"]
-    assert "4 are rendered" in told["pictures"]
-    assert "optimize can" in told["gradients"]
+    lines = output(capsys, *EXPLAIN, "-o", "out", "--samples", "7").splitlines()
+    sentences = {line.split("   ")[0]: line for line in lines}
+    assert len(sentences) == len(lines)
+    assert "from waves.exr" in sentences["plate"] and "32 x 32 pixels, 7 samples" in sentences["camera"]
+    assert "azimuth 250°, elevation 35°" in sentences["light-250"]
+    assert "4 are rendered" in sentences["pictures"]
+    assert "optimize can" in sentences["gradients"]
     assert list(waves.parent.iterdir()) == [waves]
 
 
@@ -311,12 +313,14 @@ def test_explain_refuses_what_render_refuses(
 
 @pytest.mark.parametrize("suffix", ["stl", "3mf", "ply"])
 def test_export_writes_a_closed_plate(suffix: str, capsys: pytest.CaptureFixture[str]) -> None:
-    told = said(capsys, "export", "waves.exr", "--size-mm", "20", "--base-mm", "1.5", "-o", f"plate.{suffix}")
+    printed = output(
+        capsys, "export", "waves.exr", "--size-mm", "20", "--base-mm", "1.5", "-o", f"plate.{suffix}"
+    )
     body = trimesh.load_mesh(f"plate.{suffix}")
     assert isinstance(body, trimesh.Trimesh)
     assert body.is_watertight
     assert body.extents == pytest.approx([20, 20, 1.5 + load_heights("waves.exr").max()], abs=1e-3)
-    assert told.startswith(f"plate.{suffix}: 20 x 20 x ")
+    assert printed.startswith(f"plate.{suffix}: 20 x 20 x ")
 
 
 # retouch optimize, retouch resume
@@ -365,7 +369,7 @@ def test_optimize_tells_everything_on_one_screen(waves: Path, capsys: pytest.Cap
     assert status == (0 if result["stop"]["reason"] in ("converged", "step_limit") else 3)
     screen = capsys.readouterr().out
     assert len(screen.splitlines()) < 24
-    for told in (
+    for text in (
         result["stop"]["message"],
         f"target {number(result['touch']['target_roughness'])}",
         f"achieved {number(result['touch']['roughness'])}",
@@ -375,7 +379,7 @@ def test_optimize_tells_everything_on_one_screen(waves: Path, capsys: pytest.Cap
         "runs/waves/report.html",
         "runs/waves/plate.stl",
     ):
-        assert told in screen
+        assert text in screen
     assert main(["resume", "runs/waves", "-q"]) == status
     assert capsys.readouterr().out == ""
 

@@ -45,8 +45,8 @@ def test_durations_read_as_spoken(seconds: float, text: str) -> None:
     ],
 )
 def test_a_value_has_the_digits_that_its_error_leaves(value: float, error: float, text: str) -> None:
-    told = plus_minus(value, error)
-    assert told == text.replace(" ", "\N{NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}")
+    shown = plus_minus(value, error)
+    assert shown == text.replace(" ", "\N{NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}")
 
 
 @pytest.mark.parametrize(

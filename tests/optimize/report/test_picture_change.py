@@ -55,28 +55,28 @@ def test_the_crossed_square_is_the_true_one_on_average(size: float, batches: int
 def test_the_standard_error_of_the_square_is_how_far_it_spreads() -> None:
     true = truth()
     squares = repeated(crossed_square, true)
-    told = repeated(lambda d: jackknife_error(crossed_square, d), true)
-    assert np.sqrt(np.square(told).mean()) == pytest.approx(squares.std(ddof=1), rel=0.15)
+    errors = repeated(lambda d: jackknife_error(crossed_square, d), true)
+    assert np.sqrt(np.square(errors).mean()) == pytest.approx(squares.std(ddof=1), rel=0.15)
 
 
 def test_where_nothing_changed_the_error_is_told_too_large_rather_than_too_small() -> None:
     """Four batches: by a factor 3 ** 0.5, from the terms that the subsets of batches share."""
     nothing = truth(0.0)
     squares = repeated(crossed_square, nothing)
-    told = repeated(lambda d: jackknife_error(crossed_square, d), nothing)
-    assert np.sqrt(np.square(told).mean()) == pytest.approx(3.0**0.5 * squares.std(ddof=1), rel=0.15)
-    assert (squares > 2.0 * told).mean() < 0.05
+    errors = repeated(lambda d: jackknife_error(crossed_square, d), nothing)
+    assert np.sqrt(np.square(errors).mean()) == pytest.approx(3.0**0.5 * squares.std(ddof=1), rel=0.15)
+    assert (squares > 2.0 * errors).mean() < 0.05
 
 
 def test_common_random_numbers_cancel() -> None:
     """The noise of before and after is one: their pictures are noisy, their change is not."""
     noise = np.random.default_rng(1).normal(0.0, SIGMA, (4, *SHAPE))
     true = truth()
-    found = change(Batches(1.0 + noise, 64), Batches(1.0 + true + noise, 64))
-    assert found.rms_error < 1e-12
-    assert found.rms == pytest.approx(np.sqrt(np.square(true).mean()))
-    assert found.rms_less_noise == pytest.approx(found.rms)
-    assert found.mean == pytest.approx(found.mean_at_least)
+    estimate = change(Batches(1.0 + noise, 64), Batches(1.0 + true + noise, 64))
+    assert estimate.rms_error < 1e-12
+    assert estimate.rms == pytest.approx(np.sqrt(np.square(true).mean()))
+    assert estimate.rms_less_noise == pytest.approx(estimate.rms)
+    assert estimate.mean == pytest.approx(estimate.mean_at_least)
 
 
 # The mean
@@ -110,10 +110,10 @@ def test_the_noise_floor_is_the_mean_of_nothing(batches: int) -> None:
     assert repeated(crossed_magnitude, truth(0.0), batches=batches).mean() == pytest.approx(0.0, abs=1e-3)
 
 
-# What may be said
+# How well a change is known
 
 
-def told(size: float, sigma: float, seed: int = 0) -> Change:
+def estimated(size: float, sigma: float, seed: int = 0) -> Change:
     before = np.ones((4, *SHAPE))
     return change(Batches(before, 64), Batches(before + noisy(truth(size), seed, sigma=sigma), 64))
 
@@ -130,13 +130,13 @@ def told(size: float, sigma: float, seed: int = 0) -> Change:
     ],
 )
 def test_a_change_says_what_may_be_said_of_it(size: float, sigma: float, certainty: Certainty) -> None:
-    assert told(size, sigma).certainty is certainty
+    assert estimated(size, sigma).certainty is certainty
 
 
 def test_a_change_in_percent_is_a_share_of_a_level() -> None:
-    found = told(0.1, SIGMA)
-    percent = found.percent_of(0.5)
-    assert percent["rms_less_noise"] == pytest.approx(200.0 * found.rms_less_noise)
+    estimate = estimated(0.1, SIGMA)
+    percent = estimate.percent_of(0.5)
+    assert percent["rms_less_noise"] == pytest.approx(200.0 * estimate.rms_less_noise)
     assert set(percent) == {
         *("mean", "mean_error", "mean_at_least", "noise_floor"),
         *("rms", "rms_less_noise", "rms_error"),
