@@ -95,8 +95,8 @@ def meshes() -> list[dict[str, Any]]:
     """The reference by its mesh, contact always at 128 x 128."""
     rows, truth = [], finest()
     for mesh in MESHES:
-        found = measure(finite_element_operator(SKIN, SIDE, SIZE_MM, mesh=mesh), stacked(twelve()))
-        rows.append({"nodes a side": mesh} | built_apart(mesh) | compared(found, truth))
+        coarser = measure(finite_element_operator(SKIN, SIDE, SIZE_MM, mesh=mesh), stacked(twelve()))
+        rows.append({"nodes a side": mesh} | built_apart(mesh) | compared(coarser, truth))
     return rows
 
 
@@ -144,8 +144,8 @@ def bare() -> list[dict[str, Any]]:
     for nodes in BARE:
         heights = resampled(stacked(twelve()), nodes)
         truth = measure(finite_element_operator(SKIN, nodes, SIZE_MM, mesh=nodes), heights)
-        found = measure(finite_element_operator(SKIN, nodes, SIZE_MM, mesh=nodes, exact_layer=False), heights)
-        rows.append({"nodes a side": nodes} | compared(found, truth))
+        alone = measure(finite_element_operator(SKIN, nodes, SIZE_MM, mesh=nodes, exact_layer=False), heights)
+        rows.append({"nodes a side": nodes} | compared(alone, truth))
     return rows
 
 
@@ -153,13 +153,13 @@ def many_reliefs() -> dict[str, Any]:
     """The layer model against the finest reference, relief by relief."""
     reliefs = many(MANY)
     truth = measure(finite_element_operator(SKIN, SIDE, SIZE_MM, mesh=FINEST), stacked(reliefs))
-    found = measure(elastic_layer_operator(SKIN, SIDE, SIZE_MM), stacked(reliefs))
+    layer = measure(elastic_layer_operator(SKIN, SIDE, SIZE_MM), stacked(reliefs))
     return {
         "names": list(reliefs),
         "height_mm": [float(h.max()) for h in reliefs.values()],
         "reference": {"V": truth.roughness.tolist(), "A": truth.area.tolist()},
         "fraction": truth.fraction.tolist(),
-        "layer": {"V": found.roughness.tolist(), "A": found.area.tolist()},
+        "layer": {"V": layer.roughness.tolist(), "A": layer.area.tolist()},
     }
 
 

@@ -1,4 +1,4 @@
-"""Our contact solver beside others on what all of them can do: a periodic half-space."""
+"""Contact solver of Retouch beside others, on a body that all of them have: a periodic half-space."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tactile.contact import solve_contact
 from tests.physics.half_space import PeriodicHalfSpace
 
 TOLERANCE = 1e-8
-"""Of contact, for us and for others."""
+"""Residual of contact over the mean displacement, the same for every solver."""
 
 
 def half_space() -> list[dict[str, Any]]:
-    """Our contact solver on a periodic half-space beside Tamaas and ContactMechanics, where installed."""
+    """Seconds on a periodic half-space beside Tamaas and ContactMechanics, where installed."""
     body = PeriodicHalfSpace(SIDE, SIZE_MM, SKIN.poisson_ratio)
     rivals = {"Tamaas": tamaas_pressure, "ContactMechanics": contact_mechanics_pressure}
     rows = []
@@ -46,7 +46,7 @@ def half_space() -> list[dict[str, Any]]:
 
 
 def tamaas_pressure(heights: Array) -> Callable[[], Array] | None:
-    """Polonsky-Keer by Tamaas; None if it is not installed."""
+    """Polonsky-Keer by Tamaas; None if not installed."""
     try:
         import tamaas
     except ImportError:
@@ -64,7 +64,7 @@ def tamaas_pressure(heights: Array) -> Callable[[], Array] | None:
 
 
 def contact_mechanics_pressure(heights: Array) -> Callable[[], Array] | None:
-    """Its constrained conjugate gradient; None if it is not installed."""
+    """Constrained conjugate gradient of ContactMechanics; None if not installed."""
     try:
         from ContactMechanics import PeriodicFFTElasticHalfSpace, make_system
         from SurfaceTopography import Topography

@@ -67,19 +67,19 @@ def measure(operator: SkinOperator, reliefs: Tensor, repeats: int = REPEATS) -> 
     )
 
 
-def compared(found: Measured, truth: Measured) -> dict[str, Any]:
+def compared(measured: Measured, truth: Measured) -> dict[str, Any]:
     """Deviations in %, and seconds."""
     v, a = (
         100.0 * np.abs(one / other - 1.0)
-        for one, other in ((found.roughness, truth.roughness), (found.area, truth.area))
+        for one, other in ((measured.roughness, truth.roughness), (measured.area, truth.area))
     )
     return {
         "V median %": float(np.median(v)),
         "V worst %": float(v.max()),
         "A median %": float(np.median(a)),
         "A worst %": float(a.max()),
-        "s alone": found.alone_s,
-        "s in a batch": found.batch_s,
+        "s alone": measured.alone_s,
+        "s in a batch": measured.batch_s,
     }
 
 

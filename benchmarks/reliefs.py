@@ -20,27 +20,27 @@ Array = NDArray[np.float64]
 SIDE, SIZE_MM = 128, 10.0
 PHOTOGRAPHS = ("gravel", "brick", "grass", "coins", "moon", "page")
 CORNERS = ((0, 0), (0, 128), (24, 64))
-"""Of the crops of 256 x 256 pixels; the smallest photograph is 191 x 384 and is enlarged first."""
+"""Upper left corners of the crops of 256 x 256 pixels; a smaller photograph (191 x 384) is enlarged first."""
 
 
 def twelve() -> dict[str, Array]:
-    """Twelve textures as a designer might bring them: nine from photographs, three made."""
+    """Twelve textures as a designer might bring them: nine from photographs, three synthetic."""
     natural = {
         f"{name} {number}": crop(name, number, relief_mm)
         for name, relief_mm in (("gravel", 1.2), ("brick", 1.0), ("grass", 1.0))
         for number in range(3)
     }
     random = np.random.default_rng(12)
-    made = {
+    synthetic = {
         "weave": scaled(weave(random, 1.6), 0.8),
         "cobbles": scaled(cells(random, 30), 1.0),
         "noise": scaled(noise(random, 0.35), 1.2),
     }
-    return natural | made
+    return natural | synthetic
 
 
 def further() -> dict[str, Array]:
-    """Three more, in place of the bricks where these are touched on too much of the plate already."""
+    """Three more, in place of the bricks where these touch the skin on too much of the plate already."""
     random = np.random.default_rng(15)
     return {
         "coins": crop("coins", 0, 1.0),
@@ -72,7 +72,7 @@ def many(count: int, seed: int = 0) -> dict[str, Array]:
 
 
 def scaled(field: Array, relief_mm: float) -> Array:
-    """From 0 to `relief_mm`."""
+    """The field shifted and scaled to [0, relief_mm]."""
     return relief_mm * (field - field.min()) / np.ptp(field)
 
 

@@ -123,13 +123,13 @@ def coarse_errors(reliefs: dict[tuple[float, float], Tensor]) -> list[dict[str, 
         flat = smallest_eigenvalue(
             operator.strain(solve_contact(operator, torch.zeros_like(reliefs[3.0, 1.0]), 0.2).pressure)
         )
-        found = []
+        roughness = []
         for heights in reliefs.values():
             strain = (
                 smallest_eigenvalue(operator.strain(solve_contact(operator, heights, 0.2).pressure)) - flat
             )
-            found.append(float(tactile.roughness(strain)))
-        return np.array(found)
+            roughness.append(float(tactile.roughness(strain)))
+        return np.array(roughness)
 
     finest = values(COARSE[-1])
     rows = []

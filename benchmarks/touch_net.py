@@ -3,10 +3,10 @@
     python -m benchmarks.touch_net [--textures N] [--optimised FOLDER]
     python -m benchmarks.touch_net --times
 
-The layer, cut short after so many solver steps or not, and the net of the package, if there is one. Errors in
-percent (median / mean / 95th percentile) of roughness and contact area; cosine of the gradient of roughness
-with that of the reference (median / 5th percentile); milliseconds for one texture in single precision,
-forward / forward and gradient of roughness, on one and on two threads.
+The models are the layer, converged or truncated after some solver steps, and the net of the package, if any.
+Errors in percent (median / mean / 95th percentile) of roughness and contact area; cosine of the gradient of
+roughness with that of the reference (median / 5th percentile); milliseconds for one texture in single
+precision, forward / forward and gradient of roughness, on one and on two threads.
 """
 
 from __future__ import annotations
@@ -40,19 +40,20 @@ from tactile.truncated import GRADIENT_TOLERANCE, STEPS, TruncatedSolver
 SIZE_MM = 10.0
 GRADIENTS = 48
 """Textures of each set whose gradients are compared."""
-CUTS = (2, 3, 4, 5, 6, 8)
+TRUNCATED = (2, 3, 4, 5, 6, 8)
+"""Numbers of solver steps."""
 TIMED = 7
 """Textures that are timed, twice each."""
 
 
 def main() -> None:
     torch.set_num_threads(1)
-    asked = arguments(__doc__ or "")
-    models = known_models()
-    if not asked.times:
-        reliefs = sets(asked)
-        references = {name: reference(asked.references, values) for name, values in reliefs.items()}
-        there = {} if asked.again else load("touch_net").get("models", {})
+    options = arguments(__doc__ or "")
+    models = models_by_name()
+    if not options.times:
+        reliefs = sets(options)
+        references = {name: reference(options.references, values) for name, values in reliefs.items()}
+        there = {} if options.again else load("touch_net").get("models", {})
         for name, press in models.items():
             for of, values in reliefs.items():
                 if of in there.get(name, {}):
@@ -66,25 +67,24 @@ def main() -> None:
     print(as_text(load("touch_net")))
 
 
-def save_row(model: str, part: str, found: Mapping[str, Any]) -> None:
-    """Add to the results what a part of the benchmark found of a model."""
+def save_row(model: str, part: str, measures: Mapping[str, Any]) -> None:
+    """Add to the results what a part of the benchmark measures of a model."""
     results = load("touch_net") or {"models": {}}
-    results["models"].setdefault(model, {})[part] = dict(found)
+    results["models"].setdefault(model, {})[part] = dict(measures)
     save("touch_net", {**results, "machine": machine()})
 
 
-def known_models() -> dict[str, Press]:
-    """By name."""
+def models_by_name() -> dict[str, Press]:
+    """Models of touch that are compared, by name."""
     models: dict[str, Press] = {"layer, converged": partial(tactile.press, size_mm=SIZE_MM)}
-    models |= {f"layer, {steps} steps": cut_short(steps) for steps in CUTS}
+    models |= {f"layer, {steps} steps": truncated(steps) for steps in TRUNCATED}
     if has_weights(KIND):
         models["net"] = partial(tactile.press, size_mm=SIZE_MM, model="net")
     return models
 
 
-def cut_short(steps: int) -> Press:
-    """The layer after so many steps of the solver."""
-
+def truncated(steps: int) -> Press:
+    """The layer after some steps of the solver."""
     model = tactile.touch_model(tactile.Skin(), corpus.SAMPLES, SIZE_MM, torch.float32)
     solver = TruncatedSolver(
         elastic_layer_operator(model.skin, corpus.SAMPLES, SIZE_MM, torch.float32), steps
@@ -93,15 +93,15 @@ def cut_short(steps: int) -> Press:
 
 
 def reference(folder: Path, reliefs: Reliefs) -> TextureMeasures:
-    """What finite elements make of reliefs, and the gradients of the first of them."""
+    """Roughness and contact area of reliefs by finite elements, and gradients of the first `GRADIENTS`."""
     press = partial(tactile.press, size_mm=SIZE_MM, model="fem")
     fields = []
     for number, relief in enumerate(reliefs):
         grads = int(number < GRADIENTS)
 
         def make(relief: Any = relief, grads: int = grads) -> dict[str, Any]:
-            found = measure_textures(press, relief[None], SIZE_MM, torch.float64, grads)
-            return {"roughness": found.roughness, "area": found.area, "gradients": found.gradients}
+            measures = measure_textures(press, relief[None], SIZE_MM, torch.float64, grads)
+            return {"roughness": measures.roughness, "area": measures.area, "gradients": measures.gradients}
 
         fields.append(kept(folder, f"fem-{grads}", relief, make))
     return TextureMeasures(
@@ -111,12 +111,12 @@ def reference(folder: Path, reliefs: Reliefs) -> TextureMeasures:
 
 def accuracy(press: Press, reliefs: Reliefs, truth: TextureMeasures) -> dict[str, list[float]]:
     """Errors of each texture in percent (of roughness where there is any), and cosines of gradients."""
-    found = measure_textures(press, reliefs, SIZE_MM, torch.float32, len(truth.gradients))
+    measures = measure_textures(press, reliefs, SIZE_MM, torch.float32, len(truth.gradients))
     rough = truth.roughness >= LEAST_ROUGHNESS
     errors = {
-        "roughness_percent": (100.0 * np.abs(found.roughness / truth.roughness - 1.0))[rough],
-        "contact_area_percent": 100.0 * np.abs(found.area / truth.area - 1.0),
-        "gradient_cosine": cosines(found.gradients, truth.gradients),
+        "roughness_percent": (100.0 * np.abs(measures.roughness / truth.roughness - 1.0))[rough],
+        "contact_area_percent": 100.0 * np.abs(measures.area / truth.area - 1.0),
+        "gradient_cosine": cosines(measures.gradients, truth.gradients),
     }
     return {name: [float(f"{value:.4g}") for value in values] for name, values in errors.items()}
 
@@ -143,25 +143,25 @@ def as_text(results: Mapping[str, Any]) -> str:
     parts = []
     for of in ("unseen", "optimised"):
         rows = [
-            [f"**{name}**" if name == f"layer, {STEPS} steps" else name, *_cells(found[of], found)]
-            for name, found in results["models"].items()
-            if of in found
+            [f"**{name}**" if name == f"layer, {STEPS} steps" else name, *_cells(measures[of], measures)]
+            for name, measures in results["models"].items()
+            if of in measures
         ]
         if rows:
-            count = max(len(found[of]["contact_area_percent"]) for found in results["models"].values())
+            count = max(len(measures[of]["contact_area_percent"]) for measures in results["models"].values())
             head = (f"{of}, {count}", "V, %", "A, %", "cosine of dV/dh", "ms, 1 thread", "ms, 2 threads")
             parts.append(table(head, rows))
     return "\n\n".join(parts)
 
 
-def _cells(errors: Mapping[str, list[float]], found: Mapping[str, Any]) -> list[str]:
+def _cells(errors: Mapping[str, list[float]], measures: Mapping[str, Any]) -> list[str]:
     cells = [
         " / ".join(f"{spread(errors[f'{what}_percent'])[which]:.2f}" for which in ("median", "mean", "95th"))
         for what in ("roughness", "contact_area")
     ]
     cosine = errors["gradient_cosine"]
     cells.append(f"{np.median(cosine):.4f} / {np.percentile(cosine, 5):.3f}")
-    times = found.get("milliseconds", {})
+    times = measures.get("milliseconds", {})
     return cells + [" / ".join(f"{t:.0f}" for t in times.get(n, ())) or "-" for n in ("1", "2")]
 
 

@@ -16,7 +16,7 @@ from tactile.unstructured.surface import block_surface, fingertip_surface
 from tactile.unstructured.tetrahedra import press_tetrahedra, tetrahedral_operator
 
 TETRAHEDRA_SIDE = 40
-"""Pixels a side where tetrahedra are asked: as wide as their facets. Contact creeps on finer ones."""
+"""Pixels a side for tetrahedra: as wide as the mesh's facets, as contact creeps on narrower ones."""
 FINGERTIP_MM = 5.0
 """Thickness at the apex: a cap of 8 mm radius rises by 4.3 mm to the corners of the block."""
 FINGERTIP_RADII_MM = (None, 15.0, 10.0, 8.0)
@@ -25,9 +25,9 @@ FINGERTIP_RADII_MM = (None, 15.0, 10.0, 8.0)
 def tetrahedra() -> list[dict[str, Any]]:
     """Quadratic tetrahedra on an unstructured mesh, contact at 40 x 40, against the reference there.
 
-    On smooth reliefs: their pressures are smooth between the pixels, ours are waves up to the grid's.
+    Reliefs are smooth, because pressures on tetrahedra are smooth between the pixels, and those of the
+    reference have waves as short as the grid's.
     """
-
     random = np.random.default_rng(0)
     smooth = {
         "grating": scaled(grating(random, 2.0), 0.6),
@@ -41,16 +41,15 @@ def tetrahedra() -> list[dict[str, Any]]:
     meshed = time.perf_counter()
     operator = tetrahedral_operator(SKIN, mesh, TETRAHEDRA_SIDE, SIZE_MM)
     built = time.perf_counter()
-    found = measure(operator, heights, repeats=1)
+    measured = measure(operator, heights, repeats=1)
     return [
         {"unknowns": operator.unknowns, "mesh s": meshed - began, "build s": built - meshed}
-        | compared(found, truth)
+        | compared(measured, truth)
     ]
 
 
 def fingertips() -> list[dict[str, Any]]:
     """Gravel under blocks 5 mm thick whose lower face is flat or a spherical cap, by tetrahedra."""
-
     skin = tactile.Skin(thickness_mm=FINGERTIP_MM)
     heights = resampled(stacked({"gravel": twelve()["gravel 0"]}), TETRAHEDRA_SIDE)[0]
     rows = []

@@ -1,4 +1,4 @@
-"""A displacement field of the skin block made up for its answer: the forces that it needs, and its strains.
+"""Manufactured solutions of the skin block: displacement fields with their forces and strains.
 
 Roache, J. Fluids Eng. 124 (2002): choose a solution, derive its loads, and watch the error fall. Every
 component is a product of one cosine along each axis; a derivative shifts a cosine's phase by a quarter turn.
@@ -111,12 +111,12 @@ def errors(block: PixelBlock, parity: Parity, field: Field, stiffness: sp.spmatr
     """
     solution = factorised(stiffness)(_forces(block, parity, field))
     places, weights = zip(*(_quadrature(e) for e in _elements(block)), strict=True)
-    found = solution.reshape(3, block.half + 1, block.half + 1, -1)
+    displacement = solution.reshape(3, block.half + 1, block.half + 1, -1)
     wrong, size = 0.0, 0.0
     for c in range(3):
         hats = _hats(block, parity, c, places)
         exact = field.derivative(c, (), places)
-        difference = np.einsum("ijk,ri,sj,tk->rst", found[c], *hats, optimize=True) - exact
+        difference = np.einsum("ijk,ri,sj,tk->rst", displacement[c], *hats, optimize=True) - exact
         wrong += np.einsum("rst,r,s,t->", difference**2, *weights, optimize=True)
         size += np.einsum("rst,r,s,t->", exact**2, *weights, optimize=True)
 
@@ -167,19 +167,19 @@ def _quadrature(ends: Array) -> tuple[Array, Array]:
 
 def _hats(block: PixelBlock, parity: Parity, component: int, places: Axes) -> list[Array]:
     """(points, nodes) along each axis: linear between nodes; level at a mirror plane, or zero there."""
-    found = []
+    hats = []
     for axis, x in enumerate(places):
         if axis == 2:
             identity = np.eye(len(block.levels))
-            found.append(np.stack([np.interp(x, block.levels, e) for e in identity[:-1]], axis=1))
+            hats.append(np.stack([np.interp(x, block.levels, e) for e in identity[:-1]], axis=1))
             continue
         odd = (component == axis) != parity[axis]
         ends = _elements(block)[axis]
         identity = np.eye(block.half + 1)
         at_mirror = np.zeros(block.half + 1) if odd else identity[0]
-        found.append(
+        hats.append(
             np.stack(
                 [np.interp(x, ends, np.append(m, e)) for m, e in zip(at_mirror, identity, strict=True)], 1
             )
         )
-    return found
+    return hats

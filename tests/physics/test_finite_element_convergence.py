@@ -1,4 +1,4 @@
-"""The block's finite elements converge at their rates on made-up fields, and do not lock."""
+"""The block's finite elements converge at their rates on manufactured fields, and do not lock."""
 
 from functools import cache
 
@@ -25,8 +25,8 @@ def uniform_block(half: int, nu: float) -> PixelBlock:
 @cache
 def measured(field: str, half: int, nu: float, parity: Parity) -> tuple[float, float]:
     block = uniform_block(half, nu)
-    made = FIELDS[field](parity, THICKNESS, nu)
-    return errors(block, parity, made, folded_stiffness(block, parity))
+    manufactured = FIELDS[field](parity, THICKNESS, nu)
+    return errors(block, parity, manufactured, folded_stiffness(block, parity))
 
 
 @pytest.mark.parametrize("field", FIELDS)

@@ -31,7 +31,7 @@ def layer_shift() -> float:
 
 
 def errors(samples: int) -> dict[str, float]:
-    """Relative; the radius is that of Hertz's pressure with the second moment found, 2/5 of its square."""
+    """Relative; the radius is that of Hertz's pressure with the same second moment (2/5 of its square)."""
     square = (centres(samples) - 0.5 * SIZE) ** 2
     distance2 = square[:, None] + square[None, :]
     state = solve_contact(

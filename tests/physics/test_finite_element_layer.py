@@ -27,10 +27,10 @@ def differences(samples: int, exact_layer: bool) -> torch.Tensor:
     ):
         displacement, strain = operator.displacement(pressure), operator.strain(pressure)
         fields.append((displacement[None, middle, middle], strain[:, middle, middle]))
-    found = []
+    errors = []
     for block, layer in zip(*fields, strict=True):
-        found.append((block - layer).abs().amax((-2, -1)) / layer.abs().max())
-    return torch.cat(found)
+        errors.append((block - layer).abs().amax((-2, -1)) / layer.abs().max())
+    return torch.cat(errors)
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Reliefs that the tests press on: float64, mm, over 10 x 10 mm unless told otherwise."""
+"""Reliefs that the tests press on: float64, mm, over 10 x 10 mm by default."""
 
 import torch
 from torch import Tensor
@@ -39,7 +39,7 @@ def bumps(samples: int, height: float = 0.8, period: float = 2.5, sigma: float =
 
 
 def manufactured(body: Compliance, mean_pressure: float, samples: int = 32) -> tuple[Tensor, Tensor, Tensor]:
-    """A relief made for a known contact, no pixel of which is about to touch or to part.
+    """A relief manufactured for a prescribed contact, in which no pixel is about to touch or to part.
 
     Returns:
         Heights (mm), the pressures (units of the body's modulus) that they cause, and the gaps (mm).

@@ -1,4 +1,4 @@
-"""A body seen from a few of its unknowns: the inverse restricted to them, and the rest by substitution."""
+"""A condensed body has the inverse restricted to a few unknowns, and the rest by substitution."""
 
 import numpy as np
 import pytest

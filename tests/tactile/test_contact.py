@@ -183,9 +183,9 @@ def test_a_contact_that_does_not_converge_is_an_error(
 
 def test_a_contact_cut_short_is_where_the_solver_stood_then(operator: ElasticLayerOperator) -> None:
     relief = waves(SAMPLES, 0.8)
-    begun = approach_contact(operator, relief, MEAN_PRESSURE, None, 0)
-    torch.testing.assert_close(begun.pressure, torch.full_like(relief, MEAN_PRESSURE))
-    assert not bool(begun.converged)
+    initial = approach_contact(operator, relief, MEAN_PRESSURE, None, 0)
+    torch.testing.assert_close(initial.pressure, torch.full_like(relief, MEAN_PRESSURE))
+    assert not bool(initial.converged)
     whole = solve_contact(operator, relief, MEAN_PRESSURE)
     same = approach_contact(operator, relief, MEAN_PRESSURE, None, whole.steps)
     assert torch.equal(same.pressure, whole.pressure) and bool(same.converged)

@@ -1,4 +1,4 @@
-"""The hybrid operator is a symmetric, positive, linear map with the symmetries of the block."""
+"""The elastic layer's operator is a symmetric, positive, linear map with the symmetries of the block."""
 
 import pytest
 import torch
@@ -83,7 +83,7 @@ def test_a_smooth_wave_moves_the_block_as_finite_elements_say(sides: Sides) -> N
     """Every displacement and strain component of the operator, with its sign, in the quarter x, y > 0."""
     quarter, skin = 12, Skin()
     samples = 2 * quarter
-    hybrid = elastic_layer_operator(skin, samples, SIZE, coarse=16, free_sides=sides == "free")
+    operator = elastic_layer_operator(skin, samples, SIZE, coarse=16, free_sides=sides == "free")
     levels = depth_levels(skin.depth_mm, skin.thickness_mm, 0.2)
     even = quarter_responses(0.5 * SIZE, quarter, levels, skin.depth_mm, skin.poisson_ratio, sides)[
         False, False
@@ -101,10 +101,10 @@ def test_a_smooth_wave_moves_the_block_as_finite_elements_say(sides: Sides) -> N
 
     nodal = torch.as_tensor(even.displacement @ forces).view(1, quarter + 1, quarter + 1)
     expected = torch.nn.functional.avg_pool2d(nodal, 2, stride=1)[0]  # from nodes to centres of elements
-    displacement = hybrid.displacement(pressure)[quarter:, quarter:]
+    displacement = operator.displacement(pressure)[quarter:, quarter:]
     assert float((displacement - expected).abs().max() / expected.abs().max()) < 0.03
     expected = torch.as_tensor(even.strain @ forces).view(6, quarter, quarter)
-    strain = hybrid.strain(pressure)[:, quarter:, quarter:]
+    strain = operator.strain(pressure)[:, quarter:, quarter:]
     inner = slice(0, quarter - 2)  # the free side's own boundary layer is finer than either mesh
     for component, reference in zip(strain[:, inner, inner], expected[:, inner, inner], strict=True):
         assert float((component - reference).abs().max() / reference.abs().max()) < 0.05

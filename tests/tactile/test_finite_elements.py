@@ -231,9 +231,9 @@ def test_the_layer_model_feels_what_finite_elements_feel(
     """Roughness within 1.5 % (0.94 % at most is measured), the strain maps alike pixel by pixel."""
     reliefs = [waves(FINE, height, seed) for seed, height in enumerate((0.4, 1.2, 2.4))]
     reliefs += [grating(FINE, 0.6), grating(FINE, 1.5, 3.0), bumps(FINE), bumps(FINE, 1.6, 5.0, 0.8)]
-    expected, found = (strain_map(operator, torch.stack(reliefs)) for operator in (fine, layer))
-    torch.testing.assert_close(roughness(found, SIZE), roughness(expected, SIZE), rtol=0.015, atol=0.0)
-    for pair in zip(expected, found, strict=True):
+    expected, approximate = (strain_map(operator, torch.stack(reliefs)) for operator in (fine, layer))
+    torch.testing.assert_close(roughness(approximate, SIZE), roughness(expected, SIZE), rtol=0.015, atol=0.0)
+    for pair in zip(expected, approximate, strict=True):
         assert float(torch.corrcoef(torch.stack(pair).flatten(1))[0, 1]) > 0.999
 
 
@@ -302,5 +302,5 @@ def test_modes_of_sliding_sides_are_those_of_the_mesh_itself() -> None:
 def test_a_mesh_coarser_than_the_pixels_feels_the_same(operator: FiniteElementOperator, name: str) -> None:
     """What free sides add is smooth: 24 nodes a side for 32 pixels change V by 1 % at most."""
     coarser = finite_element_operator(SKIN, SAMPLES, SIZE, mesh=24)
-    expected, found = (float(felt(body, RELIEFS[name])) for body in (operator, coarser))
-    assert found == pytest.approx(expected, rel=0.015)
+    expected, coarse = (float(felt(body, RELIEFS[name])) for body in (operator, coarser))
+    assert coarse == pytest.approx(expected, rel=0.015)

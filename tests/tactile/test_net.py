@@ -1,4 +1,4 @@
-"""Whatever a net has learnt, its touch obeys the laws that are built in; what it cannot know it refuses."""
+"""A net's touch obeys the built-in laws whatever its weights; other skins and grids are refused."""
 
 import hashlib
 from pathlib import Path
@@ -34,9 +34,9 @@ MEAN = SKIN.mean_pressure_mpa(SIZE)
 
 def net(noise: float) -> UNet:
     """One that knows nothing, and says so (0) or not."""
-    made = UNet(Shape(CHANNELS, 1, (4, 6)))
-    torch.nn.init.normal_(made.leave.weight, std=noise)
-    return made.requires_grad_(False)
+    unet = UNet(Shape(CHANNELS, 1, (4, 6)))
+    torch.nn.init.normal_(unet.leave.weight, std=noise)
+    return unet.requires_grad_(False)
 
 
 def model(noise: float, dtype: torch.dtype = torch.float64, skin: Skin = SKIN) -> TouchModel:
@@ -77,8 +77,8 @@ def test_an_untrained_net_is_a_solver_cut_short() -> None:
 
 
 def test_heights_count_from_anywhere() -> None:
-    known = model(0.3)
-    touch, lifted = known.press(RELIEFS), known.press(RELIEFS + 0.25)
+    learned = model(0.3)
+    touch, lifted = learned.press(RELIEFS), learned.press(RELIEFS + 0.25)
     torch.testing.assert_close(touch.pressure, lifted.pressure, rtol=1e-3, atol=1e-5)
     torch.testing.assert_close(
         lifted.approach - touch.approach, torch.full((3,), -0.25).double(), atol=1e-4, rtol=0
@@ -99,53 +99,53 @@ def test_inputs_turn_with_the_relief() -> None:
     assert seen.shape == (1, CHANNELS, SAMPLES, SAMPLES) and float(seen.abs().max()) < 10.0
     for turns, mirrored in EIGHT:
         image = moved(relief, turns, mirrored)
-        found = inputs(operator, image, first_steps(operator, image, mean), mean)
+        maps = inputs(operator, image, first_steps(operator, image, mean), mean)
         # The distances from the middle, x and y, change places with a quarter turn.
-        torch.testing.assert_close(found[:, :4], moved(seen, turns, mirrored)[:, :4], rtol=1e-5, atol=1e-7)
+        torch.testing.assert_close(maps[:, :4], moved(seen, turns, mirrored)[:, :4], rtol=1e-5, atol=1e-7)
 
 
 def test_predicted_pressure_is_positive_and_of_the_given_mean() -> None:
     initial = torch.relu(torch.randn(2, SAMPLES, SAMPLES))
-    found = pressure(net(1.0), torch.randn(2, CHANNELS, SAMPLES, SAMPLES), initial, 0.2)
-    assert bool((found >= 0.0).all())
-    torch.testing.assert_close(found.mean((-2, -1)), torch.full((2,), 0.2))
+    pressures = pressure(net(1.0), torch.randn(2, CHANNELS, SAMPLES, SAMPLES), initial, 0.2)
+    assert bool((pressures >= 0.0).all())
+    torch.testing.assert_close(pressures.mean((-2, -1)), torch.full((2,), 0.2))
 
 
 def test_batches_press_as_each_alone() -> None:
-    known = model(0.3)
-    together = known.press(RELIEFS.view(3, 1, SAMPLES, SAMPLES))
+    learned = model(0.3)
+    together = learned.press(RELIEFS.view(3, 1, SAMPLES, SAMPLES))
     assert together.approach.shape == together.contact_fraction.shape == (3, 1)
     for number, relief in enumerate(RELIEFS):
         torch.testing.assert_close(
-            together.strain[number, 0], known.press(relief).strain, rtol=1e-3, atol=1e-5
+            together.strain[number, 0], learned.press(relief).strain, rtol=1e-3, atol=1e-5
         )
 
 
 def test_the_gradient_is_close_to_the_layers() -> None:
     relief = waves(SAMPLES, 0.8, seed=5)
-    found = []
-    for known in (model(0.0), tactile.touch_model(SKIN, SAMPLES, SIZE)):
+    gradients = []
+    for touch_model in (model(0.0), tactile.touch_model(SKIN, SAMPLES, SIZE)):
         heights = relief.clone().requires_grad_()
-        value = tactile.roughness(known.press(heights).strain, SIZE)
-        found.append(torch.autograd.grad(value, heights)[0].flatten())
-    assert float(torch.cosine_similarity(found[0], found[1], dim=0)) > 0.9
+        value = tactile.roughness(touch_model.press(heights).strain, SIZE)
+        gradients.append(torch.autograd.grad(value, heights)[0].flatten())
+    assert float(torch.cosine_similarity(gradients[0], gradients[1], dim=0)) > 0.9
 
 
 def test_a_relief_taller_than_any_that_was_seen_is_refused() -> None:
-    known = model(0.0)
-    known.press(waves(SAMPLES, 0.99 * TALLEST_MM))
+    learned = model(0.0)
+    learned.press(waves(SAMPLES, 0.99 * TALLEST_MM))
     with pytest.raises(tactile.InputError, match=r"heights: a relief of 4\.40 mm"):
-        known.press(waves(SAMPLES, 1.1 * TALLEST_MM))
+        learned.press(waves(SAMPLES, 1.1 * TALLEST_MM))
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    made = net(0.1)
-    digest = hashlib.sha256(weights_bytes(made)).hexdigest()
+    unet = net(0.1)
+    digest = hashlib.sha256(weights_bytes(unet)).hexdigest()
     save_net(
         tmp_path,
-        made,
-        Card("touch", made.shape, digest, validity(SKIN, SAMPLES, SIZE), {}, {}, {}, {}, ()),
+        unet,
+        Card("touch", unet.shape, digest, validity(SKIN, SAMPLES, SIZE), {}, {}, {}, {}, ()),
     )
     return tmp_path
 
@@ -153,7 +153,7 @@ def folder(tmp_path: Path) -> Path:
 def test_a_net_is_found_in_its_folder(folder: Path) -> None:
     initial = net_solver(SKIN, SAMPLES, SIZE, folder).initial_guess
     assert isinstance(initial, NetInitialGuess) and initial.net.shape == Shape(CHANNELS, 1, (4, 6))
-    # Modulus, force and depth make no difference to the relation of relief to pressure that is not known.
+    # The relation of relief to pressure, in proportion, does not depend on modulus, force and depth.
     net_solver(Skin(young_modulus_mpa=0.3, force_n=5.0, depth_mm=1.0), SAMPLES, SIZE, folder)
 
 

@@ -34,8 +34,8 @@ def sampled(strain: np.ndarray, size_mm: float, pairs: int, random: np.random.Ge
     Pairs with an end outside the patch are drawn anew.
     """
     n = strain.shape[-1]
-    found = np.zeros(0)
-    while found.size < pairs:
+    differences = np.zeros(0)
+    while differences.size < pairs:
         start = random.uniform(0.0, size_mm, (2, pairs))
         angle = random.uniform(0.0, 2.0 * np.pi, pairs)
         middle = start + 2.2 * np.stack((np.sin(angle), np.cos(angle)))
@@ -43,8 +43,8 @@ def sampled(strain: np.ndarray, size_mm: float, pairs: int, random: np.random.Ge
         end = middle + spread * np.stack((np.sin(turn), np.cos(turn)))
         inside = ((end >= 0.0) & (end < size_mm)).all(0)
         here, there = ((place[:, inside] * n / size_mm).astype(int) for place in (start, end))
-        found = np.concatenate((found, np.abs(strain[tuple(here)] - strain[tuple(there)])))
-    return float(found[:pairs].mean())
+        differences = np.concatenate((differences, np.abs(strain[tuple(here)] - strain[tuple(there)])))
+    return float(differences[:pairs].mean())
 
 
 def test_the_full_sum_is_the_double_sum_over_pairs() -> None:

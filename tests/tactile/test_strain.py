@@ -28,8 +28,8 @@ def test_value_is_lapacks() -> None:
 
 @pytest.mark.parametrize("values", [(-0.3, 0.1, 0.1), (-0.3, -0.3, 0.1), (-0.2, -0.2, -0.2), (0.0, 0.0, 0.0)])
 def test_value_holds_where_eigenvalues_meet(values: tuple[float, float, float]) -> None:
-    found = smallest_eigenvalue(components(with_eigenvalues(*values)))
-    torch.testing.assert_close(found, torch.full_like(found, values[0]), atol=1e-8, rtol=0.0)
+    smallest = smallest_eigenvalue(components(with_eigenvalues(*values)))
+    torch.testing.assert_close(smallest, torch.full_like(smallest, values[0]), atol=1e-8, rtol=0.0)
 
 
 @pytest.mark.parametrize("gap", [0.2, 1e-3, 1e-6])

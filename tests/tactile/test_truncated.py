@@ -41,12 +41,12 @@ def test_it_is_near_the_converged_layer_and_more_steps_are_nearer() -> None:
 
 
 def test_the_gradient_is_close_to_the_layers() -> None:
-    found = []
+    gradients = []
     for model in ("quick", "layer"):
         heights = waves(SAMPLES, 0.8, seed=5).requires_grad_()
         value = tactile.roughness(tactile.press(heights, SIZE, SKIN, model).strain, SIZE)
-        found.append(torch.autograd.grad(value, heights)[0].flatten())
-    assert float(torch.cosine_similarity(found[0], found[1], dim=0)) > 0.95
+        gradients.append(torch.autograd.grad(value, heights)[0].flatten())
+    assert float(torch.cosine_similarity(gradients[0], gradients[1], dim=0)) > 0.95
 
 
 def test_what_was_pressed_before_changes_nothing() -> None:

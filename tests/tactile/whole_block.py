@@ -1,4 +1,4 @@
-"""The skin block as a whole, assembled element by element in scikit-fem: what a folded quarter answers to."""
+"""The skin block as a whole, assembled element by element in scikit-fem, to check a folded quarter."""
 
 from typing import Literal
 

@@ -98,9 +98,9 @@ def test_a_linear_field_on_the_boundary_is_continued_inside(name: str) -> None:
     inner = np.zeros((3, SIDE, SIDE, LAYERS), dtype=bool)
     inner[:, :-1, :-1, 1:] = True
     inside, boundary = np.flatnonzero(inner), np.flatnonzero(~inner)
-    given = stiffness[np.ix_(inside, boundary)] @ exact[boundary]
-    found = spla.spsolve(stiffness[np.ix_(inside, inside)].tocsc(), -given)
-    np.testing.assert_allclose(found, exact[inside], atol=1e-12)
+    boundary_load = stiffness[np.ix_(inside, boundary)] @ exact[boundary]
+    solution = spla.spsolve(stiffness[np.ix_(inside, inside)].tocsc(), -boundary_load)
+    np.testing.assert_allclose(solution, exact[inside], atol=1e-12)
 
 
 @pytest.mark.parametrize("name", BONDED)

@@ -64,10 +64,10 @@ def test_points_are_found_in_the_simplex_they_were_made_in() -> None:
     points = np.stack((x.ravel(), y.ravel()), axis=1)
     corner = (np.arange(4)[:, None] * 5 + np.arange(4)).ravel()
     corners = points[np.concatenate((corner[:, None] + [0, 5, 6], corner[:, None] + [0, 6, 1]))]
-    made_in = random.integers(len(corners), size=200)
+    expected = random.integers(len(corners), size=200)
     weights = random.dirichlet(np.ones(3), size=200)
-    found, barycentric = locate(corners, np.einsum("ij,ijk->ik", weights, corners[made_in]))
-    np.testing.assert_array_equal(found, made_in)
+    indices, barycentric = locate(corners, np.einsum("ij,ijk->ik", weights, corners[expected]))
+    np.testing.assert_array_equal(indices, expected)
     np.testing.assert_allclose(barycentric, weights, atol=1e-12)
     assert locate(corners, np.array([[4.1, 2.0]]))[0] == -1
 

@@ -37,7 +37,7 @@ SHEARED = np.array([[0.03, 0.02, -0.01], [0.01, -0.04, 0.02], [0.05, -0.02, 0.01
 
 
 def box(x: np.ndarray, z: np.ndarray, radius: float | None = None) -> Tetrahedra:
-    """A structured mesh of a block, its lower face a spherical cap if a radius is given."""
+    """A structured mesh of a block, whose lower face is flat or a spherical cap of some radius."""
     mesh = skfem.MeshTet.init_tensor(x, x, z)
     vertices = mesh.p.T.copy()
     if radius is not None:
