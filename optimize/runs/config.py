@@ -1,10 +1,11 @@
-"""Run files: what one optimisation is asked to do, in TOML, checked before any work begins."""
+"""Run files: the settings of one optimisation in TOML, checked before any work begins."""
 
 import difflib
 import logging
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -25,6 +26,7 @@ from optimize.descent.targets import QUANTITIES, GoalKey, Quantity
 from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
 from tactile.limits import FEM_MESH, MAX_MESH, MIN_MESH
+from tactile.skin import Skin
 
 _log = logging.getLogger(__name__)
 
@@ -34,13 +36,13 @@ FilePath = Annotated[Path, Field(strict=False)]
 Samples = Annotated[int, Field(ge=1, le=65536)]
 
 LARGEST_FILE = 1_000_000
-"""Bytes of a run file."""
+"""Largest run file that is read, bytes."""
 _RIVALS = {
     f"touch.{one.key}": [other.key for other in quantity.goals if other is not one]
     for quantity in QUANTITIES.values()
     for one in quantity.goals
 }
-"""Keys of `[touch]` whose place an overriding goal takes: the other keys for the same quantity."""
+"""For each goal key of `[touch]`, the other keys for the same quantity; an overriding goal replaces them."""
 
 
 class _Section(BaseModel):
@@ -48,10 +50,13 @@ class _Section(BaseModel):
 
 
 class _TouchModel(_Section):
-    """``[touch]``: the feel to reach, by which model, and the skin that feels it.
+    """`[touch]`: the feel to reach, the model of touch that steers, and the skin.
 
-    At least one goal; `optimize.descent.targets` has the table of their keys. The fields of `tactile.Skin`
-    describe the finger.
+    The goals are added below, from the table in `optimize.descent.targets`; at least one is needed.
+
+    Attributes:
+        model: of touch, for the descent.
+        young_modulus_mpa, poisson_ratio, force_n, thickness_mm, depth_mm: as in `tactile.Skin`.
     """
 
     model: Literal["layer", "quick", "net"] = "layer"
@@ -60,6 +65,11 @@ class _TouchModel(_Section):
     force_n: Positive = 10.0
     thickness_mm: Positive = 2.5
     depth_mm: Positive = 0.75
+
+    @property
+    def skin(self) -> Skin:
+        """The finger."""
+        return Skin(**{field.name: getattr(self, field.name) for field in fields(Skin)})
 
     def goals(self) -> list[tuple[Quantity, GoalKey, float]]:
         """The goals that are given, each with its quantity and its key."""
@@ -83,6 +93,14 @@ class _TouchModel(_Section):
             raise ValueError(f"a target is missing: {', '.join(others)} or {last}")
         return self
 
+    @model_validator(mode="after")
+    def _depth_within_thickness(self) -> Self:
+        if self.depth_mm >= self.thickness_mm:
+            raise ValueError(
+                f"depth_mm: {self.depth_mm:g} is not less than thickness_mm {self.thickness_mm:g}"
+            )
+        return self
+
 
 if TYPE_CHECKING:
     Touch = _TouchModel
@@ -100,7 +118,13 @@ else:
 
 
 class Look(_Section):
-    """``[look]``: how pictures are made, their weight w1, and samples a pixel (None: as the scene says)."""
+    """`[look]`: the pictures that are kept.
+
+    Attributes:
+        model: of the pictures, for the descent.
+        weight: w1.
+        samples: a pixel, of pictures by Mitsuba during the descent; None: the method's own number.
+    """
 
     model: Literal["exact", "fast"] = "exact"
     weight: NotNegative = 1.0
@@ -117,10 +141,15 @@ class Look(_Section):
 
 
 class DescentSettings(_Section):
-    """``[descent]``: the method, its largest number of steps, and when a target counts as met.
+    """`[descent]`: the method and its settings.
 
-    ``tolerance`` is relative to the target. ``learning_rate`` (the paper's) is Adam's; ``regularisation`` is
-    w2.
+    Attributes:
+        method: of the descent.
+        steps: largest number of steps.
+        tolerance: largest relative error of a target that counts as met.
+        shadow_edges: whether gradients of pictures follow moving shadows.
+        learning_rate: Adam's, mm; the paper's value.
+        regularisation: w2.
     """
 
     method: Literal["gauss-newton", "adam"] = "gauss-newton"
@@ -132,12 +161,15 @@ class DescentSettings(_Section):
 
 
 class Verify(_Section):
-    """``[verify]``: the model of touch that has the last word, and samples a pixel of the final pictures.
+    """`[verify]`: the check of the result.
 
-    ``fem`` presses finite elements on the relief, ``resolution`` nodes a side (built once per skin,
-    resolution and size of plate); ``layer`` is the model that steers the descent, pressed anew; ``none``
-    believes the descent. ``corrections``: how often the aim may be corrected and the descent go on
-    where verification finds the target missed.
+    Attributes:
+        model: of touch that verifies: `fem`, finite elements; `layer`, the elastic layer, pressed on the
+            result from a cold start; `none`, no verification.
+        resolution: nodes along a side of the finite elements, which are built once for each skin.
+        corrections: largest number of times that the goal of the descent is corrected where verification
+            finds the target missed.
+        samples: a pixel, of the pictures before and after.
     """
 
     model: Literal["fem", "layer", "none"] = "fem"
@@ -147,7 +179,16 @@ class Verify(_Section):
 
 
 class Run(_Section):
-    """One run. ``scene`` and ``texture`` are absolute once loaded; ``define`` is the scene's ``-D``."""
+    """The settings of one run.
+
+    Attributes:
+        scene, texture: files; absolute paths once loaded.
+        size_mm: side of the plate, mm.
+        relief_mm: height of white above black, mm; for textures whose files do not hold mm.
+        seed: of all random numbers.
+        define: values of the scene's parameters, by name.
+        touch, look, descent, verify: the sections of the run file.
+    """
 
     scene: FilePath
     texture: FilePath
@@ -163,7 +204,7 @@ class Run(_Section):
     @field_validator("define", mode="before")
     @classmethod
     def _as_text(cls, define: Any) -> Any:
-        """Scenes take text, so that numbers need no quotes in a run file."""
+        """Scene parameters are text; numbers need no quotes in a run file."""
         if not isinstance(define, dict):
             return define
         return {
@@ -188,9 +229,13 @@ def too_large(quantity: Quantity, goal: float, size_mm: float) -> str:
 def load_run(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Run:
     """Read a run file.
 
-    ``overrides`` are ``key=value`` with dots between section and key, the value as in TOML; bare words count
-    as strings. Relative paths of the file are relative to it, those of an override to the working directory.
-    Raises InputError, one line that names the file and the key.
+    Args:
+        path: the file, or the name of a bundled one. Relative paths in the file are relative to its folder.
+        overrides: `key=value` with a dot between section and key, the value as in TOML; bare words count as
+            strings. Relative paths are relative to the working directory.
+
+    Raises:
+        InputError: one line that names the file and the key.
     """
     path = find_file(path, ".toml")
     if path.stat().st_size > LARGEST_FILE:
@@ -206,9 +251,15 @@ def load_run(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Run
 def run_from_scene(
     scene: str | os.PathLike[str], texture: str | os.PathLike[str], overrides: Sequence[str] = ()
 ) -> Run:
-    """The run that a scene and a texture ask for, everything else by ``overrides`` or default.
+    """The run of a scene and a texture; everything else by overrides or default.
 
-    Relative paths are relative to the working directory. Raises InputError.
+    Args:
+        scene: the file, or the name of a bundled one.
+        texture: height map.
+        overrides: as for `load_run`; one of them states a goal.
+
+    Raises:
+        InputError: one line that names the file and the key.
     """
     values: dict[str, Any] = {"scene": os.fspath(scene), "texture": os.fspath(texture)}
     _anchor(values, Path.cwd())
@@ -216,7 +267,7 @@ def run_from_scene(
 
 
 def dump_resolved(run: Run) -> str:
-    """The run as TOML, defaults written out, paths absolute: loads to the same run from any folder."""
+    """The run as TOML with defaults and absolute paths, which loads to the same run from any folder."""
     return tomli_w.dumps(run.model_dump(mode="json", exclude_none=True))
 
 
@@ -291,5 +342,5 @@ def _fields(place: Sequence[str]) -> Mapping[str, FieldInfo]:
     section: Any = Run
     for part in place:
         section = section.model_fields[part].annotation
-    fields: Mapping[str, FieldInfo] = section.model_fields
-    return fields
+    known: Mapping[str, FieldInfo] = section.model_fields
+    return known

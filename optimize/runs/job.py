@@ -38,13 +38,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Result:
-    """What a run gives.
+    """The result of a run.
 
     Attributes:
-        heights: (rows, cols) mm.
+        heights: (rows, cols) of the best relief, mm.
         stop: why the descent stopped.
         summary: the content of result.json.
-        run_dir: where everything lies.
+        run_dir: folder with all files of the run.
     """
 
     heights: Array
@@ -58,7 +58,7 @@ class Result:
             f"{quantity.label} {touch[f'initial_{name}']:.3g} to {touch[name]:.3g} {quantity.unit}".rstrip()
             for name, quantity in QUANTITIES.items()
         ]
-        pictures = f"pictures changed by {look['pixel_change_percent']:.2g} %"
+        pictures = f"pictures changed by {look['mean_change_percent_of_mean']:.2g} %"
         return f"<{self.run_dir}: {self.stop.name.lower()}, {', '.join(changes)}, {pictures}>"
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-import tactile
 from optimize.descent.adam import AdamDescent
 from optimize.descent.correction import Plan, first_surrogate_targets
 from optimize.descent.driver import DescentMethod
@@ -74,7 +73,7 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
         untargeted = Problem(
             scene.heights,
             settings.size_mm,
-            tactile.Skin(**{field.name: getattr(touch, field.name) for field in fields(tactile.Skin)}),
+            touch.skin,
             Targets(),
             scene,
             regularisation=descent.regularisation,

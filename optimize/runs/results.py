@@ -1,4 +1,4 @@
-"""The run directory (design: result.json, heights, printable files, pictures, history, report)."""
+"""The run directory: settings, history, heights, plates to print, pictures, result.json and report."""
 
 from __future__ import annotations
 
@@ -36,8 +36,9 @@ WRITTEN = (
     *(SETTINGS, HISTORY, "checkpoint", "renders", "heights.exr", "heights.png"),
     *(*PLATES, "result.json", "report.html"),
 )
-"""What a run leaves in its directory."""
+"""Files and folders that a run leaves in its directory."""
 PACKAGES = ("retouch", "mitsuba", "drjit", "torch", "numpy", "scipy")
+"""Packages whose versions stand in result.json."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,7 @@ def write(
     times: dict[str, float],
     history: list[dict[str, float | None]],
 ) -> dict[str, Any]:
-    """Everything but run.toml, history and checkpoint, which are there; returns result.json's content."""
+    """Write everything but run.toml, history and checkpoint; returns the content of result.json."""
     heights = outcome.descent.best.heights
     save_heights_exr(run_dir / "heights.exr", heights)
     relief = float(heights.max()) or 1.0

@@ -94,6 +94,12 @@ def refused(run: Path | Run, out: Path, *named: str, force: bool = False) -> Non
 # The run directory
 
 
+def test_a_result_prints_as_one_line(finished: Result) -> None:
+    line = repr(finished)
+    assert "\n" not in line and line.startswith(f"<{finished.run_dir}: converged, roughness ")
+    assert "contact area" in line and "mm²" in line and line.endswith(" %>")
+
+
 def test_a_run_directory_holds_what_it_promises(finished: Result) -> None:
     files = {
         str(path.relative_to(finished.run_dir)) for path in finished.run_dir.rglob("*") if path.is_file()
