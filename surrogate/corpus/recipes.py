@@ -13,7 +13,7 @@ from relief.errors import InputError
 from relief.limits import HEIGHT_LIMIT_MM
 from surrogate.corpus.photographs import Photograph, bundled, by_name, crop
 from surrogate.corpus.splits import SHARES, SPLITS, Split, split_of
-from surrogate.families import FAMILIES
+from surrogate.families import FAMILIES, FIRST_FAMILIES
 from surrogate.families.fields import log_uniform, smooth_noise, unit
 
 SAMPLES = 128
@@ -25,8 +25,8 @@ STEP_MM = 2.0**-16
 PROCEDURAL_SHARE = 0.7
 """Share of a corpus that procedural families make; the rest is cut from photographs."""
 
-_SHAPE, _WHITE, _SMOOTH = range(3)
-"""Streams of random numbers of one texture: its shape, its white noise and its smooth noise."""
+_SHAPE, _WHITE, _SMOOTH, _FAMILY = range(4)
+"""Streams of random numbers of one texture: shape, white noise, smooth noise, families after the first."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def recipe(
     rng = _generator(seed, index)
     draw = int(rng.integers(2**63))
     procedural = rng.random() < procedural_share
-    family = list(FAMILIES)[rng.integers(len(FAMILIES))]
+    family = _family(rng, draw)
     split_place, source_place = rng.random(2)
     if procedural or not photographs:
         source = f"{family}/{draw:016x}"
@@ -149,6 +149,20 @@ def heights(
     field = np.rot90(field, texture.symmetry % 4)
     steps = np.rint(unit(field) * (texture.relief_mm / STEP_MM))
     return np.ascontiguousarray(steps * STEP_MM, dtype=np.float32)
+
+
+def _family(rng: np.random.Generator, draw: int) -> str:
+    """Choose a family, each with the same chance.
+
+    A family that is appended to the table takes its share of the textures, and all others stay as they were
+    (reservoir sampling).
+    """
+    names = list(FAMILIES)
+    family = names[rng.integers(FIRST_FAMILIES)]
+    for place in range(FIRST_FAMILIES, len(names)):
+        if _generator(draw, _FAMILY, place).random() * (place + 1) < 1.0:
+            family = names[place]
+    return family
 
 
 def _shape(

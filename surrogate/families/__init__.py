@@ -1,4 +1,4 @@
-"""Procedural textures, by name: each a family of heights that a generator draws one of."""
+"""Families of procedural textures, by name: each turns random numbers into heights."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -27,9 +27,10 @@ from surrogate.families.weave import weave
 from surrogate.families.wood import bark, wood
 
 Family = Callable[[np.random.Generator, int], NDArray[np.float64]]
-"""From a generator and the samples a side to heights (size, size) that fill [0, 1], of a plate of 10 x 10 mm.
+"""A function from a generator and the samples a side to heights (size, size) that fill [0, 1].
 
-What is drawn depends on the generator alone; parameters are in mm, whatever the samples.
+The plate measures 10 x 10 mm. What is drawn depends on the generator alone; parameters are in mm, whatever
+the number of samples.
 """
 
 FAMILIES: Mapping[str, Family] = MappingProxyType(
@@ -63,7 +64,10 @@ FAMILIES: Mapping[str, Family] = MappingProxyType(
             turing,
             weave,
             wood,
+            # Append new families here: the order decides what every corpus draws.
         )
     }
 )
-"""The families by name, in the order of the alphabet, on which what a corpus draws depends."""
+"""Families by name, in an order that must never change."""
+FIRST_FAMILIES = 27
+"""Number of families, from the first, that one random number chooses from; each later one has its own."""

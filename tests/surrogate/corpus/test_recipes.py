@@ -19,10 +19,14 @@ from surrogate.corpus.recipes import (
     recipes,
 )
 from surrogate.corpus.splits import SHARES, SPLITS, split_of
-from surrogate.families import FAMILIES
+from surrogate.families import FAMILIES, FIRST_FAMILIES
 
 SEED = 5
 PICTURES = bundled()
+SOURCES_OF_SEED_0 = [
+    *("dots/5187f5e7ece1412f", "dots/71e2f5f142d60b12"),
+    *("crossed/0a58712e7d5f0e95", "ripples/728e777e407de9cf"),
+]
 
 
 def of_source(source: str, draw: int = 3, **changes: object) -> Recipe:
@@ -82,6 +86,29 @@ def test_every_family_and_every_picture_is_drawn() -> None:
     textures = list(recipes(SEED, 3000, PICTURES))
     assert {texture.family for texture in textures} == {*FAMILIES, None}
     assert {picture.name for picture in PICTURES} < {texture.source for texture in textures}
+
+
+def test_families_are_appended_and_the_first_keep_their_places() -> None:
+    assert list(FAMILIES)[:FIRST_FAMILIES] == [
+        *("bark", "blocks", "brushed", "bumps", "chequer_plate", "cracked", "crossed", "crumpled", "dots"),
+        *("fibres", "gaussian", "grating", "gravel", "hammered", "knit", "leather", "pebbles", "pores"),
+        *("ripples", "scales", "scratches", "terraces", "terrain", "tiles", "turing", "weave", "wood"),
+    ]
+    assert [texture.source for texture in recipes(0, 4)] == SOURCES_OF_SEED_0
+
+
+def test_a_new_family_takes_its_share_and_leaves_the_other_textures_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    before = list(recipes(SEED, 3000, PICTURES))
+    newer = {"felt": FAMILIES["fibres"], "foam": FAMILIES["pores"]}
+    monkeypatch.setattr("surrogate.corpus.recipes.FAMILIES", {**FAMILIES, **newer})
+    after = list(recipes(SEED, 3000, PICTURES))
+    changed = [new for old, new in zip(before, after, strict=True) if old != new]
+    assert {texture.family for texture in changed} == set(newer)
+    families = Counter(texture.family for texture in after if texture.family)
+    for name in (*newer, "bark", "wood"):
+        assert families[name] / families.total() == pytest.approx(1 / (len(FAMILIES) + 2), rel=0.35)
 
 
 def test_splits_are_disjoint_by_source_and_have_their_shares() -> None:
