@@ -29,10 +29,10 @@ GRAVEL = "gravel 1.5 mm"
 SOFT = ("ambient", "map", "2-degree sun")
 CAMERAS = ("above", "45 degrees")
 STEP_MM = {False: 0.01, True: 0.03}
-"""Of the differences under parallel and under soft light, whose renders are noisier."""
+"""Steps of the differences under parallel and under soft light, whose renders are noisier, mm."""
 STEEP, STEEP_SHARE, STEEP_SEEDS = "steps 3 mm", 0.3, 6
-"""On terraces all lie at one height: shadows begin where one rises, and with the steps above one derivative
-of five is 2.5 times too large. They are shorter there, with more seeds."""
+"""Share of these steps, and number of seeds, on terraces: a terrace casts a shadow as soon as it rises, and
+with whole steps one derivative of five is 2.5 times too large."""
 TRUTH_SAMPLES, SEEDS, DIRECTIONS, REPEATS = 576, 2, 5, 3
 SAMPLES = 64
 MITSUBA = ("direct", "prb", "direct_projective", "prb_projective")
@@ -62,7 +62,7 @@ class Case(NamedTuple):
 
     @property
     def key(self) -> str:
-        """Its name in the results."""
+        """Name of the case in the results."""
         return ", ".join(self[:4]) + (f", {self.bounces} bounces" if self.bounces > 1 else "")
 
 
@@ -111,17 +111,17 @@ def measure(case: Case) -> dict[str, Any]:
 
     target = picture(altered(heights), 77)
     adjoint = (picture(heights, 78) - target) / target.size
-    ways, step, seeds = directions(heights), STEP_MM[soft], SEEDS
+    changes, step, seeds = directions(heights), STEP_MM[soft], SEEDS
     if case.relief == STEEP:
         step, seeds = STEEP_SHARE * step, STEEP_SEEDS
     truths = []
     for seed in range(seeds):
-        ends = [[picture(heights + s * step * d, seed) for s in (1, -1)] for d in ways]
-        # The chain rule's outer factor is held, so that the truth is the derivative that an adjoint asks for.
+        ends = [[picture(heights + s * step * d, seed) for s in (1, -1)] for d in changes]
+        # The chain rule's outer factor is held constant, so that the truth is the derivative by the adjoint.
         truths.append([float((adjoint * (up - down)).sum() / (2 * step)) for up, down in ends])
     truth, error = np.mean(truths, axis=0), np.std(truths, axis=0, ddof=1) / np.sqrt(seeds)
     size = float(np.linalg.norm(truth))
-    found: dict[str, Any] = {}
+    measured: dict[str, Any] = {}
     for name, method in methods(scene, soft, case.bounces).items():
         try:
             estimates, seconds = [], []
@@ -129,33 +129,33 @@ def measure(case: Case) -> dict[str, Any]:
                 began = time.perf_counter()
                 gradient = method(heights, adjoint, repeat)
                 seconds.append(time.perf_counter() - began)
-                estimates.append([float((gradient * d).sum()) for d in ways])
+                estimates.append([float((gradient * d).sum()) for d in changes])
         except Exception as problem:  # Mitsuba raises no narrower class where an integrator cannot run
-            found[name] = {"note": str(problem).splitlines()[0][:80]}
+            measured[name] = {"note": str(problem).splitlines()[0][:80]}
             continue
         wrong = (np.sign(estimates[0]) != np.sign(truth)) & (np.abs(truth) > 3.0 * error)
-        found[name] = {
+        measured[name] = {
             "error": float(np.median([np.linalg.norm(e - truth) / size for e in estimates])),
             "signs": int(wrong.sum()),
             "largest of wrong sign": float(np.abs(truth[wrong]).max() / size) if wrong.any() else 0.0,
             "seconds": float(np.median(seconds)),
         }
-    return {"truth_error": float(np.linalg.norm(error) / size), "methods": found}
+    return {"truth_error": float(np.linalg.norm(error) / size), "methods": measured}
 
 
 def directions(heights: Array) -> list[Array]:
     """The relief itself, and smooth random fields of largest value 1."""
-    found = [heights / np.abs(heights).max()]
+    fields = [heights / np.abs(heights).max()]
     for number in range(DIRECTIONS - 1):
         field = gaussian_filter(
             np.random.default_rng(100 + number).standard_normal(heights.shape), SMOOTHNESS
         )
-        found.append(field / np.abs(field).max())
-    return found
+        fields.append(field / np.abs(field).max())
+    return fields
 
 
 def methods(scene: Scene, soft: bool, bounces: int) -> dict[str, Callable[[Array, Array, int], Array]]:
-    """Every way to a gradient (rows, cols) from heights, adjoint picture and seed."""
+    """Every method that gives a gradient (rows, cols) from heights, adjoint picture and seed."""
     light = scene.light_scenes()[0]
     views = [scene.views(seed=seed)[0] for seed in range(REPEATS)]
 
@@ -169,10 +169,10 @@ def methods(scene: Scene, soft: bool, bounces: int) -> dict[str, Callable[[Array
     def rendered(light: LightScene, edges: bool) -> Callable[[Array, Array, int], Array]:
         def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
             settings, index = RenderSettings(SAMPLES, seed, edges), PictureIndex(0, 0)
-            found = interior_gradient(light, heights, adjoint, settings, index)
+            total = interior_gradient(light, heights, adjoint, settings, index)
             if edges:
-                found = found + edge_gradient(light, heights, adjoint, SIZE_MM, settings, index)
-            return found
+                total = total + edge_gradient(light, heights, adjoint, SIZE_MM, settings, index)
+            return total
 
         return gradient
 
@@ -198,11 +198,11 @@ def as_table(cases: dict[str, Any]) -> str:
     return table(("scene", "truth's own error %", *names), rows)
 
 
-def _cell(found: dict[str, Any]) -> str:
-    if "error" not in found:
+def _cell(measured: dict[str, Any]) -> str:
+    if "error" not in measured:
         return "-"
-    signs = f" ({found['signs']} signs)" if found["signs"] else ""
-    return f"{100.0 * found['error']:.1f}{signs}, {found['seconds']:.2f} s"
+    signs = f" ({measured['signs']} signs)" if measured["signs"] else ""
+    return f"{100.0 * measured['error']:.1f}{signs}, {measured['seconds']:.2f} s"
 
 
 if __name__ == "__main__":

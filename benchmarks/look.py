@@ -38,7 +38,7 @@ SUNS = (10.0, 130.0, 250.0)
 TRUTH_SAMPLES, TRUTH_SEEDS, STEP_MM = 576, 3, 0.015
 REPEATS = 3
 PATIENCE_S = 60.0
-"""A way that takes longer is called once, and not with more samples."""
+"""Longest call, s, of a method that is called again or with more samples."""
 EXPLICIT = ((1, 1), (1, 2), (2, 2), (2, 4), (3, 8), (4, 8), (6, 16))
 """Samples along a pixel's side and along an edge that casts a shadow or moves in the picture."""
 RENDERED = (1, 4, 16, 64, 256)
@@ -57,14 +57,14 @@ NOTES = """\
 One picture for each light and ambient light in all of them, 128 pixels; gravel, 1.5 mm, plastic. Loss: half
 the mean square of the difference from the pictures of the relief at 85 %. Error: norm of five directional
 derivatives less finite differences of converged renders over the norm of these, median of three seeds.
-Seconds: pictures and gradient together, median of three, nothing else running; a way that takes more than a
-minute is called once, and not with more samples."""
+Seconds: pictures and gradient together, median of three, nothing else running; a method that takes more
+than a minute is called once, and not with more samples."""
 
 
 class Cost(NamedTuple):
-    """One way at one number of samples."""
+    """One method at one number of samples."""
 
-    way: str
+    method: str
     samples: str
     seconds: float
     error: float
@@ -98,30 +98,30 @@ def studio_lights(sun: str) -> list[tuple[str, float]]:
 
 
 def cost() -> dict[str, Any]:
-    """Every way at growing numbers of samples, in both scenes; goes on where it was interrupted."""
-    found: dict[str, Any] = load("look").get("cost", {})
+    """Every method at growing numbers of samples, in both scenes; goes on where it was interrupted."""
+    costs: dict[str, Any] = load("look").get("cost", {})
     for name, scene in scenes():
-        rows: list[dict[str, Any]] = found.setdefault(name, {}).setdefault("rows", [])
+        rows: list[dict[str, Any]] = costs.setdefault(name, {}).setdefault("rows", [])
         left = [
-            (way, samples, method)
-            for way, samples, method in methods(name, scene)
-            if not any(row["way"] == way and row["samples"] == samples for row in rows)
+            (kind, samples, method)
+            for kind, samples, method in methods(name, scene)
+            if not any(row["method"] == kind and row["samples"] == samples for row in rows)
         ]
-        if not left and "own_error" in found[name]:
+        if not left and "own_error" in costs[name]:
             continue
-        adjoint, truth, found[name]["own_error"] = truth_of(scene, scene.heights)
-        for way, samples, method in left:
-            if any(row["way"] == way and row["seconds"] > PATIENCE_S for row in rows):
+        adjoint, truth, costs[name]["own_error"] = truth_of(scene, scene.heights)
+        for kind, samples, method in left:
+            if any(row["method"] == kind and row["seconds"] > PATIENCE_S for row in rows):
                 continue
             try:
                 seconds, error = medians(method, scene.heights, adjoint, truth)
-                rows.append(Cost(way, samples, seconds, error)._asdict())
+                rows.append(Cost(kind, samples, seconds, error)._asdict())
             except RuntimeError as problem:
-                print(f"{name}, {way}, {samples}: {str(problem).splitlines()[0]}", flush=True)
+                print(f"{name}, {kind}, {samples}: {str(problem).splitlines()[0]}", flush=True)
                 continue
             print(name, rows[-1], flush=True)
-            save("look", load("look") | {"cost": found})
-    return found
+            save("look", load("look") | {"cost": costs})
+    return costs
 
 
 def medians(method: Method, heights: Array, adjoint: Array, truth: Array) -> tuple[float, float]:
@@ -147,16 +147,16 @@ def truth_of(scene: Scene, heights: Array) -> tuple[Array, Array, float]:
 
     target = pictures(altered(heights), 77)
     adjoint = (pictures(heights, 78) - target) / target.size
-    found = []
+    derivatives = []
     for seed in range(TRUTH_SEEDS):
         ends = [[pictures(heights + s * STEP_MM * d, seed) for s in (1, -1)] for d in directions(heights)]
-        found.append([float((adjoint * (up - down)).sum() / (2.0 * STEP_MM)) for up, down in ends])
-    truth, spread = np.mean(found, axis=0), np.std(found, axis=0, ddof=1) / np.sqrt(TRUTH_SEEDS)
+        derivatives.append([float((adjoint * (up - down)).sum() / (2.0 * STEP_MM)) for up, down in ends])
+    truth, spread = np.mean(derivatives, axis=0), np.std(derivatives, axis=0, ddof=1) / np.sqrt(TRUTH_SEEDS)
     return adjoint, truth, 100.0 * float(np.linalg.norm(spread) / np.linalg.norm(truth))
 
 
 def methods(name: str, scene: Scene) -> Iterator[tuple[str, str, Method]]:
-    """Ways to pictures and gradient, from few samples to many."""
+    """Methods that give pictures and gradient, from few samples to many."""
     for strata, along in EXPLICIT:
         yield "explicit", f"{strata} x {strata}, {along}", explicit(scene, strata, along)
     for samples in RENDERED:
@@ -177,8 +177,8 @@ def explicit(scene: Scene, strata: int, along: int) -> Method:
     lift = itertools.count(1)
 
     def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
-        found = views[seed].evaluate(heights + LIFT_MM * next(lift))
-        parts = [j.T @ a.ravel() for j, a in zip(found.jacobians, adjoint, strict=True)]
+        result = views[seed].evaluate(heights + LIFT_MM * next(lift))
+        parts = [j.T @ a.ravel() for j, a in zip(result.jacobians, adjoint, strict=True)]
         return np.asarray(sum(parts)).reshape(heights.shape)
 
     return gradient
@@ -246,10 +246,10 @@ def split() -> dict[str, Any]:
     """Where the seconds go."""
     scene = next(scenes())[1]
     adjoint, plate = _any_adjoint(scene), scene.light_scenes()[0].scene
-    ways = {"explicit, 2 x 2, 2": explicit(scene, 2, 2), "rendered, 16": rendered(scene, 16)}
+    split_methods = {"explicit, 2 x 2, 2": explicit(scene, 2, 2), "rendered, 16": rendered(scene, 16)}
     return {
         name: look_split.split(partial(_run, method, scene.heights, adjoint), plate)
-        for name, method in ways.items()
+        for name, method in split_methods.items()
     }
 
 
@@ -259,20 +259,20 @@ def _run(method: Method, heights: Array, adjoint: Array, seed: int) -> None:
 
 def reached(rows: list[dict[str, Any]], level: float) -> tuple[float, str] | None:
     """The least seconds, and by what, within an error of so many %."""
-    within = [(row["seconds"], f"{row['way']} {row['samples']}") for row in rows if row["error"] <= level]
+    within = [(row["seconds"], f"{row['method']} {row['samples']}") for row in rows if row["error"] <= level]
     return min(within) if within else None
 
 
 def as_text(results: dict[str, Any]) -> str:
     """All parts as Markdown."""
     texts = [NOTES]
-    for name, found in results.get("cost", {}).items():
-        rows = found["rows"]
-        own = f" (truth's own error {found['own_error']:.1f} %)" if "own_error" in found else ""
+    for name, measured in results.get("cost", {}).items():
+        rows = measured["rows"]
+        own = f" (truth's own error {measured['own_error']:.1f} %)" if "own_error" in measured else ""
         texts.append(name + own)
-        texts.append(table(("way", "samples", "s", "error %"), [tuple(row.values()) for row in rows]))
-        ours = [row for row in rows if not row["way"].startswith("Mitsuba")]
-        theirs = [row for row in rows if row["way"].startswith("Mitsuba")]
+        texts.append(table(("method", "samples", "s", "error %"), [tuple(row.values()) for row in rows]))
+        ours = [row for row in rows if not row["method"].startswith("Mitsuba")]
+        theirs = [row for row in rows if row["method"].startswith("Mitsuba")]
         lines = []
         for level in LEVELS:
             one, other = reached(ours, level), reached(theirs, level)

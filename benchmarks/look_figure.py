@@ -15,7 +15,7 @@ from benchmarks.charts import FAINT, GRID, frame, style
 from benchmarks.common import load
 
 PICTURE = Path("docs/images/look-models.png")
-WAYS = {
+METHODS = {
     "explicit": ("ours, explicit Jacobian (samples along a pixel, along a shadow's edge)", "#c4532d", "o"),
     "rendered": ("ours, Mitsuba's pictures and moving boundaries (samples a pixel)", "#2d6a8e", "s"),
     "Mitsuba direct": ("Mitsuba direct", "#7a7a7a", "^"),
@@ -32,8 +32,8 @@ def main() -> None:
     figure, (axes,) = pyplot.subplots(
         1, len(scenes), figsize=(width, 5.0), sharey=True, squeeze=False, layout="constrained"
     )
-    for axis, (name, found) in zip(axes, scenes.items(), strict=True):
-        draw(axis, found)
+    for axis, (name, measured) in zip(axes, scenes.items(), strict=True):
+        draw(axis, measured)
         axis.set_title(name, fontsize=10, loc="left")
     axes[0].set_ylabel("error of the gradient, %")
     shown: dict[str, Any] = {}
@@ -45,10 +45,10 @@ def main() -> None:
     print(PICTURE)
 
 
-def draw(axis: Axes, found: dict[str, Any]) -> None:
-    """One scene: every way a line, every number of samples a point."""
-    for way, (name, colour, mark) in WAYS.items():
-        rows = [row for row in found["rows"] if row["way"] == way]
+def draw(axis: Axes, measured: dict[str, Any]) -> None:
+    """One scene: every method a line, every number of samples a point."""
+    for method, (name, colour, mark) in METHODS.items():
+        rows = [row for row in measured["rows"] if row["method"] == method]
         if not rows:
             continue
         x, y = [row["seconds"] for row in rows], [row["error"] for row in rows]
@@ -62,8 +62,8 @@ def draw(axis: Axes, found: dict[str, Any]) -> None:
                 color=colour,
                 fontsize=7.5,
             )
-    if "own_error" in found:
-        draw_own_error(axis, found["own_error"])
+    if "own_error" in measured:
+        draw_own_error(axis, measured["own_error"])
     axis.set_xscale("log")
     axis.set_yscale("log")
     axis.set_xlabel("seconds of pictures and gradient, two cores")
@@ -71,7 +71,7 @@ def draw(axis: Axes, found: dict[str, Any]) -> None:
 
 
 def draw_own_error(axis: Axes, error: float) -> None:
-    """What no way can be told from."""
+    """A line at the truth's own error, below which methods are indistinguishable."""
     axis.axhline(error, color=GRID, linestyle="--", zorder=0)
     axis.annotate(
         "finite differences' own error",

@@ -59,12 +59,12 @@ def _profile(work: Callable[[int], object]) -> dict[str, float]:
     work(1)
     profile.disable()
     stats: dict[Any, Any] = pstats.Stats(profile).stats  # type: ignore[attr-defined]
-    found = {name: sum(_cumulative(stats, *of) for of in functions) for name, functions in GROUPS.items()}
+    seconds = {name: sum(_cumulative(stats, *of) for of in functions) for name, functions in GROUPS.items()}
     for inner in INNERMOST:
         for name in GROUPS:
             if name not in INNERMOST:
-                found[name] -= sum(_within(stats, of, GROUPS[inner]) for of in GROUPS[name])
-    return found | {"all": max(entry[3] for entry in stats.values())}
+                seconds[name] -= sum(_within(stats, of, GROUPS[inner]) for of in GROUPS[name])
+    return seconds | {"all": max(entry[3] for entry in stats.values())}
 
 
 def _cumulative(stats: dict[Any, Any], file: str, function: str) -> float:
@@ -99,37 +99,37 @@ def _rays_alone(work: Callable[[int], object], scene: Any) -> tuple[float, int]:
         work(1)
     dr.eval(traced)
     dr.sync_thread()
-    found = []
+    seconds = []
     for _ in range(REPEATS):
         began = time.perf_counter()
         for ray in traced:
             dr.eval(scene.ray_test(ray))
         dr.sync_thread()
-        found.append(time.perf_counter() - began)
-    return statistics.median(found), sum(dr.width(ray) for ray in traced)
+        seconds.append(time.perf_counter() - began)
+    return statistics.median(seconds), sum(dr.width(ray) for ray in traced)
 
 
 @contextmanager
 def _recorded() -> Iterator[list[Any]]:
     """The rays that `visual.backend.rays` makes in this block."""
     traced: list[Any] = []
-    made = rays._rays
+    original = rays._rays
 
     def keep(*points: Any) -> Any:
-        traced.append(made(*points))
+        traced.append(original(*points))
         return traced[-1]
 
     with patch.object(rays, "_rays", keep):
         yield traced
 
 
-def as_text(found: dict[str, Any]) -> str:
-    """A table, a column for each way."""
-    names = list(dict.fromkeys(name for way in found.values() for name in way["groups"]))
+def as_text(methods: dict[str, Any]) -> str:
+    """A table, a column for each method."""
+    names = list(dict.fromkeys(name for method in methods.values() for name in method["groups"]))
     rows: list[tuple[Any, ...]] = [
-        (name, *(way["groups"].get(name) for way in found.values())) for name in names
+        (name, *(method["groups"].get(name) for method in methods.values())) for name in names
     ]
-    rows.append(("all", *(way["all"] for way in found.values())))
-    rows.append(("its rays alone, ready in memory", *(way["rays alone"] for way in found.values())))
-    rows.append(("rays, million", *(1e-6 * way["rays"] for way in found.values())))
-    return table(("seconds", *found), rows)
+    rows.append(("all", *(method["all"] for method in methods.values())))
+    rows.append(("its rays alone, ready in memory", *(method["rays alone"] for method in methods.values())))
+    rows.append(("rays, million", *(1e-6 * method["rays"] for method in methods.values())))
+    return table(("seconds", *methods), rows)

@@ -117,8 +117,8 @@ def scene_of(
 ) -> Scene:
     """A scene of a light (or several, each with its azimuth), one camera and one material, by names above."""
     lights = [(shining, AZIMUTH)] if isinstance(shining, str) else shining
-    with tempfile.TemporaryDirectory() as made:
-        folder = Path(made)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
         np.save(folder / "heights.npy", heights)
         path = folder / "scene.xml"
         kind = "perspective" if camera.startswith("perspective") else "orthographic"

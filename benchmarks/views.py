@@ -39,21 +39,21 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         texture = Path(folder) / "gravel.npy"
         np.save(texture, relief)
-        found = {name: optimised(texture, sides) for name, sides in VIEWS.items()}
+        runs = {name: optimised(texture, sides) for name, sides in VIEWS.items()}
         watching = load_scene(FILE, {"resolution": str(SIDE)}, texture=texture)
     before = watching.render(samples=SAMPLES, seed=1).numpy()
     after = {
         name: watching.render(run.pop("heights"), samples=SAMPLES, seed=1).numpy()
-        for name, run in found.items()
+        for name, run in runs.items()
     }
-    for name, run in found.items():
+    for name, run in runs.items():
         run["above"], run["sides"] = change(before, after[name])
     apart = {
         f"{one} and {other}": dict(zip(("above", "sides"), change(after[one], after[other]), strict=True))
         for one, other in itertools.combinations(VIEWS, 2)
     }
-    save("views", {"machine": machine(), "runs": found, "apart": apart})
-    print(as_table(found, apart))
+    save("views", {"machine": machine(), "runs": runs, "apart": apart})
+    print(as_table(runs, apart))
 
 
 def optimised(texture: Path, sides: tuple[str, ...]) -> dict[str, Any]:
@@ -66,8 +66,8 @@ def optimised(texture: Path, sides: tuple[str, ...]) -> dict[str, Any]:
     wanted = tactile.jnd_scaled(problem.press(scene.heights, gradients=False).values["roughness"], JND)
     problem = Problem(scene.heights, scene.size_mm, tactile.Skin(), Targets.of(0.01, roughness=wanted), scene)
     began = time.perf_counter()
-    way = GaussNewton(problem)
-    descent = descend(way, problem.targets, way.begin(0, scene.heights, {}), STEPS)
+    method = GaussNewton(problem)
+    descent = descend(method, problem.targets, method.begin(0, scene.heights, {}), STEPS)
     return {
         "heights": descent.best.heights,
         "miss_percent": 100.0 * (descent.best.values["roughness"] / wanted - 1.0),
@@ -90,7 +90,7 @@ def as_table(runs: dict[str, Any], apart: dict[str, Any]) -> str:
         [name, r["steps"], r["seconds"], r["miss_percent"], r["above"], r["sides"]]
         for name, r in runs.items()
     ]
-    pairs = [[name, found["above"], found["sides"]] for name, found in apart.items()]
+    pairs = [[name, pair["above"], pair["sides"]] for name, pair in apart.items()]
     return table(head, rows) + "\n\n" + table(("results of", "apart above %", "apart sides %"), pairs)
 
 

@@ -85,14 +85,8 @@ def _paired(
     met, missed = np.flatnonzero(face >= 0), np.flatnonzero(face < 0)
     count = len(plate.faces)
     key, pair = np.unique(pixel[met] * count + face[met], return_inverse=True)
+    pair_pixel, pair_face = np.divmod(key, count)
+    missed_pixel, missed_direction = pixel[missed], directions[missed]
     return PictureSamples(
-        x[met],
-        y[met],
-        face[met],
-        pair,
-        key // count,
-        key % count,
-        pixel[missed],
-        directions[missed],
-        per_pixel,
+        x[met], y[met], face[met], pair, pair_pixel, pair_face, missed_pixel, missed_direction, per_pixel
     )

@@ -118,21 +118,13 @@ def projection_of(sensor: Any, rows: int, cols: int) -> Projection:
     ray, _ = sensor.sample_ray(0.0, 0.0, mi.Point2f(u, v), mi.Point2f(0.5, 0.5))
     origins, directions = (np.array(a, dtype=np.float64).T for a in (ray.o, ray.d))
     to_world = np.array(sensor.world_transform().matrix, dtype=np.float64).reshape(4, 4, -1)[:, :, 0]
-    if np.allclose(directions, directions[0], atol=1e-6):
-        corner, right, lower = origins
-        return Projection(
-            rows, cols, False, corner, (right - corner) / cols, (lower - corner) / rows, directions[0], False
-        )
-    # Rays of equal depth along the optical axis end in a plane, where the film is linear.
-    axis = to_world[:3, 2] / np.linalg.norm(to_world[:3, 2])
-    corner, right, lower = directions / (directions @ axis)[:, None]
-    return Projection(
-        rows,
-        cols,
-        True,
-        to_world[:3, 3],
-        (right - corner) / cols,
-        (lower - corner) / rows,
-        corner,
-        False,
-    )
+    perspective = not np.allclose(directions, directions[0], atol=1e-6)
+    corner, right, lower = origins
+    origin, along = corner, directions[0]
+    if perspective:
+        # Rays of equal depth along the optical axis end in a plane, where the film is linear.
+        axis = to_world[:3, 2] / np.linalg.norm(to_world[:3, 2])
+        corner, right, lower = directions / (directions @ axis)[:, None]
+        origin, along = to_world[:3, 3], corner
+    across, down = (right - corner) / cols, (lower - corner) / rows
+    return Projection(rows, cols, perspective, origin, across, down, along, overhead=False)

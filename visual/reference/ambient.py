@@ -53,15 +53,8 @@ def ambient_radiance(
     slope_x, slope_y = of_points(p), of_points(q)
     turn = mi.Float(lane - point * azimuths) + of_points(generator.uniform(size=count))
     up, across = dr.sincos(turn * (2.0 * np.pi / azimuths))
-    rise = horizon_tangent(
-        mesh.heights,
-        mesh.plate.size_mm,
-        of_points(samples.x),
-        of_points(samples.y),
-        of_points(z),
-        across,
-        up,
-    )
+    x, y, z = (of_points(values) for values in (samples.x, samples.y, z))
+    rise = horizon_tangent(mesh.heights, mesh.plate.size_mm, x, y, z, across, up)
     lowest = dr.atan(dr.maximum(rise, slope_x * across + slope_y * up))
 
     frame = mi.Frame3f(dr.normalize(mi.Vector3f(-slope_x, -slope_y, 1.0)))

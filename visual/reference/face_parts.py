@@ -44,11 +44,7 @@ def points_by_part(samples: PictureSamples, generator: np.random.Generator) -> P
 
 def _chosen(samples: PictureSamples, order: Index) -> PartPoints:
     kept = replace(
-        samples,
-        x=samples.x[order],
-        y=samples.y[order],
-        face=samples.face[order],
-        pair=samples.pair[order],
+        samples, x=samples.x[order], y=samples.y[order], face=samples.face[order], pair=samples.pair[order]
     )
     return PartPoints(kept, np.searchsorted(kept.pair, np.arange(len(samples.pair_pixel) + 1)))
 
