@@ -18,9 +18,7 @@ from visual.fast.bsdf_table import BsdfTable
 from visual.fast.lit_picture import lit_picture, pooled_faces
 from visual.fast.refinement import face_slopes, refined
 from visual.fast.shadow_sweep import ShadowSweep, shadow_sweep
-
-OVERHEAD = 1e-6
-"""Largest horizontal part of the unit vector toward a light straight above, which casts no shadow."""
+from visual.lights.parallel import OVERHEAD
 
 
 @dataclass(frozen=True, eq=False)
