@@ -224,17 +224,17 @@ def _read_exr(path: Path, check: Check) -> NDArray[np.float64]:
         with OpenEXR.File(str(path), header_only=True) as file:
             header = file.parts[0].header
             low, high = header["dataWindow"]
-            names = [channel.name for channel in header["channels"]]
+            names = [part.name for part in header["channels"]]
             check((int(high[1]) - int(low[1]) + 1, int(high[0]) - int(low[0]) + 1), path)
             if len(names) > MOST_CHANNELS:
                 raise InputError(f"{path}: {len(names)} channels; a height map has one")
-            wanted = next(
+            channel = next(
                 (name for name in _HEIGHT_CHANNELS if name in names), names[0] if len(names) == 1 else None
             )
-        if wanted is None:
+        if channel is None:
             raise InputError(f"{path}: channels {', '.join(names)}; expected Y, Z, R or a single one")
         with OpenEXR.File(str(path), separate_channels=True) as file:
-            return np.array(file.parts[0].channels[wanted].pixels, dtype=np.float64)
+            return np.array(file.parts[0].channels[channel].pixels, dtype=np.float64)
     except InputError:
         raise
     except (OSError, RuntimeError, ValueError, TypeError, KeyError, IndexError) as error:

@@ -1,1 +1,1 @@
-"""Data sets and nets are made here, by touch and sight."""
+"""Training data and nets: shard jobs, workers, fields, losses, set-ups and the training command."""

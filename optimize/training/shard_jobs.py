@@ -74,10 +74,12 @@ def run_shard(job: ShardJob) -> bytes:
     Raises:
         InputError: The packages here have other versions than those of the data set.
     """
-    request, here = job.request, versions()
-    for name, wanted in request.versions.items():
-        if here.get(name) != wanted:
-            raise InputError(f"{name}: the data set is made by version {wanted}, this is {here.get(name)}")
+    request, installed = job.request, versions()
+    for name, required in request.versions.items():
+        if installed.get(name) != required:
+            raise InputError(
+                f"{name}: the data set is made by version {required}, this is {installed.get(name)}"
+            )
     with _ONE_AT_A_TIME, _one_thread(request):
         return _run(job)
 

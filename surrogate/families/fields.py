@@ -1,4 +1,4 @@
-"""What the families are made of: coordinates of the plate, random fields, scattered points, soft edges."""
+"""Building blocks of the families: coordinates, random fields, scattered points, smooth edges."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,38 +11,43 @@ from relief.limits import PATCH_SIDE_MM
 Field = NDArray[np.float64]
 
 Amplitude = Callable[[Field, Field], Field]
+"""A function from frequencies fx and fy, cycles / mm, to the square root of a power spectrum."""
 
 _MARGIN = 1.25
-"""Fields are periodic over this many plates, so that a crop of one plate shows no period."""
+"""Period of random fields, in plates; a crop of one plate shows no period."""
 
 
 def coordinates(size: int) -> tuple[Field, Field]:
-    """x and y in mm of the samples, each (size, size); the origin is the middle of the plate, row 0 is +y."""
+    """Return x and y of the samples in mm, each (size, size), from the middle of the plate; row 0 is +y."""
     along = (np.arange(size) + 0.5) * (PATCH_SIDE_MM / size) - PATCH_SIDE_MM / 2
     x, y = np.meshgrid(along, -along)
     return x, y
 
 
 def turned(x: ArrayLike, y: ArrayLike, angle: float) -> tuple[Field, Field]:
-    """Coordinates along and across a direction ``angle`` (radians, counter-clockwise from +x)."""
+    """Return coordinates along and across a direction ``angle`` (radians, counter-clockwise from +x)."""
     x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
     return np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
 
 
 def any_direction(rng: np.random.Generator) -> float:
-    """An angle in [0, pi) radians; one in three lies along an axis, as made things often do."""
+    """Draw an angle in [0, pi) radians; a third of them lie along an axis, as in many artefacts."""
     if rng.random() < 1 / 3:
         return float(rng.integers(2)) * np.pi / 2
     return float(rng.uniform(0, np.pi))
 
 
 def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    """A number in [low, high] whose logarithm is uniform."""
+    """Draw a number in [low, high] whose logarithm is uniform."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def unit(heights: Field) -> Field:
-    """Heights shifted and scaled to fill [0, 1]. ValueError if they are constant."""
+    """Shift and scale heights to fill [0, 1].
+
+    Raises:
+        ValueError: The heights are constant.
+    """
     low, high = heights.min(), heights.max()
     if not high > low:
         raise ValueError("a constant field has no relief to scale")
@@ -50,23 +55,28 @@ def unit(heights: Field) -> Field:
 
 
 def smoothstep(t: ArrayLike) -> Field:
-    """0 below 0, 1 above 1, and a cubic with flat ends between."""
+    """Return 0 below 0, 1 above 1, and a cubic with flat ends between."""
     t = np.clip(np.asarray(t, dtype=np.float64), 0.0, 1.0)
     return t * t * (3 - 2 * t)
 
 
 def dome(t: ArrayLike) -> Field:
-    """Half a circle: 1 where t = 0, 0 where \\|t\\| >= 1, vertical at its foot."""
+    """Return half a circle: 1 where t = 0, 0 where \\|t\\| >= 1, vertical at its foot."""
     t = np.asarray(t, dtype=np.float64)
     return np.sqrt(np.maximum(1 - t * t, 0.0))
 
 
 def gaussian_field(rng: np.random.Generator, size: int, amplitude: Amplitude) -> Field:
-    """A Gaussian random field (size, size) of mean 0 and standard deviation 1.
+    """Draw a Gaussian random field.
 
     Args:
-        amplitude: square root of the power spectrum, up to a factor, at frequencies (fx, fy) in cycles / mm,
-            fx to the right and fy downwards; it must be even. The mean is taken out.
+        rng: Source of the random numbers.
+        size: Samples a side.
+        amplitude: Square root of the power spectrum, up to a factor, with fx to the right and fy downwards;
+            the function must be even.
+
+    Returns:
+        A field (size, size) of mean 0 and standard deviation 1.
     """
     count = _padded(size)
     pitch = PATCH_SIDE_MM / size
@@ -78,10 +88,15 @@ def gaussian_field(rng: np.random.Generator, size: int, amplitude: Amplitude) ->
 
 
 def wave_field(rng: np.random.Generator, size: int, amplitude: Amplitude) -> Field:
-    """Phase in radians, (size, size), of waves whose crests wander, fork and end.
+    """Draw the phase of waves whose crests wander, fork and end: the phase of filtered white noise.
 
-    The phase of white noise filtered by ``amplitude`` (as for `gaussian_field`), which must live on one half
-    of the frequency plane.
+    Args:
+        rng: Source of the random numbers.
+        size: Samples a side.
+        amplitude: The filter, as for `gaussian_field`, which must vanish on one half of the frequency plane.
+
+    Returns:
+        Phases (size, size) in radians.
     """
     count = _padded(size)
     frequencies = _frequencies(count, PATCH_SIDE_MM / size)
@@ -91,12 +106,12 @@ def wave_field(rng: np.random.Generator, size: int, amplitude: Amplitude) -> Fie
 
 
 def smooth_noise(rng: np.random.Generator, size: int, blur_mm: float) -> Field:
-    """White noise blurred by a Gaussian of ``blur_mm``: mean 0, standard deviation 1, shape (size, size)."""
+    """Draw white noise blurred by a Gaussian of ``blur_mm``: (size, size), mean 0, standard deviation 1."""
     return gaussian_field(rng, size, lambda fx, fy: np.exp(-2 * (np.pi * blur_mm) ** 2 * (fx**2 + fy**2)))
 
 
 def streaks(rng: np.random.Generator, size: int, blur_mm: float, stretch: float, angle: float) -> Field:
-    """White noise blurred by ``blur_mm`` across ``angle`` and by ``stretch`` times that along it."""
+    """Draw white noise blurred by ``blur_mm`` across ``angle`` and ``stretch`` times as much along it."""
 
     def amplitude(fx: Field, fy: Field) -> Field:
         along, across = turned(fx, -fy, angle)
@@ -106,9 +121,13 @@ def streaks(rng: np.random.Generator, size: int, blur_mm: float, stretch: float,
 
 
 def rough_noise(rng: np.random.Generator, size: int, longest_mm: float, slope: float) -> Field:
-    """Self-affine noise: amplitude falls as frequency to the power -slope below the wavelength longest_mm.
+    """Draw self-affine noise: (size, size), mean 0, standard deviation 1, nothing finer than about 0.3 mm.
 
-    Nothing is finer than about 0.3 mm. Mean 0, standard deviation 1, shape (size, size).
+    Args:
+        rng: Source of the random numbers.
+        size: Samples a side.
+        longest_mm: Wavelength, mm, below which the amplitude falls.
+        slope: The amplitude is proportional to frequency to the power -slope.
     """
 
     def amplitude(fx: Field, fy: Field) -> Field:
@@ -119,10 +138,17 @@ def rough_noise(rng: np.random.Generator, size: int, longest_mm: float, slope: f
 
 
 def scattered(rng: np.random.Generator, spacing_mm: float, jitter: float, *, margin_mm: float = 1.0) -> Field:
-    """Points (count, 2) in mm whose hull covers the plate and ``margin_mm`` around it.
+    """Draw points on a jittered hexagonal lattice at a random place.
 
-    A hexagonal lattice of rows ``spacing_mm`` apart, at a random place, each point moved by up to ``jitter``
-    spacings along x and y: 0 leaves the lattice, 0.5 and more looks random.
+    Args:
+        rng: Source of the random numbers.
+        spacing_mm: Distance of neighbours in a row, mm.
+        jitter: Largest displacement of a point along x and y, in spacings: 0 keeps the lattice, 0.5 and more
+            looks random.
+        margin_mm: Width around the plate that the points' hull covers too, mm.
+
+    Returns:
+        Points (count, 2) in mm.
     """
     # The lattice is shifted by up to 1 spacing, its odd rows by 1/2 more, its points by the jitter.
     reach = PATCH_SIDE_MM / 2 + margin_mm + (1.5 + jitter) * spacing_mm
@@ -137,18 +163,23 @@ def scattered(rng: np.random.Generator, spacing_mm: float, jitter: float, *, mar
 
 @dataclass(frozen=True)
 class Nearest:
-    """The points nearest to every sample: their index, distance and offset from the point in mm."""
+    """The k points nearest to every sample, nearest first; all arrays are (size, size, k).
+
+    Attributes:
+        index: Numbers of the points.
+        distance: Distances, mm.
+        dx: Offsets of the sample from the point along x, mm.
+        dy: Offsets along y, mm.
+    """
 
     index: NDArray[np.intp]
-    """(size, size, k), nearest first."""
     distance: Field
-    """(size, size, k)"""
     dx: Field
     dy: Field
 
 
 def nearest(points: Field, x: Field, y: Field, count: int) -> Nearest:
-    """The ``count`` points (n, 2) nearest to every sample at (x, y); n must be at least ``count``."""
+    """Find the ``count`` points (n, 2) nearest to every sample at (x, y); n must be at least ``count``."""
     from scipy.spatial import cKDTree
 
     distance, index = cKDTree(points).query(np.stack([x, y], axis=-1), k=np.arange(1, count + 1))
@@ -156,9 +187,18 @@ def nearest(points: Field, x: Field, y: Field, count: int) -> Nearest:
 
 
 def border_distance(points: Field, x: Field, y: Field) -> tuple[Field, NDArray[np.intp]]:
-    """Distance in mm to the border of the Voronoi cell that each sample lies in, and the cell's index.
+    """Find each sample's Voronoi cell and its distance from the border of the cell.
 
-    Exact where the border is shared with the second nearest point, an overestimate near corners otherwise.
+    The distance is exact where the border is shared with the second nearest point, and an overestimate near
+    other corners.
+
+    Args:
+        points: (n, 2) centres of the cells, mm.
+        x: (size, size) coordinates of the samples, mm.
+        y: (size, size) coordinates of the samples, mm.
+
+    Returns:
+        Distances in mm and numbers of the cells, both (size, size).
     """
     near = nearest(points, x, y, 3)
     owner = points[near.index[..., 0]]
@@ -175,5 +215,5 @@ def _padded(size: int) -> int:
 
 
 def _frequencies(count: int, pitch: float) -> Field:
-    """Cycles / mm of the terms of a transform; the highest of an even count is taken as negative."""
+    """Return frequencies of a Fourier transform, cycles / mm; the highest of an even count is negative."""
     return np.asarray(np.fft.fftfreq(count, pitch), dtype=np.float64)

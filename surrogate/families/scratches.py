@@ -42,8 +42,8 @@ def scratches(rng: np.random.Generator, size: int) -> Field:
         depth = rng.uniform(0.2, 1.0)
         along = along - start
         squared = ((across - side - bend * along**2) / width) ** 2
-        touched = (squared < 9) & (np.abs(along) < length / 2)
-        taper = 1 - (2 * along[touched] / length) ** 2
-        near = squared[touched]
-        heights[touched] -= depth * taper * (1 - 0.5 * near) * np.exp(-near / 2)
+        scratched = (squared < 9) & (np.abs(along) < length / 2)
+        taper = 1 - (2 * along[scratched] / length) ** 2
+        near = squared[scratched]
+        heights[scratched] -= depth * taper * (1 - 0.5 * near) * np.exp(-near / 2)
     return unit(heights)

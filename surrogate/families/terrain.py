@@ -26,7 +26,7 @@ def terrain(rng: np.random.Generator, size: int) -> Field:
 
 
 def _downhill(ground: Field) -> tuple[NDArray[np.intp], Field]:
-    """Number of the neighbour down the steepest way (in a pit, of the place itself), and the drop to it."""
+    """Return the number of each sample's steepest lower neighbour (in a pit, its own), and the drop to it."""
     rows, cols = ground.shape
     padded = np.pad(ground, 1, mode="edge")
     numbers = np.pad(np.arange(rows * cols).reshape(rows, cols), 1, mode="edge")
@@ -43,11 +43,11 @@ def _downhill(ground: Field) -> tuple[NDArray[np.intp], Field]:
 
 
 def _drained(target: NDArray[np.intp]) -> Field:
-    """Samples that drain through each, itself included; every round doubles the way that is counted."""
+    """Count the samples that drain through each, itself included; a round doubles the length of the paths."""
     flow = np.ones(target.size)
     place = np.arange(target.size)
     ends = target.ravel() == place
-    # A pit must not pass its flow on to itself: one more place takes it and is dropped.
+    # A pit must not pass its flow on to itself: one more place takes the flow and is dropped.
     onward = np.append(np.where(ends, target.size, target.ravel()), target.size)
     flow = np.append(flow, 0.0)
     while (onward[:-1] != target.size).any():
@@ -57,7 +57,7 @@ def _drained(target: NDArray[np.intp]) -> Field:
 
 
 def _spread(ground: Field) -> Field:
-    """Sum of the differences to the four neighbours; nothing crosses the rim."""
+    """Return the sum of the differences to the four neighbours; nothing crosses the rim."""
     padded = np.pad(ground, 1, mode="edge")
     around = padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]
     return around - 4 * ground

@@ -46,9 +46,9 @@ def tiles(rng: np.random.Generator, size: int) -> Field:
 def _courses(
     across: Field, along: Field, wide: float, tall: float, bond: float
 ) -> tuple[Field, NDArray[np.intp]]:
-    """Distance in mm to the rim of the brick that a sample lies on, and the brick's number from 0.
+    """Return the distance in mm to the rim of each sample's brick, and the brick's number from 0.
 
-    Coordinates in bricks; each course is moved by ``bond`` bricks against the one below.
+    Coordinates are in bricks; each course is shifted by ``bond`` bricks against the one below.
     """
     row = np.floor(along)
     across = across + bond * row
