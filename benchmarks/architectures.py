@@ -6,7 +6,7 @@
 Touch: pressure corrected between solver steps (the package's way) by the U-Net on squares of 4 x 4 or 2 x 2
 pixels, and by a Fourier neural operator (Li et al., ICLR 2021); the U-Net without what the first solver steps
 tell; strain from heights alone, as in the paper. Sight: ambient light by the same nets, with and without
-horizons; parallel light by a U-Net that is told the light's direction, beside swept shadows, which learn
+horizons; parallel light by a U-Net that is told the light's direction, beside shadow sweeps, which learn
 nothing. DATA is a data set of `retouch dataset --touch fem --lights random`, without optimised textures.
 
 Errors on the test split in percent, median / mean; milliseconds of the net alone, forward / with gradient by
@@ -268,7 +268,7 @@ def known(data: Fieldset) -> dict[str, Candidate]:
         "light: U-Net, 2 x 2, told the direction": Candidate(
             "light", told, unet(told, 2), light, pixels(light)
         ),
-        "light: swept, no net": Candidate("light", told, nn.Identity, None, _swept_error(size)),
+        "light: swept, no net": Candidate("light", told, nn.Identity, None, _sweep_error(size)),
     }
 
 
@@ -333,7 +333,7 @@ def _roughness_error(strain: Tensor, some: Examples, size_mm: float) -> Tensor:
     return torch.where(wanted >= LEAST_ROUGHNESS, 100.0 * (found / wanted - 1.0).abs(), math.nan)
 
 
-def _swept_error(size_mm: float) -> Callable[[nn.Module, Examples], Tensor]:
+def _sweep_error(size_mm: float) -> Callable[[nn.Module, Examples], Tensor]:
     def error(_: nn.Module, some: Examples) -> Tensor:
         errors = []
         for relief, light, faces, picture in zip(

@@ -226,7 +226,7 @@ single precision: forward / with the gradient of roughness.
 
 {touch_net.as_text(load("touch_net"))}
 
-`python -m benchmarks.fast_look`: swept shadows, tabulated materials and the net of ambient light against
+`python -m benchmarks.fast_look`: shadow sweeps, tabulated materials and the net of ambient light against
 converged renders of the paper's studio, on the same textures (the paper's nets, one for each light: 2.2 to
 2.4 % in the mean). Gradient: against explicit Jacobians of many samples. Milliseconds of three pictures.
 

@@ -1,1 +1,1 @@
-"""Pictures with exact gradients: shading, moving shadows and moving outlines."""
+"""Exact pictures and gradients: shading by slope, shadow edges and primary-visibility edges."""

@@ -1,4 +1,4 @@
-"""The libLLVM that Dr.Jit is given works, and is found once."""
+"""The libLLVM chosen for Dr.Jit works, and each candidate is probed once."""
 
 import json
 import os
@@ -159,7 +159,7 @@ def test_the_users_library_wins_if_it_works(
 
 
 @pytest.mark.parametrize(
-    ("asked", "fault"),
+    ("requested", "fault"),
     [
         ("bad/libLLVM.so.19.1", "it does not work"),
         ("c/libLLVM-15.so.1", "LLVM 15 aborts"),
@@ -172,14 +172,14 @@ def test_a_users_library_that_does_not_work_is_named_in_one_line(
     monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
     tmp_path: Path,
-    asked: str,
+    requested: str,
     fault: str,
 ) -> None:
     good, *_ = machine("a/libLLVM.so.22.1", "bad/libLLVM.so.19.1", "c/libLLVM-15.so.1")
-    monkeypatch.setenv(llvm.VARIABLE, str(tmp_path / asked))
+    monkeypatch.setenv(llvm.VARIABLE, str(tmp_path / requested))
     assert llvm.prepare() == good
     (record,) = caplog.records
-    assert asked in record.getMessage()
+    assert requested in record.getMessage()
     assert fault in record.getMessage()
 
 

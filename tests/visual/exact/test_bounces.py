@@ -26,13 +26,13 @@ def picture_of(scene: Scene) -> Callable[[Array, int], Array]:
     return lambda at, seed: np.asarray(scene.render(at, samples=SAMPLES, seed=seed).numpy()[0])
 
 
-def followed(scene: Scene, heights: Array, *, boundaries: bool) -> Callable[[Array, int], Array]:
+def followed(scene: Scene, heights: Array, *, edges: bool) -> Callable[[Array, int], Array]:
     (light,) = scene.light_scenes()
 
     def gradient(adjoint: Array, seed: int) -> Array:
-        settings, index = RenderSettings(SAMPLES, seed, boundaries), PictureIndex(0, 0)
+        settings, index = RenderSettings(SAMPLES, seed, edges), PictureIndex(0, 0)
         total = interior_gradient(light, heights, adjoint, settings, index)
-        if boundaries:
+        if edges:
             total = total + edge_gradient(light, heights, adjoint, scene.size_mm, settings, index)
         return total
 
@@ -47,12 +47,12 @@ def test_light_between_faces_makes_pictures_brighter(scene_of: Callable[..., Sce
     assert float(twice.mean()) > 1.02 * float(once.mean())
 
 
-def test_the_boundaries_that_bouncing_light_moves_are_a_small_part(scene_of: Callable[..., Scene]) -> None:
+def test_the_edges_that_bouncing_light_moves_are_a_small_part(scene_of: Callable[..., Scene]) -> None:
     scene = scene_of(sun(35), max_depth=3)
     truth = measured(picture_of(scene), hills(), step_mm=0.02, seeds=SEEDS)
     error = {
-        boundaries: truth.error(by_gradients(followed(scene, hills(), boundaries=boundaries), SEEDS).mean)
-        for boundaries in (False, True)
+        edges: truth.error(by_gradients(followed(scene, hills(), edges=edges), SEEDS).mean)
+        for edges in (False, True)
     }
     # A coarse relief, whose large faces light one another: gravel at 128 x 128 is 6 % off.
     assert error[True] < 0.3
