@@ -46,12 +46,7 @@ exit status: 0 if every texture has its fields; 1 if some have none, which failu
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        required=True,
-        metavar="DIR",
-        help="folder of the data set, new or unfinished",
+        "-o", dest="out", type=Path, required=True, metavar="DIR", help="the data set, new or unfinished"
     )
     parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
     textures = parser.add_argument_group("the textures")
@@ -72,10 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="further height maps to cut textures from, beside scikit-image's photographs; repeatable",
     )
     textures.add_argument(
-        "--optimised",
-        type=Path,
-        metavar="FOLDER",
-        help="folder of optimised textures, with their manifest, to add",
+        "--optimised", type=Path, metavar="FOLDER", help="optimised textures to add, with their manifest"
     )
     fields = parser.add_argument_group("the fields")
     fields.add_argument(

@@ -30,14 +30,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--data", type=Path, required=True, metavar="FOLDER", help="folder of a data set of `retouch dataset`"
     )
-    parser.add_argument(
-        "-o", dest="out", type=Path, required=True, metavar="DIR", help="folder of the results"
-    )
+    parser.add_argument("-o", dest="out", type=Path, required=True, metavar="DIR", help="results folder")
     parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
     parser.add_argument("--resume", action="store_true", help="continue from the checkpoint in DIR")
-    parser.add_argument(
-        "--seed", type=seed, default=0, metavar="S", help="seed of weights and order (default: 0)"
-    )
+    parser.add_argument("--seed", type=seed, default=0, metavar="S", help="random seed (default: 0)")
     parser.add_argument(
         "--epochs",
         type=whole_number(1, MOST_EPOCHS),
@@ -50,9 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--batch", type=whole_number(1, 4096), metavar="N", help="textures of a training step (default: 16)"
     )
-    parser.add_argument(
-        "--learning-rate", type=_positive, metavar="R", help="highest learning rate (default: 0.002)"
-    )
+    parser.add_argument("--learning-rate", type=_positive, metavar="R", help="highest rate (default: 0.002)")
     parser.add_argument(
         "--widths",
         type=_widths,

@@ -101,7 +101,7 @@ def train_net(
     best = training.best_epoch
     if best is None or not math.isfinite(best.error):
         raise InputError(f"{request.out}: the training diverged; try a smaller --learning-rate")
-    card = _card(request, setup, data, net.cpu().requires_grad_(False), key, training)
+    card = _card(setup, data, net.cpu().requires_grad_(False), key, training)
     save_net(request.out, net, card)
     return card
 
@@ -116,14 +116,7 @@ def _setup(kind: Kind, data: Fieldset, request: TrainingRequest) -> TrainingSetu
     return look_setup(data, request.tested)
 
 
-def _card(
-    request: TrainingRequest,
-    setup: TrainingSetup,
-    data: Fieldset,
-    net: UNet,
-    key: TrainingKey,
-    training: Training,
-) -> Card:
+def _card(setup: TrainingSetup, data: Fieldset, net: UNet, key: TrainingKey, training: Training) -> Card:
     best = training.best_epoch
     assert best is not None
     splits = {split: data.count(split) for split in ("train", "validation", "test")}
@@ -139,12 +132,12 @@ def _card(
             "dataset.json sha256": key.data,
         },
         training={
-            **{name: value for name, value in asdict(request.settings).items() if value is not None},
+            **{name: value for name, value in asdict(key.settings).items() if value is not None},
             "epochs done": training.epochs[-1].number,
             "best epoch": best.number,
             "best validation error": best.error,
             "seconds": training.epochs[-1].seconds,
-            "ended": training.ended(request.settings) or "",
+            "ended": training.ended(key.settings) or "",
         },
         errors=setup.measure(net),
         versions={"reference": setup.reference} | {name: version(name) for name in PACKAGES},
