@@ -23,19 +23,17 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from benchmarks.common import load, machine, save, table
 from benchmarks.unseen import Reliefs, arguments, kept, sets, spread, unseen
 from optimize.training.fields import STUDIO
+from relief.arrays import Array
 from visual.exact.discontinuities import EdgeSamples
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.renderer import FastRenderer
 from visual.reference.renderer import ReferenceRenderer
 from visual.scene import Scene, load_scene
-
-Array = NDArray[np.float64]
 
 GRADIENTS = 24
 """Textures of each set whose gradients are compared."""

@@ -17,11 +17,11 @@ from typing import Any
 import drjit as dr
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 import tactile
 from benchmarks.common import machine, save, table
 from optimize.training.fields import STUDIO, VARIANT, light_directions, touch_fields
+from relief.arrays import Array
 from surrogate.corpus.photographs import bundled
 from surrogate.corpus.recipes import heights, recipes
 from visual.exact.light_scene import LightScene
@@ -29,8 +29,6 @@ from visual.exact.render import RenderSettings, pictures
 from visual.reference.renderer import ReferenceRenderer
 from visual.scene import Scene
 from visual.scene_file.check import check_scene
-
-Array = NDArray[np.float64]
 
 SEED, TEXTURES, SIDE, SIZE_MM = 7, 32, 128, 10.0
 SEEN_RELIEF_MM, SEEN = 0.4, 3

@@ -8,7 +8,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 import tactile
@@ -20,9 +19,8 @@ from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
 from optimize.report.colour_maps import srgb
 from optimize.report.metrics import mean_change
+from relief.arrays import Array
 from visual.scene import Scene, load_scene
-
-Array = NDArray[np.float64]
 
 JND = 2
 RESOLUTION, SAMPLES = 384, 256

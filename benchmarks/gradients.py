@@ -13,16 +13,14 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from benchmarks.common import load, machine, save, table
 from benchmarks.sight import SIZE_MM, SMOOTHNESS, altered, mitsubas_integrator, reliefs, scene_of
+from relief.arrays import Array
 from visual.exact.light_scene import LightScene
 from visual.exact.render import PictureIndex, RenderSettings, edge_gradient, interior_gradient
 from visual.scene import Scene
-
-Array = NDArray[np.float64]
 
 LIGHTS = ("10°", "20°", "35°", "50°", "70°", "ambient", "map", "2-degree sun")
 GRAVEL = "gravel 1.5 mm"

@@ -17,19 +17,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from scipy.ndimage import zoom
 
 from benchmarks import look_split
 from benchmarks.common import load, machine, median_seconds, save, table
 from benchmarks.gradients import GRAVEL, directions
 from benchmarks.sight import SIZE_MM, altered, mitsubas_integrator, reliefs, scene_of
+from relief.arrays import Array
 from relief.heightmap import load_heights
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.render import RenderSettings, pictures
 from visual.scene import Scene
 
-Array = NDArray[np.float64]
 Method = Callable[[Array, Array, int], Array]
 
 STUDIO = "studio"

@@ -7,16 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 import tactile
 from benchmarks.reliefs import SIZE_MM
+from relief.arrays import Array
 from tactile.contact import solve_contact
 from tactile.model import SkinOperator
 from tactile.strain import smallest_eigenvalue
-
-Array = NDArray[np.float64]
 
 SKIN = tactile.Skin()
 MEAN = SKIN.mean_pressure_mpa(SIZE_MM) / SKIN.young_modulus_mpa

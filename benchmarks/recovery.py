@@ -23,19 +23,17 @@ import numpy as np
 import scipy.sparse as sp
 import torch
 from matplotlib import pyplot
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, zoom
 
 from benchmarks.charts import frame, style
 from benchmarks.common import load, machine, save, table
 from optimize.descent.gauss_newton import laplacian
+from relief.arrays import Array
 from relief.heightmap import load_heights
 from tactile.sparse import factorised
 from visual.exact import render
 from visual.exact.light_scene import LightScene
 from visual.scene import Scene, load_scene
-
-Array = NDArray[np.float64]
 
 PICTURE = Path("docs/images/recovery.png")
 SIDE, RELIEF_MM, BLUR, STEPS, GAUSS_NEWTON_STEPS = 64, 1.2, 2.0, 100, 40

@@ -9,13 +9,11 @@ from collections.abc import Callable
 
 import numpy as np
 import skimage.data
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, rotate
 from scipy.spatial import cKDTree
 
+from relief.arrays import Array
 from surrogate.corpus.bundled_textures import relief_from_photograph
-
-Array = NDArray[np.float64]
 
 SIDE, SIZE_MM = 128, 10.0
 PHOTOGRAPHS = ("gravel", "brick", "grass", "coins", "moon", "page")

@@ -12,7 +12,6 @@ import time
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import tactile
 from benchmarks.common import load, machine, save, table
@@ -22,9 +21,8 @@ from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
+from relief.arrays import Array
 from visual.scene import Scene, load_scene
-
-Array = NDArray[np.float64]
 
 RELIEFS = {"gravel": 1.2, "brick": 1.0, "grass": 1.0}
 TARGETS = (-2, 2)

@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
+from relief.arrays import Array
 from relief.heightmap import load_heights
 from visual.scene import Scene, load_scene
-
-Array = NDArray[np.float64]
 
 SIZE_MM, SIDE = 10.0, 128
 SMOOTHNESS = 4.0

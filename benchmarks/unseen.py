@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from relief.arrays import Array
 from relief.files import write_atomically
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import optimised, read
 from surrogate.corpus.optimised import checksum
 from surrogate.corpus.photographs import bundled, by_name
 
-Array = NDArray[np.float64]
 Reliefs = NDArray[np.float32]
 
 TEXTURES, SEED = 320, 8

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import zoom
 
 import tactile
@@ -24,10 +23,9 @@ from optimize.descent.driver import descend
 from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
+from relief.arrays import Array
 from relief.heightmap import load_heights
 from visual.scene import load_scene
-
-Array = NDArray[np.float64]
 
 FILE, SIDE, JND, STEPS, SAMPLES = "mitsuba_scenes/five_views.xml", 64, 2.0, 40, 256
 SIDES = ("east", "north", "west", "south")

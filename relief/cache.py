@@ -1,7 +1,5 @@
 """Cache of arrays on disk: each is computed once and read by every process."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Export of height maps as closed bodies for a 3-D printer: STL, 3MF and PLY, in millimetres."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

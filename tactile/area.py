@@ -1,7 +1,5 @@
 """Contact area, which decides how warm a surface feels (paper equation 3)."""
 
-from __future__ import annotations
-
 from torch import Tensor
 
 from relief.limits import PATCH_SIDE_MM

@@ -18,6 +18,7 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from relief.arrays import Array
 from tactile.sparse import (
     SYMMETRIC_INDEFINITE,
     SYMMETRIC_POSITIVE_DEFINITE,
@@ -29,7 +30,6 @@ from tactile.sparse import (
 if TYPE_CHECKING:
     from pypardiso import PyPardisoSolver
 
-Array = NDArray[np.float64]
 
 CHUNK = 256
 """Right-hand sides solved at a time: bounds the memory of full solutions (200,000 unknowns: 0.4 GB)."""

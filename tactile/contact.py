@@ -6,8 +6,6 @@ gradient on pressures (Polonsky and Keer, Wear 231, 1999), preconditioned by the
 Reliefs are solved in batches, and every item stops when it has converged.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol

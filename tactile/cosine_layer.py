@@ -10,21 +10,18 @@ so that their discretisation error cancels. T interpolates from the elements to 
 `tactile.elastic_layer` takes a coarse mesh for the difference, `tactile.finite_elements` a fine one.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from relief.arrays import Array
 from tactile.layer_response import layer_response
 from tactile.skin import Skin
 from tactile.strain import STRAIN_COMPONENTS
 
-Array = NDArray[np.float64]
 Parity = tuple[bool, bool]
 """Whether a load is odd in (row, column) about the block's two mirror planes."""
 

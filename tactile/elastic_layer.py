@@ -10,8 +10,6 @@ centres) serves. All operators are for unit Young's modulus: pressures are in un
 serves every modulus and force.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

@@ -12,8 +12,6 @@ so the difference is free of this error. T interpolates from the nodes of the me
 contact is decided; where there is a node at every pixel, T is the identity.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -22,6 +20,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from relief.arrays import Array
 from relief.cache import Arrays, cached, fingerprint
 from tactile.cosine_layer import (
     PARITIES,
@@ -35,8 +34,6 @@ from tactile.cosine_layer import (
 from tactile.interpolation import lagrange
 from tactile.skin import Skin
 from tactile.strain import STRAIN_COMPONENTS
-
-Array = NDArray[np.float64]
 
 DECAY_AT_DEPTH = 8.0
 """Largest product of wavenumber and receptor depth for which strain is taken from the elements; shorter waves

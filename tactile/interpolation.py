@@ -1,11 +1,8 @@
 """Interpolation between the finite elements' meshes and the pixels, along one axis."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from relief.arrays import Array
 
 STENCIL = 5
 """Nodes of the polynomial that a value or slope is read from: fourth order, where the elements' own values

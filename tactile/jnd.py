@@ -1,7 +1,5 @@
 """Just-noticeable differences of roughness and temperature."""
 
-from __future__ import annotations
-
 import math
 
 ROUGHNESS_JND = 1.19

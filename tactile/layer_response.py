@@ -6,16 +6,12 @@ displacements and strains of the same wavenumber. Depth w runs from the loaded f
 and strains are to be divided by E.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.arrays import Array
 from tactile.skin import lame
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Touch: strain, gap and pressure of the skin pressed on a relief, by the model of one's choice."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, Protocol, get_args

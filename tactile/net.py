@@ -9,8 +9,6 @@ trained at one ratio serves all, as long as the relief, in proportion, is no tal
 training.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Roughness: mean variation of strain between pairs of receptors (paper equation 2)."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import Any, Literal

@@ -1,7 +1,5 @@
 """The skin: a soft block under a rigid one, pressed on a rigid texture (paper section 4.2)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import asdict, dataclass
 

@@ -1,7 +1,5 @@
 """Largest compressive principal strain, with a gradient that stays finite where eigenvalues meet."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

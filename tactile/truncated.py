@@ -4,8 +4,6 @@ The steps leave errors in the pressures of single pixels, which have faded 0.75 
 and force follow from the pressures exactly. docs/learned.md tabulates the error against the number of steps.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -3,8 +3,6 @@
 Nothing of the scene is loaded.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Loading of light scenes: the plate under one light, or under several together, by Mitsuba."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -3,8 +3,6 @@
 `--explain`, the steps of a descent and the fast look all refuse scenes by the one table `OBSTACLES`.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Needs of a scene: what its pictures take, decided once from the description. Nothing else is computed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

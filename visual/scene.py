@@ -3,16 +3,15 @@
 A condition is one camera with one light on, plus all ambient light.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 import torch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from torch import Tensor
 
+from relief.arrays import Array
 from relief.errors import InputError
 from visual.backend import variants
 from visual.backend.plate import plate_bsdf
@@ -31,8 +30,6 @@ from visual.needs import Needs, needs_of
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import describe, plate_heights
 from visual.scene_file.parsed import CheckedScene, Description
-
-Array = NDArray[np.float64]
 
 FIXED_DIRECTIONS = 24
 """Parallel lights that stand for each light that is not directional, in `Scene.views`. Under ambient light

@@ -5,21 +5,16 @@ edges), which arrives as the gradient of a torch function. The energy |r - V| ha
 so that steps overshoot the target; cosine decay of the learning rate makes the overshoot small.
 """
 
-from __future__ import annotations
-
 import math
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from optimize.descent import energies
 from optimize.descent.driver import Iterate
 from optimize.descent.problem import Problem
+from relief.arrays import Array
 from relief.limits import HEIGHT_LIMIT_MM
-
-Array = NDArray[np.float64]
 
 DECAY_FLOOR = 0.02
 """Learning rate of the last step as a share of the first step's."""

@@ -6,20 +6,16 @@ relief. The ratio hardly changes over a small change of the relief, so that two 
 suffice. Touch alone decides which relief is kept, because touch has no randomness and pictures have noise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from optimize.descent.driver import DescentMethod, DescentResult, Iterate, StepRecord, StopReason, descend
 from optimize.descent.targets import Targets, Values
 from optimize.descent.touch_measures import TouchMeasures
-
-Array = NDArray[np.float64]
+from relief.arrays import Array
 
 STEPS_AN_ITERATION = 25
 """Steps that each further outer iteration may add to those of the run."""

@@ -1,7 +1,5 @@
 """The descent loop, the same for every method: start, step, keep the best, stop for a stated reason."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -10,11 +8,9 @@ from enum import Enum
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from optimize.descent.targets import Targets
-
-Array = NDArray[np.float64]
+from relief.arrays import Array
 
 STALL = 0.02
 """Least fall of the picture change, or of the relative error, that counts as progress; a share of its value.

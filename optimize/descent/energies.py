@@ -1,7 +1,5 @@
 """The paper's energies (section 4.1), one function each; torch in, torch out, differentiable."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

@@ -17,17 +17,15 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from optimize.descent.driver import Iterate
 from optimize.descent.problem import Problem, within_limits
 from optimize.descent.touch_measures import TouchMeasures
+from relief.arrays import Array
 from tactile.sparse import factorised
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures, View
 from visual.fast.jacobian import FastView
-
-Array = NDArray[np.float64]
 
 DAMPING = 1.0
 """Damping mu of the first step, for pictures in units of their mean and heights in mm, one pixel a sample."""

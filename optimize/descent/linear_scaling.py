@@ -1,17 +1,13 @@
 """Linear scaling, the baseline: the relief scaled in height until its first target is met."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from optimize.descent.problem import Problem
+from relief.arrays import Array
 from relief.limits import HEIGHT_LIMIT_MM
-
-Array = NDArray[np.float64]
 
 STRIDE = 1.25
 """Factor between the scales tried, outward from 1, until the goal lies between two of them."""

@@ -1,23 +1,19 @@
 """The problem of a descent: a relief, the feel to reach, the look to keep. Touch and sight meet here."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 import tactile
 from optimize.descent.targets import Quantity, Targets
 from optimize.descent.touch_measures import TouchMeasures, touch_measures
+from relief.arrays import Array
 from relief.limits import HEIGHT_LIMIT_MM
 from tactile.model import ModelName
 from visual.models import LookModel, look_model
 from visual.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,16 @@
 """Touch measures: what a finger gets from a relief, as numbers and maps, by one model of touch."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 import torch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 import tactile
 from optimize.descent.targets import QUANTITIES, Quantity
+from relief.arrays import Array
 from tactile.model import FEM_MESH, ModelName
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

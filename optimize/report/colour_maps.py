@@ -1,7 +1,5 @@
 """Colour maps and PNG pictures of arrays as data URIs, with sRGB encoding and hill shading."""
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The content of a report: what one run measured, as arrays and numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """Figures of a report: pictures, roughness and contact, change of the relief, course of the descent."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

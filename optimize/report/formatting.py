@@ -1,7 +1,5 @@
 """Numbers, durations and names as text for a person."""
 
-from __future__ import annotations
-
 import math
 
 from tactile.jnd import discrimination_probability

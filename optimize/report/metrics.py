@@ -1,7 +1,5 @@
 """Metrics of picture change: mean, root mean square, DSSIM and FLIP, with their noise."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

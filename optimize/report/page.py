@@ -1,7 +1,5 @@
 """The report page of a run: `report.html`, one file that needs no network."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 from collections.abc import Iterator, Mapping

@@ -5,18 +5,14 @@ or a square. Independent batches (`visual.noise`) give an unbiased square, and b
 factor, the root mean square of a condition is its term of E_vis, so both have the same relative error.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from enum import Enum
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.arrays import Array
 from visual.noise import Batches, jackknife_error
-
-Array = NDArray[np.float64]
 
 DETECTION_ERRORS = 2.0
 """Standard errors that a mean square must exceed to count as a change: 98 % confidence of a normal error."""

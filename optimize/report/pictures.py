@@ -1,7 +1,5 @@
 """Picture files: EXR with radiance, PNG for display."""
 
-from __future__ import annotations
-
 import itertools
 import re
 import tempfile

@@ -4,8 +4,6 @@ The marks are SVG, stretched to the width of the page. The labels are HTML place
 keeps its size on a narrow screen.
 """
 
-from __future__ import annotations
-
 import base64
 import math
 from collections.abc import Sequence

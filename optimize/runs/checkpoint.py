@@ -1,24 +1,20 @@
 """Checkpoint of a run, written whole after every step, so that a killed run goes on from its last step."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from optimize.descent.correction import CorrectionState, OuterIteration
 from optimize.descent.driver import Iterate
 from optimize.descent.targets import QUANTITIES, Target, Targets
+from relief.arrays import Array
 from relief.errors import InputError
 from relief.files import write_atomically
-
-Array = NDArray[np.float64]
 
 FILE = Path("checkpoint") / "descent.safetensors"
 

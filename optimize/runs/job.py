@@ -3,8 +3,6 @@
 texture -> Problem (touch + sight) -> descend -> verification -> run directory
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal
@@ -15,9 +13,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from optimize.descent.correction import CorrectionState, Segment, descend_with_correction
 from optimize.descent.driver import DescentResult, Iterate, StopReason
@@ -30,10 +25,9 @@ from optimize.runs.checkpoint import Checkpoint, load_checkpoint, save_checkpoin
 from optimize.runs.config import Run, load_run
 from optimize.runs.preparation import Prepared, prepare
 from optimize.runs.progress import Progress, silent, terminal
+from relief.arrays import Array
 from relief.errors import InputError
 from visual.noise import batched
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,8 @@
 """Preparation of a run: scene loaded, original pressed, targets in numbers; nothing is written yet."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from optimize.descent.adam import AdamDescent
 from optimize.descent.correction import Plan, first_surrogate_targets
@@ -16,11 +13,10 @@ from optimize.descent.targets import Target, Targets, Values
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.runs.config import Run, too_large
 from optimize.runs.progress import Progress
+from relief.arrays import Array
 from relief.errors import InputError, naming
 from tactile.model import ModelName
 from visual.scene import load_scene
-
-Array = NDArray[np.float64]
 
 ADAM_SAMPLES = 16
 """Samples a pixel of the pictures that Adam's gradient comes from."""

@@ -1,7 +1,5 @@
 """Progress of a run, as a person sees it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol

@@ -1,7 +1,5 @@
 """The run directory: settings, history, heights, plates to print, pictures, result.json and report."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
@@ -9,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import tactile
 from optimize.descent.correction import OuterIteration
@@ -22,13 +19,12 @@ from optimize.report.content import Baseline, Report
 from optimize.report.page import write_report
 from optimize.report.pictures import write_pictures
 from optimize.runs.config import Run, dump_resolved
+from relief.arrays import Array
 from relief.export import export_plate
 from relief.files import write_atomically
 from relief.formats import PLATES
 from relief.heightmap import save_heights_exr, save_heights_png
 from visual.noise import Batches
-
-Array = NDArray[np.float64]
 
 SETTINGS = "run.toml"
 HISTORY = "history.jsonl"

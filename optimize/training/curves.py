@@ -1,7 +1,5 @@
 """Training curves as one HTML page: training loss and validation error by epoch."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from importlib.resources import files
 

@@ -4,8 +4,6 @@ A shard is a pure function of its job (`optimize.training.shard_jobs`), is writt
 computed again if it exists: after any interruption the next run continues, and the files are the same.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing

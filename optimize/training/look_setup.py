@@ -1,7 +1,5 @@
 """Training set-up of the ambient net: ambient light on the material of the paper's studio."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Training set-up of one network: its data, loss, error measure and card text."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol, Self

@@ -1,7 +1,5 @@
 """Shard jobs: everything that one shard of a data set needs, for any process on any machine."""
 
-from __future__ import annotations
-
 import hashlib
 import threading
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Accuracy of a fast model of touch against the reference, on textures of the test split."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Training set-up of the touch net: pressures of the data set, and errors against the reference."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import partial
 from typing import Literal

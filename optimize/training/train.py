@@ -1,7 +1,5 @@
 """Training of a net on a data set: loop, measurement on the test split, weights and card."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Callable

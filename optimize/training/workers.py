@@ -1,7 +1,5 @@
 """Workers for shard jobs: processes here or of a Dask cluster; a worker that dies loses no shard."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

@@ -1,7 +1,5 @@
 """Symmetries of the square, all eight of which leave touch and sight exactly as they are."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

@@ -1,7 +1,5 @@
 """Checkpoint of a training, one file that is replaced atomically after every epoch, and its curves."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass

@@ -4,8 +4,6 @@ What a net is trained for comes in as a `Loss`; this file knows neither touch no
 seed gives the same weights bit for bit, interrupted or not, unless a limit of time ends the training.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping

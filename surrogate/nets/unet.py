@@ -6,8 +6,6 @@ Padding is with zeros, and channels lie innermost, because both are quickest on 
 where the plate ends needs inputs that say so.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, ClassVar

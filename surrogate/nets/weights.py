@@ -3,8 +3,6 @@
 Both files may be hostile: nothing is unpickled, and sizes are checked before anything is read.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

@@ -9,23 +9,20 @@ Axes are (row, column, depth); depth runs from the contact face (0) to the bonde
 throughout.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
 import skfem
-from numpy.typing import NDArray
 from skfem.helpers import ddot, div, sym_grad
 
+from relief.arrays import Array
 from tactile.cosine_layer import Parity
 from tactile.skin import lame
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS
 
-Array = NDArray[np.float64]
 Sides = Literal["free", "sliding"]
 """Condition on the four sides: no traction, or neither normal displacement nor shear."""
 

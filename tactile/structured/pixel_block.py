@@ -9,22 +9,18 @@ back, and a quarter of the block stands for the whole.
 Axes are (row, column, depth) as in `tactile.structured.block`. Young's modulus is 1 throughout.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from relief.arrays import Array
 from tactile.condensation import condensed
 from tactile.cosine_layer import Parity
 from tactile.interpolation import STENCIL, lagrange
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

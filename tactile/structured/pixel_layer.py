@@ -5,18 +5,14 @@ mode needs only a small system along the depth. The exact layer (`tactile.layer_
 one is the discretisation error of the elements under the shortest waves, where the error is largest.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.arrays import Array
 from tactile.interpolation import lagrange
 from tactile.skin import lame
 from tactile.structured.pixel_block import PixelBlock, matrices_along
-
-Array = NDArray[np.float64]
 
 CHUNK = 512
 """Modes solved at a time: bounds the memory of their systems (45 x 45 numbers each) to about 10 MB."""

@@ -5,8 +5,6 @@ fTetWild's meshes stay within an envelope around the surface. Here their boundar
 surface, so that flat faces are flat and a block has the volume of a block.
 """
 
-from __future__ import annotations
-
 import hashlib
 import subprocess
 import sys
@@ -19,11 +17,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from relief.arrays import Array
 from relief.cache import Arrays, cached, fingerprint
 from relief.errors import InputError
 from tactile.unstructured.surface import Surface, outward_normals
-
-Array = NDArray[np.float64]
 
 CHILD = Path(__file__).resolve().with_name("tetwild.py")
 ENVELOPE = 1e-3

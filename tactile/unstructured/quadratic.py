@@ -1,16 +1,13 @@
 """Matrices of quadratic tetrahedra: stiffness, derivatives at points, nodal forces of pixels' pressures."""
 
-from __future__ import annotations
-
 import numpy as np
 import scipy.sparse as sp
 import skfem
 from numpy.typing import NDArray
 
+from relief.arrays import Array
 from tactile.skin import lame
 from tactile.unstructured.surface import locate
-
-Array = NDArray[np.float64]
 
 
 def stiffness(basis: skfem.Basis, poisson_ratio: float) -> sp.csr_matrix:

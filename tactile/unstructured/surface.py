@@ -4,17 +4,14 @@ Axes are (x, y, z): x to the right and y to the top of the picture, from the mid
 up from the lowest point of the skin (0) to its flat top, which is bonded to the bone.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from relief.arrays import Array
 from relief.errors import InputError
-
-Array = NDArray[np.float64]
 
 DOWNWARD = 0.3
 """Least downward component of the outward unit normal of faces that may touch the texture; sides have 0."""

@@ -11,8 +11,6 @@ Mesh axes are (x, y, z) as in `tactile.unstructured.surface`; strains have axes 
 x, z).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -24,6 +22,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from relief.arrays import Array
 from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
 from tactile.condensation import condensed_onto_loads
@@ -37,7 +36,6 @@ from tactile.unstructured.meshing import Sizing, Tetrahedra, tetrahedralise
 from tactile.unstructured.quadratic import gradients_at, pixel_forces, stiffness
 from tactile.unstructured.surface import DOWNWARD, Surface, height_over, locate, outward_normals
 
-Array = NDArray[np.float64]
 Solve = Callable[[Array], Array]
 
 MOST_CONDENSED = 9000

@@ -9,15 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from relief.arrays import Array
 from tactile.cosine_layer import Parity
 from tactile.skin import lame
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS
 from tactile.structured.pixel_block import PixelBlock, _strain_at_depth
 
-Array = NDArray[np.float64]
 Axes = tuple[Array, Array, Array]
 GAUSS = np.polynomial.legendre.leggauss(3)
 

@@ -5,12 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
+from relief.arrays import Array
 from visual.backend import heightfield
-
-Array = NDArray[np.float64]
 
 SIDE = 32
 SIZE_MM = 10.0

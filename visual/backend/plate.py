@@ -1,7 +1,5 @@
 """The plate in a Mitsuba scene: its shape and its material."""
 
-from __future__ import annotations
-
 from typing import Any
 
 

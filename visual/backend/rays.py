@@ -1,15 +1,12 @@
 """Rays against the plate by Mitsuba, from and to numpy arrays."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from relief.arrays import Array
 from visual.backend.plate import plate_shape
-
-Array = NDArray[np.float64]
 
 MISSED_MM = 1e4
 """Distance, mm, given to rays that meet no plate: finite, so that points along them are too."""

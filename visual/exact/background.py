@@ -1,14 +1,11 @@
 """Background of pictures: the radiance that cameras see beside the plate."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from relief.arrays import Array
 
 Background = Callable[[Array], Array]
 """Radiance (rays,) along unit directions (rays, 3) from the camera in which no plate is seen."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.arrays import Array
 from visual.exact.background import Background
 from visual.exact.shading import Shading, unshadowed
 from visual.exact.shadow_edges import SHADOW_EDGE_SAMPLES, Entries, ShadowEdges, shadow_entries
@@ -22,8 +22,6 @@ from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
 from visual.geometry.topology import PlateTopology
 from visual.lights.parallel import ParallelLights
-
-Array = NDArray[np.float64]
 
 SHADOW_SHARE, VISIBILITY_SHARE = 0.5, 0.25
 """Shares of the edge samples kept under lights of many directions, each of which adds a small share of the

@@ -1,20 +1,16 @@
 """Light scenes: Mitsuba scenes of one light each (or of all that shine together) over the plate."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.arrays import Array
 from visual.backend import buffers, variants
 from visual.exact.background import Background, black_background
 from visual.geometry.projection import Projection
 from visual.lights.parallel import ParallelLights
-
-Array = NDArray[np.float64]
 
 
 def _variant() -> str:

@@ -9,16 +9,14 @@ Between torch and Dr.Jit numbers are copied: zero-copy exchange aliases, and a p
 in place between forward and backward would silently change the gradient.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from relief.arrays import Array
 from visual.backend import buffers, variants
 from visual.backend.plate import plate_bsdf
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
@@ -29,8 +27,6 @@ from visual.exact.visibility_edges import visibility_edges
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.topology import plate_topology
 from visual.lights.parallel import LUMINANCE
-
-Array = NDArray[np.float64]
 
 
 class PictureIndex(NamedTuple):

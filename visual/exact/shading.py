@@ -1,17 +1,13 @@
 """Shading: radiance of faces toward a camera under parallel lights, and its derivatives by their slopes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.arrays import Array
 from visual.lights.parallel import LUMINANCE, ParallelLights
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

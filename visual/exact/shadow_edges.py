@@ -18,16 +18,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.arrays import Array, Index
 from visual.backend.rays import blocked, first_hits
 from visual.geometry.placed_mesh import LIFT_MM, PlacedMesh
 from visual.geometry.projection import Projection
 from visual.geometry.topology import PlateTopology, silhouettes
 from visual.lights.parallel import ParallelLights
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Entries = tuple[Index, Index, Array]
 """Entries of a Jacobian: pixels, height samples and d radiance / d mm, each (entries,)."""
 

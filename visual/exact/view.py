@@ -7,16 +7,14 @@ parts: radiance by slope (each face's radiance depends on its three heights), th
 by noise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from relief.arrays import Array
 from visual.exact.background import Background, black_background
 from visual.exact.discontinuities import EdgeSamples, Jitter, discontinuity_entries, edge_jitter
 from visual.exact.shading import shade
@@ -27,8 +25,6 @@ from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
 from visual.geometry.topology import plate_topology
 from visual.lights.parallel import ParallelLights
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

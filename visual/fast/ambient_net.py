@@ -7,8 +7,6 @@ The first factor is exact (`visual.fast.bsdf_table`), the second comes from samp
 light's strength. The net holds for the kind of material that it was trained with (`material_figures`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache

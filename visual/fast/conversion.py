@@ -1,7 +1,5 @@
 """Conversion of a loaded scene into a fast renderer: materials are tabulated once, by Mitsuba."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

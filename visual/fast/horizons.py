@@ -5,8 +5,6 @@
 Both functions have their derivatives in closed form.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import Any

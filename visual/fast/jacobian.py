@@ -8,25 +8,20 @@ clearance of a corner depends on the corner's own height and on those of its occ
 derivatives of sky visibility only as products with a vector, so the Jacobian holds sky visibility constant.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np
 import scipy.sparse as sp
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from relief.arrays import Array, Index
 from visual.exact.view import Pictures
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.lit_shares import BoundaryTriangles, lit_shares
 from visual.fast.refinement import face_slopes, on_quarters, on_triangles, pixel_means, quarter_means, refined
 from visual.fast.renderer import FastRenderer
 from visual.fast.shadow_sweep import ShadowSweep
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class FastView:

@@ -5,8 +5,6 @@
 The gradient follows the shadow's boundary: only triangles that the boundary crosses contribute.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Any
 

@@ -4,17 +4,14 @@ Clearance is linear on a triangle, so the boundary of a shadow is a straight lin
 share of the area on the positive side is continuous in the clearances, and so is the lit share of a pixel.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
-Index = NDArray[np.int64]
+from relief.arrays import Index
 
 ALL_LIT = 7
 """Code of a triangle whose three corners are lit, one bit each."""

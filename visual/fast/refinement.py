@@ -8,8 +8,6 @@ Shapes: n x n samples and pixels, (n + 1)² cells with two faces each, 2n x 2n q
 quarters.
 """
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 from torch.nn import functional

@@ -5,8 +5,6 @@ In torch alone, a picture of 128 x 128 pixels takes milliseconds, and so does it
 of constant radiance, light is direct, and every pixel is centred on a height sample.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

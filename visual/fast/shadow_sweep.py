@@ -14,8 +14,6 @@ between lines half a sample apart, and heights between the corners of a column h
 docs/learned.md has the errors.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache
@@ -26,7 +24,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-Index = NDArray[np.int64]
+from relief.arrays import Index
 
 OUTSIDE_MM = -1e4
 """Height beyond the plate, mm: so low that nothing there casts a shadow."""

@@ -1,20 +1,15 @@
 """Film samples: the points of the plate that camera rays through jittered film points meet."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.arrays import Array, Index
 from visual.backend.rays import first_hits
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
 from visual.geometry.top_view import face_at
 from visual.geometry.topology import PlateTopology
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Placed mesh: the plate at some heights in a Mitsuba scene, for rays toward cameras and lights."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -9,11 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from relief.arrays import Array, Index
 from visual.backend.rays import blocked
 from visual.geometry.topology import PlateTopology
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 LIFT_MM = 3e-5
 """Height of the start of rays above the surface, mm. More lets light slip past shallow silhouettes: at 5e-4

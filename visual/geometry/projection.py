@@ -3,17 +3,13 @@
 Film coordinates are pixels (column, row), from the upper left corner of the picture to the right and down.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from relief.arrays import Array, Index
 
 
 @dataclass(frozen=True)

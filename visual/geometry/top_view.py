@@ -1,14 +1,9 @@
 """Top view: faces under points of the plate, the same whatever the heights."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.arrays import Array, Index
 from visual.geometry.topology import PlateTopology
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def face_at(plate: PlateTopology, x: Array, y: Array) -> Index:

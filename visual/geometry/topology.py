@@ -1,17 +1,12 @@
 """Topology of the plate: triangles, their slopes, which are linear in the heights, and silhouettes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from relief import grid
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from relief.arrays import Array, Index
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Ambient light: constant radiance from all around, as parallel lights all over the sky."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,16 +1,13 @@
 """Area lights far from the plate, as parallel lights toward points of the shining surface."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from relief.arrays import Array
 from visual.lights.kind import Draw, EmitterShape, Light, LightKind
 from visual.lights.parallel import GOLDEN_RATIO, ParallelLights, off_horizon
-
-Array = NDArray[np.float64]
 
 SHAPES = ("disk", "rectangle", "sphere")
 """Shapes, by Mitsuba's names, whose area lights can be parallel lights."""

@@ -1,7 +1,5 @@
 """Directional light: one parallel light."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from visual.lights.kind import Draw, Light, LightKind

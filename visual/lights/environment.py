@@ -16,12 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from relief.arrays import Array, Index
 from visual.lights.environment_picture import environment_picture
 from visual.lights.kind import Draw, Light, LightKind
 from visual.lights.parallel import GOLDEN_RATIO, LOWEST, LUMINANCE, ParallelLights, off_horizon
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 FINE = 512
 """Rows, and half the columns, that a coarser map is interpolated to, so that every cell holds some pixels."""

@@ -1,20 +1,16 @@
 """Picture of an environment map, read from a file that may come from strangers."""
 
-from __future__ import annotations
-
 import re
 import warnings
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
+from relief.arrays import Array
 from relief.errors import InputError
 from visual.backend.messages import last_line
 from visual.lights.kind import Light
-
-Array = NDArray[np.float64]
 
 SMALLEST, LARGEST = (3, 2), (4096, 8192)
 """Rows and columns of pictures: Mitsuba reads no smaller ones; larger ones take gigabytes, to no effect."""

@@ -1,17 +1,14 @@
 """A light as a scene file states it, and what is particular to its kind."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.arrays import Array
 from visual.lights.parallel import ParallelLights
 
-Array = NDArray[np.float64]
 RGB = tuple[float, float, float]
 
 Draw = Callable[[np.random.Generator | None], ParallelLights]

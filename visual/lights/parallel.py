@@ -1,13 +1,11 @@
 """Parallel lights: directions, each with an irradiance. Every other kind of light becomes such a set."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from relief.arrays import Array
 
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 GOLDEN_RATIO = 0.5 * (np.sqrt(5.0) - 1.0)

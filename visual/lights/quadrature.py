@@ -1,7 +1,5 @@
 """Quadrature of light: the table of all kinds of light, and lights of any kind as parallel ones."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

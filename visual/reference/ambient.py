@@ -5,18 +5,14 @@
 The BSDF, foreshortening included, is Mitsuba's; the integral is a Gauss-Legendre quadrature.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.arrays import Array
 from visual.geometry.film_samples import PictureSamples
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.reference.horizon import horizon_tangent
-
-Array = NDArray[np.float64]
 
 ELEVATIONS = 3
 """Gauss-Legendre nodes between horizon and zenith: within 0.04 % of 8 nodes on average."""

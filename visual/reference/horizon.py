@@ -6,15 +6,12 @@ an edge of the mesh. Edges are of three families (columns, rows, diagonals), and
 its own. No ray is traced, nothing is sampled.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from relief.arrays import Array
 
 NEAREST_MM = 1e-5
 """Least distance of edges, mm: a point lies on nearer ones, which belong to the point's own face."""

@@ -9,11 +9,10 @@ only where a few rays disagree are many traced. For ambient light the horizons a
 docs/learned.md has the distance from converged renders, and times.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 
+from relief.arrays import Array
 from visual.backend.plate import plate_bsdf
 from visual.exact.shading import unshadowed
 from visual.geometry.film_samples import film_points, samples_from_above
@@ -23,8 +22,6 @@ from visual.lights.parallel import ParallelLights
 from visual.reference.ambient import ambient_radiance
 from visual.reference.face_parts import PartPoints, pixel_shares, points_by_part
 from visual.scene import Scene
-
-Array = NDArray[np.float64]
 
 STRATA = 12
 """Shadow rays along a pixel's side where light and shadow meet."""

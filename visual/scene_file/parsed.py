@@ -1,7 +1,5 @@
 """Parsed scenes: Mitsuba's nodes of a checked file, and the description that is read from them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
