@@ -2,14 +2,7 @@
 
 import numpy as np
 
-from surrogate.families.fields import (
-    Field,
-    coordinates,
-    log_uniform,
-    scattered,
-    smooth_noise,
-    unit,
-)
+from surrogate.families.fields import Field, coordinates, log_uniform, scattered, smooth_noise, unit
 
 
 def crumpled(rng: np.random.Generator, size: int) -> Field:

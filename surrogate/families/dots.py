@@ -4,55 +4,45 @@ from collections.abc import Callable
 
 import numpy as np
 
-from surrogate.families.fields import (
-    Field,
-    any_direction,
-    coordinates,
-    dome,
-    log_uniform,
-    nearest,
-    scattered,
-    smoothstep,
-    turned,
-    unit,
-)
+from surrogate.families import fields
+from surrogate.families.fields import Field
 
 _SHAPES: tuple[Callable[[Field, Field], Field], ...] = (
-    lambda x, y: dome(np.hypot(x, y)),
+    lambda x, y: fields.dome(np.hypot(x, y)),
     lambda x, y: np.maximum(1 - np.hypot(x, y), 0.0),
-    lambda x, y: smoothstep((1 - np.hypot(x, y)) / 0.35),
+    lambda x, y: fields.smoothstep((1 - np.hypot(x, y)) / 0.35),
     lambda x, y: np.maximum(1 - np.maximum(np.abs(x), np.abs(y)), 0.0),
-    lambda x, y: smoothstep((1 - np.maximum(np.abs(x), np.abs(y))) / 0.35),
-    lambda x, y: dome((np.hypot(x, y) - 0.7) / 0.3),
+    lambda x, y: fields.smoothstep((1 - np.maximum(np.abs(x), np.abs(y))) / 0.35),
+    lambda x, y: fields.dome((np.hypot(x, y) - 0.7) / 0.3),
 )
 """Heights in [0, 1] over coordinates in dot radii: dome, cone, disc, pyramid, square stud, ring."""
 
 
 def dots(rng: np.random.Generator, size: int) -> Field:
     """One shape (dome, cone, disc, pyramid, stud, ring) in a hexagonal or square lattice of 0.8-4 mm."""
-    spacing = log_uniform(rng, 0.8, 4.0)
+    spacing = fields.log_uniform(rng, 0.8, 4.0)
     radius = spacing * rng.uniform(0.3, 0.5)
-    angle = any_direction(rng)
+    angle = fields.any_direction(rng)
     shape = _SHAPES[rng.integers(len(_SHAPES))]
-    u, v = turned(*coordinates(size), angle)
+    u, v = fields.turned(*fields.coordinates(size), angle)
     if rng.random() < 0.5:
-        points = scattered(rng, spacing, rng.choice([0.0, 0.0, 0.1]), margin_mm=3.0)
-        near = nearest(points, u, v, 1)
-        return unit(shape(near.dx[..., 0] / radius, near.dy[..., 0] / radius))
+        points = fields.scattered(rng, spacing, rng.choice([0.0, 0.0, 0.1]), margin_mm=3.0)
+        near = fields.nearest(points, u, v, 1)
+        return fields.unit(shape(near.dx[..., 0] / radius, near.dy[..., 0] / radius))
     start = rng.random(2)
     dx = ((u / spacing + start[0]) % 1.0 - 0.5) * spacing
     dy = ((v / spacing + start[1]) % 1.0 - 0.5) * spacing
-    return unit(shape(dx / radius, dy / radius))
+    return fields.unit(shape(dx / radius, dy / radius))
 
 
 def chequer_plate(rng: np.random.Generator, size: int) -> Field:
     """Long lens-shaped studs 1.5-4 mm apart, every other one turned by a right angle, as on steel floors."""
-    spacing = log_uniform(rng, 1.5, 4.0)
+    spacing = fields.log_uniform(rng, 1.5, 4.0)
     length = spacing * rng.uniform(0.55, 0.68)
     width = length * rng.uniform(0.25, 0.4)
-    u, v = turned(*coordinates(size), any_direction(rng))
+    u, v = fields.turned(*fields.coordinates(size), fields.any_direction(rng))
     u, v = u / spacing + rng.random(), v / spacing + rng.random()
     flipped = (np.floor(u) + np.floor(v)) % 2 == 1
     du, dv = (u % 1.0 - 0.5) * spacing, (v % 1.0 - 0.5) * spacing
-    along, across = turned(np.where(flipped, -dv, du), np.where(flipped, du, dv), np.pi / 4)
-    return unit(smoothstep((1 - (along / length) ** 2 - np.abs(across) / width) / 0.7))
+    along, across = fields.turned(np.where(flipped, -dv, du), np.where(flipped, du, dv), np.pi / 4)
+    return fields.unit(fields.smoothstep((1 - (along / length) ** 2 - np.abs(across) / width) / 0.7))

@@ -3,15 +3,7 @@
 import numpy as np
 
 from relief.limits import PATCH_SIDE_MM
-from surrogate.families.fields import (
-    Field,
-    any_direction,
-    coordinates,
-    dome,
-    log_uniform,
-    turned,
-    unit,
-)
+from surrogate.families.fields import Field, any_direction, coordinates, dome, log_uniform, turned, unit
 
 
 def fibres(rng: np.random.Generator, size: int) -> Field:

@@ -4,17 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from surrogate.families.fields import (
-    Field,
-    any_direction,
-    coordinates,
-    dome,
-    log_uniform,
-    smooth_noise,
-    smoothstep,
-    turned,
-    unit,
-)
+from surrogate.families import fields
+from surrogate.families.fields import Field
 
 
 def _ribs(rng: np.random.Generator) -> Callable[[Field], Field]:
@@ -22,13 +13,13 @@ def _ribs(rng: np.random.Generator) -> Callable[[Field], Field]:
     duty = rng.uniform(0.3, 0.7)
     edge = rng.uniform(0.12, 0.25)
     peak = rng.uniform(0.1, 0.9)
-    sharpness = log_uniform(rng, 0.5, 4.0)
+    sharpness = fields.log_uniform(rng, 0.5, 4.0)
     profiles: list[Callable[[Field], Field]] = [
         lambda t: 0.5 + 0.5 * np.cos(2 * np.pi * t),
         lambda t: (0.5 + 0.5 * np.cos(2 * np.pi * t)) ** sharpness,
         lambda t: np.where(t < peak, t / peak, (1 - t) / (1 - peak)),
-        lambda t: smoothstep((duty / 2 - np.abs(t - 0.5)) / edge + 0.5),
-        lambda t: dome((t - 0.5) / max(duty, 0.45)),
+        lambda t: fields.smoothstep((duty / 2 - np.abs(t - 0.5)) / edge + 0.5),
+        lambda t: fields.dome((t - 0.5) / max(duty, 0.45)),
     ]
     return profiles[rng.integers(len(profiles))]
 
@@ -38,23 +29,23 @@ def grating(rng: np.random.Generator, size: int) -> Field:
 
     Some wander by up to a third of a period.
     """
-    period = log_uniform(rng, 0.6, 5.0)
-    across, _ = turned(*coordinates(size), any_direction(rng))
+    period = fields.log_uniform(rng, 0.6, 5.0)
+    across, _ = fields.turned(*fields.coordinates(size), fields.any_direction(rng))
     place = across / period + rng.random()
     if rng.random() < 0.4:
-        place = place + rng.uniform(0.05, 0.3) * smooth_noise(rng, size, rng.uniform(1.0, 2.5))
-    return unit(_ribs(rng)(place % 1.0))
+        place = place + rng.uniform(0.05, 0.3) * fields.smooth_noise(rng, size, rng.uniform(1.0, 2.5))
+    return fields.unit(_ribs(rng)(place % 1.0))
 
 
 def crossed(rng: np.random.Generator, size: int) -> Field:
     """Two gratings of period 0.6-3 mm, 60-90 degrees apart: pyramids, waffles, knurls, studs."""
-    angle = any_direction(rng)
-    period = log_uniform(rng, 0.6, 3.0)
-    second_period = period if rng.random() < 0.6 else log_uniform(rng, 0.6, 3.0)
+    angle = fields.any_direction(rng)
+    period = fields.log_uniform(rng, 0.6, 3.0)
+    second_period = period if rng.random() < 0.6 else fields.log_uniform(rng, 0.6, 3.0)
     second_angle = angle + (np.pi / 2 if rng.random() < 0.6 else rng.uniform(np.pi / 3, np.pi / 2))
-    x, y = coordinates(size)
+    x, y = fields.coordinates(size)
     profile = _ribs(rng)
-    first = profile((turned(x, y, angle)[0] / period + rng.random()) % 1.0)
-    second = profile((turned(x, y, second_angle)[0] / second_period + rng.random()) % 1.0)
+    first = profile((fields.turned(x, y, angle)[0] / period + rng.random()) % 1.0)
+    second = profile((fields.turned(x, y, second_angle)[0] / second_period + rng.random()) % 1.0)
     together = [np.minimum(first, second), np.maximum(first, second), first * second, first + second]
-    return unit(together[rng.integers(len(together))])
+    return fields.unit(together[rng.integers(len(together))])

@@ -2,33 +2,25 @@
 
 import numpy as np
 
-from surrogate.families.fields import (
-    Field,
-    any_direction,
-    coordinates,
-    dome,
-    log_uniform,
-    smooth_noise,
-    turned,
-    unit,
-)
+from surrogate.families import fields
+from surrogate.families.fields import Field
 
 
 def knit(rng: np.random.Generator, size: int) -> Field:
     """Columns of V-shaped stitches 1.2-3.5 mm wide, each leg a twisted strand that dips at both ends."""
-    wide = log_uniform(rng, 1.2, 3.5)
+    wide = fields.log_uniform(rng, 1.2, 3.5)
     tall = wide * rng.uniform(0.65, 0.9)
     thick = rng.uniform(0.17, 0.21)
     twist = rng.uniform(0.0, 0.15)
-    u, v = turned(*coordinates(size), any_direction(rng))
-    u = u / wide + rng.uniform(0.01, 0.05) * smooth_noise(rng, size, 1.2) + rng.random()
-    v = v / tall + rng.uniform(0.01, 0.05) * smooth_noise(rng, size, 1.2) + rng.random()
+    u, v = fields.turned(*fields.coordinates(size), fields.any_direction(rng))
+    u = u / wide + rng.uniform(0.01, 0.05) * fields.smooth_noise(rng, size, 1.2) + rng.random()
+    v = v / tall + rng.uniform(0.01, 0.05) * fields.smooth_noise(rng, size, 1.2) + rng.random()
     column = np.abs(u - np.floor(u) - 0.5)
     row = v - np.floor(v)
     heights = np.zeros_like(u)
     for shift in (-1, 0, 1):
         heights = np.maximum(heights, _leg(column, row + shift, thick, twist))
-    return unit(heights)
+    return fields.unit(heights)
 
 
 def _leg(across: Field, along: Field, thick: float, twist: float) -> Field:
@@ -41,4 +33,4 @@ def _leg(across: Field, along: Field, thick: float, twist: float) -> Field:
     side = (dx * reach[1] - dy * reach[0]) / (length * thick)
     fibres = 1 + twist * np.cos(2 * np.pi * (side * 0.8 + place * 5))
     lie = 0.5 + 0.5 * np.sin(np.pi * place)
-    return dome(offset) * fibres * (0.2 + 0.8 * lie)
+    return fields.dome(offset) * fibres * (0.2 + 0.8 * lie)

@@ -3,40 +3,32 @@
 import numpy as np
 
 from relief.limits import PATCH_SIDE_MM
-from surrogate.families.fields import (
-    Field,
-    any_direction,
-    coordinates,
-    log_uniform,
-    rough_noise,
-    streaks,
-    turned,
-    unit,
-)
+from surrogate.families import fields
+from surrogate.families.fields import Field
 
 
 def brushed(rng: np.random.Generator, size: int) -> Field:
     """Metal brushed along one direction: grooves 0.25-0.8 mm wide and 15-60 times as long, some deeper."""
-    angle = any_direction(rng)
-    blur = log_uniform(rng, 0.06, 0.2)
-    stretch = log_uniform(rng, 15.0, 60.0)
-    fine = streaks(rng, size, blur, stretch, angle)
-    broad = streaks(rng, size, 3 * blur, stretch / 3, angle)
+    angle = fields.any_direction(rng)
+    blur = fields.log_uniform(rng, 0.06, 0.2)
+    stretch = fields.log_uniform(rng, 15.0, 60.0)
+    fine = fields.streaks(rng, size, blur, stretch, angle)
+    broad = fields.streaks(rng, size, 3 * blur, stretch / 3, angle)
     grooves = fine + rng.uniform(0.2, 1.0) * broad
-    return unit(grooves - rng.uniform(0.0, 0.8) * np.maximum(-grooves - 0.5, 0.0))
+    return fields.unit(grooves - rng.uniform(0.0, 0.8) * np.maximum(-grooves - 0.5, 0.0))
 
 
 def scratches(rng: np.random.Generator, size: int) -> Field:
     """12-90 grooves 0.2-0.6 mm wide and 3-20 mm long with raised shoulders, crossing or side by side."""
-    x, y = coordinates(size)
-    heights = rng.uniform(0.0, 0.15) * rough_noise(rng, size, 2.0, 1.5)
-    main, spread = any_direction(rng), rng.choice([0.05, 0.3, np.pi])
+    x, y = fields.coordinates(size)
+    heights = rng.uniform(0.0, 0.15) * fields.rough_noise(rng, size, 2.0, 1.5)
+    main, spread = fields.any_direction(rng), rng.choice([0.05, 0.3, np.pi])
     half_width = rng.uniform(0.1, 0.2)
-    for _ in range(int(log_uniform(rng, 12, 90))):
+    for _ in range(int(fields.log_uniform(rng, 12, 90))):
         angle = main + spread * rng.uniform(-0.5, 0.5)
-        along, across = turned(x, y, angle)
+        along, across = fields.turned(x, y, angle)
         start, side = rng.uniform(-0.6, 0.6, 2) * PATCH_SIDE_MM
-        length = log_uniform(rng, 3.0, 20.0)
+        length = fields.log_uniform(rng, 3.0, 20.0)
         bend = rng.normal(0.0, 0.01)
         width = half_width * rng.uniform(0.6, 1.5)
         depth = rng.uniform(0.2, 1.0)
@@ -46,4 +38,4 @@ def scratches(rng: np.random.Generator, size: int) -> Field:
         taper = 1 - (2 * along[scratched] / length) ** 2
         near = squared[scratched]
         heights[scratched] -= depth * taper * (1 - 0.5 * near) * np.exp(-near / 2)
-    return unit(heights)
+    return fields.unit(heights)

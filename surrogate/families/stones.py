@@ -2,15 +2,7 @@
 
 import numpy as np
 
-from surrogate.families.fields import (
-    Field,
-    coordinates,
-    log_uniform,
-    nearest,
-    rough_noise,
-    scattered,
-    unit,
-)
+from surrogate.families.fields import Field, coordinates, log_uniform, nearest, rough_noise, scattered, unit
 
 _FACES = 6
 

@@ -3,18 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from surrogate.families.fields import (
-    Field,
-    any_direction,
-    border_distance,
-    coordinates,
-    log_uniform,
-    rough_noise,
-    scattered,
-    smoothstep,
-    turned,
-    unit,
-)
+from surrogate.families import fields
+from surrogate.families.fields import Field
 
 
 def tiles(rng: np.random.Generator, size: int) -> Field:
@@ -22,13 +12,13 @@ def tiles(rng: np.random.Generator, size: int) -> Field:
 
     Every tile has a level and a tilt of its own, and a face that may be rough.
     """
-    wide = log_uniform(rng, 1.0, 4.0)
-    u, v = turned(*coordinates(size), any_direction(rng))
+    wide = fields.log_uniform(rng, 1.0, 4.0)
+    u, v = fields.turned(*fields.coordinates(size), fields.any_direction(rng))
     patterns = ("square", "brick", "hexagon")
     pattern = patterns[rng.integers(len(patterns))]
     if pattern == "hexagon":
-        points = scattered(rng, wide, 0.0, margin_mm=3.0)
-        inside, tile = border_distance(points, u, v)
+        points = fields.scattered(rng, wide, 0.0, margin_mm=3.0)
+        inside, tile = fields.border_distance(points, u, v)
     else:
         tall = wide * (rng.uniform(0.35, 0.6) if pattern == "brick" else 1.0)
         bond = rng.choice([1 / 2, 1 / 3]) if pattern == "brick" else 0.0
@@ -39,8 +29,8 @@ def tiles(rng: np.random.Generator, size: int) -> Field:
     level = rng.uniform(1 - rng.uniform(0.0, 0.35), 1.0, count)[tile]
     tilt = rng.normal(0.0, rng.uniform(0.0, 0.06), (count, 2))[tile]
     face = level + tilt[..., 0] * np.sin(u) + tilt[..., 1] * np.sin(v)
-    rough = rng.uniform(0.0, 0.08) * rough_noise(rng, size, 1.2, 1.2)
-    return unit((face + rough) * smoothstep((inside - joint / 2) / rounding) + 0.3 * rough)
+    rough = rng.uniform(0.0, 0.08) * fields.rough_noise(rng, size, 1.2, 1.2)
+    return fields.unit((face + rough) * fields.smoothstep((inside - joint / 2) / rounding) + 0.3 * rough)
 
 
 def _courses(

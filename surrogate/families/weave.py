@@ -3,16 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from surrogate.families.fields import (
-    Field,
-    any_direction,
-    coordinates,
-    dome,
-    log_uniform,
-    smooth_noise,
-    turned,
-    unit,
-)
+from surrogate.families import fields
+from surrogate.families.fields import Field
 
 _BINDINGS = ("plain", "basket", "twill", "broken twill", "satin")
 
@@ -22,18 +14,18 @@ def weave(rng: np.random.Generator, size: int) -> Field:
 
     The cloth is turned, its yarns wander a little and are twisted of fibres.
     """
-    across_mm = log_uniform(rng, 0.6, 2.4)
+    across_mm = fields.log_uniform(rng, 0.6, 2.4)
     along_mm = across_mm * rng.uniform(0.7, 1.4)
     binding = _BINDINGS[rng.integers(len(_BINDINGS))]
     width = rng.uniform(0.8, 1.0)
     crimp = rng.uniform(0.4, 1.0)
     twist = rng.uniform(0.0, 0.12)
-    u, v = turned(*coordinates(size), any_direction(rng))
-    u = u / across_mm + rng.uniform(0.02, 0.08) * smooth_noise(rng, size, 1.0) + rng.random()
-    v = v / along_mm + rng.uniform(0.02, 0.08) * smooth_noise(rng, size, 1.0) + rng.random()
+    u, v = fields.turned(*fields.coordinates(size), fields.any_direction(rng))
+    u = u / across_mm + rng.uniform(0.02, 0.08) * fields.smooth_noise(rng, size, 1.0) + rng.random()
+    v = v / along_mm + rng.uniform(0.02, 0.08) * fields.smooth_noise(rng, size, 1.0) + rng.random()
     warp = _yarn(u, v, binding, width, crimp, twist, 1.0)
     weft = _yarn(v, u, binding, width, crimp, twist, -1.0)
-    return unit(np.maximum(np.maximum(warp, weft), -crimp))
+    return fields.unit(np.maximum(np.maximum(warp, weft), -crimp))
 
 
 def _yarn(
@@ -52,7 +44,7 @@ def _yarn(
     level = crimp * (up(row) * (1 - blend) + up(neighbour) * blend)
     offset = (across - column - 0.5) * 2 / width
     fibres = twist * np.cos(2 * np.pi * (offset * 1.5 + along * 2.5))
-    return np.where(np.abs(offset) < 1, level + dome(offset) + fibres * dome(offset), -np.inf)
+    return np.where(np.abs(offset) < 1, level + fields.dome(offset) + fibres * fields.dome(offset), -np.inf)
 
 
 def _is_up(column: NDArray[np.int_], row: NDArray[np.int_], binding: str) -> NDArray[np.bool_]:
