@@ -6,6 +6,7 @@ import torch
 from tactile import Skin, roughness
 from tactile.contact import solve_contact
 from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
+from tactile.finite_elements import FiniteElementOperator, finite_element_operator
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS, smallest_eigenvalue
 from tactile.structured.block import Sides, depth_levels, quarter_responses
@@ -153,10 +154,10 @@ def test_receptors_next_to_the_bone_are_served(thickness: float, depth: float) -
 
 @pytest.mark.slow
 def test_roughness_settles_as_the_coarse_mesh_is_refined() -> None:
+    """At what finite elements say, by which results are verified: 0.68, 0.23, 0.16 % off are measured."""
     heights = torch.stack([waves(64, 1.2, seed) for seed in range(3)])
 
-    def roughness_with(coarse: int) -> torch.Tensor:
-        operator = elastic_layer_operator(Skin(), 64, SIZE, coarse=coarse)
+    def roughness_by(operator: ElasticLayerOperator | FiniteElementOperator) -> torch.Tensor:
         flat, pressed = (
             solve_contact(operator, h, MEAN_PRESSURE).pressure
             for h in (torch.zeros_like(heights[0]), heights)
@@ -164,6 +165,7 @@ def test_roughness_settles_as_the_coarse_mesh_is_refined() -> None:
         strain = smallest_eigenvalue(operator.strain(pressed)) - smallest_eigenvalue(operator.strain(flat))
         return roughness(strain, SIZE)
 
-    finest = roughness_with(48)
-    for coarse, allowance in ((16, 0.01), (24, 0.007), (32, 0.004)):
-        assert float((roughness_with(coarse) / finest - 1.0).abs().max()) < allowance
+    truth = roughness_by(finite_element_operator(Skin(), 64, SIZE, mesh=48))
+    for coarse, allowance in ((16, 0.01), (24, 0.004), (32, 0.003)):
+        layer = roughness_by(elastic_layer_operator(Skin(), 64, SIZE, coarse=coarse))
+        assert float((layer / truth - 1.0).abs().max()) < allowance
