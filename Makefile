@@ -58,8 +58,8 @@ llvm:
 demo: setup  ## make the gravel plate of the README rougher, into runs/gravel
 	$(BIN)/retouch optimize mitsuba_scenes/gravel.toml -o runs/gravel --force
 
-test: lint  ## lint, then every test
-	$(BIN)/pytest
+test: lint  ## lint, then every test, in a process for each core (four at most, some GB each)
+	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
 
 lint: setup  ## ruff and mypy
 	$(BIN)/ruff check .

@@ -16,9 +16,14 @@ import torch
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_dir(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """The cache folder of this session, empty at its start unless RETOUCH_TEST_CACHE names one to keep."""
-    kept = os.environ.get("RETOUCH_TEST_CACHE")
-    folder = Path(kept) if kept else tmp_path_factory.mktemp("cache")
+    """The cache folder of this session, empty at its start unless RETOUCH_TEST_CACHE names one to keep.
+
+    Processes that share the tests of a session share its cache: each has its own folder beside the others'.
+    """
+    session = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        session = session.parent
+    folder = Path(os.environ.get("RETOUCH_TEST_CACHE") or session / "cache")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("RETOUCH_CACHE", str(folder))
         yield folder

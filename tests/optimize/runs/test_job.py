@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -356,11 +357,25 @@ def ended_after(step: int, by: signal.Signals, arguments: Sequence[str], run_dir
         return process.wait(300.0)
 
 
+@pytest.fixture(scope="module")
+def uninterrupted(run_file: RunFile, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Result]:
+    """Runs of nine steps at most, to their end; one for each method."""
+
+    @cache
+    def run(method: str) -> Result:
+        path = run_file("jnd = 2", f'method = "{method}"\nsteps = 9')
+        return job.run(path, tmp_path_factory.mktemp("runs") / "whole")
+
+    return run
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["gauss-newton", "adam"])
-def test_a_killed_run_goes_on_to_the_same_end(out: Path, run_file: RunFile, method: str) -> None:
-    path = run_file("jnd = 2", f'method = "{method}"\nsteps = 9')
-    whole = job.run(path, out.with_name("whole"))
+def test_a_killed_run_goes_on_to_the_same_end(
+    out: Path, uninterrupted: Callable[[str], Result], method: str
+) -> None:
+    whole = uninterrupted(method)
+    path = whole.run_dir / results.SETTINGS
     status = ended_after(3, signal.SIGKILL, ["optimize", str(path), "-o", str(out)], out)
     assert status == -signal.SIGKILL
     assert not (out / "result.json").exists()
@@ -392,11 +407,10 @@ def test_a_run_killed_in_a_later_round_goes_on_to_the_same_end(out: Path, run_fi
 @pytest.mark.slow
 @pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_writes_its_best_and_goes_on(
-    out: Path, run_file: RunFile, by: signal.Signals
+    out: Path, uninterrupted: Callable[[str], Result], by: signal.Signals
 ) -> None:
-    path = run_file("jnd = 2", "steps = 9")
-    whole = job.run(path, out.with_name("whole"))
-    assert ended_after(3, by, ["optimize", str(path), "-o", str(out)], out) == 130
+    whole = uninterrupted("gauss-newton")
+    assert ended_after(3, by, ["optimize", str(whole.run_dir / results.SETTINGS), "-o", str(out)], out) == 130
     assert {file.name for file in out.iterdir()} == set(results.WRITTEN)
     result = json.loads((out / "result.json").read_text())
     assert result["stop"]["reason"] == "interrupted"
