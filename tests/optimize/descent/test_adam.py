@@ -41,7 +41,7 @@ def test_forty_steps_reach_the_papers_tolerance(
     problem_with: ProblemWith, original: TouchMeasures, jnd: float
 ) -> None:
     targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.values["roughness"], jnd))
-    problem = problem_with(targets)
+    problem = replace(problem_with(targets), samples=4)
     method = AdamDescent(problem, 40, PAPER_RATE)
     descent = descend(method, targets, method.begin(0, problem.heights, {}), 40)
     assert descent.reason is StopReason.CONVERGED

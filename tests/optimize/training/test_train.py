@@ -1,6 +1,7 @@
 """`retouch train` makes of a data set a net that errs less than what it started from, and says how much."""
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,7 @@ from optimize.training.dataset import make_dataset, plan_dataset
 from optimize.training.look_loss import LookLoss
 from optimize.training.look_loss import examples_of as look_examples
 from optimize.training.look_setup import studio_sky
+from optimize.training.setup import Kind
 from optimize.training.touch_accuracy import errors, measure_textures
 from optimize.training.touch_loss import examples_of, touch_loss
 from optimize.training.train import CURVES_PAGE, TrainingRequest, train_net
@@ -26,7 +28,7 @@ from surrogate.nets.checkpoint import CHECKPOINT_FILE, CURVES
 from surrogate.nets.training import Settings
 from surrogate.nets.training import errors as errors_of
 from surrogate.nets.unet import Shape, UNet
-from surrogate.nets.weights import load_net, weights_path
+from surrogate.nets.weights import Card, load_net, weights_path
 from tactile.net import CHANNELS
 from tests.tactile.reliefs import SIZE
 from visual.fast import ambient_net
@@ -47,7 +49,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def training(data: Path, tmp_path_factory: pytest.TempPathFactory) -> TrainingRequest:
     out = tmp_path_factory.mktemp("out")
-    return TrainingRequest(data, out, SETTINGS, widths=(8, 12, 16), tested=6, reference="layer")
+    return TrainingRequest(data, out, SETTINGS, widths=(8, 12, 16), tested=12, reference="layer")
 
 
 @pytest.fixture(scope="module")
@@ -173,11 +175,21 @@ def looked_at(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_rendering_net_mends_what_rough_horizons_tell(looked_at: Path, tmp_path: Path) -> None:
-    training = TrainingRequest(looked_at, tmp_path, SETTINGS, widths=(8, 12, 16), tested=6)
+@pytest.fixture(scope="module")
+def look_trained(looked_at: Path, tmp_path_factory: pytest.TempPathFactory) -> TrainingRequest:
+    training = TrainingRequest(
+        looked_at, tmp_path_factory.mktemp("look"), SETTINGS, widths=(8, 12, 16), tested=6
+    )
     card = train_net("look", training)
-    net, read = load_net("look", tmp_path)
-    assert read == card and card.valid["samples"] == SIDE and net.shape.inputs == ambient_net.CHANNELS
+    assert load_net("look", training.out)[1] == card
+    return training
+
+
+def test_the_rendering_net_mends_what_rough_horizons_tell(
+    looked_at: Path, look_trained: TrainingRequest
+) -> None:
+    net, card = load_net("look", look_trained.out)
+    assert card.valid["samples"] == SIDE and net.shape.inputs == ambient_net.CHANNELS
     data, loss = open_fieldset(looked_at), LookLoss(SIZE)
     seen, validation = (look_examples(data, split, studio_sky()) for split in ("train", "validation"))
     untrained, trained = (float(errors_of(n, loss, seen).mean()) for n in (UNet(net.shape), net))
@@ -204,19 +216,18 @@ def test_the_rendering_net_needs_pictures(data: Path, tmp_path: Path) -> None:
         train_net("look", TrainingRequest(data, tmp_path, SETTINGS))
 
 
-SEEDS = (1, 2, 3)
+def cards_of_three_seeds(kind: Kind, trained: TrainingRequest, folder: Path) -> Iterator[Card]:
+    """The card of a net that is trained, and of two that differ by their seed alone."""
+    yield load_net(kind, trained.out)[1]
+    for seed in (2, 3):
+        yield train_net(kind, replace(trained, out=folder / str(seed), settings=replace(SETTINGS, seed=seed)))
 
 
 @pytest.mark.slow
-def test_three_seeds_make_touch_nets_that_err_alike(data: Path, tmp_path: Path) -> None:
+def test_three_seeds_make_touch_nets_that_err_alike(trained: TrainingRequest, tmp_path: Path) -> None:
     """What is told of a net is no luck: the smallest configuration, from three beginnings."""
     found = []
-    for seed in SEEDS:
-        settings = replace(SETTINGS, seed=seed)
-        training = TrainingRequest(
-            data, tmp_path / str(seed), settings, widths=(8, 12, 16), tested=12, reference="layer"
-        )
-        card = train_net("touch", training)
+    for card in cards_of_three_seeds("touch", trained, tmp_path):
         assert card.errors["roughness_mean_percent"] < 6.0
         assert card.errors["contact_area_mean_percent"] < 6.0
         found.append(float(card.training["best validation error"]))
@@ -224,13 +235,11 @@ def test_three_seeds_make_touch_nets_that_err_alike(data: Path, tmp_path: Path) 
 
 
 @pytest.mark.slow
-def test_three_seeds_make_rendering_nets_that_err_alike(looked_at: Path, tmp_path: Path) -> None:
+def test_three_seeds_make_rendering_nets_that_err_alike(
+    look_trained: TrainingRequest, tmp_path: Path
+) -> None:
     found = []
-    for seed in SEEDS:
-        settings = replace(SETTINGS, seed=seed)
-        card = train_net(
-            "look", TrainingRequest(looked_at, tmp_path / str(seed), settings, widths=(8, 12, 16), tested=6)
-        )
+    for card in cards_of_three_seeds("look", look_trained, tmp_path):
         found.append(float(card.training["best validation error"]))
         assert card.errors["ambient_mean_percent"] < 8.0
     assert max(found) < 0.02 and max(found) < 1.3 * min(found)

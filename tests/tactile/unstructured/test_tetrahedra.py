@@ -167,11 +167,11 @@ def test_a_mirrored_relief_gives_a_mirrored_field(block: TetrahedralOperator) ->
 def test_a_fingertip_touches_a_plate_as_hertz_says() -> None:
     """Contact radius a = (3 F R / 4 E*)^(1/3) (Johnson, Contact Mechanics, 1985, section 4.2).
 
-    The radius is taken from the mean of r² under the pressure, 2/5 a²; 5 % for a body 12 times as thick as
+    The radius is taken from the mean of r² under the pressure, 2/5 a²; the body is 12 times as thick as
     the contact is wide.
     """
-    radius, touched, samples, contact_radius, nu = 20.0, 4.0, 24, 1.2, 0.3
-    mesh = box(centred(10.0, 0.35, 9), np.array([0.0, 0.35, 0.8, 1.6, 3.0, 5.5, 9.0, 14.0]), radius)
+    radius, touched, samples, contact_radius, nu = 20.0, 4.0, 16, 1.2, 0.3
+    mesh = box(centred(10.0, 0.5, 7), np.array([0.0, 0.35, 0.8, 1.6, 3.0, 5.5, 9.0, 14.0]), radius)
     skin = Skin(poisson_ratio=nu, thickness_mm=14.0)
     body = tetrahedral_operator(skin, mesh, samples, touched)
     force = 4.0 * contact_radius**3 / (3.0 * radius * (1.0 - nu**2))
@@ -179,8 +179,8 @@ def test_a_fingertip_touches_a_plate_as_hertz_says() -> None:
     line = (np.arange(samples) + 0.5) * touched / samples - 0.5 * touched
     square = torch.as_tensor(line[:, None] ** 2 + line**2)
     measured = float((2.5 * (state.pressure * square).sum() / state.pressure.sum()).sqrt())
-    assert measured == pytest.approx(contact_radius, rel=0.05)
-    assert float(state.approach) == pytest.approx(contact_radius**2 / radius, rel=0.15)
+    assert measured == pytest.approx(contact_radius, rel=0.03)
+    assert float(state.approach) == pytest.approx(contact_radius**2 / radius, rel=0.05)
 
 
 def test_a_rounded_skin_touches_more_under_more_force(rounded: TetrahedralOperator) -> None:
@@ -206,7 +206,7 @@ def test_a_rounded_skin_feels_nothing_of_a_flat_plate(rounded: TetrahedralOperat
 def test_a_fingertip_given_as_a_surface_feels_what_its_structured_mesh_feels() -> None:
     """Meshed by pytetwild and pressed, end to end; 2 % in V and 3 % in A when this was written."""
     surface = fingertip_surface(SIZE, FINGER.thickness_mm, 12.0)
-    mesh = box(np.linspace(-5.0, 5.0, 25), np.array([0.0, 0.3, 0.65, 1.1, 1.6, 2.2, 2.8]), radius=12.0)
+    mesh = box(np.linspace(-5.0, 5.0, 21), np.array([0.0, 0.35, 0.8, 1.4, 2.1, 2.8]), radius=12.0)
     structured = press_tetrahedra(
         bumps(20), FINGER, surface, operator=tetrahedral_operator(FINGER, mesh, 20, SIZE)
     )
