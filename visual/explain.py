@@ -12,7 +12,7 @@ from visual.backend import variants
 from visual.lights.kind import Light
 from visual.lights.parallel import angles
 from visual.lights.quadrature import kind_of
-from visual.models import PictureModel, obstacles
+from visual.models import MODELS, obstacles
 from visual.needs import Needs, camera_name, needs_of
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import describe, plate_heights
@@ -58,14 +58,8 @@ def explain_scene(
     heights = plate_heights(path, description.plate, texture, relief_mm)
     needs = needs_of(description)
     chosen = variants.choose_variant(needs.colour, variant)
-
-    def refused(*models: PictureModel) -> list[str]:
-        rows, cols = heights.shape
-        every = (obstacles(model, description, needs, (rows, cols)) for model in models)
-        return list(dict.fromkeys(reason for reasons in every for reason in reasons))
-
-    missing = variants.without_gradients(chosen.name)
-    reasons, unseen = [*([missing] if missing else []), *refused("exact", "step")], refused("fast")
+    exact, step, unseen = (obstacles(model, description, needs, heights.shape) for model in MODELS)
+    reasons = list(filter(None, dict.fromkeys((variants.without_gradients(chosen.name), *exact, *step))))
     relief = f"heights {heights.min():.3g} to {heights.max():.3g} mm"
     return [
         ("plate", _plate(description.plate, texture or description.plate.filename, relief)),

@@ -1,17 +1,14 @@
 """Loading of light scenes: the plate under one light, or under several together, by Mitsuba."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from visual.exact.background import black_background, scene_background
+from visual.exact.background import scene_background
 from visual.exact.light_scene import LightScene
-from visual.exact.view import Illumination
 from visual.geometry.projection import Projection, from_above, projection_of
 from visual.lights.kind import Draw, Light
-from visual.lights.parallel import ParallelLights
 from visual.lights.quadrature import kind_of
 from visual.needs import Needs
 from visual.scene_file.check import instantiate
@@ -62,18 +59,6 @@ def load_light_scene(
         scene_background(scene),
         by_light,
     )
-
-
-def illumination(lights: Lights, fixed: ParallelLights, load: Callable[[], LightScene]) -> Illumination:
-    """Parallel lights that stand for some lights, and what a camera sees of these lights beside the plate.
-
-    Args:
-        lights: of a scene.
-        fixed: the parallel lights.
-        load: gives the light scene; called only if a camera sees the lights.
-    """
-    seen = any(kind_of(light).surrounds for light in lights)
-    return Illumination(fixed, scene_background(load().scene) if seen else black_background)
 
 
 def _camera(sensor: Any, size_mm: float, resolution: tuple[int, int], overhead: bool) -> Projection:

@@ -17,6 +17,7 @@ LookModel = Literal["exact", "fast"]
 PictureModel = Literal["exact", "step", "fast"]
 """Gradients of rendered pictures (`visual.exact.render`), pictures with explicit Jacobians for Gauss-Newton
 steps (`visual.exact.view`), and the fast look (`visual.fast`)."""
+MODELS: tuple[PictureModel, ...] = get_args(PictureModel)
 FORMER_NAME = "net"
 """Name of the fast look until version 0.2, which will refuse it: only ambient light comes from a net."""
 
@@ -42,21 +43,13 @@ class _Case:
 
     description: Description
     needs: Needs
-    samples: tuple[int, int]
+    samples: tuple[int, ...]
 
     @property
     def lights(self) -> Iterable[str]:
         """Why some of the lights cannot be parallel lights."""
-        every = (
-            parallel_obstacle(light, self.description.plate.size_mm) for light in self.description.lights
-        )
-        return (obstacle for obstacle in every if obstacle is not None)
-
-    @property
-    def depth(self) -> float:
-        """Longest path of light."""
-        depth = self.description.max_depth
-        return float("inf") if depth is None else depth
+        lights, size_mm = self.description.lights, self.description.plate.size_mm
+        return filter(None, (parallel_obstacle(light, size_mm) for light in lights))
 
     @property
     def plate_alone(self) -> bool:
@@ -67,8 +60,8 @@ class _Case:
     @property
     def pixel_per_sample(self) -> bool:
         """Whether the one camera looks straight down and has a pixel at each height sample."""
-        camera, (rows, cols) = self.description.cameras[self.needs.cameras[0]], self.samples
-        return self.needs.top_view == (True,) and rows == cols and self.samples == (camera.rows, camera.cols)
+        camera = self.description.cameras[self.needs.cameras[0]]
+        return self.needs.top_view == (True,) and self.samples == (camera.rows, camera.cols)
 
 
 Obstacle = Callable[[_Case], Iterable[str]]
@@ -82,8 +75,8 @@ def _unless(condition: Callable[[_Case], bool], reason: str) -> Obstacle:
 _GRADIENTS: tuple[Obstacle, ...] = (
     lambda case: case.lights,
     _unless(
-        lambda case: case.depth >= DIRECT_DEPTH,
-        f"integrator: max_depth: {{case.depth:g}}; the plate is seen from {DIRECT_DEPTH} on",
+        lambda case: case.needs.max_depth not in range(DIRECT_DEPTH),
+        f"integrator: max_depth: {{case.needs.max_depth}}; the plate is seen from {DIRECT_DEPTH} on",
     ),
     _unless(
         lambda case: case.plate_alone or all(case.needs.top_view),
@@ -108,7 +101,7 @@ OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
 
 
 def obstacles(
-    model: PictureModel, description: Description, needs: Needs, samples: tuple[int, int]
+    model: PictureModel, description: Description, needs: Needs, samples: tuple[int, ...]
 ) -> tuple[str, ...]:
     """Why a model cannot show a scene or has no gradients of its pictures; empty if it can.
 

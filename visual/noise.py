@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -68,14 +68,7 @@ class Renderable(Protocol):
     def samples(self) -> int:
         """Samples a pixel, as the scene file says."""
 
-    def render(
-        self,
-        heights: Tensor | ArrayLike | None = None,
-        *,
-        samples: int | None = None,
-        seed: int = 0,
-        resolution: int | None = None,
-    ) -> Tensor:
+    def render(self, heights: Any, *, samples: int, seed: int, resolution: int | None) -> Tensor:
         """Pictures (conditions, rows, cols), radiance; with another seed, other random numbers."""
 
 

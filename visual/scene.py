@@ -15,6 +15,7 @@ from relief.arrays import Array
 from relief.errors import InputError
 from visual.backend import variants
 from visual.backend.plate import plate_bsdf
+from visual.exact.background import black_background, scene_background
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, pictures
@@ -24,7 +25,7 @@ from visual.fast.renderer import FastRenderer
 from visual.lights.kind import Light
 from visual.lights.parallel import LUMINANCE, ParallelLights
 from visual.lights.quadrature import Quadrature, kind_of, parallel_obstacle, prepare
-from visual.loading import Lights, illumination, load_light_scene
+from visual.loading import Lights, load_light_scene
 from visual.models import LookModel, PictureModel, look_model, obstacles
 from visual.needs import Needs, needs_of
 from visual.scene_file.check import check_scene
@@ -153,8 +154,9 @@ class Scene:
         self._require("step")
 
         def lit(lights: Lights) -> Illumination:
-            fixed = self._quadrature(lights, directions).lights()
-            return illumination(lights, fixed, lambda: self._light_scene(lights, resolution))
+            seen = any(kind_of(light).surrounds for light in lights)
+            around = scene_background(self._light_scene(lights, resolution).scene) if seen else None
+            return Illumination(self._quadrature(lights, directions).lights(), around or black_background)
 
         alone = [lit((light,)) for light in self._needs.alone]
         ambient = lit(self._needs.around) if self._needs.around else None
@@ -231,8 +233,7 @@ class Scene:
         return field
 
     def _require(self, model: PictureModel) -> None:
-        rows, cols = self.heights.shape
-        for obstacle in obstacles(model, self._description, self._needs, (rows, cols)):
+        for obstacle in obstacles(model, self._description, self._needs, self.heights.shape):
             remedy = '; use look.model = "exact"' if model == "fast" else ""
             raise InputError(f"{self._checked.path}: {obstacle}{remedy}")
 
