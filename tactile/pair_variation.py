@@ -108,7 +108,7 @@ def _polar_offsets(n: int, size_mm: float) -> tuple[tuple[int, int, float], ...]
         for j in range(QUADRATURE_ANGLES):
             angle = math.pi * (j + 0.5) / QUADRATURE_ANGLES
             down, right = round(length * math.sin(angle) / pitch), round(length * math.cos(angle) / pitch)
-            if max(down, abs(right)) < n:
+            if 0 < max(down, abs(right)) < n:
                 offsets.append((down, right, 1.0))
     return _checked(tuple(offsets), size_mm)
 

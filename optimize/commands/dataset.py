@@ -44,6 +44,10 @@ exit status: 0 if every texture has its fields; 1 if some have none, which failu
 """
 
 
+AFTER_INTERRUPT = "; the same command goes on"
+"""End of the line that an interrupt prints."""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", dest="out", type=Path, required=True, metavar="DIR", help="the data set, new or unfinished"

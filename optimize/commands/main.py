@@ -15,6 +15,7 @@ from typing import NoReturn
 
 from optimize.commands import dataset, doctor, evaluate, export, optimize, render, resume, train
 from optimize.commands.options import INTERRUPTED
+from optimize.runs.interrupts import interruptible
 from relief.errors import InputError
 
 BAD_INPUT = 2
@@ -90,7 +91,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _refuse(str(error))
     try:
         run: Callable[[argparse.Namespace], int] = VERBS[arguments.verb].run
-        status = run(arguments)
+        with interruptible():
+            status = run(arguments)
         sys.stdout.flush()
     except InputError as error:
         return _refuse(str(error))
@@ -104,6 +106,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         file = error.filename2 or error.filename
         return _refuse(f"{file}: {error.strerror}" if file else str(error.strerror))
     except KeyboardInterrupt:
+        print(f"retouch: interrupted{getattr(VERBS[arguments.verb], 'AFTER_INTERRUPT', '')}", file=sys.stderr)
         return INTERRUPTED
     return status
 

@@ -54,6 +54,10 @@ FAST = ('touch.model="quick"', 'look.model="fast"')
 """Settings of `--fast`, which `--set` overrides."""
 
 
+AFTER_INTERRUPT = "; retouch resume RUN_DIR goes on"
+"""End of the line that an interrupt prints."""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "source",

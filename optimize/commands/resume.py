@@ -16,6 +16,10 @@ example:
 {STATUSES}"""
 
 
+AFTER_INTERRUPT = "; retouch resume RUN_DIR goes on"
+"""End of the line that an interrupt prints."""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "run_dir", type=Path, metavar="RUN_DIR", help="folder that retouch optimize has written"

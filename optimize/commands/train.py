@@ -25,6 +25,10 @@ docs/learned.md describes the nets and their errors.
 MOST_EPOCHS = 100_000
 
 
+AFTER_INTERRUPT = "; the same command with --resume goes on"
+"""End of the line that an interrupt prints."""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("net", choices=("touch", "look"), help="which net")
     parser.add_argument(

@@ -123,8 +123,8 @@ class Observer(Protocol):
         """Called after every step, with the best iterate of this descent and the seconds of the step."""
         ...
 
-    def verifying(self) -> None:
-        """Called before a verification begins."""
+    def verifying(self, best: Iterate) -> None:
+        """Called before a verification of the best iterate begins."""
         ...
 
     def corrected(self, state: CorrectionState, start: Iterate, steps: int) -> None:
@@ -139,7 +139,8 @@ def descend_with_correction(
 
     Returns:
         The last descent, whose best iterate is the verified relief with the smallest relative error; the
-        verification's measures of that relief, None if nothing is verified; the final state.
+        verification's measures of that relief, None if nothing is verified or the verification was
+        interrupted; the final state.
     """
     while True:
         number = len(state.iterations)
@@ -155,8 +156,11 @@ def descend_with_correction(
         )
         if plan.verify is None:
             return descent, None, state
-        observer.verifying()
-        verified = plan.verify(descent.best.heights)
+        observer.verifying(descent.best)
+        try:
+            verified = plan.verify(descent.best.heights)
+        except KeyboardInterrupt:
+            return replace(descent, reason=StopReason.INTERRUPTED), None, state
         last = OuterIteration(
             state.surrogate_targets.goals(),
             descent.best.values,

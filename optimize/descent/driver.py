@@ -11,6 +11,7 @@ import numpy as np
 
 from optimize.descent.targets import Targets
 from relief.arrays import Array
+from tactile import ContactError
 
 STALL = 0.02
 """Least fall of the picture change, or of the relative error, that counts as progress; a share of its value.
@@ -32,6 +33,7 @@ class StopReason(Enum):
     NOT_CONFIRMED = "The model that steered met the target, but the verification found it missed."
     UNREACHABLE = "The target seems out of reach: the last steps came no closer to it."
     NON_FINITE = "A value was not finite; the best relief before it is kept."
+    CONTACT_FAILED = "The contact of a step did not converge; the best relief before it is kept."
     INTERRUPTED = "Interrupted; the best relief so far is kept."
 
     @property
@@ -134,12 +136,18 @@ def descend(
         trace: records of the steps of an earlier segment.
     """
     best = start if best is None else better(targets, best, start)
+    if targets.met(best.values) and best.picture_rms == 0.0:
+        # Nothing is to be gained: this is the original, and it feels as wanted.
+        return DescentResult(best, start, StopReason.CONVERGED)
     current = start
     records = list(trace)
     try:
         while (reason := _stop_reason(records, method.patience)) is None and current.step < steps:
             began = time.perf_counter()
-            following = method.advance(current)
+            try:
+                following = method.advance(current)
+            except ContactError:
+                return DescentResult(best, current, StopReason.CONTACT_FAILED)
             if not following.finite():
                 return DescentResult(best, current, StopReason.NON_FINITE)
             current = following

@@ -212,7 +212,8 @@ class GaussNewton:
         look = self._original if unmoved else self._evaluate(heights)
         self._current = _Evaluation(look, touch)
         difference = np.concatenate([of_view.pictures for of_view in look]) * self._unit - self._target
-        mean, share = 100.0 / self._target.mean(), self._weights / self._weights.sum()
+        weights = self._problem.scene.weights
+        mean, share = 100.0 / self._target.mean(), weights / weights.sum()
         return Iterate(
             step,
             heights,

@@ -5,13 +5,9 @@ texture -> Problem (touch + sight) -> descend -> verification -> run directory
 
 import os
 import shutil
-import signal
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from optimize.descent.correction import CorrectionState, Segment, descend_with_correction
@@ -23,11 +19,18 @@ from optimize.runs import results
 from optimize.runs.checkpoint import FILE as CHECKPOINT
 from optimize.runs.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
 from optimize.runs.config import Run, load_run
+from optimize.runs.interrupts import interruptible
 from optimize.runs.preparation import Prepared, prepare
 from optimize.runs.progress import Progress, silent, terminal
 from relief.arrays import Array
 from relief.errors import InputError
 from visual.noise import batched
+
+INTERRUPTED = (
+    "interrupted: the best relief so far is measured and written; "
+    "again: heights and plates alone. To go on: retouch resume {run_dir}"
+)
+"""Line that is shown at Ctrl-C or a polite kill."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,8 @@ def run(
 
     Raises:
         InputError: what is wrong with the input, in one line; nothing is written then.
+        KeyboardInterrupt: before there was a result; heights and plates of the best relief are written, and
+            `resume` goes on.
     """
     name = Path(run).stem if not isinstance(run, Run) else run.texture.stem
     settings = run if isinstance(run, Run) else load_run(run)
@@ -124,10 +129,12 @@ class _Recorder:
         run_dir: Path,
         state: CorrectionState,
         segment: Segment,
+        size_mm: float,
         earlier_seconds: float,
         steps: int,
         show: Progress,
     ) -> None:
+        self._size_mm = size_mm
         self._run_dir, self._state, self._earlier_seconds, self._show = run_dir, state, earlier_seconds, show
         self._began = time.perf_counter()
         self.history = results.History(
@@ -148,7 +155,9 @@ class _Recorder:
         save_checkpoint(self._run_dir, Checkpoint(current, best, self._state, self.seconds))
         self._show.step(current, seconds)
 
-    def verifying(self) -> None:
+    def verifying(self, best: Iterate) -> None:
+        # Before the slow part, so that an interrupt leaves something to print.
+        results.write_relief(self._run_dir, best.heights, self._size_mm)
         self._show.note("verifying")
 
     def corrected(self, state: CorrectionState, start: Iterate, steps: int) -> None:
@@ -171,24 +180,28 @@ def _descend_and_write(
 ) -> Result:
     settings, problem, plan = prepared.settings, prepared.problem, prepared.plan
     limit = plan.step_limit(len(state.iterations))
-    recorder = _Recorder(run_dir, state, segment, earlier_seconds, limit, show)
+    recorder = _Recorder(run_dir, state, segment, problem.size_mm, earlier_seconds, limit, show)
     segment = replace(segment, trace=recorder.history.trace())
     descent_began = time.perf_counter()
-    with _kill_as_interrupt():
+    with interruptible(lambda: show.say(INTERRUPTED.format(run_dir=run_dir))):
         descent, verified, state = descend_with_correction(plan, state, segment, recorder)
-    descent_seconds = recorder.seconds
-    show.note("rendering the pictures")
-    verify_began = time.perf_counter()
-    outcome = _measure(prepared, descent, verified, state)
-    finished = time.perf_counter()
-    times = {
-        "total": earlier_seconds + finished - began,
-        "set_up": descent_began - began,
-        "descent": descent_seconds,
-        "verify": finished - verify_began,
-    }
-    show.note("writing")
-    summary = results.write(run_dir, settings, problem, outcome, times, recorder.history.rows)
+        descent_seconds = recorder.seconds
+        results.write_relief(run_dir, descent.best.heights, problem.size_mm)
+        unmeasured = descent.best.step == 0 or (verified is None and plan.verify is not None)
+        if descent.reason is StopReason.INTERRUPTED and unmeasured:
+            raise KeyboardInterrupt
+        show.note("rendering the pictures")
+        verify_began = time.perf_counter()
+        outcome = _measure(prepared, descent, verified, state)
+        finished = time.perf_counter()
+        times = {
+            "total": earlier_seconds + finished - began,
+            "set_up": descent_began - began,
+            "descent": descent_seconds,
+            "verify": finished - verify_began,
+        }
+        show.note("writing")
+        summary = results.write(run_dir, settings, problem, outcome, times, recorder.history.rows)
     return Result(descent.best.heights, descent.reason, summary, run_dir)
 
 
@@ -239,21 +252,3 @@ def _clear(run_dir: Path) -> None:
             shutil.rmtree(path)
         else:
             path.unlink(missing_ok=True)
-
-
-@contextmanager
-def _kill_as_interrupt() -> Iterator[None]:
-    """A polite kill ends the descent as Ctrl-C does; only the main thread may say so."""
-
-    def interrupt(_signal: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    try:
-        before = signal.signal(signal.SIGTERM, interrupt)
-    except ValueError:
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

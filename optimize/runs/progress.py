@@ -23,6 +23,10 @@ class Progress(Protocol):
         """Called when a stage begins, with its name."""
         ...
 
+    def say(self, line: str) -> None:
+        """Called with a line that stays on the screen."""
+        ...
+
 
 class _Silent:
     def descent(self, targets: Targets, steps: int) -> None:
@@ -32,6 +36,9 @@ class _Silent:
         pass
 
     def note(self, stage: str) -> None:
+        pass
+
+    def say(self, line: str) -> None:
         pass
 
 
@@ -48,17 +55,17 @@ def terminal() -> Iterator[Progress]:
 
     console = Console(highlight=False, stderr=True)
     if not console.is_terminal:
-        yield _Lines(console.print)
+        yield _Lines(console.print, console.print)
         return
     with console.status("starting") as status:
-        yield _Lines(status.update)
+        yield _Lines(status.update, console.print)
 
 
 class _Lines:
     """A line for each step and stage."""
 
-    def __init__(self, show: Callable[[str], None]) -> None:
-        self._show = show
+    def __init__(self, show: Callable[[str], None], say: Callable[[str], None]) -> None:
+        self._show, self.say = show, say
         self._targets = Targets()
 
     def descent(self, targets: Targets, steps: int) -> None:

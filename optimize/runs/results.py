@@ -110,6 +110,19 @@ def write_settings(run_dir: Path, settings: Run) -> None:
     write_atomically(run_dir / SETTINGS, dump_resolved(settings).encode())
 
 
+def white_mm(heights: Array) -> float:
+    """Height of white in heights.png, mm; black is 0."""
+    return float(heights.max()) or 1.0
+
+
+def write_relief(run_dir: Path, heights: Array, size_mm: float) -> None:
+    """heights.exr, heights.png and the plates of heights (rows, cols) in mm; each file appears whole."""
+    save_heights_exr(run_dir / "heights.exr", heights)
+    save_heights_png(run_dir / "heights.png", heights, white_mm(heights))
+    for name in PLATES:
+        export_plate(run_dir / name, heights, size_mm)
+
+
 def write(
     run_dir: Path,
     settings: Run,
@@ -118,13 +131,8 @@ def write(
     times: dict[str, float],
     history: list[dict[str, float | None]],
 ) -> dict[str, Any]:
-    """Write everything but run.toml, history and checkpoint; returns the content of result.json."""
+    """Write pictures, result.json and the report beside the relief; returns the content of result.json."""
     heights = outcome.descent.best.heights
-    save_heights_exr(run_dir / "heights.exr", heights)
-    relief = float(heights.max()) or 1.0
-    save_heights_png(run_dir / "heights.png", heights, relief)
-    for name in PLATES:
-        export_plate(run_dir / name, heights, problem.size_mm)
     conditions = problem.scene.conditions
     before, after = outcome.pictures_before.mean, outcome.pictures_after.mean
     for stage, pictures in (("before", before), ("after", after)):
@@ -150,7 +158,7 @@ def write(
             heights_after=heights,
             size_mm=problem.size_mm,
             history=history,
-            heights_png_mm=(0.0, relief),
+            heights_png_mm=(0.0, white_mm(heights)),
             pressure_before=outcome.touch_before.pressure,
             pressure_after=outcome.touch_after.pressure,
             tolerance=settings.descent.tolerance,

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from tactile import InputError, press, roughness
+from tactile.pair_variation import _polar_offsets
 from tests.tactile.reliefs import EIGHT, SIZE, moved, waves
 
 SHORTEST, LONGEST = 1.4 - 1e-9, 3.0 + 1e-9
@@ -114,3 +115,9 @@ def test_a_patch_too_small_for_a_pair_is_refused() -> None:
 def test_an_unknown_quadrature_is_refused() -> None:
     with pytest.raises(InputError, match="quadrature"):
         roughness(torch.zeros(32, 32), quadrature="Full")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("size_mm", [10.0, 40.0, 60.0])
+def test_no_receptor_is_paired_with_itself_however_coarse_the_grid(size_mm: float) -> None:
+    """At a pitch of 1.9 to 3.8 mm the shortest distances are nearer to 0 than to a sample."""
+    assert (0, 0) not in {(down, right) for down, right, _ in _polar_offsets(16, size_mm)}

@@ -63,12 +63,13 @@ class Recorder:
     def __init__(self) -> None:
         self.steps: list[int] = []
         self.states: list[CorrectionState] = []
+        self.verified = -1
 
     def step(self, current: Iterate, best: Iterate, seconds: float) -> None:
         self.steps.append(current.step)
 
-    def verifying(self) -> None:
-        pass
+    def verifying(self, best: Iterate) -> None:
+        self.verified = best.step
 
     def corrected(self, state: CorrectionState, start: Iterate, steps: int) -> None:
         assert steps == FIRST_STEPS + len(state.iterations) * STEPS_AN_ITERATION
@@ -146,6 +147,15 @@ def test_an_interrupted_descent_is_verified_but_not_corrected() -> None:
     descent, verified, state, _ = descend(TARGETS, verification(lambda v: 2.0 * v), method=Stopped)
     assert descent.reason is StopReason.INTERRUPTED
     assert verified is not None and len(state.iterations) == 1
+
+
+def test_an_interrupted_verification_leaves_the_descents_best() -> None:
+    def interrupted(heights: Array) -> TouchMeasures:
+        raise KeyboardInterrupt
+
+    descent, verified, state, recorder = descend(TARGETS, interrupted)
+    assert descent.reason is StopReason.INTERRUPTED and verified is None and state.iterations == ()
+    assert TARGETS.met(descent.best.values) and recorder.verified == descent.best.step
 
 
 def test_the_original_gives_the_first_surrogate_goals() -> None:

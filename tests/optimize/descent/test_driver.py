@@ -16,6 +16,7 @@ from optimize.descent.driver import (
     record_of,
 )
 from optimize.descent.targets import Targets
+from tactile import ContactError
 
 Array = np.ndarray
 TARGETS = Targets.of(0.01, roughness=0.1)
@@ -112,6 +113,25 @@ def test_heights_that_are_not_finite_end_it_too() -> None:
 
     descent = descend(Lost([(MET, 1.0)]), TARGETS, START, 5)
     assert (descent.reason, descent.best.step) == (StopReason.NON_FINITE, 0)
+
+
+def test_a_contact_that_does_not_converge_is_a_reason_to_stop() -> None:
+    class Stuck(Scripted):
+        def advance(self, current: Iterate) -> Iterate:
+            if current.step == 2:
+                raise ContactError("not converged")
+            return super().advance(current)
+
+    descent = descend(Stuck([(MET, 5.0), (NEAR, 4.0)]), TARGETS, START, 5)
+    assert descent.reason is StopReason.CONTACT_FAILED and not descent.reason.met
+    assert (descent.best.step, descent.last.step) == (1, 2)
+
+
+@pytest.mark.parametrize("patience", [1, None])
+def test_an_original_that_feels_as_wanted_takes_no_step(patience: int | None) -> None:
+    start = iterate(0, MET, 0.0)
+    descent = descend(Scripted([], patience), TARGETS, start, 100)
+    assert descent.reason is StopReason.CONVERGED and descent.best is descent.last is start
 
 
 def test_an_interrupted_step_leaves_what_was_there_before_it() -> None:

@@ -162,3 +162,13 @@ def test_what_a_target_still_needs_is_told_of_values_of_zero_too() -> None:
     assert _distance(np.array([2.0]), np.array([1.5])) == pytest.approx(0.25)
     assert _distance(np.zeros(2), np.array([0.0, 0.3])) == 1.0
     assert _distance(np.zeros(1), np.zeros(1)) == 0.0
+
+
+def test_without_a_weight_the_look_counts_for_nothing(
+    problem_with: ProblemWith, original: TouchMeasures
+) -> None:
+    problem = replace(problem_with(rougher(original, 1)), look_weight=0.0)
+    descent = walk(problem)
+    assert descent.reason.met and np.isfinite(descent.best.picture_rms)
+    kept = walk(replace(problem, look_weight=1.0))
+    assert descent.best.picture_rms > kept.best.picture_rms

@@ -1,6 +1,7 @@
 """A run leaves a directory that is complete and true, or one line that says what was wrong."""
 
 import json
+import os
 import re
 import shutil
 import signal
@@ -421,3 +422,35 @@ def test_an_interrupted_run_writes_its_best_and_goes_on(
     resumed = job.resume(out)
     assert resumed.summary["stop"] == whole.summary["stop"]
     np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM["gauss-newton"])
+
+
+@pytest.mark.parametrize("late", ["write", "_measure"])
+def test_an_interrupt_after_the_descent_leaves_something_to_print(
+    out: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch, late: str
+) -> None:
+    def interrupted(*_: object) -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    path = run_file("jnd = 1", "steps = 2")
+    with monkeypatch.context() as patch:
+        patch.setattr(job if late == "_measure" else results, late, interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            job.run(path, out)
+    best = load_heights(out / "heights.exr")
+    assert {"heights.png", "plate.stl", "plate.3mf"} <= {file.name for file in out.iterdir()}
+    assert not (out / "result.json").exists()
+    resumed = job.resume(out)
+    np.testing.assert_allclose(resumed.heights, best, atol=1e-6)
+
+
+def test_an_interrupt_before_the_first_step_measures_nothing(
+    out: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(job, "_measure", lambda *_: pytest.fail("measured"))
+    monkeypatch.setattr("optimize.descent.gauss_newton.GaussNewton.advance", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        job.run(run_file("jnd = 1", "steps = 2"), out)
+    assert (out / "heights.exr").is_file() and not (out / "result.json").exists()

@@ -3,11 +3,15 @@
 import hashlib
 import os
 import signal
+import subprocess
+import sys
+import time
 from collections.abc import Generator, Iterable
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 import tactile
@@ -26,6 +30,8 @@ from surrogate.data.request import DATASET_FILE
 from tests.optimize.training.shard_works import MARKED, dies_always, dies_once, is_mistaken, slow
 
 SIDE = 16
+
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def small(count: int = 7, **options: object) -> Plan:
@@ -294,3 +300,18 @@ def test_a_local_cluster_is_made_where_one_is_asked_for(whole: Path, tmp_path: P
 
 def test_marked_shards_are_there_to_be_killed() -> None:
     assert MARKED in range(small().request.shards)
+
+
+def test_a_polite_kill_takes_the_workers_along(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "optimize", "dataset", "-o", str(tmp_path / "data"), "--count", "4000"]
+    options = ["--touch", "layer", "--lights", "none", "--workers", "2", "-q"]
+    with subprocess.Popen([*command, *options], cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+        parent = psutil.Process(process.pid)
+        deadline = time.monotonic() + 120.0
+        while len(workers := parent.children(recursive=True)) < 2:
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.05)
+        process.terminate()
+        assert process.wait(60.0) == 130
+        assert process.stderr is not None and "the same command goes on" in process.stderr.read()
+    assert psutil.wait_procs(workers, timeout=30.0)[1] == []
