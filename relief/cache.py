@@ -2,49 +2,52 @@
 
 import hashlib
 import json
+import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from safetensors import SafetensorError
-from safetensors.numpy import load_file, save_file
 
-from relief.files import cache_folder, partial_file
+from relief.errors import InputError
+from relief.files import cache_folder, write_atomically
+from relief.tensors import Arrays, read_tensors, tensor_bytes
 
-Arrays = dict[str, NDArray[Any]]
-"""Arrays by name; their floating-point types are kept."""
+_IMPORT = re.compile(r"^\s*(?:from|import) (\w+(?:\.\w+)*)(?= import| as|$)", re.MULTILINE)
 
 
-def fingerprint(*modules: str) -> str:
+@cache
+def fingerprint(module: str) -> str:
     """Return a checksum of source code, for the key of what the code builds.
 
     Args:
-        modules: Names of the modules that build it, which are not imported; a change in one changes the key.
+        module: Name of the module that builds it. A change of its source, or of a module that it imports from
+            its own package, directly or not, changes the key. The modules are read, not imported.
 
     Returns:
         SHA-256 in hexadecimal.
     """
-    digest = hashlib.sha256()
-    for module in modules:
-        spec = find_spec(module)
-        assert spec is not None and spec.origin is not None, module
-        digest.update(Path(spec.origin).read_bytes())
-    return digest.hexdigest()
+    package, waiting, sources = module.partition(".")[0] + ".", [module], dict[str, str]()
+    while waiting:
+        name = waiting.pop()
+        if name not in sources and (spec := find_spec(name)) is not None and spec.origin is not None:
+            sources[name] = Path(spec.origin).read_text(encoding="utf-8")
+            waiting += [found for found in _IMPORT.findall(sources[name]) if found.startswith(package)]
+    return hashlib.sha256(json.dumps(sources, sort_keys=True).encode()).hexdigest()
 
 
 def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], Arrays]) -> Arrays:
     """Return the arrays of `build()`, from disk if the same key was built before.
 
     Several processes may call this at once: files are written atomically, and two processes that build the
-    same key write the same numbers. A file that cannot be read is built anew. A folder that cannot be written
-    costs the time of building, nothing else.
+    same key write the same numbers. A file that is damaged, has another key or holds a number that is not
+    finite is built anew and replaced. A folder that cannot be written costs only the time of building.
 
     Args:
         kind: First part of the file's name, for people.
-        key: Everything that the arrays depend on, the version of the code that builds them included.
+        key: Everything that the arrays depend on, the `fingerprint` of the code that builds them included.
         build: Computes the arrays.
 
     Returns:
@@ -53,15 +56,11 @@ def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], 
     text = json.dumps(dict(key), sort_keys=True)
     path = cache_folder() / f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.safetensors"
     if path.exists():
-        try:
-            return load_file(path)
-        except (SafetensorError, OSError):
-            pass  # The file is damaged, by a full disk for example; the code below replaces it.
+        with suppress(InputError):
+            arrays, stored = read_tensors(path)
+            if stored == text and all(np.isfinite(array).all() for array in arrays.values()):
+                return arrays
     arrays = build()
-    try:
-        with partial_file(path) as partial:
-            contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
-            save_file(contiguous, partial, metadata={"key": text})
-    except (SafetensorError, OSError):
-        pass
+    with suppress(OSError):
+        write_atomically(path, tensor_bytes(arrays, text))
     return arrays

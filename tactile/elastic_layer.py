@@ -17,14 +17,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from relief.cache import Arrays, cached
+from relief.cache import Arrays, cached, fingerprint
 from tactile.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd, sliding_layer
 from tactile.interpolation import mirrored_centres, mirrored_hats
 from tactile.skin import Skin
 from tactile.strain import STRAIN_COMPONENTS
-
-VERSION = 2
-"""Version of what is built here, part of the key of the cache: to be raised with every change of it."""
 
 COARSE_ELEMENTS = 32
 """Elements along a side of the coarse mesh: V differs by at most 0.23 % from V with 48."""
@@ -148,8 +145,8 @@ def _operator(
 
 
 def _free_sides(skin: Skin, n: int, size: float, coarse: int) -> FreeSides:
-    key = {
-        "version": VERSION,
+    key: dict[str, float | int | str] = {
+        "code": fingerprint(__name__),
         "nu": skin.poisson_ratio,
         "thickness": skin.thickness_mm,
         "depth": skin.depth_mm,

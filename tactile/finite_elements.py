@@ -48,14 +48,6 @@ STORED: dict[str, Parity] = {"even": (False, False), "mixed": (False, True), "od
 """Parity blocks that are built and kept, by name; the fourth is the mixed one, transposed."""
 ROWS_AND_COLUMNS_EXCHANGED = [1, 0, 2, 4, 3, 5]
 """Order of the strain components when the axes row and column are exchanged."""
-BUILDERS = (
-    "tactile.condensation",
-    "tactile.finite_elements",
-    "tactile.interpolation",
-    "tactile.structured.pixel_block",
-    "tactile.structured.pixel_layer",
-)
-"""Modules on whose source the kept blocks depend: part of the key of the cache."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -213,7 +205,7 @@ def finite_element_operator(
 def _elements(skin: Skin, nodes: int, size: float) -> tuple[CosineLayer, dict[str, ParityBlock]]:
     """The elements with sliding sides, and the blocks with free ones by name, in double precision."""
     key: dict[str, float | int | str] = {
-        "code": fingerprint(*BUILDERS),
+        "code": fingerprint(__name__),
         "nu": skin.poisson_ratio,
         "thickness": skin.thickness_mm,
         "depth": skin.depth_mm,

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from safetensors.numpy import save
 
 import tactile.elastic_layer
-from relief.cache import Arrays, cached
+from relief.cache import cached, fingerprint
 from relief.files import cache_folder
+from relief.tensors import Arrays, read_tensors, tensor_bytes
 from tactile import Skin
 
 REPOSITORY = Path(__file__).parents[2]
@@ -65,6 +67,81 @@ def test_a_corrupt_file_is_rebuilt(folder: Path, damage: bytes | str) -> None:
     assert_right(cached("thing", KEY, build))
     assert build.times == 2
     assert path.read_bytes() == whole
+
+
+def assert_rebuilt(folder: Path, content: bytes) -> None:
+    """A file of this content in the place of a cached one is not believed, and replaced."""
+    (path,) = folder.iterdir()
+    whole, build = path.read_bytes(), Builder()
+    path.write_bytes(content)
+    for _ in range(2):
+        assert_right(cached("thing", KEY, build))
+        assert build.times == 1
+        assert path.read_bytes() == whole
+
+
+def test_any_flipped_bit_is_found_and_mended(folder: Path) -> None:
+    cached("thing", KEY, Builder())
+    (path,) = folder.iterdir()
+    whole = path.read_bytes()
+    for place in (*range(0, 200, 7), *np.linspace(200, len(whole) - 1, 20).astype(int)):
+        flipped = bytearray(whole)
+        flipped[place] ^= 1 << place % 8
+        assert_rebuilt(folder, bytes(flipped))
+
+
+@pytest.mark.parametrize("bad", ["zeros", "other names", "other shapes", "not finite", "other key", "empty"])
+def test_arrays_that_were_not_built_for_this_key_are_not_believed(folder: Path, bad: str) -> None:
+    cached("thing", KEY, Builder())
+    (path,) = folder.iterdir()
+    arrays, text = read_tensors(path)
+    values = arrays["values"]
+    # A file without a checksum of its own stands for any that Retouch did not write.
+    content = {
+        "zeros": save(
+            {"values": np.zeros_like(values)}, {"checked": path.read_bytes()[27:35].decode() + text}
+        ),
+        "other names": save({"other": values}, {"key": text}),
+        "other shapes": save({"values": values.T.copy()}, {"checked": "00000000" + text}),
+        "not finite": tensor_bytes({"values": np.full_like(values, np.nan)}, text),
+        "other key": tensor_bytes({"values": np.zeros_like(values)}, text.replace("0.48", "0.49")),
+        "empty": save({}, None),
+    }
+    assert_rebuilt(folder, content[bad])
+
+
+def test_the_key_follows_the_code_that_builds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = tmp_path / "solvers_of_this_test"
+    (package / "deep").mkdir(parents=True)
+    sources = {
+        "__init__.py": "",
+        "operator.py": "def build():\n    from solvers_of_this_test.deep.mesh import mesh\n",
+        "deep/__init__.py": "",
+        "deep/mesh.py": "import solvers_of_this_test.elements as e\nimport numpy\n",
+        "elements.py": "STIFFNESS = 1\n",
+        "other.py": "",
+    }
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def key() -> str:
+        for name, source in sources.items():
+            (package / name).write_text(source)
+        fingerprint.cache_clear()
+        return fingerprint("solvers_of_this_test.operator")
+
+    first = key()
+    assert key() == first
+    sources["other.py"] = "changed = True\n"
+    assert key() == first
+    sources["elements.py"] = "STIFFNESS = 2\n"
+    assert key() != first
+    fingerprint.cache_clear()
+
+
+@pytest.mark.parametrize("module", ["elastic_layer", "finite_elements", "unstructured.meshing"])
+def test_no_version_of_a_builder_is_kept_by_hand(module: str) -> None:
+    source = (REPOSITORY / "tactile" / f"{module.replace('.', '/')}.py").read_text()
+    assert '"code": fingerprint(__name__)' in source
 
 
 def test_a_folder_that_cannot_be_made_costs_only_time(
