@@ -10,4 +10,4 @@ if TYPE_CHECKING:
 
 __all__ = ["Result", "resume", "run"]
 
-__getattr__, __dir__ = lazy_names(sys.modules[__name__], dict.fromkeys(__all__, "optimize.runs.job"))
+__getattr__, __dir__ = lazy_names(sys.modules[__name__])

@@ -1,28 +1,36 @@
 """Names of a package that are imported on first use, so that importing the package costs nothing."""
 
-from collections.abc import Callable, Mapping
+import ast
+from collections.abc import Callable
+from pathlib import Path
 from pkgutil import resolve_name
 from types import ModuleType
 from typing import Any
 
 
-def lazy_names(
-    package: ModuleType, sources: Mapping[str, str]
-) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+def lazy_names(package: ModuleType) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """The functions `__getattr__` and `__dir__` of a package (PEP 562).
 
-    A public name must not be that of a module of the package: importing the module would hide the name.
+    The package imports its public names for type checkers alone, under ``if TYPE_CHECKING``. These statements
+    are read here, so that where a name comes from is written once. A public name must not be that of a module
+    of the package: importing the module would hide the name.
 
     Args:
-        package: to which the names are added as they are used.
-        sources: for each public name the module that defines it.
+        package: with `__all__`, to which the names are added as they are used.
     """
+    statements = ast.walk(ast.parse(Path(str(package.__file__)).read_text(encoding="utf-8")))
+    sources = {
+        alias.asname or alias.name: f"{node.module}:{alias.name}"
+        for node in statements
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
 
     def getattribute(name: str) -> Any:
-        if name not in sources:
+        if name not in package.__all__:
             raise AttributeError(f"module {package.__name__!r} has no attribute {name!r}")
-        value = resolve_name(f"{sources[name]}:{name}")
+        value = resolve_name(sources[name])
         setattr(package, name, value)
         return value
 
-    return getattribute, lambda: sorted({*vars(package), *sources})
+    return getattribute, lambda: sorted(package.__all__)

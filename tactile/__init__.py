@@ -29,20 +29,4 @@ __all__ = [
     "touch_model",
 ]
 
-_SOURCES = {
-    "ContactError": "tactile.contact",
-    "InputError": "relief.errors",
-    "Skin": "tactile.skin",
-    "Touch": "tactile.model",
-    "TouchModel": "tactile.model",
-    "contact_area": "tactile.area",
-    "discrimination_probability": "tactile.jnd",
-    "jnd_apart": "tactile.jnd",
-    "jnd_scaled": "tactile.jnd",
-    "press": "tactile.model",
-    "roughness": "tactile.pair_variation",
-    "touch_model": "tactile.model",
-}
-"""The module of each public name; the imports above say the same to type checkers."""
-
-__getattr__, __dir__ = lazy_names(sys.modules[__name__], _SOURCES)
+__getattr__, __dir__ = lazy_names(sys.modules[__name__])

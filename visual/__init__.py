@@ -12,12 +12,4 @@ if TYPE_CHECKING:
 
 __all__ = ["InputError", "Scene", "load_heights", "load_scene"]
 
-_SOURCES = {
-    "InputError": "relief.errors",
-    "Scene": "visual.scene",
-    "load_heights": "relief.heightmap",
-    "load_scene": "visual.scene",
-}
-"""The module of each public name; the imports above say the same to type checkers."""
-
-__getattr__, __dir__ = lazy_names(sys.modules[__name__], _SOURCES)
+__getattr__, __dir__ = lazy_names(sys.modules[__name__])
