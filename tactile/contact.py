@@ -35,14 +35,12 @@ class Compliance(Protocol):
 
         Linear, symmetric and positive definite; every item of a batch by itself.
         """
-        ...
 
     def precondition(self, residual: Tensor) -> Tensor:
         """Pressures (..., n, n) that nearly cause a displacement (..., n, n), an approximate inverse of C.
 
         Linear, symmetric and positive definite. Its accuracy decides the number of steps, not the solution.
         """
-        ...
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,9 @@
-"""Just-noticeable differences of roughness and temperature."""
+"""Just-noticeable differences of roughness."""
 
 import math
 
 ROUGHNESS_JND = 1.19
 """Ratio of two roughnesses that a finger ranks correctly 84 % of the time (Tymms et al. 2018)."""
-
-TEMPERATURE_JND = 1.4
-"""Ratio of two contact areas that feel differently warm 84 % of the time.
-
-The paper says 40 %; Tiest and Kappers (2009) measured 43 %.
-"""
 
 
 def jnd_apart(roughness: float, reference: float) -> float:

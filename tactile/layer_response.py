@@ -88,20 +88,3 @@ def layer_response(
     flat = np.asarray(wavenumbers).ravel()
     out = [np.where(flat > 0.0, v, z).reshape(shape) for v, z in zip(values, at_zero, strict=True)]
     return LayerResponse(*out)
-
-
-def carbone_mangialardi(wavenumbers: Array, poisson_ratio: float, thickness_mm: float) -> Array:
-    """Closed form of `LayerResponse.surface`, an independent check.
-
-    Carbone and Mangialardi, J. Mech. Phys. Solids 56 (2008).
-
-    Args:
-        wavenumbers: k > 0 in 1/mm.
-        poisson_ratio: nu.
-        thickness_mm: t.
-    """
-    nu, kt = poisson_ratio, wavenumbers * thickness_mm
-    e2, e4 = np.exp(-2.0 * kt), np.exp(-4.0 * kt)  # hyperbolic functions divided by e^{2kt}/2
-    top = (3.0 - 4.0 * nu) * (1.0 - e4) - 4.0 * kt * e2
-    bottom = 2.0 * (5.0 + 2.0 * kt**2 - 4.0 * nu * (3.0 - 2.0 * nu)) * e2 + (3.0 - 4.0 * nu) * (1.0 + e4)
-    return 2.0 * (1.0 - nu**2) / wavenumbers * top / bottom

@@ -65,14 +65,12 @@ class SkinOperator(Compliance, Protocol):
     @property
     def size_mm(self) -> float:
         """Side of the patch that the n x n pressures cover, mm."""
-        ...
 
     def strain(self, pressure: Tensor) -> Tensor:
         """Strain (..., 6, n, n) at receptor depth, components as in `tactile.strain.STRAIN_COMPONENTS`.
 
         Linear in the pressure, and differentiable by automatic differentiation where heights are to be.
         """
-        ...
 
 
 @dataclass(frozen=True)

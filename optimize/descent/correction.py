@@ -121,15 +121,12 @@ class Observer(Protocol):
 
     def step(self, current: Iterate, best: Iterate, seconds: float) -> None:
         """Called after every step, with the best iterate of this descent and the seconds of the step."""
-        ...
 
     def verifying(self, best: Iterate) -> None:
         """Called before a verification of the best iterate begins."""
-        ...
 
     def corrected(self, state: CorrectionState, start: Iterate, steps: int) -> None:
         """Called before a further descent, with its first iterate and its largest step number."""
-        ...
 
 
 def descend_with_correction(

@@ -81,11 +81,9 @@ class DescentMethod(Protocol):
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights, number `step`; `memory` is empty, or an earlier iterate's."""
-        ...
 
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step; `iterate` is what the last call returned."""
-        ...
 
 
 class StepRecord(NamedTuple):

@@ -224,7 +224,6 @@ def _measure(
         iterations=state.iterations,
         pictures_before=before,
         pictures_after=after,
-        baseline_heights=scaled,
         baseline_pictures=baseline,
     )
 

@@ -13,15 +13,12 @@ class Progress(Protocol):
 
     def descent(self, targets: Targets, steps: int) -> None:
         """Called before a descent, with the targets of its model of touch and its largest step number."""
-        ...
 
     def step(self, iterate: Iterate, seconds: float) -> None:
         """Called after every step, with the seconds that it took."""
-        ...
 
     def note(self, stage: str) -> None:
         """Called when a stage begins, with its name."""
-        ...
 
     def say(self, line: str) -> None:
         """Called with a line that stays on the screen."""

@@ -58,7 +58,6 @@ class Outcome:
     iterations: tuple[OuterIteration, ...]
     pictures_before: Batches
     pictures_after: Batches
-    baseline_heights: Array | None
     baseline_pictures: Array | None
 
 

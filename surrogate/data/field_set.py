@@ -5,27 +5,20 @@ A folder holds `dataset.json`, the request; `shards/00012.safetensors`, with som
 """
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 
-from relief.errors import InputError
 from surrogate.corpus.splits import Split
 from surrogate.data.request import DatasetRequest, read_request
 from surrogate.data.shard import Failure, Shard, layout, open_shard
-from surrogate.validation import parse_json
 
 SHARDS = "shards"
 FAILURES = "failures.jsonl"
-LONGEST_LINE = 8192
-"""Most bytes of a line of failures.jsonl."""
-
-_FAILURE = TypeAdapter(Failure)
 
 
 @dataclass(frozen=True)
@@ -85,27 +78,6 @@ def shard_path(folder: Path, number: int) -> Path:
 def text_of_failures(failures: Iterable[Failure]) -> str:
     """Return the content of failures.jsonl."""
     return "".join(json.dumps(asdict(failure)) + "\n" for failure in failures)
-
-
-def read_failures(folder: Path) -> Iterator[Failure]:
-    """Read failures.jsonl of a folder, which also lists the textures of abandoned shards.
-
-    Args:
-        folder: Folder of the data set.
-
-    Yields:
-        The failures.
-
-    Raises:
-        InputError: The file cannot be read, or a line is not a failure.
-    """
-    path = folder / FAILURES
-    try:
-        with path.open("rb") as file:
-            while text := file.readline(LONGEST_LINE + 1):
-                yield parse_json(_FAILURE, text, str(path))
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from error
 
 
 def first_of(data: Fieldset, name: str, split: Split, count: int) -> NDArray[Any]:

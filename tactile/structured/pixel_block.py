@@ -51,11 +51,6 @@ class PixelBlock:
         """(half + 2,) node positions along an axis: the ghost, the pixel centres, the side."""
         return np.append((np.arange(self.half + 1) - 0.5) * self.pitch_mm, self.half_mm)
 
-    @property
-    def unknowns(self) -> int:
-        """Number of the quarter's free displacements."""
-        return 3 * (self.half + 1) ** 2 * (len(self.levels) - 1)
-
 
 @dataclass(frozen=True)
 class FaceResponse:

@@ -76,11 +76,6 @@ class Tetrahedra:
     vertices: Array
     cells: NDArray[np.int64]
 
-    @property
-    def volumes_mm3(self) -> Array:
-        """(m,) volume of each tetrahedron."""
-        return signed_volumes(self.vertices, self.cells)
-
     def boundary(self) -> NDArray[np.int64]:
         """(k, 3) triangles that belong to one tetrahedron only, counter-clockwise seen from outside."""
         faces = np.concatenate([self.cells[:, face] for face in ([1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1])])

@@ -62,7 +62,7 @@ def test_a_flat_plate_goes_as_deep_as_a_fine_mesh_says(nu: float, approach: floa
     image = mirrored(block, EVEN)
     full = image.T @ whole_stiffness(block, "eight points") @ image / 4.0
     layers = len(block.levels) - 1
-    face = 2 * (block.unknowns // 3) + layers * np.arange((block.half + 1) ** 2)
+    face = 2 * (image.shape[1] // 3) + layers * np.arange((block.half + 1) ** 2)
     depths = []
     for stiffness in (folded_stiffness(block, EVEN), full.tocsr()):
         resistance = 4.0 * np.linalg.inv(condensed(stiffness, face).compliance).sum()  # N/mm, four quarters

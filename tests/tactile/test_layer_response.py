@@ -3,12 +3,30 @@
 import numpy as np
 import pytest
 
-from tactile.layer_response import carbone_mangialardi, layer_response
+from relief.arrays import Array
+from tactile.layer_response import layer_response
 from tactile.skin import lame
 
 THICKNESS, DEPTH = 2.5, 0.75
 WAVENUMBERS = np.geomspace(0.01, 200.0, 400)
 RATIOS = pytest.mark.parametrize("nu", [0.0, 0.3, 0.48, 0.499])
+
+
+def carbone_mangialardi(wavenumbers: Array, poisson_ratio: float, thickness_mm: float) -> Array:
+    """Closed form of `LayerResponse.surface`.
+
+    Carbone and Mangialardi, J. Mech. Phys. Solids 56 (2008).
+
+    Args:
+        wavenumbers: k > 0 in 1/mm.
+        poisson_ratio: nu.
+        thickness_mm: t.
+    """
+    nu, kt = poisson_ratio, wavenumbers * thickness_mm
+    e2, e4 = np.exp(-2.0 * kt), np.exp(-4.0 * kt)  # hyperbolic functions divided by e^{2kt}/2
+    top = (3.0 - 4.0 * nu) * (1.0 - e4) - 4.0 * kt * e2
+    bottom = 2.0 * (5.0 + 2.0 * kt**2 - 4.0 * nu * (3.0 - 2.0 * nu)) * e2 + (3.0 - 4.0 * nu) * (1.0 + e4)
+    return 2.0 * (1.0 - nu**2) / wavenumbers * top / bottom
 
 
 # Long waves on a nearly incompressible layer cancel digits, in the closed form as in the system of four.

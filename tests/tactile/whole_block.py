@@ -60,4 +60,4 @@ def mirrored(block: PixelBlock, parity: Parity) -> sp.csr_matrix:
         columns.append(component * side**2 * layers + number[moving])
         signs.append(sign)
     entries = (np.concatenate(signs), (np.concatenate(rows), np.concatenate(columns)))
-    return sp.csr_matrix(sp.coo_matrix(entries, shape=(basis.N, block.unknowns)))
+    return sp.csr_matrix(sp.coo_matrix(entries, shape=(basis.N, 3 * side**2 * layers)))

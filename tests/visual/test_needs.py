@@ -14,7 +14,7 @@ import pytest
 import torch
 
 from relief.errors import InputError
-from tests.visual.scenes import ALBEDO, MATTE, PLASTIC, SIDE, Array, hills, sky, sun, write_scene
+from tests.visual.scenes import MATTE, PLASTIC, SIDE, Array, hills, sky, sun, write_scene
 from visual import loading
 from visual.backend import rays
 from visual.exact import render
@@ -302,7 +302,7 @@ from visual.scene_file.parsed import Camera, Description, Plate
 from visual.needs import needs_of
 sun = Light("directional", "sun", 0, (0.6, 0.0, 0.8), np.eye(4), (1.0, 1.0, 1.0))
 camera = Camera("orthographic", "", np.diag([5.0, 5.0, -1.0, 1.0]), 32, 32, 4, 1.0)
-plate = Plate(None, 10.0, None, ("diffuse",), ({ALBEDO},) * 3)
+plate = Plate(None, 10.0, None, ("diffuse",))
 print(needs_of(Description(plate, (sun,), (camera,), (0.0,) * 3, 1, True, "direct", 2)).conditions)
 print(*({{"mitsuba", "drjit", "torch"}} & sys.modules.keys()))
 """

@@ -73,27 +73,17 @@ class Environment:
     count: int
 
     def lights(self, generator: np.random.Generator | None = None) -> ParallelLights:
-        """The parallel lights; see `environment_lights`."""
+        """The parallel lights, which shine together; a black map gives one black light.
+
+        Args:
+            generator: draws other lights at every call, without bias but for the width of a cell; None for
+                fixed lights.
+        """
         drawn = [*(_lamp_light(lamp, generator) for lamp in self.lamps), *_sampled(self, generator)]
         if not drawn:
             return ParallelLights(np.array([[0.0, 0.0, 1.0]]), np.zeros((1, 3)))
         toward, irradiance = (np.concatenate(parts) for parts in zip(*drawn, strict=True))
         return ParallelLights(off_horizon(toward), irradiance)
-
-
-def environment_lights(
-    picture: ArrayLike, to_world: ArrayLike, count: int, generator: np.random.Generator | None = None
-) -> ParallelLights:
-    """An environment map as parallel lights that shine together.
-
-    Args:
-        picture: see `environment`.
-        to_world: see `environment`.
-        count: K, lights. A map of nothing but lamps gives fewer; a black map gives one black light.
-        generator: draws other lights at every call, without bias but for the width of a cell; None for fixed
-            lights.
-    """
-    return environment(picture, to_world, count).lights(generator)
 
 
 def environment(picture: ArrayLike, to_world: ArrayLike, count: int) -> Environment:
@@ -104,7 +94,7 @@ def environment(picture: ArrayLike, to_world: ArrayLike, count: int) -> Environm
             around the sky as in Mitsuba's `envmap`: the first row is straight up the map's y axis, the last
             straight down, the middle lies along +z and the sides meet along -z.
         to_world: (4, 4) rotation from the map's axes to the world's.
-        count: K, lights.
+        count: K, lights. A map of nothing but lamps gives fewer.
     """
     sky = sky_cells(picture, to_world)
     lamps = _lamps(sky, count)

@@ -14,9 +14,6 @@ from visual.lights.kind import RGB, EmitterShape, Light
 from visual.lights.quadrature import KINDS, kind_of
 from visual.scene_file.parsed import WEIGHT, Camera, CheckedScene, Description, Plate, children
 
-_DIFFUSE = {"diffuse": "reflectance", "plastic": "diffuse_reflectance", "roughplastic": "diffuse_reflectance"}
-_REFLECTANCE = 0.5
-"""Diffuse reflectance of the materials above by Mitsuba's default."""
 _COLOURED = {
     *("regular", "irregular", "blackbody"),
     *(name for name, kind in KINDS.items() if kind.strength is None),
@@ -178,16 +175,11 @@ class _Reader:
     def plate(self, index: int) -> Plate:
         props = self.nodes[index].props
         material = self.material(index)
-        innermost = self.kind(material[-1]) if material else "diffuse"
-        reflectance = (_REFLECTANCE,) * 3 if not material else None
-        if material and innermost in _DIFFUSE:
-            reflectance = self.rgb(material[-1], _DIFFUSE[innermost], _REFLECTANCE)
         return Plate(
             filename=Path(props["filename"]) if "filename" in props else None,
             size_mm=float(props.get("size_mm", PATCH_SIDE_MM)),
             relief_mm=float(props["relief_mm"]) if "relief_mm" in props else None,
             material=tuple(self.kind(part) for part in material) or ("diffuse",),
-            diffuse_reflectance=reflectance,
         )
 
     def material(self, index: int) -> list[int]:

@@ -60,14 +60,12 @@ class Plate:
         size_mm: side of the plate.
         relief_mm: height of white above black; None if the file holds mm.
         material: Mitsuba's names of the nested materials, from the outside in.
-        diffuse_reflectance: of a diffuse or plastic material, red, green and blue; None for any other.
     """
 
     filename: Path | None
     size_mm: float
     relief_mm: float | None
     material: tuple[str, ...]
-    diffuse_reflectance: RGB | None
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,6 @@ def outcome(problem: Problem, verified: bool) -> Outcome:
         iterations=iterations if verified else (),
         pictures_before=before,
         pictures_after=after,
-        baseline_heights=None,
         baseline_pictures=None,
     )
 

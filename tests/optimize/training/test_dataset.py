@@ -25,7 +25,7 @@ from surrogate.corpus import manifest
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.optimised import store
 from surrogate.corpus.photographs import Photograph, by_name, folder
-from surrogate.data.field_set import FAILURES, open_fieldset, read_failures, shard_path
+from surrogate.data.field_set import FAILURES, open_fieldset, shard_path, text_of_failures
 from surrogate.data.request import DATASET_FILE
 from tests.optimize.training.shard_works import MARKED, dies_always, dies_once, is_mistaken, slow
 
@@ -157,7 +157,7 @@ def test_a_shard_that_always_takes_its_worker_down_is_given_up_and_the_others_ar
     out = tmp_path / "data"
     failures = make_dataset(small(), out, partial(run_here, workers=1, work=dies_always), ignore)
     assert [(failure.index, failure.reason) for failure in failures] == [(2, GIVEN_UP), (3, GIVEN_UP)]
-    assert list(read_failures(out)) == failures
+    assert (out / FAILURES).read_text(encoding="utf-8") == text_of_failures(failures)
     assert [shard.number for shard in open_fieldset(out).shards] == [0, 2, 3]
     make_dataset(small(), out, in_process, ignore)
     assert files(out) == files(whole)
@@ -189,7 +189,7 @@ def test_a_texture_that_fails_is_left_out_and_listed(tmp_path: Path, monkeypatch
         (2, "heights: not every value is finite"),
         (4, "touch: contact not converged"),
     ]
-    assert list(read_failures(tmp_path / "data")) == failures
+    assert (tmp_path / "data" / FAILURES).read_text(encoding="utf-8") == text_of_failures(failures)
     found = open_fieldset(tmp_path / "data")
     assert found.finished and found.failures() == failures
     assert [row.index for shard in found.shards for row in shard.rows] == [0, 1, 3, 5, 6]

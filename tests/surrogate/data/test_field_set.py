@@ -14,7 +14,7 @@ from relief.errors import InputError
 from relief.files import write_atomically
 from surrogate.corpus.manifest import entry
 from surrogate.corpus.recipes import Recipe, heights, recipes
-from surrogate.data.field_set import FAILURES, open_fieldset, read_failures, shard_path, text_of_failures
+from surrogate.data.field_set import open_fieldset, shard_path, text_of_failures
 from surrogate.data.request import DATASET_FILE, DatasetRequest, read_request, text_of_request
 from surrogate.data.shard import DOUBLE, SINGLE, Failure, Row, layout, open_shard, shard_bytes
 
@@ -220,10 +220,7 @@ def test_a_folder_that_is_no_data_set_is_refused(tmp_path: Path) -> None:
         open_fieldset(tmp_path)
 
 
-def test_failures_are_read_as_they_were_written(folder: Path) -> None:
+def test_failures_are_one_line_of_json_each() -> None:
     failures = [Failure(2, "knit/0", "no"), Failure(3, "knit/1", "contact: never")]
-    (folder / FAILURES).write_text(text_of_failures(failures), encoding="utf-8")
-    assert list(read_failures(folder)) == failures
-    (folder / FAILURES).write_text('{"index": 1}\n', encoding="utf-8")
-    with pytest.raises(InputError, match=FAILURES):
-        list(read_failures(folder))
+    lines = text_of_failures(failures).splitlines()
+    assert [Failure(**json.loads(line)) for line in lines] == failures

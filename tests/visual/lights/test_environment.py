@@ -14,7 +14,7 @@ from PIL import Image
 from relief.errors import InputError
 from tests.visual.scenes import ALBEDO, SIDE, SIZE_MM, Array, hills, write_scene
 from visual.backend import heightfield
-from visual.lights.environment import environment, environment_lights, sky_cells
+from visual.lights.environment import environment, sky_cells
 from visual.lights.environment_picture import environment_picture
 from visual.lights.kind import Light
 from visual.lights.parallel import LOWEST, LUMINANCE, ParallelLights
@@ -26,6 +26,13 @@ UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 TURNED = np.array([[0.0, 0.6, 0.8, 0], [1, 0, 0, 0], [0, 0.8, -0.6, 0], [0, 0, 0, 1]])
 """A rotation that leaves no axis in its place."""
 MIRRORED = UPRIGHT @ np.diag([-1.0, 1, 1, 1])
+
+
+def environment_lights(
+    picture: Array, to_world: Array, count: int, generator: np.random.Generator | None = None
+) -> ParallelLights:
+    """An environment map as `count` parallel lights."""
+    return environment(picture, to_world, count).lights(generator)
 
 
 def directions(rows: int, cols: int) -> Array:
