@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from mitsuba_scenes import find_file
 from optimize.commands.options import INTERRUPTED, add_mitsuba, add_plate, console, contact_errors_name, seed
-from optimize.descent.targets import QUANTITIES
+from optimize.descent.targets import GOAL_KEYS, QUANTITIES
 from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
 
@@ -43,10 +43,8 @@ the pictures before and after, and result.json with every number.
 
 {STATUSES}"""
 
-GOAL_KEYS = [key for quantity in QUANTITIES.values() for key in quantity.goals]
-
 _SETTINGS = {name: name for name in ("size_mm", "relief_mm", "seed")} | {
-    key.key: f"touch.{key.key}" for key in GOAL_KEYS
+    key: f"touch.{key}" for key in GOAL_KEYS
 }
 """Key in the run file of each option that takes a number."""
 
@@ -139,7 +137,7 @@ def load(arguments: argparse.Namespace) -> "Run":
     if arguments.texture is None:
         raise InputError(f"{source}: a scene needs --texture as well; a run file ends in .toml")
     settings = overrides(arguments)
-    targets = {f"touch.{key.key}" for key in GOAL_KEYS}
+    targets = {f"touch.{key}" for key in GOAL_KEYS}
     if not {setting.partition("=")[0].strip() for setting in settings} & targets:
         raise InputError(f"{source}: no target: give --roughness, --jnd, or one for the contact area")
     return config.run_from_scene(source, arguments.texture, settings)

@@ -12,6 +12,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+import tactile
+
 if TYPE_CHECKING:
     from torch import Tensor
 
@@ -36,17 +38,18 @@ class GoalKey:
     Attributes:
         key: such as `jnd`.
         metavar, help: of the option.
-        bounds: of the number, as keywords of pydantic's `Field`.
-        goal: from the number and the original's own value to the goal, in the quantity's unit.
+        bounds: of the number, as keywords of pydantic's `Field`; by default above 0.
+        goal: from the number and the original's own value to the goal, in the quantity's unit; by default
+            the number itself.
         relative: whether `goal` depends on the original's own value.
     """
 
     key: str
     metavar: str
     help: str
-    bounds: Mapping[str, Any]
-    goal: Callable[[float, float], float]
-    relative: bool
+    bounds: Mapping[str, Any] = field(default_factory=lambda: {"gt": 0})
+    goal: Callable[[float, float], float] = lambda number, original: number
+    relative: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,59 +90,22 @@ class Quantity:
         return f"{number:.{self.decimals}f} {self.unit}".rstrip()
 
 
-def _roughness(touch: Touch, size_mm: float) -> Tensor:
-    import tactile
-
-    return tactile.roughness(touch.strain, size_mm)
-
-
-def _polar_roughness(touch: Touch, size_mm: float) -> Tensor:
-    import tactile
-
-    return tactile.roughness(touch.strain, size_mm, "polar")
-
-
-def _contact_area(touch: Touch, size_mm: float) -> Tensor:
-    import tactile
-
-    return tactile.contact_area(touch.gap, size_mm)
-
-
-def _soft_contact_area(touch: Touch, size_mm: float) -> Tensor:
-    import tactile
-
-    return tactile.contact_area(touch.gap, size_mm, STEERING_GAP_WEIGHT_PER_MM)
-
-
-def _jnd_from(number: float, original: float) -> float:
-    from tactile.jnd import jnd_scaled
-
-    return jnd_scaled(original, number)
-
-
 ROUGHNESS = Quantity(
     name="roughness",
     label="roughness",
     symbol="V",
     unit="",
     decimals=4,
-    value=_roughness,
-    fast_value=_polar_roughness,
+    value=lambda touch, size_mm: tactile.roughness(touch.strain, size_mm),
+    fast_value=lambda touch, size_mm: tactile.roughness(touch.strain, size_mm, "polar"),
     goals=(
-        GoalKey(
-            "roughness",
-            "V",
-            "roughness, as retouch evaluate tells it",
-            {"gt": 0},
-            lambda number, original: number,
-            relative=False,
-        ),
+        GoalKey("roughness", "V", "roughness, as retouch evaluate tells it"),
         GoalKey(
             "jnd",
             "N",
             "just-noticeable differences rougher than the original; negative for smoother",
             {"ge": -LARGEST_JND, "le": LARGEST_JND},
-            _jnd_from,
+            lambda number, original: tactile.jnd_scaled(original, number),
             relative=True,
         ),
     ),
@@ -152,26 +118,20 @@ CONTACT_AREA = Quantity(
     symbol="A",
     unit="mm²",
     decimals=1,
-    value=_contact_area,
-    steering_value=_soft_contact_area,
+    value=lambda touch, size_mm: tactile.contact_area(touch.gap, size_mm),
+    steering_value=lambda touch, size_mm: tactile.contact_area(
+        touch.gap, size_mm, STEERING_GAP_WEIGHT_PER_MM
+    ),
     slope_holds=False,
     energy_unit=CONTACT_ENERGY_UNIT_MM2,
     largest=lambda size_mm: size_mm**2,
     goals=(
-        GoalKey(
-            "contact_area_mm2",
-            "MM2",
-            "contact area in mm²; more feels colder",
-            {"gt": 0},
-            lambda number, original: number,
-            relative=False,
-        ),
+        GoalKey("contact_area_mm2", "MM2", "contact area in mm²; more feels colder"),
         GoalKey(
             "contact_area_scale",
             "X",
             "contact area as a factor on the original's",
-            {"gt": 0},
-            lambda number, original: original * number,
+            goal=lambda number, original: original * number,
             relative=True,
         ),
     ),
@@ -180,6 +140,8 @@ CONTACT_AREA = Quantity(
 
 QUANTITIES = {quantity.name: quantity for quantity in (ROUGHNESS, CONTACT_AREA)}
 """What every run measures, and what a run file can ask for."""
+GOAL_KEYS = {key.key: (quantity, key) for quantity in QUANTITIES.values() for key in quantity.goals}
+"""Keys of `[touch]` that state a goal, each with its quantity."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 
 from mitsuba_scenes import bundled, find_file
-from optimize.descent.targets import QUANTITIES, GoalKey, Quantity
+from optimize.descent.targets import GOAL_KEYS, GoalKey, Quantity
 from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
 from tactile.limits import FEM_MESH, MAX_MESH, MIN_MESH
@@ -38,9 +38,8 @@ Samples = Annotated[int, Field(ge=1, le=65536)]
 LARGEST_FILE = 1_000_000
 """Largest run file that is read, bytes."""
 _RIVALS = {
-    f"touch.{one.key}": [other.key for other in quantity.goals if other is not one]
-    for quantity in QUANTITIES.values()
-    for one in quantity.goals
+    f"touch.{one}": [other.key for other in quantity.goals if other is not key]
+    for one, (quantity, key) in GOAL_KEYS.items()
 }
 """For each goal key of `[touch]`, the other keys for the same quantity; an overriding goal replaces them."""
 
@@ -73,8 +72,7 @@ class _TouchModel(_Section):
 
     def goals(self) -> list[tuple[Quantity, GoalKey, float]]:
         """The goals that are given, each with its quantity and its key."""
-        keys = [(quantity, key) for quantity in QUANTITIES.values() for key in quantity.goals]
-        each = [(quantity, key, getattr(self, key.key)) for quantity, key in keys]
+        each = [(quantity, key, getattr(self, name)) for name, (quantity, key) in GOAL_KEYS.items()]
         return [(quantity, key, number) for quantity, key, number in each if number is not None]
 
     def numbers(self) -> dict[str, float]:
@@ -89,7 +87,7 @@ class _TouchModel(_Section):
                 raise ValueError(f"{given[quantity.name]} and {key.key} exclude each other")
             given[quantity.name] = key.key
         if not given:
-            *others, last = (key.key for quantity in QUANTITIES.values() for key in quantity.goals)
+            *others, last = GOAL_KEYS
             raise ValueError(f"a target is missing: {', '.join(others)} or {last}")
         return self
 
@@ -109,9 +107,8 @@ else:
         "Touch",
         __base__=_TouchModel,
         **{
-            key.key: (Annotated[float, Field(allow_inf_nan=False, **key.bounds)] | None, None)
-            for quantity in QUANTITIES.values()
-            for key in quantity.goals
+            name: (Annotated[float, Field(allow_inf_nan=False, **key.bounds)] | None, None)
+            for name, (_, key) in GOAL_KEYS.items()
         },
     )
     """`[touch]` with a field for each goal key of the table."""
