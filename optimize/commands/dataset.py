@@ -6,7 +6,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -145,7 +145,7 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.dask is None
         else partial(run_on_dask, address=arguments.dask, workers=workers)
     )
-    with _no_progress() if arguments.quiet else _progress(plan.request.total) as observer:
+    with nullcontext(_ignore) if arguments.quiet else _progress(plan.request.total) as observer:
         failures = make_dataset(plan, arguments.out, runner, observer)
     if not arguments.quiet:
         complete = plan.request.total - len(failures)
@@ -162,9 +162,8 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-@contextmanager
-def _no_progress() -> Iterator[Callable[["ShardResult"], None]]:
-    yield lambda result: None
+def _ignore(result: "ShardResult") -> None:
+    """Show nothing of a shard."""
 
 
 @contextmanager

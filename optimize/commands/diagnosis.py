@@ -7,7 +7,6 @@ import json
 import os
 import platform
 import sys
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -51,16 +50,7 @@ class Finding:
 
 def diagnose() -> list[Finding]:
     """Check everything that an optimisation uses on this machine; a fault is a finding, not an exception."""
-    checks: tuple[Callable[[], Finding], ...] = (
-        _python,
-        _packages,
-        _llvm,
-        _variants,
-        _pardiso,
-        _weights,
-        _cache,
-        _machine,
-    )
+    checks = (_python, _packages, _llvm, _variants, _pardiso, _weights, _cache, _machine)
     return [check() for check in checks]
 
 

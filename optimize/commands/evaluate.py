@@ -12,6 +12,7 @@ from optimize.descent.targets import QUANTITIES, ROUGHNESS
 from optimize.report.formatting import MODEL_NAMES, model_name, number
 from relief.errors import naming
 from relief.limits import PATCH_SIDE_MM
+from tactile.skin import Skin
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,11 +20,16 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from optimize.descent.touch_measures import TouchMeasures
-    from tactile import Skin
     from tactile.model import ModelName
 
 SMOOTH = 1e-6
 """Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
+SKIN = {
+    "force_n": ("N", "force of the finger, N"),
+    "young_modulus_mpa": ("MPA", "Young's modulus, MPa"),
+    "poisson_ratio": ("NU", "Poisson's ratio, no unit, from 0 to 0.499"),
+}
+"""Attributes of the skin that have an option, with what the help calls the number and says of it."""
 
 HELP = "measure how rough and how cold textures feel"
 DESCRIPTION = """\
@@ -56,28 +62,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "net (quick with a learned net), fem (finite elements)",
     )
     skin = parser.add_argument_group("the skin")
-    for flag, default, metavar, quantity in (
-        ("--force-n", 10.0, "N", "force of the finger, N"),
-        ("--young-modulus-mpa", 0.5, "MPA", "Young's modulus, MPa"),
-        ("--poisson-ratio", 0.48, "NU", "Poisson's ratio, no unit, from 0 to 0.499"),
-    ):
-        skin.add_argument(
-            flag, type=float, default=default, metavar=metavar, help=f"{quantity} (default: {default:g})"
-        )
+    for name, (metavar, quantity) in SKIN.items():
+        default = getattr(Skin, name)
+        flag, text = f"--{name.replace('_', '-')}", f"{quantity} (default: {default:g})"
+        skin.add_argument(flag, type=float, default=default, metavar=metavar, help=text)
     parser.add_argument("--json", action="store_true", help="print a JSON list instead of a table")
 
 
 def run(arguments: argparse.Namespace) -> int:
     from relief.heightmap import load_heights
-    from tactile import Skin
 
     size_mm = PATCH_SIDE_MM if arguments.size_mm is None else arguments.size_mm
     with naming("evaluate"):
-        skin = Skin(
-            force_n=arguments.force_n,
-            young_modulus_mpa=arguments.young_modulus_mpa,
-            poisson_ratio=arguments.poisson_ratio,
-        )
+        skin = Skin(**{name: getattr(arguments, name) for name in SKIN})
     # All files are read before the first press, so that a misspelt name is refused at once.
     reliefs = [load_heights(texture, relief_mm=arguments.relief_mm) for texture in arguments.textures]
     measured = [
@@ -99,7 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def measure(
-    path: Path, heights: "NDArray[np.float64]", size_mm: float, skin: "Skin", model: "ModelName"
+    path: Path, heights: "NDArray[np.float64]", size_mm: float, skin: Skin, model: "ModelName"
 ) -> "TouchMeasures":
     """Press the skin on a texture.
 

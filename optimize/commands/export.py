@@ -27,12 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="height map: PNG or TIFF (grey is height), EXR or NPY (mm)",
     )
     parser.add_argument(
-        "-o",
-        dest="out",
-        type=Path,
-        required=True,
-        metavar="OUT",
-        help=f"file to write: {', '.join(FORMATS)}",
+        "-o", dest="out", type=Path, required=True, metavar="OUT", help=f"file to write: {', '.join(FORMATS)}"
     )
     add_plate(parser, f"{PATCH_SIDE_MM:g}", RELIEF_DEFAULT)
     parser.add_argument(

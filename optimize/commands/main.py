@@ -11,7 +11,7 @@ import importlib.metadata
 import os
 import sys
 from collections.abc import Callable, Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from optimize.commands import dataset, doctor, evaluate, export, optimize, render, resume, train
 from optimize.commands.options import INTERRUPTED
@@ -32,14 +32,8 @@ USERS_OWN = frozenset(
 """Error numbers of files and folders that the user can mend; any other OSError shows its traceback."""
 
 VERBS = {
-    "optimize": optimize,
-    "resume": resume,
-    "evaluate": evaluate,
-    "render": render,
-    "export": export,
-    "dataset": dataset,
-    "train": train,
-    "doctor": doctor,
+    verb.__name__.rpartition(".")[2]: verb
+    for verb in (optimize, resume, evaluate, render, export, dataset, train, doctor)
 }
 
 DESCRIPTION = "Changes how a surface texture feels while it keeps its look, and writes it for a 3-D printer."
@@ -63,6 +57,10 @@ class UsageError(Exception):
 
 
 class _Parser(argparse.ArgumentParser):
+    def __init__(self, **settings: Any) -> None:
+        layout = argparse.RawDescriptionHelpFormatter
+        super().__init__(formatter_class=layout, allow_abbrev=False, **settings)
+
     """A parser that raises its error, so that `main` prints it in one line like every other bad input."""
 
     def error(self, message: str) -> NoReturn:
@@ -123,26 +121,12 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     if argv and not argv[0].startswith("-") and argv[0] not in VERBS:
         nearest = difflib.get_close_matches(argv[0], VERBS, n=1, cutoff=0.0)[0]
         raise UsageError(f"{argv[0]}: no such verb; the nearest is {nearest}")
-    parser = _Parser(
-        prog="retouch",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
+    parser = _Parser(prog="retouch", description=DESCRIPTION, epilog=EPILOG)
     parser.add_argument("--version", action="version", version=f"retouch {_version()}")
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name, verb in VERBS.items():
-        verb.add_arguments(
-            verbs.add_parser(
-                name,
-                help=verb.HELP,
-                description=verb.DESCRIPTION,
-                epilog=verb.EPILOG,
-                formatter_class=argparse.RawDescriptionHelpFormatter,
-                allow_abbrev=False,
-            )
-        )
+        texts = {"help": verb.HELP, "description": verb.DESCRIPTION, "epilog": verb.EPILOG}
+        verb.add_arguments(verbs.add_parser(name, **texts))
     return parser.parse_args(argv)
 
 

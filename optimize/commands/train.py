@@ -58,9 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="channels of the net's levels, finest first (default: 24,48,72,96)",
     )
     parser.add_argument(
-        "--device",
-        choices=("cpu", "cuda"),
-        help="where to train (default: cuda if there is one)",
+        "--device", choices=("cpu", "cuda"), help="where to train (default: cuda if there is one)"
     )
 
 

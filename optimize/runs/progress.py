@@ -22,27 +22,12 @@ class Progress(Protocol):
 
     def say(self, line: str) -> None:
         """Called with a line that stays on the screen."""
-        ...
-
-
-class _Silent:
-    def descent(self, targets: Targets, steps: int) -> None:
-        pass
-
-    def step(self, iterate: Iterate, seconds: float) -> None:
-        pass
-
-    def note(self, stage: str) -> None:
-        pass
-
-    def say(self, line: str) -> None:
-        pass
 
 
 @contextmanager
 def silent() -> Iterator[Progress]:
     """Shows nothing."""
-    yield _Silent()
+    yield _Lines(lambda line: None, lambda line: None)
 
 
 @contextmanager
@@ -62,12 +47,12 @@ class _Lines:
     """A line for each step and stage."""
 
     def __init__(self, show: Callable[[str], None], say: Callable[[str], None]) -> None:
-        self._show, self.say = show, say
+        self.note, self.say = show, say
         self._targets = Targets()
 
     def descent(self, targets: Targets, steps: int) -> None:
         self._targets = targets
-        self._show(f"descending to {targets.sentence}, at most to step {steps}")
+        self.note(f"descending to {targets.sentence}, at most to step {steps}")
 
     def step(self, iterate: Iterate, seconds: float) -> None:
         felt = "  ".join(
@@ -75,10 +60,7 @@ class _Lines:
             for quantity in self._targets.quantities
         )
         error = 100.0 * self._targets.relative_error(iterate.values)
-        self._show(
+        self.note(
             f"step {iterate.step:3d}  {felt}  off target {error:5.2f} %  "
             f"pictures {iterate.picture_mean:.2f} %  {seconds:.1f} s"
         )
-
-    def note(self, stage: str) -> None:
-        self._show(stage)
