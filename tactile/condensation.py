@@ -60,7 +60,7 @@ def condensed(matrix: sp.csr_matrix, kept: NDArray[np.intp], *, portable: bool =
         RuntimeError: Pardiso refused the matrix.
     """
     if portable or not has_pardiso():
-        return _by_columns(matrix, kept)
+        return _by_columns(matrix, sp.identity(matrix.shape[0], format="csc")[:, kept])
     return _by_schur_complement(matrix, kept)
 
 
@@ -84,16 +84,7 @@ def condensed_onto_loads(matrix: sp.csr_matrix, loads: sp.csr_matrix, *, portabl
     """
     size, patterns = loads.shape
     if portable or not has_pardiso():
-        solve = factorised(matrix, portable=True)
-
-        def by_columns(coefficients: Array) -> Array:
-            return solve(np.asarray(loads @ coefficients))
-
-        compliance = np.empty((patterns, patterns))
-        for first in range(0, patterns, CHUNK):
-            columns = slice(first, first + CHUNK)
-            compliance[:, columns] = loads.T @ solve(loads[:, columns].toarray())
-        return Condensed(0.5 * (compliance + compliance.T), by_columns)
+        return _by_columns(matrix, loads)
 
     # Pardiso requires every diagonal entry to be stored, zero or not.
     corner = sp.csr_matrix((np.zeros(patterns), np.arange(patterns), np.arange(patterns + 1)))
@@ -102,21 +93,13 @@ def condensed_onto_loads(matrix: sp.csr_matrix, loads: sp.csr_matrix, *, portabl
     return Condensed(-0.5 * (schur + schur.T), lambda coefficients: backward(-coefficients)[:size])
 
 
-def _by_columns(matrix: sp.csr_matrix, kept: NDArray[np.intp]) -> Condensed:
-    solve = factorised(matrix, portable=True)
-    size = matrix.shape[0]
-
-    def solution(forces: Array) -> Array:
-        loads = np.zeros((size, forces.shape[1]))
-        loads[kept] = forces
-        return solve(loads)
-
-    compliance = np.empty((kept.size, kept.size))
-    for first in range(0, kept.size, CHUNK):
-        unit = np.zeros((kept.size, min(CHUNK, kept.size - first)))
-        unit[first + np.arange(unit.shape[1]), np.arange(unit.shape[1])] = 1.0
-        compliance[:, first : first + unit.shape[1]] = solution(unit)[kept]
-    return Condensed(0.5 * (compliance + compliance.T), solution)
+def _by_columns(matrix: sp.csr_matrix, loads: sp.spmatrix) -> Condensed:
+    solve, patterns = factorised(matrix, portable=True), loads.shape[1]
+    compliance = np.empty((patterns, patterns))
+    for first in range(0, patterns, CHUNK):
+        columns = slice(first, first + CHUNK)
+        compliance[:, columns] = loads.T @ solve(loads[:, columns].toarray())
+    return Condensed(0.5 * (compliance + compliance.T), lambda forces: solve(np.asarray(loads @ forces)))
 
 
 def _by_schur_complement(matrix: sp.csr_matrix, kept: NDArray[np.intp]) -> Condensed:

@@ -7,7 +7,7 @@ Reliefs are solved in batches, and every item stops when it has converged.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import torch
@@ -157,16 +157,6 @@ def approach_contact(
     return ContactState(
         result_p.view(shape), result_g.view(shape), result_a.view(batch), steps, done.view(batch)
     )
-
-
-def closed(state: ContactState) -> ContactState:
-    """State of a truncated solve with an admissible gap: zero where there is pressure, and never negative.
-
-    A truncated solve leaves small gaps under pressure, and contact area, which counts a gap of 0.0125 mm
-    half, would take these pixels for parted.
-    """
-    gap = torch.where(state.pressure > 0.0, 0.0, state.gap.clamp_min(0.0))
-    return replace(state, gap=gap)
 
 
 Solver = Callable[[Compliance, Tensor, float, Tensor | None], ContactState]

@@ -77,11 +77,6 @@ class CosineLayer(TensorFields):
         grid = f"{self.samples} x {self.samples} samples of {self.size_mm:g} mm"
         return f"{type(self).__name__}({grid}, {str(self.symbol.dtype).removeprefix('torch.')})"
 
-    @property
-    def pixel_area_mm2(self) -> float:
-        """Area of a pixel."""
-        return (self.size_mm / self.samples) ** 2
-
     def amplitudes(self, field: Tensor) -> Tensor:
         """Amplitudes (..., n, n) in cosine modes of a field (..., n, n)."""
         return self.cosines.T @ field @ self.cosines

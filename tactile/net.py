@@ -20,7 +20,7 @@ from torch.nn import functional
 
 from relief.errors import InputError
 from surrogate.nets.unet import UNet
-from surrogate.nets.weights import FOLDER, Card, load_net
+from surrogate.nets.weights import FOLDER, load_net_for
 from tactile.contact import Compliance, ContactState, approach_contact
 from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.skin import Skin
@@ -162,22 +162,9 @@ def net_solver(skin: Skin, samples: int, size_mm: float, folder: Path = FOLDER) 
     Raises:
         InputError: the folder has no such net, or the net holds for another skin or grid.
     """
-    net, card = _loaded(folder)
+    net, card = load_net_for("touch.model", KIND, CHANNELS, folder)
     _check(card.valid, validity(skin, samples, size_mm))
     return solver_of(net, elastic_layer_operator(skin, samples, size_mm, torch.float32))
-
-
-def _loaded(folder: Path) -> tuple[UNet, Card]:
-    try:
-        net, card = load_net(KIND, folder)
-    except InputError as error:
-        raise InputError(f"touch.model: {error}") from error
-    if card.shape.inputs != CHANNELS or card.shape.outputs != 1:
-        raise InputError(
-            f"touch.model: {folder}: shape: {card.shape.inputs} maps in and {card.shape.outputs} out, "
-            f"expected {CHANNELS} and 1"
-        )
-    return net, card
 
 
 def _check(trained: Mapping[str, float], requested: Mapping[str, float]) -> None:

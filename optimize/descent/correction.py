@@ -73,10 +73,6 @@ def first_surrogate_targets(targets: Targets, steering: Values, verified: Values
     return targets.scaled({name: _ratio(steering[name], verified[name]) for name in targets.goals()})
 
 
-def _next_surrogate_targets(surrogate: Targets, targets: Targets, verified: Values) -> Targets:
-    return surrogate.scaled({name: _ratio(goal, verified[name]) for name, goal in targets.goals().items()})
-
-
 def _ratio(numerator: float, denominator: float) -> float:
     if numerator <= 0.0 or denominator <= 0.0:
         return 1.0
@@ -174,7 +170,8 @@ def descend_with_correction(
         state = replace(state, closest=descent.best)
         if plan.targets.met(verified.values) or not descent.reason.met or number >= plan.corrections:
             return _judged(descent, plan.targets, verified), verified, state
-        surrogate = _next_surrogate_targets(state.surrogate_targets, plan.targets, verified.values)
+        ratios = {name: _ratio(goal, verified.values[name]) for name, goal in plan.targets.goals().items()}
+        surrogate = state.surrogate_targets.scaled(ratios)
         state = replace(state, surrogate_targets=surrogate)
         limit = plan.step_limit(number + 1)
         method = plan.method_for(surrogate, limit)

@@ -109,9 +109,7 @@ def line_chart(title: str, series: Sequence[Series], x_name: str, band: Band | N
     y_axis = nice_axis(min(ys + extra), max(ys + extra), 4)
     marks = [_line("grid", 0, 100 - y_axis.percent(t), 100, 100 - y_axis.percent(t)) for t in y_axis.ticks]
     labels = [_label("tick y", "bottom", y_axis.percent(t), y_axis.label(t)) for t in y_axis.ticks]
-    labels += [
-        _label("tick x", "left", x_axis.percent(t), x_axis.label(t)) for t in x_axis.ticks if t % 1 == 0
-    ]
+    labels.append(_ticks(x_axis, [t for t in x_axis.ticks if t % 1 == 0]))
     if band:
         top, middle = 100 - y_axis.percent(band.high), 100 - y_axis.percent(band.middle)
         height = y_axis.percent(band.high) - y_axis.percent(band.low)
@@ -164,9 +162,7 @@ def dot_chart(dots: Sequence[Dot], axis_name: str, band: tuple[float, float] | N
         left, right = (axis.percent(edge) for edge in band)
         lines += Markup('<i class="band" style="left:{:.2f}%;width:{:.2f}%"></i>').format(left, right - left)
     rows = Markup("").join(_dot_row(row, dot, axis.percent(dot.value)) for row, dot in enumerate(dots, 1))
-    labels = Markup("").join(
-        _label("tick x", "left", axis.percent(t), ("+" if t > 0 else "") + axis.label(t)) for t in ticks
-    )
+    labels = _ticks(axis, ticks, "+")
     return Markup(
         '<div class="dots"><div class="lines" style="grid-row:1/{}">{}</div>{}<div class="scale">{}'
         '<div class="x-name">{}</div></div></div>'
@@ -185,9 +181,7 @@ def _dot_row(row: int, dot: Dot, left: float) -> Markup:
 def colour_bar(table: Table, axis: Axis, name: str) -> Markup:
     """The legend of a map: colours along the axis, ticks, and the name of the quantity with its unit."""
     sign = "+" if axis.low < 0.0 < axis.high else ""
-    ticks = Markup("").join(
-        _label("tick x", "left", axis.percent(t), (sign if t > 0 else "") + axis.label(t)) for t in axis.ticks
-    )
+    ticks = _ticks(axis, axis.ticks, sign)
     return Markup(
         '<div class="bar"><img src="{}" alt=""><div class="scale">{}</div><div class="x-name">{}</div></div>'
     ).format(bar_uri(table), ticks, name)
@@ -218,6 +212,13 @@ def micrometres(heights: Array) -> str:
 
 def _label(style: str, side: str, percent: float, text: str) -> Markup:
     return Markup('<span class="{}" style="{}:{:.2f}%">{}</span>').format(style, side, percent, text)
+
+
+def _ticks(axis: Axis, ticks: Sequence[float], sign: str = "") -> Markup:
+    """Labels below a horizontal axis; the sign stands before positive numbers."""
+    texts = [(sign if t > 0 else "") + axis.label(t) for t in ticks]
+    places = [axis.percent(t) for t in ticks]
+    return Markup("").join(_label("tick x", "left", *tick) for tick in zip(places, texts, strict=True))
 
 
 def _line(style: str, x1: float, y1: float, x2: float, y2: float) -> Markup:

@@ -21,10 +21,7 @@ from surrogate.data.shard import Failure, Row, layout, shard_bytes
 
 Array = NDArray[Any]
 
-PACKAGES = (
-    *("retouch", "mitsuba", "drjit", "torch"),
-    *("numpy", "scipy", "scikit-image", "pillow"),
-)
+PACKAGES = ("retouch", "mitsuba", "drjit", "torch", "numpy", "scipy", "scikit-image", "pillow")
 """Packages that the values of fields depend on."""
 
 _ONE_AT_A_TIME = threading.Lock()

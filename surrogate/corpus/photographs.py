@@ -24,25 +24,12 @@ from surrogate.families.fields import Field, log_uniform
 Reader = Callable[[Path], ArrayLike]
 """A function that reads heights (rows, cols) in any unit, and raises its own error for a bad file."""
 
-FILES: Mapping[str, str] = MappingProxyType(
-    {
-        "astronaut": "astronaut.png",
-        "brick": "brick.png",
-        "camera": "camera.png",
-        "cell": "cell.png",
-        "chelsea": "chelsea.png",
-        "coffee": "coffee.png",
-        "coins": "coins.png",
-        "grass": "grass.png",
-        "gravel": "gravel.png",
-        "hubble_deep_field": "hubble_deep_field.jpg",
-        "ihc": "ihc.png",
-        "microaneurysms": "microaneurysms.png",
-        "retina": "retina.jpg",
-        "rocket": "rocket.jpg",
-        "text": "text.png",
-    }
-)
+_BY_SUFFIX = {
+    "png": "astronaut brick camera cell chelsea coffee coins grass gravel ihc microaneurysms text",
+    "jpg": "hubble_deep_field retina rocket",
+}
+_PATHS = ((name, f"{name}.{suffix}") for suffix, names in _BY_SUFFIX.items() for name in names.split())
+FILES: Mapping[str, str] = MappingProxyType(dict(sorted(_PATHS)))
 """Pictures inside the scikit-image package whose documentation there gives them to everyone.
 
 CC0: brick, camera, cell, chelsea, coffee, grass, gravel, microaneurysms, retina. Public domain: astronaut,

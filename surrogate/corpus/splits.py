@@ -10,28 +10,20 @@ SPLITS: tuple[Split, ...] = get_args(Split)
 SHARES: Mapping[Split, float] = MappingProxyType({"train": 0.8, "validation": 0.1, "test": 0.1})
 """Share of each split, of the sources and of a corpus."""
 
+_PHOTOGRAPHS: Mapping[Split, str] = {
+    "train": "astronaut camera cell coffee hubble_deep_field ihc microaneurysms retina rocket text",
+    "validation": "chelsea coins",
+    "test": "brick grass gravel",
+}
+# The example textures, which are cut from the three photographs above.
+_TEST_FILES = (
+    "59fc8f153dbb67a33f2dae1a54cd2f7253f4fba7a824c4903c63453b9184139b",
+    "8baad203ef80d0b86921f307cb9f295380777826c82d1ca0a132e097ef0f668d",
+    "89588ef998eb757a1e76ba14f9ccc7f543b5b88782974ce25bafd3bfe20cd1a6",
+)
 ASSIGNED: Mapping[str, Split] = MappingProxyType(
-    {
-        "scikit-image/astronaut": "train",
-        "scikit-image/camera": "train",
-        "scikit-image/cell": "train",
-        "scikit-image/coffee": "train",
-        "scikit-image/hubble_deep_field": "train",
-        "scikit-image/ihc": "train",
-        "scikit-image/microaneurysms": "train",
-        "scikit-image/retina": "train",
-        "scikit-image/rocket": "train",
-        "scikit-image/text": "train",
-        "scikit-image/chelsea": "validation",
-        "scikit-image/coins": "validation",
-        "scikit-image/brick": "test",
-        "scikit-image/grass": "test",
-        "scikit-image/gravel": "test",
-        # The example textures, which are cut from the three above.
-        "file/59fc8f153dbb67a33f2dae1a54cd2f7253f4fba7a824c4903c63453b9184139b": "test",
-        "file/8baad203ef80d0b86921f307cb9f295380777826c82d1ca0a132e097ef0f668d": "test",
-        "file/89588ef998eb757a1e76ba14f9ccc7f543b5b88782974ce25bafd3bfe20cd1a6": "test",
-    }
+    {f"scikit-image/{name}": split for split, names in _PHOTOGRAPHS.items() for name in names.split()}
+    | {f"file/{digest}": "test" for digest in _TEST_FILES}
 )
 """Splits of single sources, which are too few for a hash; the example textures are never trained on."""
 

@@ -16,7 +16,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load, save
 from torch import Tensor, nn
 
-from relief.errors import InputError
+from relief.errors import InputError, naming
 from relief.files import read_limited, write_atomically
 from surrogate.nets.unet import Shape, UNet
 from surrogate.validation import parse_json
@@ -164,6 +164,30 @@ def load_net(kind: str, folder: Path = FOLDER) -> tuple[UNet, Card]:
         net = UNet(card.shape)
     net.load_state_dict(read_tensors(path, content, net.state_dict()), assign=True)
     return net.requires_grad_(False).eval(), card
+
+
+def load_net_for(option: str, kind: str, channels: int, folder: Path = FOLDER) -> tuple[UNet, Card]:
+    """Read a net for an option that names it, and check its maps.
+
+    Args:
+        option: Key of the run file, for messages.
+        kind: Kind of the net.
+        channels: Number of maps that the net must take; one map comes out.
+        folder: As for `load_net`.
+
+    Returns:
+        As `load_net`.
+
+    Raises:
+        InputError: As `load_net`, or the net takes or gives other maps; the message begins with ``option``.
+    """
+    with naming(option):
+        net, card = load_net(kind, folder)
+        inputs, outputs = card.shape.inputs, card.shape.outputs
+        if (inputs, outputs) != (channels, 1):
+            maps = f"{inputs} maps in and {outputs} out, expected {channels} and 1"
+            raise InputError(f"{folder}: shape: {maps}")
+    return net, card
 
 
 def read_tensors(path: Path, content: bytes, expected: Mapping[str, Tensor]) -> dict[str, Tensor]:

@@ -159,7 +159,7 @@ def _strain_at_depth(basis: skfem.Basis, depth_mm: float) -> sp.csr_matrix:
             values.append(0.5 * (gradient[a, b] + gradient[b, a]))
     shape = (6 * here.size, basis.N)
     entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return sp.csr_matrix(sp.coo_matrix(entries, shape=shape))
+    return sp.csr_matrix(entries, shape=shape)
 
 
 def _transposed(response: QuarterResponse, quarter: int) -> QuarterResponse:

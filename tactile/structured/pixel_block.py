@@ -10,7 +10,8 @@ Axes are (row, column, depth) as in `tactile.structured.block`. Young's modulus 
 """
 
 from dataclasses import dataclass
-from functools import reduce
+from functools import partial, reduce
+from operator import add
 
 import numpy as np
 import scipy.sparse as sp
@@ -103,31 +104,32 @@ def folded_stiffness(block: PixelBlock, parity: Parity) -> sp.csr_matrix:
 
     def integral(test: int, by_test: int, trial: int, by_trial: int, mass: str) -> sp.csr_matrix:
         """Integral of d(test component)/d(by_test) times d(trial component)/d(by_trial)."""
-        kinds = [
-            {(True, True): "slopes", (True, False): "slope_value", (False, True): "value_slope"}.get(
-                (axis == by_test, axis == by_trial), mass
-            )
-            for axis in range(3)
-        ]
-        return sp.csr_matrix(
-            reduce(
-                lambda a, b: sp.kron(a, b, format="csr"),
-                (along(axis, test, trial, kind) for axis, kind in enumerate(kinds)),
-            )
-        )
+        kinds = enumerate(kinds_along(by_test, by_trial, mass))
+        factors = (along(axis, test, trial, kind) for axis, kind in kinds)
+        return sp.csr_matrix(reduce(partial(sp.kron, format="csr"), factors))
 
     blocks = [[sp.csr_matrix((0, 0))] * 3 for _ in range(3)]
     for c in range(3):
         for d in range(c, 3):
             entry = lam * integral(c, c, d, d, "centre") + mu * integral(c, d, d, c, "mass")
             if c == d:
-                entry = entry + mu * reduce(
-                    lambda a, b: a + b, (integral(c, a, c, a, "mass") for a in range(3))
-                )
+                entry = entry + mu * reduce(add, (integral(c, a, c, a, "mass") for a in range(3)))
             blocks[c][d] = entry
             if c != d:
                 blocks[d][c] = entry.T
     return sp.csr_matrix(sp.bmat(blocks, format="csr"))
+
+
+def kinds_along(by_test: int, by_trial: int, mass: str) -> list[str]:
+    """Which of `matrices_along` an integral of a product of derivatives takes along each axis.
+
+    Args:
+        by_test: axis of the derivative of the test function.
+        by_trial: axis of the derivative of the displacement.
+        mass: the matrix along axes without a derivative, "mass" or "centre".
+    """
+    kinds = {(True, True): "slopes", (True, False): "slope_value", (False, True): "value_slope"}
+    return [kinds.get((axis == by_test, axis == by_trial), mass) for axis in range(3)]
 
 
 def _is_odd(component: int, axis: int, parity: Parity) -> bool:
@@ -164,9 +166,7 @@ def matrices_along(nodes: Array, weights: Array) -> dict[str, sp.csr_matrix]:
     rows = (first[:, None, None] + np.array([[0, 0], [1, 1]])).ravel()
     columns = (first[:, None, None] + np.array([[0, 1], [0, 1]])).ravel()
     matrices = {
-        kind: sp.csr_matrix(
-            sp.coo_matrix(((weights[:, None, None] * values).ravel(), (rows, columns)), (nodes.size,) * 2)
-        )
+        kind: sp.csr_matrix(((weights[:, None, None] * values).ravel(), (rows, columns)), (nodes.size,) * 2)
         for kind, values in locals_.items()
     }
     matrices["value_slope"] = matrices["slope_value"].T.tocsr()

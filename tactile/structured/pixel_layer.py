@@ -12,7 +12,7 @@ import numpy as np
 from relief.arrays import Array
 from tactile.interpolation import lagrange
 from tactile.skin import lame
-from tactile.structured.pixel_block import PixelBlock, matrices_along
+from tactile.structured.pixel_block import PixelBlock, kinds_along, matrices_along
 
 CHUNK = 512
 """Modes solved at a time: bounds the memory of their systems (45 x 45 numbers each) to about 10 MB."""
@@ -99,12 +99,7 @@ def _stiffness(block: PixelBlock, phases: tuple[Array, Array]) -> Array:
         return np.sin(phase) if sloping == axis else -np.sin(phase)
 
     def integral(test: int, by_test: int, trial: int, by_trial: int, mass: str) -> Array:
-        kinds = [
-            {(True, True): "slopes", (True, False): "slope_value", (False, True): "value_slope"}.get(
-                (axis == by_test, axis == by_trial), mass
-            )
-            for axis in range(3)
-        ]
+        kinds = kinds_along(by_test, by_trial, mass)
         plane = in_plane(0, test, trial, kinds[0]) * in_plane(1, test, trial, kinds[1])
         return plane[:, None, None] * along_depth[kinds[2]]
 

@@ -51,10 +51,7 @@ def gradients_at(basis: skfem.Basis, points: Array) -> tuple[sp.csr_matrix, sp.c
         columns.append(basis.element_dofs[i, here])
         values.append(slope)
     row, column, value = np.concatenate(rows), np.concatenate(columns), np.concatenate(values, axis=1)
-    x, y, z = (
-        sp.csr_matrix(sp.coo_matrix((value[axis], (row, column)), shape=(len(points), basis.N)))
-        for axis in range(3)
-    )
+    x, y, z = (sp.csr_matrix((value[axis], (row, column)), shape=(len(points), basis.N)) for axis in range(3))
     return x, y, z
 
 
@@ -88,12 +85,8 @@ def pixel_forces(basis: skfem.Basis, face: NDArray[np.int64], samples: int, size
         value = np.broadcast_to(np.asarray(on_face.basis[i][0]), area.shape)
         values.append((value * area).ravel())
         rows.append(np.broadcast_to(on_face.element_dofs[i][:, None], area.shape).ravel())
-    tested = sp.csr_matrix(
-        sp.coo_matrix(
-            (np.concatenate(values), (np.concatenate(rows), np.tile(points, basis.Nbfun))),
-            shape=(basis.N, area.size),
-        )
-    )
+    entries = (np.concatenate(values), (np.concatenate(rows), np.tile(points, basis.Nbfun)))
+    tested = sp.csr_matrix(entries, shape=(basis.N, area.size))
     forces = tested @ hats
     scale = pitch**2 / np.asarray(forces.sum(axis=0)).ravel()
     return sp.csr_matrix(forces @ sp.diags(scale))
@@ -131,4 +124,4 @@ def _hats(places: Array, samples: int, size_mm: float) -> sp.csr_matrix:
     ]
     value = np.concatenate([entry[0] for entry in entries])
     row, column = (np.concatenate([entry[1][axis] for entry in entries]) for axis in (0, 1))
-    return sp.csr_matrix(sp.coo_matrix((value, (row, column)), shape=(places.shape[1], samples**2)))
+    return sp.csr_matrix((value, (row, column)), shape=(places.shape[1], samples**2))

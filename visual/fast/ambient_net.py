@@ -19,7 +19,7 @@ from torch.nn import functional
 
 from relief.errors import InputError
 from surrogate.nets.unet import UNet
-from surrogate.nets.weights import FOLDER, load_net
+from surrogate.nets.weights import FOLDER, load_net_for
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.horizons import DIRECTIONS, approximate_visibility, horizons
 
@@ -138,15 +138,7 @@ def trained_ambient_light(table: BsdfTable, samples: int, folder: Path = FOLDER)
     Raises:
         InputError: there is no such net, or it holds for another material or another number of samples.
     """
-    try:
-        net, card = load_net(KIND, folder)
-    except InputError as error:
-        raise InputError(f"look.model: {error}") from error
-    if (card.shape.inputs, card.shape.outputs) != (CHANNELS, 1):
-        raise InputError(
-            f"look.model: {folder}: shape: {card.shape.inputs} maps in and {card.shape.outputs} out, "
-            f"expected {CHANNELS} and 1"
-        )
+    net, card = load_net_for("look.model", KIND, CHANNELS, folder)
     _check(card.valid, validity(table, samples))
     return AmbientLight(table, net)
 
