@@ -22,12 +22,13 @@ from visual.exact.render import RenderSettings, pictures
 from visual.exact.view import Illumination, View
 from visual.fast.conversion import fast_renderer
 from visual.fast.renderer import FastRenderer
+from visual.geometry.film_samples import plate_pixels
 from visual.lights.kind import Light
 from visual.lights.parallel import LUMINANCE, ParallelLights
 from visual.lights.quadrature import Quadrature, kind_of, parallel_obstacle, prepare
 from visual.loading import Lights, load_light_scene
 from visual.models import LookModel, PictureModel, look_model, obstacles
-from visual.needs import Needs, needs_of
+from visual.needs import Needs, camera_name, needs_of
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import describe, plate_heights
 from visual.scene_file.parsed import CheckedScene, Description
@@ -179,6 +180,32 @@ class Scene:
             )
             for camera in first.cameras
         )
+
+    def plate_weights(self, resolution: int | None = None) -> Array:
+        """Weights of pixels in the change of pictures: the plate counts, what lies around it does not.
+
+        Args:
+            resolution: pixels along the film's longer side instead of its own.
+
+        Returns:
+            (conditions, rows, cols): 0 where the scene's own relief is not seen, else one number for each
+            condition, with mean 1 over its picture. All are 1 if the plate fills the pictures.
+
+        Raises:
+            InputError: a camera does not see the plate.
+        """
+        shining = sum(light.shape is not None for light in self._description.lights)
+        if self._description.shapes == 1 + shining and all(self._needs.top_view):
+            return np.ones((len(self.conditions), *_scaled(self.resolution, resolution)))
+        first = self._light_scene(self._groups[0], resolution)
+        first.set_heights(self.heights)
+        shown = np.stack([plate_pixels(first.scene, camera) for camera in first.cameras]).astype(np.float64)
+        shares = shown.mean(axis=(1, 2), keepdims=True)
+        for number, share in zip(self._needs.cameras, shares.ravel(), strict=True):
+            if share == 0.0:
+                camera = camera_name(self._description.cameras[number], number)
+                raise InputError(f"{self._checked.path}: sensor {camera}: does not show the plate")
+        return np.repeat(shown / shares, len(self._needs.lights), axis=0)
 
     def light_scenes(self, resolution: int | None = None) -> tuple[LightScene, ...]:
         """The light scenes whose pictures `render` adds: each light alone, then all ambient light."""

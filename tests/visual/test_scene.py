@@ -234,3 +234,44 @@ def test_memory_does_not_grow_with_the_number_of_pictures(scene_of: Callable[...
     for seed in range(5, 35):
         once(seed)
     assert megabytes() - before < 30.0
+
+
+# Pixels that show the plate
+
+WIDE = '<scale x="10" y="10"/><lookat origin="0, 0, 20" target="0, 0, 0" up="0, 1, 0"/>'
+ASIDE = '<lookat origin="6, -14, 18" target="0, 0, 0" up="0, 0, 1"/>'
+AWAY = '<lookat origin="6, -14, 18" target="6, -14, 30" up="0, 1, 0"/>'
+CUBE = """<shape type="cube">
+    <transform name="to_world"><scale x="2.5" y="5" z="1"/><translate x="-2.5" z="4"/></transform>
+</shape>"""
+
+
+def test_all_pixels_of_a_plate_that_fills_the_picture_count_alike(scene_of: Callable[..., Scene]) -> None:
+    weights = scene_of(sun(35), sun(40, 200)).plate_weights()
+    assert weights.shape == (2, SIDE, SIDE) and (weights == 1.0).all()
+    assert (scene_of(sun(35), more=FLOOR).plate_weights() == 1.0).all()
+
+
+def test_pixels_beside_the_plate_do_not_count(scene_of: Callable[..., Scene]) -> None:
+    weights = scene_of(sun(35), sun(40, 200), camera=WIDE).plate_weights()
+    expected = np.zeros((2, SIDE, SIDE))
+    expected[:, 8:24, 8:24] = 4.0
+    np.testing.assert_array_equal(weights, expected)
+
+
+def test_pixels_in_which_another_shape_hides_the_plate_do_not_count(scene_of: Callable[..., Scene]) -> None:
+    weights = scene_of(sun(35), more=CUBE).plate_weights()
+    np.testing.assert_array_equal(weights, np.repeat([[[0.0, 2.0]]], SIDE // 2, axis=2).repeat(SIDE, axis=1))
+
+
+def test_pixels_of_a_camera_from_the_side_count_where_the_plate_is_lit(scene_of: Callable[..., Scene]) -> None:
+    scene = scene_of(sun(60), camera=ASIDE, kind="perspective", heights=np.zeros((SIDE, SIDE)))
+    for resolution in (None, 2 * SIDE):
+        weights, picture = scene.plate_weights(resolution), scene.render(resolution=resolution).numpy()
+        assert ((weights > 0.0) != (picture > 0.0)).mean() < 0.01
+        assert weights.mean() == pytest.approx(1.0)
+
+
+def test_a_camera_that_looks_away_from_the_plate_is_named(scene_of: Callable[..., Scene]) -> None:
+    with pytest.raises(InputError, match="sensor first: does not show the plate"):
+        scene_of(sun(60), camera=AWAY, kind="perspective").plate_weights()

@@ -1,8 +1,10 @@
 """Film samples: the points of the plate that camera rays through jittered film points meet."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relief.arrays import Array, Index
 from visual.backend.rays import first_hits
@@ -10,6 +12,9 @@ from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
 from visual.geometry.top_view import face_at
 from visual.geometry.topology import PlateTopology
+
+SHOWN_STRATA = 4
+"""Film points along a pixel's side that decide whether the pixel shows the plate: finer than any step's."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +77,20 @@ def samples_by_rays(mesh: PlacedMesh, camera: Projection, film: Array, per_pixel
     face, distance = first_hits(mesh.scene, origins, directions)
     x, y, _ = (origins + distance[:, None] * directions).T
     return _paired(mesh.plate, camera.pixel(film), x, y, face, directions, per_pixel)
+
+
+def plate_pixels(scene: Any, camera: Projection) -> NDArray[np.bool_]:
+    """Pixels (rows, cols) that show the plate, at one film point at least.
+
+    Args:
+        scene: Mitsuba scene with a plate; other shapes may hide parts of the plate.
+        camera: any.
+    """
+    # The centres of the strata: whether a pixel counts depends on no random number.
+    row, col = ((np.arange(n * SHOWN_STRATA) + 0.5) / SHOWN_STRATA for n in (camera.rows, camera.cols))
+    film = np.stack([axis.ravel() for axis in np.meshgrid(col, row)], axis=1)
+    face, _ = first_hits(scene, *camera.rays(film))
+    return (face >= 0).reshape(camera.rows, SHOWN_STRATA, camera.cols, SHOWN_STRATA).any(axis=(1, 3))
 
 
 def _paired(
