@@ -86,8 +86,8 @@ def measure(run: Run, out: Path) -> dict[str, Any]:
         "roughness_miss_percent": miss("roughness"),
         "area_miss_percent": miss("contact_area_mm2"),
         "first_miss_percent": 100.0 * rounds[0]["miss"],
-        "picture_mean_percent": look["mean_change_percent_of_mean"],
-        "picture_rms_percent": look["rms_change_percent_of_mean"],
+        "picture_mean_percent": look["change_percent"],
+        "picture_rms_percent": look["change_rms_percent"],
         "max_mm": told["heights"]["max_mm"],
         "seconds": told["time_s"],
     }

@@ -46,14 +46,16 @@ class Batches:
         """(conditions, rows, cols) standard error of `mean`, radiance."""
         return np.asarray(self.pictures.std(axis=0, ddof=1) / np.sqrt(len(self.pictures)))
 
-    @property
-    def relative_error(self) -> Array:
-        """(conditions,) root mean square of the standard error over all pixels, by the mean radiance.
+    def relative_error(self, weights: Array | float = 1.0) -> Array:
+        """(conditions,) root mean square of the standard error over the pixels, by the mean radiance.
 
         0 for a black picture.
+
+        Args:
+            weights: (conditions, rows, cols) of the pixels, with mean 1 over each picture.
         """
-        error = np.sqrt(np.square(self.standard_error).mean(axis=(1, 2)))
-        level = self.mean.mean(axis=(1, 2))
+        error = np.sqrt((weights * np.square(self.standard_error)).mean(axis=(1, 2)))
+        level = (weights * self.mean).mean(axis=(1, 2))
         return np.divide(error, level, out=np.zeros_like(error), where=level > 0.0)
 
     def condition(self, number: int) -> Batches:

@@ -154,7 +154,7 @@ def table(conditions: Sequence[str], files: Sequence[Path], batches: "Batches") 
     rows.add_column("mean radiance", justify="right", no_wrap=True)
     rows.add_column("error of a pixel", justify="right", no_wrap=True)
     rows.add_column("files", overflow="fold")
-    means, errors = batches.mean.mean(axis=(1, 2)), batches.relative_error
+    means, errors = batches.mean.mean(axis=(1, 2)), batches.relative_error()
     for condition, file, mean, error in zip(conditions, files, means, errors, strict=True):
         rows.add_row(
             Text(condition), number(float(mean)), percent(100.0 * float(error)), Text(f"{file}.exr, .png")

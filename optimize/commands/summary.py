@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def summary(result: Mapping[str, Any], run_dir: Path) -> "Table":
-    """Target, result, pictures, time and files of a run, in about a dozen lines.
+    """Target, result, pictures, heights, time and files of a run, in about a dozen lines.
 
     Args:
         result: content of result.json.
@@ -47,6 +47,7 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
         apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
         yield "feel", f"{number(abs(jnd))} JND {sense} than the original, {apart}"
     yield from _pictures(look)
+    yield "heights", _heights(result["heights"])
     times = dict(result["time_s"])
     total = duration(times.pop("total"))
     yield "time", f"{total}: " + ", ".join(f"{k.replace('_', '-')} {duration(s)}" for k, s in times.items())
@@ -61,21 +62,29 @@ def _pictures(look: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "pictures", noise["message"]
         return
     of_mean, of_white = noise["change_percent_of_mean"], noise["change_percent_of_white"]
+    change = f"{percent(look['change_percent'])} of the mean picture"
     if noise["certainty"] == "within_noise":
-        yield "pictures", f"{noise['message']} Its mean is at most"
-        yield "", f"{percent(of_mean['mean'])} of the mean picture, {percent(of_white['mean'])} of white"
+        yield "pictures", f"{noise['message']} It is at most"
+        yield "", f"{change}, {percent(of_white['mean'])} of white"
     else:
-        yield "pictures", f"changed by {_change(of_mean)} of the mean picture"
-        yield "", f"and by {_change(of_white)} of white"
+        yield "pictures", f"changed by {change} (mean over the pixels that show the plate)"
+        yield "", f"less noise {_less_noise(of_mean)}"
+        yield "", f"of white {percent(of_white['mean'])}; less noise {_less_noise(of_white)}"
     if noise["certainty"] == "coarse":
         yield "", noise["message"]
     if noise["certainty"] != "known":
         yield "", f"{look['samples']} samples a pixel; more make it clearer (verify.samples)"
 
 
-def _change(change: Mapping[str, float]) -> str:
+def _less_noise(change: Mapping[str, float]) -> str:
     mean = between(max(0.0, change["mean_at_least"]), change["mean"])
-    return f"{plus_minus(change['rms_less_noise'], change['rms_error'])} % (rms), {mean} (mean)"
+    return f"{mean}, rms {plus_minus(change['rms_less_noise'], change['rms_error'])} %"
+
+
+def _heights(heights: Mapping[str, float]) -> str:
+    change, lift = (1000.0 * heights[key] for key in ("rms_change_mm", "lift_mm"))
+    lifted = f"; {'lifted' if lift > 0 else 'lowered'} by {number(abs(lift))} µm, which is not felt"
+    return f"changed by {number(change)} µm (rms about the mean){lifted if abs(lift) >= 0.5 else ''}"
 
 
 def _listed(values: list[tuple[str, float | None]]) -> str:

@@ -125,6 +125,7 @@ class GaussNewton:
         self._unit = 1.0 / target.mean()
         self._target = target * self._unit
         self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
+        self._plate = problem.scene.plate_weights(max(target.shape[1:]))
         self._current: _Evaluation | None = None
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:

@@ -47,6 +47,9 @@ class Report:
         tolerance: half width of the accepted range around the target, relative to the target.
         settings: the run file with all defaults.
         baseline: a method to compare with, if any.
+        plate: (conditions, rows, cols) weights of the pixels that show the plate, with mean 1 over each
+            picture; None if the plate fills all pictures.
+        cameras: (conditions,) weights of the conditions in the look; None if all count alike.
 
     Raises:
         ValueError: the shapes of two arrays to compare differ.
@@ -70,6 +73,8 @@ class Report:
     tolerance: float = 0.01
     settings: Mapping[str, Any] = field(default_factory=dict)
     baseline: Baseline | None = None
+    plate: Array | None = None
+    cameras: Array | None = None
 
     def __post_init__(self) -> None:
         pairs = {
@@ -79,6 +84,8 @@ class Report:
         }
         if self.baseline is not None:
             pairs["baseline"] = (self.pictures_before, self.baseline.pictures)
+        if self.plate is not None:
+            pairs["plate"] = (self.pictures_before, self.plate)
         for name, (before, after) in pairs.items():
             if before.shape != after.shape:
                 raise ValueError(f"{name}: shape {before.shape} before and {after.shape} after")

@@ -13,7 +13,7 @@ from optimize.descent.targets import QUANTITIES
 from optimize.report import colour_maps, svg
 from optimize.report.content import Report
 from optimize.report.formatting import model_name, number, tries_of_100
-from optimize.report.metrics import mean_change, rms_change
+from optimize.report.metrics import mean_change, pixel_weights, rms_change
 from tactile.jnd import jnd_apart
 
 Array = NDArray[np.floating]
@@ -43,16 +43,19 @@ class ChangePercent:
     rms_of_picture: float
 
 
-def change_percent(before: Array, after: Array, white: float) -> ChangePercent:
+def change_percent(
+    before: Array, after: Array, white: float, weights: Array | float = 1.0
+) -> ChangePercent:
     """The change between two pictures of any common shape.
 
     Args:
         before, after: linear radiance.
         white: radiance of white.
+        weights: of the pixels, of the same shape, with mean 1; all alike by default.
     """
     after = np.asarray(after, dtype=np.float64)
-    changes = mean_change(before, after), rms_change(before, after)
-    level = max(float(np.mean(before)), np.finfo(np.float64).tiny)
+    changes = mean_change(before, after, weights), rms_change(before, after, weights)
+    level = max(float(np.mean(weights * before)), np.finfo(np.float64).tiny)
     return ChangePercent(*(100.0 * change / unit for unit in (white, level) for change in changes))
 
 
@@ -114,14 +117,17 @@ def descent_charts(report: Report) -> list[Markup]:
     touch = touch or untargeted
     look = [
         svg.Series(name, steps, column(f"picture_{name}_percent"), style)
-        for name, style in (("rms", "after"), ("mean", "second"))
+        for name, style in (("mean", "after"), ("rms", "second"))
     ]
-    return [*touch, svg.line_chart("Picture change, % of the mean picture", look, "step")]
+    return [*touch, svg.line_chart("Picture change, % of the mean picture, estimated", look, "step")]
 
 
 def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
     """Pictures before and after and their difference; all conditions and the baseline share the scales."""
     before, after, white = report.pictures_before, report.pictures_after, report.white
+    plate = np.ones(before.shape) if report.plate is None else report.plate
+    cameras = np.ones(len(before)) if report.cameras is None else report.cameras
+    weights = pixel_weights(plate, cameras)
     count = len(before) * (3 if report.baseline is None else 6)
     side = min(SHOWN_SIDE, int(math.sqrt(PICTURE_BYTES / count)))
     difference = 100.0 * (np.asarray(after, dtype=np.float64) - before) / white
@@ -138,14 +144,15 @@ def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
                 "difference": colour_maps.map_uri(
                     100.0 * (new - old) / white, -limit, limit, colour_maps.PURPLE_ORANGE, side
                 ),
-                "change": change_percent(old, new, white),
+                "change": change_percent(old, new, white, shown),
             }
-            for name, old, new in zip(report.conditions, before, pictures, strict=True)
+            for name, old, new, shown in zip(report.conditions, before, pictures, plate, strict=True)
         ]
 
     context: dict[str, Any] = {
-        "change": change_percent(before, after, white),
+        "change": change_percent(before, after, white, weights),
         "looks": rows(after),
+        "filled": bool((plate > 0.0).all()),
         **{key: look[key] or [None] * len(before) for key in ("dssim", "flip")},
         "noise": look["noise"],
         "samples": look["samples"],
@@ -158,7 +165,7 @@ def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
     }
     if report.baseline is not None:
         context["baseline_looks"] = rows(report.baseline.pictures)
-        context["baseline_change"] = change_percent(before, report.baseline.pictures, white)
+        context["baseline_change"] = change_percent(before, report.baseline.pictures, white, weights)
     return context
 
 
@@ -196,6 +203,8 @@ def relief_figures(report: Report) -> dict[str, Any]:
     """Hill shading, map of the change of height, and the heights for the profile of a row."""
     before, after = (np.asarray(h, dtype=np.float64) for h in (report.heights_before, report.heights_after))
     change = 1000.0 * (after - before)
+    lift = float(change.mean())
+    change -= lift
     limit = svg.round_up(max(float(np.percentile(np.abs(change), PERCENTILE)), 1.0))
     profiles = [colour_maps.shrunk(h, PROFILE_SIDE) for h in (before, after)]
     axis = svg.nice_axis(min(before.min(), after.min(), 0.0), max(before.max(), after.max()), 3)
@@ -207,8 +216,9 @@ def relief_figures(report: Report) -> dict[str, Any]:
         ],
         "change_map": colour_maps.map_uri(change, -limit, limit, colour_maps.PURPLE_ORANGE, SHOWN_SIDE),
         "change_bar": svg.colour_bar(
-            colour_maps.PURPLE_ORANGE, svg.signed_axis(limit), "change of height, µm"
+            colour_maps.PURPLE_ORANGE, svg.signed_axis(limit), "change of height less the lift, µm"
         ),
+        "lift_um": lift,
         "rms_change_um": float(np.sqrt(np.square(change).mean())),
         "profiles": profiles,
         "profile_data": [svg.micrometres(p) for p in profiles],

@@ -15,14 +15,14 @@ VIEWING_PIXELS_PER_DEGREE = 67.0
 """Pixels a degree of the visual field for FLIP: its default, a 0.7 m wide 4K monitor 0.7 m away."""
 
 
-def mean_change(before: Array, after: Array) -> float:
-    """Mean absolute difference of arrays of one shape, in their unit."""
-    return float(np.abs(after - before).mean())
+def mean_change(before: Array, after: Array, weights: Array | float = 1.0) -> float:
+    """Mean absolute difference of arrays of one shape, in their unit, by weights with mean 1."""
+    return float((weights * np.abs(after - before)).mean())
 
 
-def rms_change(before: Array, after: Array) -> float:
-    """Root mean square difference of arrays of one shape, in their unit."""
-    return float(np.sqrt(np.square(after - before).mean()))
+def rms_change(before: Array, after: Array, weights: Array | float = 1.0) -> float:
+    """Root mean square difference of arrays of one shape, in their unit, by weights with mean 1."""
+    return float(np.sqrt((weights * np.square(after - before)).mean()))
 
 
 def dssim(before: Array, after: Array, white: float) -> float:
@@ -54,22 +54,35 @@ def flip(before: Array, after: Array, white: float) -> float:
     return float(mean)
 
 
-def look(before: Batches, after: Batches, white: float) -> dict[str, Any]:
+def look(before: Batches, after: Batches, white: float, plate: Array, cameras: Array) -> dict[str, Any]:
     """The change of pictures and its uncertainty: the picture part of `look` in result.json.
+
+    docs/verification.md says what each key means.
 
     Args:
         before, after: of the same conditions, with common random numbers batch by batch.
         white: radiance shown as full white.
+        plate: (conditions, rows, cols) weights of the pixels that show the plate, `Scene.plate_weights`.
+        cameras: (conditions,) weights of the conditions, `Scene.weights`.
     """
     pairs = list(zip(before.mean, after.mean, strict=True))
-    mean = float(before.mean.mean())
-    whole = change(before, after)
-    each = [change(before.condition(n), after.condition(n)) for n in range(len(pairs))]
+    weights = pixel_weights(plate, cameras)
+    mean = float((weights * before.mean).mean())
+    whole = change(before, after, weights)
+    each = [change(before.condition(n), after.condition(n), plate[n]) for n in range(len(pairs))]
+    of_mean, of_white = whole.percent_of(mean), whole.percent_of(white)
+    difference = (after.pictures - before.pictures).mean(axis=0)
+    film_mean = float(before.mean.mean())
     return {
-        "pixel_change_percent": [100.0 * one.mean / white for one in each],
-        "rms_change_percent": [100.0 * one.rms / white for one in each],
-        "mean_change_percent_of_mean": 100.0 * whole.mean / mean,
-        "rms_change_percent_of_mean": 100.0 * whole.rms / mean,
+        "change_percent": of_mean["mean"],
+        "change_rms_percent": of_mean["rms"],
+        "change_percent_of_white": of_white["mean"],
+        "change_rms_percent_of_white": of_white["rms"],
+        "plate_share": [float(np.mean(one > 0.0)) for one in plate],
+        "pixel_change_percent": [100.0 * float(np.abs(one).mean()) / white for one in difference],
+        "rms_change_percent": [100.0 * float(np.sqrt(np.square(one).mean())) / white for one in difference],
+        "mean_change_percent_of_mean": 100.0 * float(np.abs(difference).mean()) / film_mean,
+        "rms_change_percent_of_mean": 100.0 * float(np.sqrt(np.square(difference).mean())) / film_mean,
         "dssim": [dssim(b, a, white) for b, a in pairs],
         "flip": [flip(b, a, white) for b, a in pairs],
         "samples": before.samples,
@@ -77,9 +90,19 @@ def look(before: Batches, after: Batches, white: float) -> dict[str, Any]:
             "certainty": whole.certainty.name.lower(),
             "message": whole.certainty.value,
             "batches": len(before.pictures),
-            "standard_error_percent": [100.0 * float(error) for error in after.relative_error],
-            "change_percent_of_mean": whole.percent_of(mean),
-            "change_percent_of_white": whole.percent_of(white),
+            "standard_error_percent": [100.0 * float(error) for error in after.relative_error(plate)],
+            "change_percent_of_mean": of_mean,
+            "change_percent_of_white": of_white,
             "conditions_percent_of_white": [one.percent_of(white) for one in each],
         },
     }
+
+
+def pixel_weights(plate: Array, cameras: Array) -> Array:
+    """(conditions, rows, cols) weights with mean 1, of pixels that show the plate and of their cameras.
+
+    Args:
+        plate: (conditions, rows, cols) weights of pixels, with mean 1 over each picture.
+        cameras: (conditions,) weights of the conditions.
+    """
+    return plate * (cameras / cameras.mean())[:, None, None]

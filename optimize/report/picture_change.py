@@ -72,7 +72,7 @@ class Change:
         return {name: 100.0 * getattr(self, name) / float(level) for name in names}
 
 
-def change(before: Batches, after: Batches) -> Change:
+def change(before: Batches, after: Batches, weights: Array | float = 1.0) -> Change:
     """The change between two sets of pictures.
 
     With common random numbers most of the noise cancels in the difference, so the noise is measured by the
@@ -80,13 +80,15 @@ def change(before: Batches, after: Batches) -> Change:
 
     Args:
         before, after: of the same shape; batch n of both has the same random numbers.
+        weights: (conditions, rows, cols) of the pixels in every mean, with mean 1; all alike by default.
     """
-    differences = after.pictures - before.pictures
-    whole = np.asarray(differences.mean(axis=0))
-    square, error = crossed_square(differences), jackknife_error(crossed_square, differences)
+    raw = after.pictures - before.pictures
+    differences, rooted = raw * weights, raw * np.sqrt(weights)
+    whole = rooted.mean(axis=0)
+    square, error = crossed_square(rooted), jackknife_error(crossed_square, rooted)
     root = float(np.sqrt(max(square, 0.0)))
     return Change(
-        mean=float(np.abs(whole).mean()),
+        mean=_mean_magnitude(differences),
         mean_error=jackknife_error(_mean_magnitude, differences),
         mean_at_least=crossed_magnitude(differences),
         noise_floor=noise_floor(differences),

@@ -55,7 +55,7 @@ class Result:
             f"{quantity.label} {touch[f'initial_{name}']:.3g} to {touch[name]:.3g} {quantity.unit}".rstrip()
             for name, quantity in QUANTITIES.items()
         ]
-        pictures = f"pictures changed by {look['mean_change_percent_of_mean']:.2g} %"
+        pictures = f"pictures changed by {look['change_percent']:.2g} %"
         return f"<{self.run_dir}: {self.stop.name.lower()}, {', '.join(changes)}, {pictures}>"
 
 

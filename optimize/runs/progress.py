@@ -6,6 +6,7 @@ from typing import Protocol
 
 from optimize.descent.driver import Iterate
 from optimize.descent.targets import Targets
+from optimize.report.formatting import number
 
 
 class Progress(Protocol):
@@ -39,7 +40,8 @@ def terminal() -> Iterator[Progress]:
     if not console.is_terminal:
         yield _Lines(console.print, console.print)
         return
-    with console.status("starting") as status:
+    # Not "dots", the default, whose characters an ASCII terminal does not have.
+    with console.status("starting", spinner="line") as status:
         yield _Lines(status.update, console.print)
 
 
@@ -62,5 +64,5 @@ class _Lines:
         error = 100.0 * self._targets.relative_error(iterate.values)
         self.note(
             f"step {iterate.step:3d}  {felt}  off target {error:5.2f} %  "
-            f"pictures {iterate.picture_mean:.2f} %  {seconds:.1f} s"
+            f"pictures about {number(iterate.picture_mean, 2)} %  {seconds:.1f} s"
         )

@@ -163,6 +163,8 @@ def write(
             tolerance=settings.descent.tolerance,
             settings=settings.model_dump(mode="json", exclude_none=True),
             baseline=baseline,
+            plate=problem.scene.plate_weights(),
+            cameras=problem.scene.weights,
         ),
     )
     return summary
@@ -203,11 +205,18 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
         },
         "look": {
             "conditions": list(problem.scene.conditions),
-            **metrics.look(outcome.pictures_before, outcome.pictures_after, problem.scene.white),
+            **metrics.look(
+                outcome.pictures_before,
+                outcome.pictures_after,
+                problem.scene.white,
+                problem.scene.plate_weights(),
+                problem.scene.weights,
+            ),
         },
         "heights": {
             "min_mm": float(best.heights.min()),
             "max_mm": float(best.heights.max()),
+            "lift_mm": float(change.mean()),
             "rms_change_mm": float(np.sqrt(np.square(change - change.mean()).mean())),
         },
         "time_s": times,
