@@ -12,7 +12,7 @@ from torch import Tensor
 
 from optimize.descent import energies
 from optimize.descent.driver import Iterate
-from optimize.descent.problem import Problem
+from optimize.descent.problem import Problem, change_percent
 from relief.arrays import Array
 from relief.limits import HEIGHT_LIMIT_MM
 
@@ -30,6 +30,7 @@ class AdamDescent:
         self._unit = 1.0 / problem.scene.white
         # Target and current pictures share their random numbers, so that most of the noise cancels.
         self._target = self._pictures(torch.as_tensor(problem.heights))
+        self._plate = problem.scene.plate_weights()
         self._heights = torch.nn.Parameter(torch.as_tensor(problem.heights).clone())
         self._adam = torch.optim.Adam([self._heights], lr=learning_rate)
         self._energy: Tensor | None = None
@@ -88,8 +89,6 @@ class AdamDescent:
         clamp = energies.CLAMP_WEIGHT * energies.clamp_energy(heights, HEIGHT_LIMIT_MM)
         self._energy = energy + scale * (look + clamp)
 
-        difference = (pictures - self._target).detach()
-        mean, share = 100.0 / float(self._target.mean()), weights / weights.sum()
         moments = self._adam.state.get(self._heights, {})
         memory = {"pressure": touch.pressure.detach().numpy().copy()}
         if moments:
@@ -100,7 +99,8 @@ class AdamDescent:
             heights.detach().numpy().copy(),
             {name: float(value.detach()) for name, value in values.items()},
             float(touch.contact_fraction),
-            mean * float(share @ difference.abs().mean((-2, -1))),
-            mean * float((share @ difference.square().mean((-2, -1))).sqrt()),
+            *change_percent(
+                pictures.detach().numpy(), self._target.numpy(), self._plate, problem.scene.weights
+            ),
             memory,
         )

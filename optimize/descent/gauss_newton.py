@@ -19,7 +19,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from optimize.descent.driver import Iterate
-from optimize.descent.problem import Problem, within_limits
+from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.touch_measures import TouchMeasures
 from relief.arrays import Array
 from tactile.sparse import factorised
@@ -212,16 +212,13 @@ class GaussNewton:
         unmoved = np.array_equal(heights, self._problem.heights)
         look = self._original if unmoved else self._evaluate(heights)
         self._current = _Evaluation(look, touch)
-        difference = np.concatenate([of_view.pictures for of_view in look]) * self._unit - self._target
-        weights = self._problem.scene.weights
-        mean, share = 100.0 / self._target.mean(), weights / weights.sum()
+        pictures = np.concatenate([of_view.pictures for of_view in look]) * self._unit
         return Iterate(
             step,
             heights,
             touch.values,
             touch.contact_fraction,
-            mean * float(share @ np.abs(difference).mean((-2, -1))),
-            mean * float(np.sqrt(share @ np.square(difference).mean((-2, -1)))),
+            *change_percent(pictures, self._target, self._plate, self._problem.scene.weights),
             {"trust": np.array(trust), "pressure": touch.pressure},
         )
 

@@ -110,3 +110,20 @@ def within_limits(heights: Array) -> Array:
     lifted = heights - min(0.0, float(heights.min()))
     sunk = lifted - min(max(0.0, float(lifted.max()) - HEIGHT_LIMIT_MM), float(lifted.min()))
     return np.minimum(sunk, HEIGHT_LIMIT_MM)
+
+
+def change_percent(pictures: Array, original: Array, plate: Array, weights: Array) -> tuple[float, float]:
+    """Mean absolute and root mean square change of a step's pictures, in % of the mean original.
+
+    The final figures have the same definition (`optimize.report.metrics.look`), but other pictures.
+
+    Args:
+        pictures, original: (conditions, rows, cols) in one unit.
+        plate: of the same shape, weights of the pixels that show the plate, `Scene.plate_weights`.
+        weights: (conditions,) in the look.
+    """
+    difference, share = pictures - original, weights / weights.sum()
+    percent = 100.0 / float((plate * (weights / weights.mean())[:, None, None] * original).mean())
+    mean = share @ (plate * np.abs(difference)).mean((-2, -1))
+    square = share @ (plate * np.square(difference)).mean((-2, -1))
+    return percent * float(mean), percent * float(np.sqrt(square))

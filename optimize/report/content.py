@@ -73,8 +73,8 @@ class Report:
     tolerance: float = 0.01
     settings: Mapping[str, Any] = field(default_factory=dict)
     baseline: Baseline | None = None
-    plate: Array | None = None
-    cameras: Array | None = None
+    plate: NDArray[np.float64] | None = None
+    cameras: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         pairs = {

@@ -43,9 +43,7 @@ class ChangePercent:
     rms_of_picture: float
 
 
-def change_percent(
-    before: Array, after: Array, white: float, weights: Array | float = 1.0
-) -> ChangePercent:
+def change_percent(before: Array, after: Array, white: float, weights: Array | float = 1.0) -> ChangePercent:
     """The change between two pictures of any common shape.
 
     Args:

@@ -10,6 +10,7 @@ from optimize.report.picture_change import change
 from visual.noise import Batches
 
 Array = NDArray[np.floating[Any]]
+Weights = NDArray[np.float64]
 
 VIEWING_PIXELS_PER_DEGREE = 67.0
 """Pixels a degree of the visual field for FLIP: its default, a 0.7 m wide 4K monitor 0.7 m away."""
@@ -54,7 +55,7 @@ def flip(before: Array, after: Array, white: float) -> float:
     return float(mean)
 
 
-def look(before: Batches, after: Batches, white: float, plate: Array, cameras: Array) -> dict[str, Any]:
+def look(before: Batches, after: Batches, white: float, plate: Weights, cameras: Weights) -> dict[str, Any]:
     """The change of pictures and its uncertainty: the picture part of `look` in result.json.
 
     docs/verification.md says what each key means.
@@ -68,8 +69,8 @@ def look(before: Batches, after: Batches, white: float, plate: Array, cameras: A
     pairs = list(zip(before.mean, after.mean, strict=True))
     weights = pixel_weights(plate, cameras)
     mean = float((weights * before.mean).mean())
-    whole = change(before, after, weights)
-    each = [change(before.condition(n), after.condition(n), plate[n]) for n in range(len(pairs))]
+    whole = change(before, after, weights=weights)
+    each = [change(before.condition(n), after.condition(n), weights=plate[n]) for n in range(len(pairs))]
     of_mean, of_white = whole.percent_of(mean), whole.percent_of(white)
     difference = (after.pictures - before.pictures).mean(axis=0)
     film_mean = float(before.mean.mean())
@@ -98,7 +99,7 @@ def look(before: Batches, after: Batches, white: float, plate: Array, cameras: A
     }
 
 
-def pixel_weights(plate: Array, cameras: Array) -> Array:
+def pixel_weights(plate: Weights, cameras: Weights) -> Weights:
     """(conditions, rows, cols) weights with mean 1, of pixels that show the plate and of their cameras.
 
     Args:

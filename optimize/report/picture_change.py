@@ -72,7 +72,7 @@ class Change:
         return {name: 100.0 * getattr(self, name) / float(level) for name in names}
 
 
-def change(before: Batches, after: Batches, weights: Array | float = 1.0) -> Change:
+def change(before: Batches, after: Batches, *, weights: Array | float = 1.0) -> Change:
     """The change between two sets of pictures.
 
     With common random numbers most of the noise cancels in the difference, so the noise is measured by the

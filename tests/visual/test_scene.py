@@ -264,7 +264,9 @@ def test_pixels_in_which_another_shape_hides_the_plate_do_not_count(scene_of: Ca
     np.testing.assert_array_equal(weights, np.repeat([[[0.0, 2.0]]], SIDE // 2, axis=2).repeat(SIDE, axis=1))
 
 
-def test_pixels_of_a_camera_from_the_side_count_where_the_plate_is_lit(scene_of: Callable[..., Scene]) -> None:
+def test_pixels_of_a_camera_from_the_side_count_where_the_plate_is_lit(
+    scene_of: Callable[..., Scene],
+) -> None:
     scene = scene_of(sun(60), camera=ASIDE, kind="perspective", heights=np.zeros((SIDE, SIDE)))
     for resolution in (None, 2 * SIDE):
         weights, picture = scene.plate_weights(resolution), scene.render(resolution=resolution).numpy()

@@ -90,7 +90,8 @@ def plate_pixels(scene: Any, camera: Projection) -> NDArray[np.bool_]:
     row, col = ((np.arange(n * SHOWN_STRATA) + 0.5) / SHOWN_STRATA for n in (camera.rows, camera.cols))
     film = np.stack([axis.ravel() for axis in np.meshgrid(col, row)], axis=1)
     face, _ = first_hits(scene, *camera.rays(film))
-    return (face >= 0).reshape(camera.rows, SHOWN_STRATA, camera.cols, SHOWN_STRATA).any(axis=(1, 3))
+    shown = (face >= 0).reshape(camera.rows, SHOWN_STRATA, camera.cols, SHOWN_STRATA)
+    return np.asarray(shown.any(axis=(1, 3)))
 
 
 def _paired(

@@ -22,7 +22,7 @@ from optimize.commands import optimize as cli_optimize
 from optimize.commands.main import main
 from optimize.commands.summary import summary
 from optimize.descent.driver import StopReason
-from optimize.report.formatting import between, number, plus_minus
+from optimize.report.formatting import between, number, percent, plus_minus
 from optimize.runs import config, job, preparation
 from relief.heightmap import load_heights, save_heights_exr
 from visual.exact.view import View
@@ -470,6 +470,7 @@ RESULT: dict[str, Any] = {
         "contact_fraction": 0.31,
     },
     "look": {
+        "change_percent": 2.04,
         "samples": 256,
         "noise": {
             "certainty": "coarse",
@@ -478,6 +479,7 @@ RESULT: dict[str, Any] = {
             "change_percent_of_white": {name: 0.5 * value for name, value in CHANGE.items()},
         },
     },
+    "heights": {"rms_change_mm": 0.206, "lift_mm": 0.452},
     "time_s": {"total": 100.0, "set_up": 1.0, "descent": 90.0, "verify": 9.0},
 }
 
@@ -488,11 +490,12 @@ def test_the_screen_leaves_out_what_there_is_not() -> None:
     assert "original 0.0500, achieved 0.0400 " in screen and "verified" not in screen
     assert "1.28 JND smoother" in screen and "told apart in 89 of 100 tries" in screen
     assert "original 40.0, target 45.0, achieved 45.1 mm²" in screen and "31 % of the plate" in screen
-    assert (
-        f"changed by {plus_minus(3.0, 0.12)} % (rms), {between(1.81, 2.04)} (mean) of the mean picture"
-        in screen
-    )
-    assert f"and by {plus_minus(1.5, 0.06)} % (rms), {between(0.905, 1.02)} (mean) of white" in screen
+    change = f"changed by {percent(2.04)} of the mean picture (mean over the pixels that show the plate)"
+    assert change in screen
+    assert f"less noise {between(1.81, 2.04)}, rms {plus_minus(3.0, 0.12)} %" in screen
+    white = f"less noise {between(0.905, 1.02)}, rms {plus_minus(1.5, 0.06)} %"
+    assert f"of white {percent(1.02)}; {white}" in screen
+    assert "changed by 206 µm (rms about the mean); lifted by 452 µm, which is not felt" in screen
     assert "Blurred." in screen and "256 samples a pixel; more make it clearer (verify.samples)" in screen
     assert "to print" not in screen
 
@@ -506,6 +509,10 @@ def test_the_screen_says_if_the_pictures_are_the_same() -> None:
 
 def test_the_screen_calls_nothing_a_change_that_noise_may_be() -> None:
     noise = RESULT["look"]["noise"] | {"certainty": "within_noise", "message": "Lost in noise."}
-    screen = lines(RESULT | {"look": {"samples": 4, "noise": noise}})
-    assert "Lost in noise. Its mean is at most" in screen and "4 samples a pixel" in screen
-    assert "changed by" not in screen
+    screen = lines(RESULT | {"look": {"change_percent": 2.04, "samples": 4, "noise": noise}})
+    assert (
+        "Lost in noise. It is at most" in screen
+        and f"{percent(2.04)} of the mean picture" in screen
+        and "4 samples a pixel" in screen
+    )
+    assert "pictures      changed by" not in screen

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from optimize.descent.problem import Problem, within_limits
+from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.targets import Targets
 from relief.limits import HEIGHT_LIMIT_MM
 from tests.optimize.conftest import ProblemWith
@@ -89,3 +89,18 @@ def test_a_relief_within_the_limits_stays() -> None:
 def test_a_relief_too_tall_to_fit_loses_its_peaks_not_its_valleys(offset: float) -> None:
     heights = np.linspace(0.0, 4.0, 64).reshape(8, 8)
     np.testing.assert_allclose(within_limits(heights + offset), np.minimum(heights, 3.0), atol=1e-12)
+
+
+# Picture change of a step
+
+
+def test_the_picture_change_of_a_step_counts_the_plate_and_the_weights_of_the_cameras() -> None:
+    original = np.full((2, 4, 4), 0.2)
+    original[:, 2:] = 0.9
+    pictures = original.copy()
+    pictures[0, :2] += np.array([0.01, -0.01, 0.03, -0.03])
+    plate = np.zeros_like(original)
+    plate[:, :2] = 2.0
+    mean, rms = change_percent(pictures, original, plate, np.array([0.75, 0.25]))
+    assert mean == pytest.approx(0.75 * 10.0)
+    assert rms == pytest.approx(np.sqrt(0.75 * 5e-4) / 0.2 * 100.0)

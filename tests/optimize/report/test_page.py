@@ -14,6 +14,7 @@ import pytest
 
 from optimize.report.content import Baseline, Report
 from optimize.report.figures import change_percent
+from optimize.report.formatting import number, percent
 from optimize.report.page import write_report
 
 SIZE_MM = 10.0
@@ -202,6 +203,7 @@ def noisy(certainty: str, message: str) -> Report:
         **{"certainty": certainty, "message": message, "batches": 4},
         "standard_error_percent": [1.4, 1.5, 1.6],
         "change_percent_of_mean": CHANGE,
+        "change_percent_of_white": CHANGE,
         "conditions_percent_of_white": [CHANGE | {"rms_error": 0.01 * n} for n in (3, 4, 5)],
     }
     look = dict(report.result["look"]) | {"samples": 256, "noise": noise}
@@ -223,7 +225,7 @@ def test_the_noise_of_the_pictures_is_told_with_their_change(tmp_path: Path) -> 
 
 def test_a_change_that_noise_blurs_is_told_as_a_bound(tmp_path: Path) -> None:
     text = " ".join(Outline(page(tmp_path, noisy("coarse", "Blurred."))).text.split())
-    assert "to the eye a change of at most" in text and "at most, of white, mean" in text
+    assert "to the eye a change of at most" in text and "at most, of the mean picture" in text
 
 
 def test_a_change_within_the_noise_is_not_called_one(tmp_path: Path) -> None:
@@ -320,6 +322,61 @@ def test_compared_arrays_must_agree() -> None:
         replace(plausible(), strain_after=np.zeros((3, 3)))
     with pytest.raises(ValueError, match="conditions"):
         replace(plausible(), conditions=["only one"])
+
+
+def test_deck_card_captions_and_baseline_tell_one_number(tmp_path: Path) -> None:
+    """The mean over the pixels that show the plate, in % of the mean picture over these pixels."""
+    report = plausible(azimuths=(10,))
+    before, after = np.full((1, 64, 64), 0.2), np.full((1, 64, 64), 0.2)
+    after[:, :32] += 0.0102
+    plate = np.zeros_like(before)
+    plate[:, :32] = 2.0
+    before[:, 32:] = 0.9
+    after[:, 32:] = 0.9
+    baseline = Baseline("linear scaling", before + 0.05)
+    told = replace(
+        report, pictures_before=before, pictures_after=after, plate=plate, white=0.5, baseline=baseline
+    )
+    text = " ".join(Outline(page(tmp_path, told)).text.split())
+    for words in (
+        f"to the eye a change of {percent(5.1)} of the mean picture.",
+        f"To the eye 5.1 % of the mean picture; rms {percent(5.1)}",
+        f"changed by {percent(5.1)} of the mean picture · rms {percent(5.1)} · {percent(2.04)} of white",
+        f"by {percent(25)} of the mean picture instead of {percent(5.1)}",
+        "The figures count the pixels that show the plate, not those beside it.",
+    ):
+        assert " ".join(words.split()) in text
+    assert "beside it" not in Outline(page(tmp_path, report)).text
+
+
+def test_conditions_count_by_the_weights_of_their_cameras(tmp_path: Path) -> None:
+    report = plausible(azimuths=(10, 130))
+    before = np.full((2, 64, 64), 0.2)
+    after = before + np.array([0.0, 0.02])[:, None, None]
+    weighted = replace(
+        report,
+        pictures_before=before,
+        pictures_after=after,
+        baseline=None,
+        cameras=np.array([0.75, 0.25]),
+    )
+    text = " ".join(Outline(page(tmp_path, weighted)).text.split())
+    assert " ".join(f"to the eye a change of {percent(2.5)} of".split()) in text
+
+
+def test_the_lift_is_told_apart_from_the_change(tmp_path: Path) -> None:
+    report = plausible()
+    wave = 0.02 * np.sign(np.sin(np.arange(64) + 0.5)) * np.ones((64, 1))
+    wave -= wave.mean()
+    rms = 1000.0 * wave.std()
+    lifted = replace(report, heights_after=report.heights_before + wave + 0.45)
+    (tmp_path / "plate.stl").touch()
+    text = " ".join(Outline(page(tmp_path, lifted)).text.split())
+    assert f"The heights change by {number(rms)} µm (root mean square about the mean)." in text
+    assert "the whole relief is lifted by 450 µm, which a finger does not feel" in text
+    assert f"The heights change by {number(rms)} µm (rms, without the lift)" in text
+    same = replace(report, heights_after=report.heights_before + wave)
+    assert "the whole relief is" not in Outline(page(tmp_path, same)).text
 
 
 def test_picture_change_is_in_percent_of_white_and_of_the_mean_picture() -> None:

@@ -13,6 +13,7 @@ from optimize.descent.driver import DescentResult, Iterate, StopReason, record_o
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
 from optimize.descent.touch_measures import measure_touch
+from optimize.report import metrics
 from optimize.report.content import Report
 from optimize.runs import results
 from optimize.runs.config import Run, run_from_scene
@@ -109,7 +110,7 @@ def outcome(problem: Problem, verified: bool) -> Outcome:
     """The relief lowered by a fifth, as a descent might have left it."""
     lower = 0.8 * problem.heights
     random = np.random.default_rng(0)
-    true = random.uniform(0.2, 0.5, (2, 1, len(problem.scene.conditions), 16, 16))
+    true = random.uniform(0.2, 0.5, (2, 1, len(problem.scene.conditions), *problem.scene.resolution))
     before, after = (Batches(p + random.normal(0.0, 0.01, (4, *p.shape[1:])), 64) for p in true)
     best = iterate(3, lower)
     first, felt = (measure_touch(h, problem.size_mm, problem.skin, "layer") for h in (problem.heights, lower))
@@ -204,6 +205,57 @@ def test_a_result_says_how_the_descent_ended_and_which_step_is_kept(problem: Pro
     }
     assert summary["heights"]["max_mm"] == pytest.approx(0.8 * problem.heights.max())
     assert (summary["seed"], summary["time_s"]) == (4, {"total": 2.0})
+
+
+def test_the_headline_is_the_mean_over_the_plate_in_percent_of_the_mean_picture(
+    problem: Problem, settings: Run
+) -> None:
+    measured = outcome(problem, False)
+    look = results.summarise(settings, problem, measured, {})["look"]
+    assert look["change_percent"] == look["mean_change_percent_of_mean"]
+    assert look["change_rms_percent"] == look["rms_change_percent_of_mean"]
+    assert look["change_percent_of_white"] == pytest.approx(np.mean(look["pixel_change_percent"]))
+    assert look["plate_share"] == [1.0, 1.0, 1.0]
+
+
+def test_what_is_seen_beside_the_plate_dilutes_no_number_of_the_plate() -> None:
+    """The plate fills a quarter of each picture; the second camera counts three times as much."""
+    random = np.random.default_rng(1)
+    plate = random.uniform(0.2, 0.5, (2, 4, 2, 16, 16))
+    wide = np.zeros((2, 4, 2, 32, 32))
+    wide[..., 8:24, 8:24] = plate
+    wide[:, :, :, :8] = 0.9
+    mask = np.zeros((2, 32, 32))
+    mask[:, 8:24, 8:24] = 4.0
+    cameras = np.array([0.25, 0.75])
+    alone, among = (
+        metrics.look(Batches(before, 64), Batches(after, 64), 0.5, weights, cameras)
+        for (before, after), weights in ((plate, np.ones((2, 16, 16))), (wide, mask))
+    )
+    assert among["plate_share"] == [0.25, 0.25]
+    for key in ("change_percent", "change_rms_percent", "change_percent_of_white"):
+        assert among[key] == pytest.approx(alone[key])
+    noise, expected = among["noise"], alone["noise"]
+    for key in ("change_percent_of_mean", "change_percent_of_white", "standard_error_percent"):
+        assert noise[key] == pytest.approx(expected[key])
+    for number in range(2):
+        each = [look["conditions_percent_of_white"][number] for look in (noise, expected)]
+        assert each[0] == pytest.approx(each[1])
+    # Keys of the whole film keep their meaning.
+    whole = np.array(among["pixel_change_percent"])
+    np.testing.assert_allclose(4.0 * whole, alone["pixel_change_percent"])
+    means = plate.mean(axis=1)
+    change, level = np.abs(means[1] - means[0]).mean((1, 2)), means[0].mean((1, 2))
+    assert alone["change_percent"] == pytest.approx(100.0 * (cameras @ change) / (cameras @ level))
+
+
+def test_the_lift_of_a_relief_is_told_apart_from_its_change(problem: Problem, settings: Run) -> None:
+    measured = outcome(problem, False)
+    wave = 0.2 * np.where(np.indices(problem.heights.shape).sum(axis=0) % 2, 1.0, -1.0)
+    best = replace(measured.descent.best, heights=problem.heights + wave + 0.452)
+    measured = replace(measured, descent=replace(measured.descent, best=best))
+    heights = results.summarise(settings, problem, measured, {})["heights"]
+    assert (heights["lift_mm"], heights["rms_change_mm"]) == pytest.approx((0.452, 0.2))
 
 
 def test_a_relief_that_only_moved_up_has_not_changed(problem: Problem, settings: Run) -> None:
