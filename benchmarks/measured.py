@@ -187,7 +187,7 @@ def _ratios(rows: dict[str, Any]) -> str:
         "adam, rms, 128",
         "256",
     )
-    return "Picture change of other ways divided by that of gauss-newton:\n\n" + table(head, lines)
+    return "Picture change of other methods divided by that of gauss-newton:\n\n" + table(head, lines)
 
 
 def _gradients() -> str:
@@ -233,7 +233,7 @@ converged renders of the paper's studio, on the same textures (the paper's nets,
 {fast_look.as_text(load("fast_look"))}
 
 `python -m benchmarks.fast_runs`: the six demo runs by what steers them; verified by finite elements, their
-pictures by Mitsuba. "Before correction": the largest miss that the first verification found.
+pictures by Mitsuba. "Before correction": the largest relative error at the first verification.
 
 {fast_runs.as_text(load("fast_runs"))}
 

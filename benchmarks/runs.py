@@ -143,7 +143,7 @@ def _change(before: Array, after: Array, again: Array, white: float) -> dict[str
 def as_table(rows: dict[str, Any]) -> str:
     """All cases as one table."""
     head = (
-        *("texture and JND", "way", "V off target %", "heights mm", "steps", "s"),
+        *("texture and JND", "method", "V off target %", "heights mm", "steps", "s"),
         *(
             "128 px: mean % of mean",
             "rms",

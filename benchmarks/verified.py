@@ -94,12 +94,12 @@ def measure(run: Run, out: Path) -> dict[str, Any]:
 
 
 def as_table(rows: dict[str, dict[str, Any]]) -> str:
-    """Markdown, with the mean and the largest miss below."""
+    """Markdown, with the mean and the largest error below."""
     head = (
         *(
             "texture and target",
             "stop",
-            "rounds",
+            "outer iterations",
             "steps",
             "V off, %",
             "A off, %",
