@@ -41,9 +41,9 @@ from optimize.training.touch_loss import LEAST_STRAIN, TouchLoss, skin_of, touch
 from optimize.training.touch_loss import examples_of as touch_examples
 from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset, open_fieldset
-from surrogate.nets.augmentation import transformed, transformed_vectors
+from surrogate.nets.augmentation import transformed
 from surrogate.nets.training import Examples, Settings, train
-from surrogate.nets.unet import Shape, UNet, parameters
+from surrogate.nets.unet import Shape, UNet
 from tactile.contact import ContactState
 from tactile.net import CHANNELS, inputs, pressure
 from tactile.strain import smallest_eigenvalue
@@ -324,7 +324,24 @@ def tried(candidate: Candidate, known: Mapping[Split, Examples], minutes: float)
     ]
     errors = torch.cat(parts).double().numpy()
     errors = errors[np.isfinite(errors)]
-    return {"error_percent": spread(errors), "epochs": epochs, "parameters": parameters(net)}
+    size = sum(values.numel() for values in net.parameters())
+    return {"error_percent": spread(errors), "epochs": epochs, "parameters": size}
+
+
+def transformed_vectors(vectors: Tensor, symmetry: int) -> Tensor:
+    """Apply a symmetry of the square to vectors.
+
+    Args:
+        vectors: (..., 3) with x to the right, y up in the maps, z out of them.
+        symmetry: As for `transformed`.
+
+    Returns:
+        The transformed vectors.
+    """
+    x, y, z = vectors.unbind(-1)
+    for _ in range(symmetry % 4):
+        x, y = -y, x
+    return torch.stack((-x if symmetry >= 4 else x, y, z), dim=-1)
 
 
 def _roughness_error(strain: Tensor, some: Examples, size_mm: float) -> Tensor:

@@ -6,7 +6,7 @@ computed again if it exists: after any interruption the next run continues, and 
 
 import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -234,12 +234,9 @@ def _difference(stored: Any, requested: Any) -> str:
 def _existing(folder: Path, request: DatasetRequest, number: int) -> Shard | None:
     """Return an existing shard; None if there is none, or if it is damaged."""
     path = shard_path(folder, number)
-    if not path.is_file():
-        return None
-    try:
-        return open_shard(path, request, number)
-    except InputError:
-        return None
+    with suppress(InputError):
+        return open_shard(path, request, number) if path.is_file() else None
+    return None
 
 
 def _checksum(names: Iterable[str]) -> str:

@@ -15,6 +15,7 @@ import tactile
 
 if TYPE_CHECKING:
     from visual.reference.renderer import ReferenceRenderer
+    from visual.scene import Scene
 
 Array = NDArray[Any]
 LightRule = Literal["studio", "random"]
@@ -119,18 +120,21 @@ def light_directions(rule: LightRule, count: int, seed: int) -> Array:
 def _studio(samples: int, strata: int) -> ReferenceRenderer:
     """Load the studio once; only heights and lights change afterwards."""
     from visual.reference.renderer import ReferenceRenderer
-    from visual.scene import Scene
-    from visual.scene_file.check import check_scene
 
-    checked = check_scene(STUDIO, {"resolution": str(samples)})
-    return ReferenceRenderer(Scene(checked, np.zeros((samples, samples)), VARIANT), strata)
+    return ReferenceRenderer(_studio_scene(samples), strata)
 
 
 def studio_material() -> Any:
     """Return the Mitsuba BSDF of the plate in the paper's studio."""
     from visual.backend.plate import plate_bsdf
+
+    return plate_bsdf(_studio_scene(16).light_scenes()[0].scene)
+
+
+def _studio_scene(samples: int) -> Scene:
+    """The paper's studio with a flat plate."""
     from visual.scene import Scene
     from visual.scene_file.check import check_scene
 
-    scene = Scene(check_scene(STUDIO, {"resolution": "16"}), np.zeros((16, 16)), VARIANT)
-    return plate_bsdf(scene.light_scenes()[0].scene)
+    checked = check_scene(STUDIO, {"resolution": str(samples)})
+    return Scene(checked, np.zeros((samples, samples)), VARIANT)

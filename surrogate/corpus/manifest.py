@@ -81,9 +81,8 @@ def read_manifest(path: Path) -> Iterator[Entry]:
     """
     try:
         with path.open("rb") as file:
-            number = 0
-            while text := file.readline(LONGEST_LINE + 1):
-                number += 1
+            lines = iter(lambda: file.readline(LONGEST_LINE + 1), b"")
+            for number, text in enumerate(lines, start=1):
                 yield parse_entry(text, f"{path}: line {number}")
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from error

@@ -62,12 +62,9 @@ def open_fieldset(folder: Path) -> Fieldset:
         InputError: A file is missing, damaged or not as requested; the message names the file and the field.
     """
     request = read_request(folder)
-    shards = []
-    for number in range(request.shards):
-        path = shard_path(folder, number)
-        if path.is_file():
-            shards.append(open_shard(path, request, number))
-    return Fieldset(folder, request, tuple(shards))
+    paths = enumerate(shard_path(folder, number) for number in range(request.shards))
+    shards = tuple(open_shard(path, request, number) for number, path in paths if path.is_file())
+    return Fieldset(folder, request, shards)
 
 
 def shard_path(folder: Path, number: int) -> Path:

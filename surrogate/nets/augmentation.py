@@ -20,19 +20,3 @@ def transformed(field: Tensor, symmetry: int) -> Tensor:
     """
     turned = torch.rot90(field, symmetry % 4, (-2, -1))
     return turned.flip(-1) if symmetry >= 4 else turned
-
-
-def transformed_vectors(vectors: Tensor, symmetry: int) -> Tensor:
-    """Apply a symmetry of the square to vectors.
-
-    Args:
-        vectors: (..., 3) with x to the right, y up in the maps, z out of them.
-        symmetry: As for `transformed`.
-
-    Returns:
-        The transformed vectors.
-    """
-    x, y, z = vectors.unbind(-1)
-    for _ in range(symmetry % 4):
-        x, y = -y, x
-    return torch.stack((-x if symmetry >= 4 else x, y, z), dim=-1)

@@ -104,8 +104,3 @@ class Residual(nn.Module):
 
 def _convolution(inputs: int, outputs: int) -> nn.Conv2d:
     return nn.Conv2d(inputs, outputs, 3, padding=1)
-
-
-def parameters(net: nn.Module) -> int:
-    """Return the number of parameters of a net."""
-    return sum(values.numel() for values in net.parameters())
