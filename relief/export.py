@@ -10,7 +10,7 @@ from relief.errors import InputError
 from relief.files import write_atomically
 from relief.formats import FORMATS
 from relief.grid import grid_faces, grid_vertices, pad_index
-from relief.limits import BASE_MM
+from relief.limits import BASE_MM, LARGEST_PLATE_MM, SMALLEST_PLATE_MM
 
 
 def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> trimesh.Trimesh:
@@ -27,7 +27,7 @@ def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) 
         A mesh in mm: (rows + 2)(cols + 2) vertices on the relief, a ring below its rim, one bottom centre.
 
     Raises:
-        InputError: The heights are no finite 2-D array or reach the bottom, or size or base is not positive.
+        InputError: The heights are no finite 2-D array or reach the bottom, or size or base is out of range.
     """
     heights = _checked(heights_mm, size_mm, base_mm)
     rows, cols = heights.shape
@@ -75,9 +75,10 @@ def _checked(heights_mm: ArrayLike, size_mm: float, base_mm: float) -> NDArray[n
         raise InputError(f"heights: expected an array (rows, cols), got shape {heights.shape}")
     if not np.isfinite(heights).all():
         raise InputError(f"heights: {np.count_nonzero(~np.isfinite(heights))} values are not finite")
-    for name, value in (("size_mm", size_mm), ("base_mm", base_mm)):
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name}: must be positive, got {value:g}")
+    if not SMALLEST_PLATE_MM <= size_mm <= LARGEST_PLATE_MM:
+        raise InputError(f"size_mm: {size_mm:g} is outside [{SMALLEST_PLATE_MM:g}, {LARGEST_PLATE_MM:g}]")
+    if not 0.0 < base_mm <= LARGEST_PLATE_MM:
+        raise InputError(f"base_mm: {base_mm:g} is not above 0 and at most {LARGEST_PLATE_MM:g}")
     if heights.min() <= -base_mm:
         raise InputError(
             f"base_mm: the relief reaches {heights.min():g} mm, through a base of {base_mm:g} mm"

@@ -2,16 +2,29 @@
 
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from relief.errors import InputError
+from relief.arrays import Array
+from relief.errors import InputError, naming
 from relief.files import partial_file
-from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
+from relief.limits import (
+    HEIGHT_LIMIT_MM,
+    LARGEST_HEIGHT_SCALE,
+    LARGEST_PLATE_MM,
+    LARGEST_RELIEF_MM,
+    LARGEST_SIDE,
+    PATCH_SIDE_MM,
+    SMALLEST_PLATE_MM,
+    SMALLEST_RELIEF_MM,
+    SMALLEST_SIDE,
+)
 
 TOLERANCE_MM = 1e-6
 """Rounding, mm: heights this far outside [0, HEIGHT_LIMIT_MM] are clipped, not refused."""
@@ -19,46 +32,115 @@ LARGEST_FIELD_SIDE = 8192
 """Most samples a side of a picture that textures are cut from."""
 MOST_CHANNELS = 16
 """Most channels of an EXR file; a height map has one, and each costs memory to open."""
+LONGEST_SHOWN = 160
+"""Most characters that a message repeats of a file or of another package's error."""
+RANGES = {
+    "size_mm": (SMALLEST_PLATE_MM, LARGEST_PLATE_MM),
+    "relief_mm": (SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM),
+    "height_scale": (1.0 / LARGEST_HEIGHT_SCALE, LARGEST_HEIGHT_SCALE),
+}
+"""Least and greatest value, both allowed, of each number that turns a height map into a plate."""
 
-_HEIGHT_CHANNELS = ("Y", "Z", "R")
-_GREY_8, _GREY_16 = ("L",), ("I;16", "I;16B", "I;16L")
-_COLOUR_8 = ("LA", "RGB", "RGBA")
-_FLOAT = "F"
+_HEADER = "retouch."
+"""Begin of the names in a file's header, followed by ``size_mm`` or ``relief_mm``."""
+_COLOURS = ("R", "G", "B")
+_GREY = {"1": 1, "L": 255}
+"""Value of white in Pillow's modes of grey to which Pillow has scaled and, where white is 0, inverted."""
+_GREY_16 = ("I;16", "I;16B", "I;16L")
+"""Pillow's modes of grey whose values are as stored."""
+_COLOUR_8 = {"LA": 2, "RGB": 3, "RGBA": 4}
+"""Channels of Pillow's modes of colour or transparency, with 8 bits each."""
 
 Check = Callable[[tuple[int, ...], Path], None]
 """A function that raises InputError for a shape that must not be read."""
 
 
-def load_heights(path: str | os.PathLike[str], *, relief_mm: float | None = None) -> NDArray[np.float64]:
-    """Read a height map.
+@dataclass(frozen=True)
+class HeightMap:
+    """A height map that was read from a file.
+
+    Attributes:
+        heights: (rows, cols), row 0 at +y, in mm within [0, 3].
+        size_mm: Side of the plate, mm, by the file's header; None if the header has none.
+    """
+
+    heights: Array
+    size_mm: float | None
+
+    def side_mm(self, size_mm: float | None) -> float:
+        """Return the side of the plate: the argument, else that of the header, else the usual one."""
+        sizes = (size_mm, self.size_mm, PATCH_SIDE_MM)
+        return next(size for size in sizes if size is not None)
+
+
+@dataclass(frozen=True)
+class _Content:
+    """Values of a file, and the lengths in its header; ``relief_mm`` is that of a picture."""
+
+    values: Array
+    holds_mm: bool
+    size_mm: float | None = None
+    relief_mm: float | None = None
+
+
+def load_height_map(
+    path: str | os.PathLike[str],
+    *,
+    relief_mm: float | None = None,
+    height_scale: float | None = None,
+    default_relief_mm: float | None = None,
+) -> HeightMap:
+    """Read a height map with the size of its plate.
+
+    There are two kinds of files. Pictures, which are PNG and TIFF of whole numbers, hold grey: black is 0 mm,
+    white is ``relief_mm``, and grey lies between in proportion, whatever gamma or profile the file names.
+    EXR, NPY and TIFF of floating-point numbers hold mm, or another unit that ``height_scale`` turns into mm.
+    Neither number has a meaning for files of the other kind.
 
     Args:
-        path: PNG or TIFF (8 or 16 bit grey), EXR (channel Y, Z, R or the only one) or NPY.
-        relief_mm: Height of white above black, mm, which PNG and TIFF need. EXR and NPY hold mm; if
-            ``relief_mm`` is not None, their value 1.0 stands for this height instead.
-
-    Returns:
-        Heights of shape (rows, cols), row 0 at +y, in mm within [0, 3].
+        path: PNG, TIFF, EXR or NPY with one channel; more channels only if all colours agree. Of an EXR
+            file's channels, Y or Z is preferred.
+        relief_mm: Height of white above black, mm; None takes the number in the file's header.
+        height_scale: mm for a height of 1.0 in a file that holds heights; None is 1.
+        default_relief_mm: Height of white above black, mm, for a picture whose header has none.
 
     Raises:
         InputError: The file is missing, damaged, not square, smaller than 16 or larger than 4096 samples a
-            side, or holds heights that are not finite or out of range.
+            side, or holds heights that are not finite or out of range; or a number is out of `RANGES`.
     """
     path = Path(path)
-    if relief_mm is not None and not (np.isfinite(relief_mm) and relief_mm > 0):
-        raise InputError(f"{path}: relief_mm: {relief_mm} is not a height above 0 mm")
-    reader = _reader(path)
-    if reader is _read_picture and relief_mm is None:
-        raise InputError(f"{path}: relief_mm: missing; a picture needs the height of white above black in mm")
-    values = reader(path, _check_shape)
-    return check_heights(values if relief_mm is None else values * relief_mm, path)
+    with naming(path):
+        relief_mm, default_relief_mm = (
+            None if length is None else in_range("relief_mm", length)
+            for length in (relief_mm, default_relief_mm)
+        )
+        unit = in_range("height_scale", 1.0 if height_scale is None else height_scale)
+    content = _reader(path)(path, _check_shape)
+    if not content.holds_mm:
+        lengths = (relief_mm, content.relief_mm, default_relief_mm)
+        white = next((length for length in lengths if length is not None), None)
+        if white is None:
+            raise InputError(
+                f"{path}: relief_mm: missing; a picture needs the height of white above black in mm"
+            )
+        unit = white
+    with np.errstate(over="ignore", invalid="ignore"):
+        heights = content.values * unit
+    return HeightMap(check_heights(heights, path), content.size_mm)
 
 
-def load_field(path: str | os.PathLike[str]) -> NDArray[np.float64]:
+def load_heights(
+    path: str | os.PathLike[str], *, relief_mm: float | None = None, height_scale: float | None = None
+) -> Array:
+    """Read a height map: the heights of `load_height_map`, (rows, cols) in mm."""
+    return load_height_map(path, relief_mm=relief_mm, height_scale=height_scale).heights
+
+
+def load_field(path: str | os.PathLike[str]) -> Array:
     """Read heights of any unit and range, such as an elevation model or a picture to cut textures from.
 
     Args:
-        path: A file of one of the kinds of `load_heights`.
+        path: A file of one of the kinds of `load_height_map`.
 
     Returns:
         Values of shape (rows, cols), row 0 the top: grey in [0, 1]; float TIFF, EXR and NPY as they are, even
@@ -67,10 +149,44 @@ def load_field(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     Raises:
         InputError: The file is missing, damaged or larger than 8192 samples a side.
     """
-    return _reader(Path(path))(Path(path), _check_extent)
+    return _reader(Path(path))(Path(path), _check_extent).values
 
 
-def _reader(path: Path) -> Callable[[Path, Check], NDArray[np.float64]]:
+def holds_mm(path: str | os.PathLike[str]) -> bool:
+    """Return whether a file holds mm, by its name, or the header if it is a TIFF; False if unreadable."""
+    path = Path(path)
+    if path.suffix.lower() not in (".tif", ".tiff"):
+        return path.suffix.lower() in (".exr", ".npy")
+    from PIL import Image
+
+    try:
+        with _damage_named(path, "a TIFF"), Image.open(path, formats=["TIFF"]) as image:
+            return image.mode == "F"
+    except InputError:
+        return False
+
+
+def in_range(key: str, number: object) -> float:
+    """Return a number that may come from anywhere, as a float.
+
+    Args:
+        key: Name of the number, a key of `RANGES`.
+        number: A number, or its text.
+
+    Raises:
+        InputError: It is no number or out of range; the message starts with ``key``.
+    """
+    lowest, highest = RANGES[key]
+    try:
+        value = float(number)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        value = np.nan
+    if not lowest <= value <= highest:
+        raise InputError(f"{key}: {_shown(number)} is not a number from {lowest:g} to {highest:g}")
+    return value
+
+
+def _reader(path: Path) -> Callable[[Path, Check], _Content]:
     """Return the function that reads a file of this name; InputError if there is none, or no such file."""
     readers = {
         ".png": _read_picture,
@@ -82,7 +198,7 @@ def _reader(path: Path) -> Callable[[Path, Check], NDArray[np.float64]]:
     reader = readers.get(path.suffix.lower())
     if reader is None:
         raise InputError(f"{path}: not a height map: expected one of {', '.join(readers)}")
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(f"{path}: no such file")
     return reader
 
@@ -109,35 +225,56 @@ def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[n
     if lowest < -TOLERANCE_MM:
         raise InputError(f"{name}: heights go down to {lowest:g} mm; the lowest allowed is 0")
     if highest > HEIGHT_LIMIT_MM + TOLERANCE_MM:
-        raise InputError(
-            f"{name}: relief_mm: heights reach {highest:g} mm; the highest allowed is {HEIGHT_LIMIT_MM:g}"
-        )
+        raise InputError(f"{name}: heights reach {highest:g} mm; the highest allowed is {HEIGHT_LIMIT_MM:g}")
     return np.clip(heights, 0.0, HEIGHT_LIMIT_MM)
 
 
-def save_heights_exr(path: str | os.PathLike[str], heights: ArrayLike) -> None:
-    """Write heights (rows, cols) in mm as a float32 EXR, channel Y; the file appears whole or not at all."""
+def save_heights_exr(
+    path: str | os.PathLike[str],
+    heights: ArrayLike,
+    size_mm: float | None = None,
+    relief_mm: float | None = None,
+) -> None:
+    """Write heights as a float32 EXR, channel Y; the file appears whole or not at all.
+
+    Args:
+        path: The file; missing folders are made.
+        heights: (rows, cols) heights in mm.
+        size_mm: Side of the plate, mm; ``retouch.size_mm`` of the header.
+        relief_mm: Height of white above black, mm, if the heights are made a picture; ``retouch.relief_mm``.
+
+    Raises:
+        InputError: A length is out of `RANGES`.
+    """
     import OpenEXR
 
     samples = np.ascontiguousarray(heights, dtype=np.float32)
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    header |= _header(path, size_mm=size_mm, relief_mm=relief_mm)
     with partial_file(path) as partial:
         OpenEXR.File(header, {"Y": samples}).write(str(partial))
 
 
-def save_heights_png(path: str | os.PathLike[str], heights: ArrayLike, relief_mm: float) -> None:
+def save_heights_png(
+    path: str | os.PathLike[str], heights: ArrayLike, relief_mm: float, size_mm: float | None = None
+) -> None:
     """Write heights as a 16 bit grey PNG; the file appears whole or not at all.
 
     Args:
         path: The file; missing folders are made.
         heights: (rows, cols) heights in [0, relief_mm] mm.
-        relief_mm: Height of white above black, mm.
+        relief_mm: Height of white above black, mm; text ``retouch.relief_mm`` of the file.
+        size_mm: Side of the plate, mm; text ``retouch.size_mm`` of the file.
 
     Raises:
-        InputError: A height is outside the range that the picture can hold.
+        InputError: A height is outside the range that the picture can hold, or a length out of `RANGES`.
     """
     from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
 
+    text = PngInfo()
+    for key, length in _header(path, size_mm=size_mm, relief_mm=relief_mm).items():
+        text.add_text(key, repr(length))
     heights = np.asarray(heights, dtype=np.float64)
     low, high = heights.min(), heights.max()
     if not (low >= -TOLERANCE_MM and high <= relief_mm + TOLERANCE_MM):
@@ -146,7 +283,23 @@ def save_heights_png(path: str | os.PathLike[str], heights: ArrayLike, relief_mm
         )
     grey = np.rint(np.clip(heights / relief_mm, 0.0, 1.0) * 65535).astype(np.uint16)
     with partial_file(path) as partial:
-        Image.fromarray(grey).save(partial, format="PNG")
+        Image.fromarray(grey).save(partial, format="PNG", pnginfo=text)
+
+
+def _header(path: str | os.PathLike[str], **lengths: float | None) -> dict[str, float]:
+    """The lengths that are not None, checked, by their names in a header."""
+    with naming(path):
+        return {_HEADER + key: in_range(key, length) for key, length in lengths.items() if length is not None}
+
+
+def _lengths(header: Mapping[Any, Any], path: Path) -> dict[str, float]:
+    """Lengths of a hostile header, by the names of `_Content`."""
+    with naming(f"{path}: header"):
+        return {
+            key: in_range(key, header[_HEADER + key])
+            for key in ("size_mm", "relief_mm")
+            if _HEADER + key in header
+        }
 
 
 def _check_shape(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
@@ -166,91 +319,126 @@ def _check_extent(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
         raise InputError(f"{name}: shape {shape}; two sides of at most {LARGEST_FIELD_SIDE} samples are read")
 
 
-def _read_picture(path: Path, check: Check) -> NDArray[np.float64]:
-    """Read the grey values of a PNG or TIFF, in [0, 1]."""
-    from PIL import Image, UnidentifiedImageError
-
+@contextmanager
+def _damage_named(path: Path, kind: str) -> Iterator[None]:
+    """Raise whatever another package raises on a hostile file as InputError, and let no warning through."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            image = Image.open(path, formats=["PNG", "TIFF"])
-        with image:
-            check((image.height, image.width), path)
-            if image.mode in _GREY_8 and _bits(image) == 8:
-                return np.asarray(image, dtype=np.float64) / 255
-            if image.mode in _GREY_16:
-                return np.asarray(image).astype(np.float64) / 65535
-            if image.mode == _FLOAT:
-                return np.asarray(image, dtype=np.float64)
-            if image.mode in _COLOUR_8 and _bits(image) == 8:
-                return _grey_of_colour(np.asarray(image), path) / 255
-            raise InputError(f"{path}: pixel format {image.mode} is not 8 or 16 bit grey")
-    except Image.DecompressionBombError as error:
-        largest = f"{LARGEST_SIDE} samples a side are read, {LARGEST_FIELD_SIDE} to cut textures from"
-        raise InputError(f"{path}: at most {largest}") from error
-    except UnidentifiedImageError as error:
-        raise InputError(f"{path}: not a readable PNG or TIFF") from error
+            yield
     except InputError:
         raise
-    except (OSError, SyntaxError, ValueError, EOFError) as error:
-        raise InputError(f"{path}: damaged: {_line(error)}") from error
+    except Exception as error:
+        reason = _shown(str(error) or type(error).__name__)
+        raise InputError(f"{path}: damaged or not {kind}: {reason}") from error
 
 
-def _bits(image: Any) -> int:
-    """Bits a channel as the file stores them; Pillow's mode hides that it reads 16 bit colour as 8."""
-    bits_per_sample = 258
-    if image.format == "TIFF":
-        return max(image.tag_v2.get(bits_per_sample, (1,)))
-    raw_mode = str(image.tile[0][3]) if image.tile else ""
-    return 16 if "16" in raw_mode else 8
+def _read_picture(path: Path, check: Check) -> _Content:
+    """Read the grey values of a PNG or TIFF, in [0, 1], or the mm of a TIFF of floating-point numbers."""
+    from PIL import Image
+
+    with _damage_named(path, "a PNG or TIFF"):
+        try:
+            image = Image.open(path, formats=["PNG", "TIFF"])
+        except Image.DecompressionBombError as error:
+            largest = f"{LARGEST_SIDE} samples a side are read, {LARGEST_FIELD_SIDE} to cut textures from"
+            raise InputError(f"{path}: at most {largest}") from error
+        with image:
+            check((image.height, image.width), path)
+            if getattr(image, "is_animated", False):
+                raise InputError(f"{path}: holds several pictures; a height map is one")
+            if "transparency" in image.info:
+                raise InputError(f"{path}: has a transparent colour; a height map is opaque")
+            if image.mode == "F":
+                return _Content(np.asarray(image, dtype=np.float64), holds_mm=True)
+            bits, white_is_zero = _encoding(image, path)
+            if image.mode in _GREY:
+                grey = np.asarray(image, dtype=np.float64) / _GREY[image.mode]
+            elif image.mode in _GREY_16:
+                grey = np.asarray(image).astype(np.float64) / (2**bits - 1)
+                grey = 1.0 - grey if white_is_zero else grey
+            elif image.mode in _COLOUR_8 and bits == 8:
+                grey = _one_channel(np.asarray(image), image.mode.endswith("A"), path) / 255
+            else:
+                raise InputError(
+                    f"{path}: pixel format {image.mode} of {bits} bits is no grey of 1 to 16 bits"
+                )
+            return _Content(grey, holds_mm=False, **_lengths(image.info, path))
 
 
-def _grey_of_colour(pixels: NDArray[np.uint8], path: Path) -> NDArray[np.float64]:
-    """The grey of a colour picture whose channels agree; an alpha channel must be constant and is dropped."""
-    channels = pixels.shape[-1]
-    if channels in (2, 4):
+def _encoding(image: Any, path: Path) -> tuple[int, bool]:
+    """Bits of a sample as the file stores it, which Pillow's mode hides, and whether 0 stands for white."""
+    if image.format != "TIFF":
+        return 16 if "16" in str(image.tile[0][3]) else 8, False
+    bits_per_sample, photometric_interpretation, samples_per_pixel, sample_format = 258, 262, 277, 339
+    tags, channels = image.tag_v2, _COLOUR_8.get(image.mode, 1)
+    if photometric_interpretation not in tags:
+        raise InputError(f"{path}: PhotometricInterpretation: missing; it says whether 0 is black or white")
+    if set(tags.get(sample_format, (1,))) != {1}:
+        raise InputError(f"{path}: SampleFormat: signed numbers; the grey of a height map is unsigned")
+    if tags.get(samples_per_pixel, channels) != channels:
+        raise InputError(f"{path}: SamplesPerPixel: channels of unknown meaning; a height map has one")
+    return max(tags.get(bits_per_sample, (1,))), tags[photometric_interpretation] == 0
+
+
+def _one_channel(pixels: NDArray[Any], alpha: bool, path: Path) -> Array:
+    """The grey of (rows, cols, channels) whose colours agree; an alpha is the last channel, and constant."""
+    if alpha:
         if np.ptp(pixels[..., -1]) != 0:
             raise InputError(f"{path}: transparency varies; a height map is opaque")
         pixels = pixels[..., :-1]
-    if (pixels != pixels[..., :1]).any():
+    if any(not np.array_equal(pixels[..., 0], other, equal_nan=True) for other in np.moveaxis(pixels, -1, 0)):
         raise InputError(f"{path}: is coloured; a height map is grey")
     return pixels[..., 0].astype(np.float64)
 
 
-def _read_exr(path: Path, check: Check) -> NDArray[np.float64]:
+def _read_exr(path: Path, check: Check) -> _Content:
+    """Read channel Y or Z of an EXR file, else R, G and B if these agree, else the only channel."""
     import OpenEXR
 
-    try:
+    with _damage_named(path, "an EXR"):
         with OpenEXR.File(str(path), header_only=True) as file:
+            if len(file.parts) != 1:
+                raise InputError(f"{path}: holds several pictures; a height map is one")
             header = file.parts[0].header
             low, high = header["dataWindow"]
-            names = [part.name for part in header["channels"]]
             check((int(high[1]) - int(low[1]) + 1, int(high[0]) - int(low[0]) + 1), path)
-            if len(names) > MOST_CHANNELS:
-                raise InputError(f"{path}: {len(names)} channels; a height map has one")
-            channel = next(
-                (name for name in _HEIGHT_CHANNELS if name in names), names[0] if len(names) == 1 else None
-            )
-        if channel is None:
-            raise InputError(f"{path}: channels {', '.join(names)}; expected Y, Z, R or a single one")
+            channels = {channel.name: channel for channel in header["channels"]}
+            # The shortest text of a number in single precision: 12.3, not 12.300000190734863.
+            lengths = {
+                key: str(np.float32(value)) if isinstance(value, float) else value
+                for key, value in header.items()
+                if key.startswith(_HEADER)
+            }
+        if len(channels) > MOST_CHANNELS:
+            raise InputError(f"{path}: {len(channels)} channels; a height map has one")
+        if "RY" in channels or "BY" in channels:
+            raise InputError(f"{path}: is coloured; a height map is grey")
+        preferred = [name for name in ("Y", "Z") if name in channels][:1]
+        names = preferred or [name for name in _COLOURS if name in channels] or [*channels]
+        if len(names) > 1 and names[0] not in _COLOURS:
+            shown = _shown(", ".join(names))
+            raise InputError(f"{path}: channels {shown}; expected Y, Z, equal R, G, B or a single one")
+        alpha = "A" in channels and names != ["A"]
+        names += ["A"] * alpha
+        if any((channels[name].xSampling, channels[name].ySampling) != (1, 1) for name in names):
+            raise InputError(f"{path}: a channel lacks samples; every pixel of a height map has one")
         with OpenEXR.File(str(path), separate_channels=True) as file:
-            return np.array(file.parts[0].channels[channel].pixels, dtype=np.float64)
-    except InputError:
-        raise
-    except (OSError, RuntimeError, ValueError, TypeError, KeyError, IndexError) as error:
-        raise InputError(f"{path}: damaged or not an EXR: {_line(error)}") from error
+            pixels = [np.array(file.parts[0].channels[name].pixels, dtype=np.float64) for name in names]
+        heights = _one_channel(np.stack(pixels, axis=-1), alpha, path)
+        return _Content(heights, holds_mm=True, **_lengths(lengths, path))
 
 
-def _read_npy(path: Path, check: Check) -> NDArray[np.float64]:
-    try:
-        values = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (OSError, ValueError, EOFError, SyntaxError) as error:
-        raise InputError(f"{path}: damaged or not an NPY array: {_line(error)}") from error
-    if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu":
-        raise InputError(f"{path}: does not hold one array of real numbers")
-    check(values.shape, path)
-    return np.array(values, dtype=np.float64)
+def _read_npy(path: Path, check: Check) -> _Content:
+    with _damage_named(path, "an NPY array"):
+        values = np.lib.format.open_memmap(path, mode="r")
+        if values.dtype.kind not in "fiu":
+            raise InputError(f"{path}: does not hold one array of real numbers")
+        check(values.shape, path)
+        return _Content(np.array(values, dtype=np.float64, order="C"), holds_mm=True)
 
 
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())
+def _shown(value: object) -> str:
+    """Text of a value that may be hostile: one short line of printable characters."""
+    text = " ".join(str(value).split())[:LONGEST_SHOWN]
+    return "".join(character if character.isprintable() else "?" for character in text)

@@ -6,5 +6,11 @@ PATCH_SIDE_MM = 10.0
 """Side of the square patch, mm, where no other is given: the paper's textures measure 100 mm² (4.2)."""
 BASE_MM = 2.0
 """Thickness of a printed plate under height 0, mm, where no other is given."""
+SMALLEST_PLATE_MM, LARGEST_PLATE_MM = 0.1, 1000.0
+"""Shortest and longest side of a plate, mm, that is rendered or printed: 1 % and 100 times the patch."""
 SMALLEST_SIDE, LARGEST_SIDE = 16, 4096
 """Fewest and most samples a side of a height map; the upper limit bounds the memory a file can ask for."""
+SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM = 1e-6, 1000.0
+"""Least and greatest height of white above black, mm; a picture need not reach white."""
+LARGEST_HEIGHT_SCALE = 1e6
+"""Greatest factor on heights in another unit than mm, as of km; its inverse is the least."""

@@ -32,7 +32,9 @@ def explain_scene(
     defines: Mapping[str, str] | None = None,
     variant: str | None = None,
     texture: str | Path | None = None,
+    size_mm: float | None = None,
     relief_mm: float | None = None,
+    height_scale: float | None = None,
     samples: int | None = None,
 ) -> list[tuple[str, str]]:
     """What `visual.load_scene(...).render(samples=samples)` would do.
@@ -44,7 +46,7 @@ def explain_scene(
         defines: values of its `$parameters`.
         variant: of Mitsuba; chosen by the scene's colours if None.
         texture: a height map instead of the scene's own.
-        relief_mm: height of white above black in `texture`.
+        size_mm, relief_mm, height_scale: of the height map, as in `visual.scene_file.describe.plate_heights`.
         samples: a pixel; default as the scene file says.
 
     Returns:
@@ -55,7 +57,7 @@ def explain_scene(
     """
     checked = check_scene(path, defines)
     description = describe(checked)
-    heights = plate_heights(path, description.plate, texture, relief_mm)
+    heights = plate_heights(path, description.plate, texture, size_mm, relief_mm, height_scale)
     needs = needs_of(description)
     chosen = variants.choose_variant(needs.colour, variant)
     exact, step, unseen = (obstacles(model, description, needs, heights.shape) for model in MODELS)

@@ -30,7 +30,7 @@ from visual.loading import Lights, load_light_scene
 from visual.models import LookModel, PictureModel, look_model, obstacles
 from visual.needs import Needs, camera_name, needs_of
 from visual.scene_file.check import check_scene
-from visual.scene_file.describe import describe, plate_heights
+from visual.scene_file.describe import check_size, describe, plate_heights
 from visual.scene_file.parsed import CheckedScene, Description
 
 FIXED_DIRECTIONS = 24
@@ -236,9 +236,7 @@ class Scene:
         Raises:
             InputError: another size; None agrees with every plate.
         """
-        if size_mm is not None and abs(size_mm - self.size_mm) > 1e-6:
-            where = f"{self._checked.path}: heightfield: size_mm"
-            raise InputError(f"{where}: the scene's plate is {self.size_mm} mm, the run's {size_mm} mm")
+        check_size(self._checked.path, self.size_mm, size_mm)
 
     @property
     def _groups(self) -> tuple[Lights, ...]:
@@ -333,6 +331,7 @@ def load_scene(
     texture: str | Path | None = None,
     size_mm: float | None = None,
     relief_mm: float | None = None,
+    height_scale: float | None = None,
 ) -> Scene:
     """Check a scene file, then load it.
 
@@ -341,13 +340,12 @@ def load_scene(
         defines: values of its `$parameters`.
         variant: of Mitsuba; chosen by the scene's colours if None.
         texture: a height map instead of the scene's own.
-        size_mm: must agree with the scene's plate if not None.
-        relief_mm: height of white above black in `texture`.
+        size_mm, relief_mm, height_scale: of the height map, as in `visual.scene_file.describe.plate_heights`.
 
     Raises:
         InputError: what is wrong with the file, in one line.
     """
     checked = check_scene(path, defines)
-    scene = Scene(checked, plate_heights(path, describe(checked).plate, texture, relief_mm), variant)
-    scene.check_size(size_mm)
-    return scene
+    plate = describe(checked).plate
+    heights = plate_heights(path, plate, texture, size_mm, relief_mm, height_scale)
+    return Scene(checked, heights, variant)

@@ -7,11 +7,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from optimize.commands.options import RELIEF_DEFAULT, add_plate, console, contact_errors_name
+from optimize.commands.options import TEXTURE, add_plate, check_scales, console, contact_errors_name
 from optimize.descent.targets import QUANTITIES, ROUGHNESS
 from optimize.report.formatting import MODEL_NAMES, model_name, number
 from relief.errors import naming
-from relief.limits import PATCH_SIDE_MM
 from tactile.skin import Skin
 
 if TYPE_CHECKING:
@@ -51,9 +50,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=Path,
         metavar="TEXTURE",
-        help="height map: PNG or TIFF (grey is height), EXR or NPY (mm)",
+        help=TEXTURE,
     )
-    add_plate(parser, f"{PATCH_SIDE_MM:g}", RELIEF_DEFAULT)
+    add_plate(parser)
     parser.add_argument(
         "--model",
         choices=tuple(MODEL_NAMES),
@@ -70,27 +69,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from relief.heightmap import load_heights
+    from relief.heightmap import load_height_map
 
-    size_mm = PATCH_SIDE_MM if arguments.size_mm is None else arguments.size_mm
+    check_scales(arguments, arguments.textures)
     with naming("evaluate"):
         skin = Skin(**{name: getattr(arguments, name) for name in SKIN})
     # All files are read before the first press, so that a misspelt name is refused at once.
-    reliefs = [load_heights(texture, relief_mm=arguments.relief_mm) for texture in arguments.textures]
+    scales = {"relief_mm": arguments.relief_mm, "height_scale": arguments.height_scale}
+    read = [load_height_map(texture, **scales) for texture in arguments.textures]
+    sizes = [height_map.side_mm(arguments.size_mm) for height_map in read]
     measured = [
-        measure(texture, heights, size_mm, skin, arguments.model)
-        for texture, heights in zip(arguments.textures, reliefs, strict=True)
+        measure(texture, height_map.heights, size_mm, skin, arguments.model)
+        for texture, height_map, size_mm in zip(arguments.textures, read, sizes, strict=True)
     ]
     entries = described(arguments.textures, measured)
     if arguments.json:
-        setting = {"size_mm": size_mm, "skin": asdict(skin), "model": arguments.model}
-        print(json.dumps([entry | setting for entry in entries], indent=2))
+        setting = {"skin": asdict(skin), "model": arguments.model}
+        entries = [
+            entry | {"size_mm": size_mm} | setting for entry, size_mm in zip(entries, sizes, strict=True)
+        ]
+        print(json.dumps(entries, indent=2))
         return 0
     screen = console()
     screen.print(table(entries))
+    plates = " and ".join(f"{size_mm:g} x {size_mm:g}" for size_mm in dict.fromkeys(sizes))
     screen.print(
         f"{model_name(arguments.model).capitalize()}, {skin.young_modulus_mpa:g} MPa, "
-        f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {size_mm:g} x {size_mm:g} mm."
+        f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {plates} mm."
     )
     return 0
 

@@ -3,10 +3,10 @@
 import argparse
 from pathlib import Path
 
-from optimize.commands.options import RELIEF_DEFAULT, add_plate
+from optimize.commands.options import TEXTURE, add_plate, check_scales
 from relief.errors import InputError
 from relief.formats import FORMATS
-from relief.limits import BASE_MM, PATCH_SIDE_MM
+from relief.limits import BASE_MM
 
 HELP = "write a texture as a plate for a 3-D printer"
 DESCRIPTION = "Writes the relief on a base as one watertight body, in mm.\n\nformats:\n" + "".join(
@@ -24,12 +24,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "texture",
         type=Path,
         metavar="TEXTURE",
-        help="height map: PNG or TIFF (grey is height), EXR or NPY (mm)",
+        help=TEXTURE,
     )
     parser.add_argument(
         "-o", dest="out", type=Path, required=True, metavar="OUT", help=f"file to write: {', '.join(FORMATS)}"
     )
-    add_plate(parser, f"{PATCH_SIDE_MM:g}", RELIEF_DEFAULT)
+    add_plate(parser)
     parser.add_argument(
         "--base-mm",
         type=float,
@@ -40,15 +40,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from relief.heightmap import load_heights
+    from relief.heightmap import load_height_map
 
     out, base_mm = arguments.out, arguments.base_mm
-    size_mm = PATCH_SIDE_MM if arguments.size_mm is None else arguments.size_mm
+    check_scales(arguments, [arguments.texture])
     if not out.parent.is_dir():
         raise InputError(f"{out}: -o: there is no folder {out.parent}")
     if out.is_dir():
         raise InputError(f"{out}: -o: is a folder")
-    heights = load_heights(arguments.texture, relief_mm=arguments.relief_mm)
+    read = load_height_map(
+        arguments.texture, relief_mm=arguments.relief_mm, height_scale=arguments.height_scale
+    )
+    heights, size_mm = read.heights, read.side_mm(arguments.size_mm)
     # Only here, because trimesh takes as long to import as everything above takes to run.
     from relief.export import export_plate
 

@@ -7,10 +7,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mitsuba_scenes import find_file
-from optimize.commands.options import INTERRUPTED, add_mitsuba, add_plate, console, contact_errors_name, seed
+from optimize.commands.options import (
+    INTERRUPTED,
+    TEXTURE,
+    add_mitsuba,
+    add_plate,
+    check_scales,
+    console,
+    contact_errors_name,
+    seed,
+)
 from optimize.descent.targets import GOAL_KEYS, QUANTITIES
 from relief.errors import InputError
-from relief.limits import PATCH_SIDE_MM
 
 if TYPE_CHECKING:
     from optimize.runs.config import Run
@@ -43,7 +51,7 @@ the pictures before and after, and result.json with every number.
 
 {STATUSES}"""
 
-_SETTINGS = {name: name for name in ("size_mm", "relief_mm", "seed")} | {
+_SETTINGS = {name: name for name in ("size_mm", "relief_mm", "height_scale", "seed")} | {
     key: f"touch.{key}" for key in GOAL_KEYS
 }
 """Key in the run file of each option that takes a number."""
@@ -84,13 +92,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     plate.add_argument(
         "--texture",
         type=Path,
-        help="height map: PNG or TIFF (grey is height), EXR or NPY (mm) (default: the run file's)",
+        help=f"{TEXTURE} (default: the run file's)",
     )
-    add_plate(
-        plate,
-        f"the run file's, or {PATCH_SIDE_MM:g}",
-        "the run file's; required for PNG and TIFF; EXR and NPY hold mm",
-    )
+    add_plate(plate, "the run file's", "the scene's")
 
     details = parser.add_argument_group("details")
     details.add_argument(
@@ -115,6 +119,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     settings = load(arguments)
+    check_scales(arguments, [settings.texture])
     name = arguments.source if _is_run_file(arguments.source) else settings.texture
     out = arguments.out or Path("runs") / name.stem
     _refuse_inputs_in(out, (arguments.source, settings.scene, settings.texture))

@@ -2,11 +2,12 @@
 
 import argparse
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from relief.errors import InputError
+from relief.limits import PATCH_SIDE_MM
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,8 +18,8 @@ INTERRUPTED = 130
 UNBOUNDED = 10_000
 """Columns of output that goes to a file or pipe: so many that no row of a table is wrapped."""
 
-RELIEF_DEFAULT = "none; required for PNG and TIFF; EXR and NPY hold mm"
-"""Default of `--relief-mm` in the help of a verb that takes nothing but textures."""
+TEXTURE = "height map: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm)"
+"""What a texture is, in the help of every verb that takes one."""
 
 
 def define(text: str) -> tuple[str, str]:
@@ -57,17 +58,38 @@ def whole_number(lowest: int, highest: int) -> Callable[[str], int]:
     return read
 
 
-def add_plate(parser: argparse._ActionsContainer, size_default: str, relief_default: str) -> None:
-    """Add `--size-mm` and `--relief-mm`, None where not given; the texts name the default in the help."""
-    parser.add_argument(
-        "--size-mm", type=float, metavar="MM", help=f"side of the plate, mm (default: {size_default})"
-    )
-    parser.add_argument(
-        "--relief-mm",
-        type=float,
-        metavar="MM",
-        help=f"height of white above black in the texture, mm (default: {relief_default})",
-    )
+def add_plate(parser: argparse._ActionsContainer, first: str = "", size: str = f"{PATCH_SIDE_MM:g}") -> None:
+    """Add `--size-mm`, `--relief-mm` and `--height-scale`, None where not given.
+
+    Args:
+        parser: of the verb.
+        first: where the values come from before the texture's header, for the help.
+        size: where the size comes from after the header.
+    """
+    for flag, metavar, meaning, last in (
+        ("--size-mm", "MM", "side of the plate, mm", f"the texture's header, or {size}"),
+        ("--relief-mm", "MM", "height of white above black in a picture, mm", "the texture's header"),
+        ("--height-scale", "FACTOR", "mm for a height of 1 in EXR, NPY and float TIFF", "1"),
+    ):
+        parser.add_argument(
+            flag,
+            type=float,
+            metavar=metavar,
+            help=f"{meaning} (default: {first}{', or ' * bool(first)}{last})",
+        )
+
+
+def check_scales(arguments: argparse.Namespace, textures: Iterable[Path]) -> None:
+    """Raise InputError for a `--relief-mm` without a picture, and a `--height-scale` without a file in mm."""
+    if arguments.relief_mm is None and arguments.height_scale is None:
+        return
+    from relief.heightmap import holds_mm
+
+    in_mm = {holds_mm(texture) for texture in textures}
+    if arguments.relief_mm is not None and in_mm == {True}:
+        raise InputError("--relief-mm: is for pictures; the texture holds mm, which --height-scale scales")
+    if arguments.height_scale is not None and in_mm == {False}:
+        raise InputError("--height-scale: is for files that hold mm; a picture is scaled by --relief-mm")
 
 
 def add_mitsuba(parser: argparse._ActionsContainer) -> None:

@@ -1,13 +1,14 @@
 """`retouch render`: pictures of a scene, one for each rendering condition."""
 
 import argparse
+import os
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mitsuba_scenes import find_file
-from optimize.commands.options import RELIEF_DEFAULT, add_mitsuba, console, count, seed
+from optimize.commands.options import TEXTURE, add_mitsuba, add_plate, check_scales, console, count, seed
 from optimize.report.formatting import duration, number, percent
 from relief.errors import InputError
 
@@ -53,14 +54,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--texture",
         type=Path,
-        help="height map instead of the scene's: PNG or TIFF (grey is height), EXR or NPY (mm)",
+        help=f"instead of the scene's, {TEXTURE}",
     )
-    parser.add_argument(
-        "--relief-mm",
-        type=float,
-        metavar="MM",
-        help=f"height of white above black in --texture, mm (default: {RELIEF_DEFAULT})",
-    )
+    add_plate(parser, size="the scene's")
     parser.add_argument(
         "--samples",
         type=count,
@@ -84,12 +80,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     arguments.scene = find_file(arguments.scene, ".xml")
-    if arguments.relief_mm is not None and arguments.texture is None:
+    if arguments.texture is not None:
+        if not os.path.isfile(arguments.texture):
+            raise InputError(f"{arguments.texture}: no such file")
+        check_scales(arguments, [arguments.texture])
+    elif (arguments.relief_mm, arguments.height_scale) != (None, None):
+        flag = "--height-scale" if arguments.relief_mm is None else "--relief-mm"
         raise InputError(
-            "--relief-mm: belongs to --texture; a scene has its own parameters, as in -D relief_mm=1"
+            f"{flag}: belongs to --texture; a scene has its own parameters, as in -D relief_mm=1"
         )
-    if arguments.texture is not None and not arguments.texture.exists():
-        raise InputError(f"{arguments.texture}: no such file")
     if arguments.explain:
         return _explain(arguments)
     out = arguments.out or Path("renders") / arguments.scene.stem
@@ -103,8 +102,10 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.scene,
         dict(arguments.defines),
         arguments.variant,
-        texture=arguments.texture,
-        relief_mm=arguments.relief_mm,
+        arguments.texture,
+        arguments.size_mm,
+        arguments.relief_mm,
+        arguments.height_scale,
     )
     start = time.perf_counter()
     batches = batched(scene, samples=arguments.samples, seed=arguments.seed)
@@ -132,7 +133,9 @@ def _explain(arguments: argparse.Namespace) -> int:
         dict(arguments.defines),
         arguments.variant,
         arguments.texture,
+        arguments.size_mm,
         arguments.relief_mm,
+        arguments.height_scale,
         arguments.samples,
     )
     rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False, show_header=False)

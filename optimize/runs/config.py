@@ -24,7 +24,13 @@ from pydantic.fields import FieldInfo
 from mitsuba_scenes import bundled, find_file
 from optimize.descent.targets import GOAL_KEYS, GoalKey, Quantity
 from relief.errors import InputError
-from relief.limits import PATCH_SIDE_MM
+from relief.limits import (
+    LARGEST_HEIGHT_SCALE,
+    LARGEST_PLATE_MM,
+    LARGEST_RELIEF_MM,
+    SMALLEST_PLATE_MM,
+    SMALLEST_RELIEF_MM,
+)
 from tactile.limits import FEM_MESH, MAX_MESH, MIN_MESH
 from tactile.skin import Skin
 
@@ -180,8 +186,9 @@ class Run(_Section):
 
     Attributes:
         scene, texture: files; absolute paths once loaded.
-        size_mm: side of the plate, mm.
-        relief_mm: height of white above black, mm; for textures whose files do not hold mm.
+        size_mm: side of the plate, mm; by default that of the texture's header, else that of the scene.
+        relief_mm: height of white above black, mm, in a picture; by default that of its header.
+        height_scale: mm for a height of 1 in a file that holds heights; without meaning for pictures.
         seed: of all random numbers.
         define: values of the scene's parameters, by name.
         touch, look, descent, verify: the sections of the run file.
@@ -189,8 +196,9 @@ class Run(_Section):
 
     scene: FilePath
     texture: FilePath
-    size_mm: Positive = PATCH_SIDE_MM
-    relief_mm: Positive | None = None
+    size_mm: Annotated[float, Field(ge=SMALLEST_PLATE_MM, le=LARGEST_PLATE_MM)] | None = None
+    relief_mm: Annotated[float, Field(ge=SMALLEST_RELIEF_MM, le=LARGEST_RELIEF_MM)] | None = None
+    height_scale: Annotated[float, Field(ge=1.0 / LARGEST_HEIGHT_SCALE, le=LARGEST_HEIGHT_SCALE)] = 1.0
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     define: Mapping[str, str] = {}
     touch: Touch
@@ -211,9 +219,10 @@ class Run(_Section):
 
     @model_validator(mode="after")
     def _goals_fit_the_plate(self) -> Self:
+        size_mm = LARGEST_PLATE_MM if self.size_mm is None else self.size_mm
         for quantity, key, goal in self.touch.goals():
-            if not key.relative and goal > quantity.largest(self.size_mm):
-                raise ValueError(f"touch.{key.key}: {too_large(quantity, goal, self.size_mm)}")
+            if not key.relative and goal > quantity.largest(size_mm):
+                raise ValueError(f"touch.{key.key}: {too_large(quantity, goal, size_mm)}")
         return self
 
 

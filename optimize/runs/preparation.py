@@ -58,6 +58,7 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
         texture=settings.texture,
         size_mm=settings.size_mm,
         relief_mm=settings.relief_mm,
+        height_scale=settings.height_scale,
     )
     touch, descent = settings.touch, settings.descent
     if np.ptp(scene.heights) == 0.0:
@@ -68,7 +69,7 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
     with naming(settings.texture):
         untargeted = Problem(
             scene.heights,
-            settings.size_mm,
+            scene.size_mm,
             touch.skin,
             Targets(),
             scene,
@@ -91,10 +92,8 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
             "(built once per skin, then kept)"
         )
     with naming(settings.texture):
-        original = measure_touch(
-            scene.heights, settings.size_mm, untargeted.skin, verifier or touch.model, mesh
-        )
-    targets = _targets(settings, original.values)
+        original = measure_touch(scene.heights, scene.size_mm, untargeted.skin, verifier or touch.model, mesh)
+    targets = _targets(settings, scene.size_mm, original.values)
     problem = replace(untargeted, targets=targets)
 
     def method_for(surrogate: Targets, steps: int) -> DescentMethod:
@@ -104,7 +103,7 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
         return GaussNewton(aiming)
 
     def verify(heights: Array) -> TouchMeasures:
-        return measure_touch(heights, settings.size_mm, problem.skin, verifier or "layer", mesh)
+        return measure_touch(heights, scene.size_mm, problem.skin, verifier or "layer", mesh)
 
     steering = untargeted.press(scene.heights, gradients=False).values
     return Prepared(
@@ -123,13 +122,13 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
     )
 
 
-def _targets(settings: Run, original: Values) -> Targets:
+def _targets(settings: Run, size_mm: float, original: Values) -> Targets:
     """The targets of a run, by the original's own values. Raises InputError."""
     targets = []
     for quantity, key, number in settings.touch.goals():
         goal = key.goal(number, original[quantity.name])
-        if goal > quantity.largest(settings.size_mm):
-            fault = too_large(quantity, goal, settings.size_mm)
+        if goal > quantity.largest(size_mm):
+            fault = too_large(quantity, goal, size_mm)
             raise InputError(f"{settings.texture}: touch.{key.key}: {number:g}: {fault}")
         targets.append(Target(quantity, goal, settings.descent.tolerance))
     return Targets(tuple(targets))

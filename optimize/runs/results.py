@@ -24,6 +24,7 @@ from relief.export import export_plate
 from relief.files import write_atomically
 from relief.formats import PLATES
 from relief.heightmap import save_heights_exr, save_heights_png
+from relief.limits import SMALLEST_RELIEF_MM
 from visual.noise import Batches
 
 SETTINGS = "run.toml"
@@ -111,13 +112,14 @@ def write_settings(run_dir: Path, settings: Run) -> None:
 
 def white_mm(heights: Array) -> float:
     """Height of white in heights.png, mm; black is 0."""
-    return float(heights.max()) or 1.0
+    return max(float(heights.max()), SMALLEST_RELIEF_MM)
 
 
 def write_relief(run_dir: Path, heights: Array, size_mm: float) -> None:
     """heights.exr, heights.png and the plates of heights (rows, cols) in mm; each file appears whole."""
-    save_heights_exr(run_dir / "heights.exr", heights)
-    save_heights_png(run_dir / "heights.png", heights, white_mm(heights))
+    white = white_mm(heights)
+    save_heights_exr(run_dir / "heights.exr", heights, size_mm, white)
+    save_heights_png(run_dir / "heights.png", heights, white, size_mm)
     for name in PLATES:
         export_plate(run_dir / name, heights, size_mm)
 

@@ -4,15 +4,25 @@ import io
 import struct
 import zlib
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import OpenEXR
 import pytest
+import tifffile
 from numpy.typing import NDArray
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from relief.errors import InputError
-from relief.heightmap import load_field, load_heights, save_heights_exr, save_heights_png
+from relief.heightmap import (
+    holds_mm,
+    load_field,
+    load_height_map,
+    load_heights,
+    save_heights_exr,
+    save_heights_png,
+)
 
 SIDE = 32
 
@@ -53,7 +63,85 @@ def test_exr_and_npy_hold_mm(tmp_path: Path, ramp: NDArray[np.float64]) -> None:
     np.save(tmp_path / "ramp.npy", ramp)
     np.testing.assert_allclose(load_heights(tmp_path / "ramp.exr"), ramp, rtol=1e-6)
     np.testing.assert_array_equal(load_heights(tmp_path / "ramp.npy"), ramp)
-    np.testing.assert_allclose(load_heights(tmp_path / "ramp.npy", relief_mm=2.0), 2 * ramp)
+    np.testing.assert_array_equal(load_heights(tmp_path / "ramp.npy", relief_mm=2.0), ramp)
+    Image.fromarray(ramp.astype(np.float32)).save(tmp_path / "ramp.tif")
+    np.testing.assert_allclose(load_heights(tmp_path / "ramp.tif", relief_mm=2.0), ramp, rtol=1e-6)
+    for name in ("ramp.exr", "ramp.npy", "ramp.tif"):
+        assert holds_mm(tmp_path / name)
+        scaled = load_heights(tmp_path / name, height_scale=2.0)
+        np.testing.assert_allclose(scaled, 2.0 * ramp, rtol=1e-6)
+
+
+def test_a_scale_of_heights_in_mm_leaves_pictures_as_they_are(
+    tmp_path: Path, ramp: NDArray[np.float64]
+) -> None:
+    for name in ("ramp.png", "ramp.tif"):
+        Image.fromarray(np.rint(ramp * 65535).astype(np.uint16)).save(tmp_path / name)
+        assert not holds_mm(tmp_path / name)
+        heights = load_heights(tmp_path / name, relief_mm=1.0, height_scale=2.0)
+        np.testing.assert_allclose(heights, ramp, atol=1e-5)
+
+
+@pytest.mark.parametrize("suffix", ["exr", "png"])
+def test_a_file_remembers_the_lengths_of_its_plate(
+    tmp_path: Path, ramp: NDArray[np.float64], suffix: str
+) -> None:
+    path = tmp_path / f"ramp.{suffix}"
+    if suffix == "exr":
+        save_heights_exr(path, ramp, 12.3, 1.5)
+        with OpenEXR.File(str(path), header_only=True) as file:
+            attributes = dict(file.parts[0].header)
+    else:
+        save_heights_png(path, ramp, 1.5, 12.3)
+        with Image.open(path) as image:
+            attributes = dict(image.info)
+    assert float(attributes["retouch.size_mm"]) == pytest.approx(12.3)
+    assert float(attributes["retouch.relief_mm"]) == 1.5
+    read = load_height_map(path, default_relief_mm=0.1)
+    assert read.size_mm == read.side_mm(None) == 12.3
+    assert read.side_mm(10.0) == 10.0
+    np.testing.assert_allclose(read.heights, ramp, atol=2e-5)
+    # An option goes before the header of a picture.
+    doubled = load_heights(path, relief_mm=3.0)
+    np.testing.assert_allclose(doubled, ramp if suffix == "exr" else 2.0 * ramp, atol=4e-5)
+
+
+def test_a_file_without_header_takes_the_defaults(tmp_path: Path, ramp: NDArray[np.float64]) -> None:
+    path = tmp_path / "ramp.png"
+    Image.fromarray(np.rint(ramp * 255).astype(np.uint8)).save(path)
+    read = load_height_map(path, default_relief_mm=2.0)
+    assert (read.heights.max(), read.size_mm, read.side_mm(None)) == (2.0, None, 10.0)
+
+
+@pytest.mark.parametrize("key", ["size_mm", "relief_mm"])
+@pytest.mark.parametrize(
+    "value", ["nan", "inf", "-1", "0", "1e300", "1e-300", "9" * 5000, "ten", "\x1b[2J", "1\n2"]
+)
+def test_a_header_that_lies_is_refused(
+    tmp_path: Path, ramp: NDArray[np.float64], key: str, value: str
+) -> None:
+    text = PngInfo()
+    text.add_text(f"retouch.{key}", value)
+    path = tmp_path / "ramp.png"
+    Image.fromarray(np.rint(ramp * 255).astype(np.uint8)).save(path, pnginfo=text)
+    line = fault(path, 1.0)
+    assert f"header: {key}: " in line and len(line) < 400 and line.isprintable()
+    for attribute in (value, np.array([1.0, 2.0])) if value == "ten" else (value,):
+        write_exr(tmp_path / "ramp.exr", {"Y": ramp}, {f"retouch.{key}": attribute})
+        assert f"header: {key}: " in fault(tmp_path / "ramp.exr")
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 0.0, -1.0, 1e300])
+def test_lengths_that_would_be_refused_are_not_written(
+    tmp_path: Path, ramp: NDArray[np.float64], value: float
+) -> None:
+    with pytest.raises(InputError, match=r"ramp\.exr: size_mm"):
+        save_heights_exr(tmp_path / "ramp.exr", ramp, value)
+    with pytest.raises(InputError, match=r"ramp\.png: size_mm"):
+        save_heights_png(tmp_path / "ramp.png", ramp, 1.0, value)
+    with pytest.raises(InputError, match=r"ramp\.png: relief_mm"):
+        save_heights_png(tmp_path / "ramp.png", ramp, value)
+    assert not list(tmp_path.iterdir())
 
 
 def test_png_keeps_heights_within_half_a_step(tmp_path: Path, ramp: NDArray[np.float64]) -> None:
@@ -102,6 +190,42 @@ def test_colour_that_is_grey_is_read_and_other_colour_is_refused(tmp_path: Path)
     pixels[3, 4] = (51, 51, 51, 50)
     Image.fromarray(pixels).save(path)
     assert "transparency" in fault(path, 1.0)
+
+
+def test_exr_and_png_follow_one_rule_of_colour(tmp_path: Path, ramp: NDArray[np.float64]) -> None:
+    path, other = tmp_path / "ramp.exr", ramp.T.copy()
+    one = np.ones_like(ramp)
+    for channels in (
+        {"R": ramp, "G": ramp, "B": ramp},
+        {"R": ramp, "G": ramp, "B": ramp, "A": one},
+        {"Y": ramp, "R": other, "G": other, "B": ramp},
+        {"Z": ramp, "R": other},
+        {"Y": ramp, "Z": other, "A": one},
+    ):
+        write_exr(path, channels)
+        np.testing.assert_allclose(load_heights(path), ramp, rtol=1e-6)
+    for channels, word in (
+        ({"R": ramp, "G": ramp, "B": other}, "coloured"),
+        ({"R": ramp, "G": other}, "coloured"),
+        ({"Y": ramp, "RY": other, "BY": other}, "coloured"),
+        ({"Y": ramp, "A": other}, "transparency"),
+        ({"R": ramp, "A": np.where(np.eye(SIDE) > 0, np.nan, 1.0)}, "transparency"),
+        ({"R": np.where(np.eye(SIDE) > 0, np.nan, 1.0)}, "not finite"),
+    ):
+        write_exr(path, channels)
+        assert word in fault(path)
+
+
+def test_an_exr_of_several_parts_or_sparse_samples_is_refused(
+    tmp_path: Path, ramp: NDArray[np.float64]
+) -> None:
+    path, samples = tmp_path / "ramp.exr", ramp.astype(np.float32)
+    parts = [OpenEXR.Part({}, {"Y": samples}, name) for name in ("first", "second")]
+    OpenEXR.File(parts).write(str(path))
+    assert "several" in fault(path)
+    quarter = OpenEXR.Channel("Y", samples[::2, ::2].copy(), 2, 2)
+    OpenEXR.File({"dataWindow": ((0, 0), (SIDE - 1, SIDE - 1))}, {"Y": quarter}).write(str(path))
+    assert "lacks samples" in fault(path)
 
 
 def test_16_bit_colour_is_refused_rather_than_rounded(tmp_path: Path) -> None:
@@ -156,6 +280,86 @@ def test_a_pickle_is_not_run(tmp_path: Path) -> None:
     assert "NPY" in fault(path)
 
 
+NPY_HEADERS = {
+    "negative": "{'descr': '<f8', 'fortran_order': False, 'shape': (-32, -32)}",
+    "vast": "{'descr': '<f8', 'fortran_order': False, 'shape': (" + "9" * 400 + ", 1)}",
+    "overflowing": "{'descr': '<f8', 'fortran_order': False, 'shape': (4294967296, 4294967296)}",
+    "longer than the file": "{'descr': '<f8', 'fortran_order': False, 'shape': (4096, 4096)}",
+    "no tuple": "{'descr': '<f8', 'fortran_order': False, 'shape': 32}",
+    "truths": "{'descr': '<f8', 'fortran_order': False, 'shape': (True, True)}",
+    "fractions": "{'descr': '<f8', 'fortran_order': False, 'shape': (32.0, 32.0)}",
+    "a key too many": "{'descr': '<f8', 'fortran_order': False, 'shape': (32, 32), 'x': 1}",
+    "no dictionary": "[1, 2, 3]",
+    "a call": "{'descr': __import__('os').mkdir('planted'), 'fortran_order': False, 'shape': (32, 32)}",
+    "objects": "{'descr': '|O', 'fortran_order': False, 'shape': (32, 32)}",
+    "records": "{'descr': [('a', '<f8'), ('b', '<f8')], 'fortran_order': False, 'shape': (32, 32)}",
+    "bytes": "{'descr': '|S8', 'fortran_order': False, 'shape': (32, 32)}",
+    "complex": "{'descr': '<c16', 'fortran_order': False, 'shape': (32, 16)}",
+    "an unknown kind": "{'descr': 'nonsense', 'fortran_order': False, 'shape': (32, 32)}",
+    "a kind of no type": "{'descr': 1.5, 'fortran_order': False, 'shape': (32, 32)}",
+    "deep": "(" * 9000,
+    "signs": "-" * 9000 + "1",
+    "open text": "{'descr': '",
+    "two lines": "{'descr': '<f8',\n\x1b[2J\x00}",
+    "nothing": "",
+}
+
+
+@pytest.mark.parametrize("header", NPY_HEADERS)
+@pytest.mark.parametrize("version", [1, 2, 3, 9])
+def test_a_hostile_npy_header_takes_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, header: str, version: int
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path, text = tmp_path / "map.npy", NPY_HEADERS[header].encode()
+    length = len(text).to_bytes(2 if version == 1 else 4, "little")
+    path.write_bytes(b"\x93NUMPY" + bytes([version, 0]) + length + text + bytes(8 * SIDE * SIDE))
+    line = fault(path)
+    assert len(line) < 500 and line.isprintable()
+    assert [file.name for file in tmp_path.iterdir()] == ["map.npy"]
+
+
+@pytest.mark.parametrize("kind", ["<f8", ">f8", "<f4", ">f2", "u1", ">i4", "<u8"])
+@pytest.mark.parametrize("fortran", [False, True])
+def test_numbers_of_any_kind_and_order_are_read(tmp_path: Path, kind: str, fortran: bool) -> None:
+    heights = np.arange(SIDE * SIDE).reshape(SIDE, SIDE) % 4
+    np.save(tmp_path / "map.npy", np.asarray(heights, kind, order="F" if fortran else "C"))
+    read = load_heights(tmp_path / "map.npy")
+    np.testing.assert_array_equal(read, np.minimum(heights, 3))
+    assert read.flags.c_contiguous
+
+
+def test_a_number_beyond_double_precision_is_not_finite(
+    tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    np.save(tmp_path / "map.npy", np.full((SIDE, SIDE), np.longdouble("1e4000")))
+    assert "not finite" in fault(tmp_path / "map.npy")
+    np.save(tmp_path / "map.npy", np.full((SIDE, SIDE), 1e308))
+    with pytest.raises(InputError, match="not finite"):
+        load_heights(tmp_path / "map.npy", height_scale=1e6)
+    assert not recwarn.list
+
+
+def test_links_that_go_round_are_no_file(tmp_path: Path) -> None:
+    for suffix in ("png", "tif", "exr", "npy"):
+        path = tmp_path / f"loop.{suffix}"
+        path.symlink_to(path)
+        assert "no such file" in fault(path, 1.0)
+        assert "no such file" in fault(tmp_path / ("n" * 300 + f".{suffix}"), 1.0)
+
+
+def test_a_file_cut_anywhere_takes_one_line(tmp_path: Path, ramp: NDArray[np.float64]) -> None:
+    save_heights_exr(tmp_path / "whole.exr", ramp, 10.0)
+    save_heights_png(tmp_path / "whole.png", ramp, 1.0, 10.0)
+    np.save(tmp_path / "whole.npy", ramp)
+    (tmp_path / "whole.tif").write_bytes(tiff(np.rint(ramp * 65535).astype(int), 16, compression=8))
+    for whole in sorted(tmp_path.glob("whole.*")):
+        content, path = whole.read_bytes(), tmp_path / f"cut{whole.suffix}"
+        for length in range(0, len(content) - 20, max(1, len(content) // 60)):
+            path.write_bytes(content[:length])
+            fault(path, 1.0)
+
+
 @pytest.mark.parametrize("suffix", ["png", "tif", "exr", "npy"])
 def test_damaged_files_are_named(tmp_path: Path, ramp: NDArray[np.float64], suffix: str) -> None:
     path = tmp_path / f"map.{suffix}"
@@ -179,11 +383,116 @@ def test_missing_and_foreign_files_are_named(tmp_path: Path) -> None:
     assert "expected one of" in fault(tmp_path / "relief.jpg", 1.0)
 
 
-def write_exr(path: Path, channels: dict[str, NDArray[np.float64]]) -> None:
+def write_exr(
+    path: Path, channels: dict[str, NDArray[np.float64]], attributes: dict[str, object] | None = None
+) -> None:
     pixels = {name: np.ascontiguousarray(values, np.float32) for name, values in channels.items()}
-    OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, pixels).write(
-        str(path)
-    )
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **(attributes or {})}
+    OpenEXR.File(header, pixels).write(str(path))
+
+
+def packed(values: NDArray[np.int_], bits: int) -> bytes:
+    """Whole numbers (rows, cols) of so many bits, highest bit first; rows end with a byte."""
+    return np.packbits(
+        (values[..., None] >> np.arange(bits)[::-1] & 1).reshape(len(values), -1), axis=1
+    ).tobytes()
+
+
+def tiff(
+    values: NDArray[np.int_],
+    bits: int,
+    photometric: int | None = 1,
+    *,
+    order: Literal["<", ">"] = "<",
+    compression: int = 1,
+    sample_format: int = 1,
+    samples: int = 1,
+    pages: int = 1,
+) -> bytes:
+    """A TIFF of grey values (rows, cols), one strip a page."""
+    data = packed(values, bits)
+    if bits in (16, 32) and order == "<":
+        data = values.astype(f"<i{bits // 8}").tobytes()
+    data = zlib.compress(data) if compression == 8 else data
+    tags: dict[int, int | None] = {256: len(values[0]), 257: len(values), 258: bits, 259: compression}
+    tags |= {262: photometric, 273: 8, 277: samples, 278: len(values), 279: len(data), 339: sample_format}
+    entries = [(tag, value) for tag, value in tags.items() if value is not None]
+    content = {"<": b"II", ">": b"MM"}[order] + struct.pack(f"{order}HI", 42, 8 + len(data)) + data
+    for page in range(pages):
+        content += struct.pack(f"{order}H", len(entries))
+        content += b"".join(struct.pack(f"{order}HHII", tag, 4, 1, value) for tag, value in entries)
+        content += struct.pack(f"{order}I", len(content) + 4 if page < pages - 1 else 0)
+    return content
+
+
+@pytest.mark.parametrize("bits", [1, 2, 4, 8, 12, 16])
+@pytest.mark.parametrize("photometric", [0, 1])
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("compression", [1, 8])
+def test_a_grey_tiff_is_read_right_or_refused(
+    tmp_path: Path, bits: int, photometric: int, order: Literal["<", ">"], compression: int
+) -> None:
+    """Bits a sample, whether 0 is white, order of bytes and compression; Pillow does not read every one."""
+    path, white = tmp_path / "map.tif", 2**bits - 1
+    values = np.arange(SIDE * SIDE).reshape(SIDE, SIDE) * white // (SIDE * SIDE - 1)
+    path.write_bytes(tiff(values, bits, photometric, order=order, compression=compression))
+    unread = (bits == 12 and (photometric, order) != (1, "<")) or (bits, photometric, order) == (16, 0, ">")
+    if unread:
+        assert "damaged or not a PNG or TIFF" in fault(path, 1.5)
+        return
+    grey = values / white if photometric else 1.0 - values / white
+    np.testing.assert_allclose(load_heights(path, relief_mm=1.5), 1.5 * grey, atol=1e-12)
+
+
+def test_a_tiff_that_means_something_else_is_refused(tmp_path: Path) -> None:
+    values = np.arange(SIDE * SIDE).reshape(SIDE, SIDE) % 100
+    path = tmp_path / "map.tif"
+    for content, word in (
+        (tiff(values, 8, sample_format=2), "signed"),
+        (tiff(values, 16, sample_format=2), "signed"),
+        (tiff(values, 8, None), "PhotometricInterpretation"),
+        (tiff(values, 16, 3), "TIFF"),
+        (tiff(values, 32), "32 bits"),
+        (tiff(values, 32, sample_format=2), "signed"),
+        (tiff(values, 8, pages=2), "several"),
+        (tiff(values, 8, samples=2), "TIFF"),
+    ):
+        path.write_bytes(content)
+        assert word in fault(path, 1.0)
+    Image.fromarray(values.astype(np.uint8)).convert("P").save(path)
+    assert "grey" in fault(path, 1.0)
+
+
+@pytest.mark.parametrize(
+    "options", [{"tile": (16, 16)}, {"compression": "zlib", "predictor": True}, {"bigtiff": True}]
+)
+def test_tiles_predictors_and_big_files_are_read(tmp_path: Path, options: dict[str, Any]) -> None:
+    values = (np.arange(SIDE * SIDE).reshape(SIDE, SIDE) * 60).astype(np.uint16)
+    tifffile.imwrite(tmp_path / "map.tif", values, photometric="minisblack", **options)
+    np.testing.assert_allclose(load_heights(tmp_path / "map.tif", relief_mm=1.0), values / 65535)
+
+
+@pytest.mark.parametrize("bits", [1, 2, 4])
+def test_a_png_of_few_bits_reaches_white(tmp_path: Path, bits: int) -> None:
+    values = np.arange(SIDE * SIDE).reshape(SIDE, SIDE) % 2**bits
+    rows = b"".join(b"\0" + packed(row[None], bits) for row in values)
+    path = tmp_path / "map.png"
+    path.write_bytes(png_header(SIDE, SIDE, bits=bits, colour=0, rows=rows))
+    np.testing.assert_allclose(load_heights(path, relief_mm=1.5), 1.5 * values / (2**bits - 1))
+
+
+def test_a_png_is_read_without_gamma_and_opaque(tmp_path: Path, ramp: NDArray[np.float64]) -> None:
+    path, grey = tmp_path / "map.png", Image.fromarray(np.rint(ramp * 255).astype(np.uint8))
+    gamma = PngInfo()
+    gamma.add(b"gAMA", struct.pack(">I", 100_000))
+    grey.save(path, pnginfo=gamma)
+    np.testing.assert_allclose(load_heights(path, relief_mm=1.0), np.asarray(grey) / 255)
+    grey.save(path, transparency=0)
+    assert "transparent" in fault(path, 1.0)
+    grey.convert("P").save(path)
+    assert "grey" in fault(path, 1.0)
+    grey.save(path, save_all=True, append_images=[grey.rotate(90)])
+    assert "several" in fault(path, 1.0)
 
 
 def png_header(width: int, height: int, *, bits: int, colour: int, rows: bytes) -> bytes:

@@ -13,6 +13,7 @@ import torch
 
 import visual
 from relief.errors import InputError
+from relief.heightmap import save_heights_png
 from tests.visual.differences import differ_by_noise
 from tests.visual.scenes import (
     ALBEDO,
@@ -30,6 +31,7 @@ from tests.visual.scenes import (
 )
 from visual import loading
 from visual.exact import render as exact
+from visual.explain import explain_scene
 from visual.scene import Scene, load_scene
 from visual.scene_file.check import check_scene, instantiate
 
@@ -204,7 +206,7 @@ def test_a_texture_takes_the_place_of_the_scenes_own(mi: ModuleType, tmp_path: P
     loaded = load_scene(path, texture=tmp_path / "other.npy")
     np.testing.assert_array_equal(loaded.heights, other)
     assert float(loaded.render().std()) < 1e-5
-    half = load_scene(path, texture=tmp_path / "other.npy", relief_mm=0.5)
+    half = load_scene(path, texture=tmp_path / "other.npy", height_scale=0.5)
     np.testing.assert_array_equal(half.heights, 0.5 * other)
 
 
@@ -213,6 +215,24 @@ def test_a_plate_of_another_size_is_refused(mi: ModuleType, tmp_path: Path) -> N
     with pytest.raises(InputError, match=r"scene\.xml: heightfield: size_mm: .*10\.0 mm.*12\.0 mm"):
         load_scene(path, size_mm=12.0)
     assert load_scene(path, size_mm=SIZE_MM).size_mm == SIZE_MM
+
+
+def test_the_header_of_a_height_map_goes_before_the_scene_and_after_the_argument(
+    mi: ModuleType, tmp_path: Path
+) -> None:
+    path = write_scene(tmp_path, hills(), [sun(35)])
+    texture, wide = tmp_path / "own.png", tmp_path / "wide.png"
+    save_heights_png(texture, hills(), 1.5, SIZE_MM)
+    save_heights_png(wide, hills(), 1.5, 20.0)
+    text = path.read_text().replace('"heights.npy"/>', '"own.png"/><float name="relief_mm" value="2"/>')
+    path.write_text(text)
+    np.testing.assert_allclose(load_scene(path).heights, hills(), atol=2e-5)
+    np.testing.assert_allclose(load_scene(path, relief_mm=3.0).heights, 2.0 * hills(), atol=4e-5)
+    with pytest.raises(InputError, match=r"scene\.xml: heightfield: size_mm: .*10\.0 mm.*20\.0 mm"):
+        load_scene(path, texture=wide)
+    with pytest.raises(InputError, match=r"size_mm: .*10\.0 mm.*20\.0 mm"):
+        explain_scene(path, texture=wide)
+    assert load_scene(path, texture=wide, size_mm=SIZE_MM).size_mm == SIZE_MM
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@
 | ``filename`` | height map: PNG, TIFF, EXR or NPY (see ``relief.heightmap``) |
 | ``heights`` | instead of ``filename``, in scenes made in Python: ``mi.TensorXf`` of shape (rows, cols), mm |
 | ``size_mm`` | side of the plate, default 10 |
-| ``relief_mm`` | height of white above black; needed for PNG and TIFF |
+| ``relief_mm`` | height of white above black in a picture whose header has none; without meaning for mm |
 | nested BSDF | the plate's material |
 
 The plate lies in the plane z = 0, centred on the origin, one scene unit per mm. ``mi.traverse`` shows
@@ -119,4 +119,4 @@ def _read(props: Any) -> tuple[float, np.ndarray]:
         raise InputError("heightfield: filename: missing")
     resolver: Any = mi.file_resolver
     path = str(resolver().resolve(props["filename"]))
-    return size_mm, heightmap.load_heights(path, relief_mm=relief_mm)
+    return size_mm, heightmap.load_height_map(path, default_relief_mm=relief_mm).heights

@@ -106,7 +106,7 @@ def instantiate(
     plate = state.nodes[checked.plate].props
     if heights is None:
         relief_mm = float(plate["relief_mm"]) if "relief_mm" in plate else None
-        samples = heightmap.load_heights(plate["filename"], relief_mm=relief_mm)
+        samples = heightmap.load_height_map(plate["filename"], default_relief_mm=relief_mm).heights
     else:
         samples = heightmap.check_heights(heights, f"{checked.path}: heights")
     for key in ("filename", "relief_mm"):

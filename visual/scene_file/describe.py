@@ -46,7 +46,12 @@ def describe(checked: CheckedScene) -> Description:
 
 
 def plate_heights(
-    path: str | Path, plate: Plate, texture: str | Path | None = None, relief_mm: float | None = None
+    path: str | Path,
+    plate: Plate,
+    texture: str | Path | None = None,
+    size_mm: float | None = None,
+    relief_mm: float | None = None,
+    height_scale: float | None = None,
 ) -> NDArray[np.float64]:
     """Heights of a plate, read from the scene's own file or from a texture.
 
@@ -54,7 +59,10 @@ def plate_heights(
         path: of the scene, for messages.
         plate: of the scene.
         texture: a height map instead of the scene's own.
-        relief_mm: height of white above black in `texture`.
+        size_mm: side of the plate, which must be that of the scene; None takes the one in the file's header.
+        relief_mm: height of white above black in a picture; None takes the one in the file's header, then,
+            for the scene's own file, that of the scene.
+        height_scale: mm for a height of 1.0 in a file that holds heights.
 
     Returns:
         (rows, cols) mm.
@@ -62,11 +70,25 @@ def plate_heights(
     Raises:
         InputError: what is wrong with the height map, in one line.
     """
-    if texture is not None:
-        return heightmap.load_heights(texture, relief_mm=relief_mm)
-    if plate.filename is None:
+    file, default = (plate.filename, plate.relief_mm) if texture is None else (texture, None)
+    if file is None:
         raise InputError(f"{path}: heightfield: filename: missing")
-    return heightmap.load_heights(plate.filename, relief_mm=plate.relief_mm)
+    read = heightmap.load_height_map(
+        file, relief_mm=relief_mm, height_scale=height_scale, default_relief_mm=default
+    )
+    check_size(path, plate.size_mm, read.size_mm if size_mm is None else size_mm)
+    return read.heights
+
+
+def check_size(path: str | Path, plate_mm: float, size_mm: float | None) -> None:
+    """Compare the side of a scene's plate with that of a texture.
+
+    Raises:
+        InputError: these differ; None agrees with every plate. The message names the scene's `path`.
+    """
+    if size_mm is not None and not math.isclose(size_mm, plate_mm, rel_tol=1e-6):
+        where = f"{path}: heightfield: size_mm"
+        raise InputError(f"{where}: the scene's plate is {plate_mm} mm, the texture's {size_mm} mm")
 
 
 def _triple(values: Any) -> RGB:

@@ -58,7 +58,7 @@ class Plate:
     Attributes:
         filename: height map.
         size_mm: side of the plate.
-        relief_mm: height of white above black; None if the file holds mm.
+        relief_mm: height of white above black in a picture whose header has none; None if unknown.
         material: Mitsuba's names of the nested materials, from the outside in.
     """
 

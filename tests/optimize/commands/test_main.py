@@ -17,6 +17,7 @@ import trimesh
 from PIL import Image
 
 import tactile
+from optimize.commands import evaluate as cli_evaluate
 from optimize.commands import main as cli
 from optimize.commands import optimize as cli_optimize
 from optimize.commands.main import main
@@ -24,6 +25,7 @@ from optimize.commands.summary import summary
 from optimize.descent.driver import StopReason
 from optimize.report.formatting import between, number, percent, plus_minus
 from optimize.runs import config, job, preparation
+from optimize.runs.results import write_relief
 from relief.heightmap import load_heights, save_heights_exr
 from visual.exact.view import View
 from visual.scene import Scene
@@ -199,6 +201,43 @@ def test_evaluate_prints_a_line_for_each_texture(capsys: pytest.CaptureFixture[s
     assert first.startswith(name) and second.startswith(name)
     assert "mm²" in first and "%" in first
     assert "10 N" in skin
+
+
+def test_relief_mm_is_for_pictures_and_height_scale_for_files_that_hold_mm(
+    waves: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    heights = load_heights(waves)
+    Image.fromarray(np.rint(heights / heights.max() * 65535).astype(np.uint16)).save("waves.png")
+    relief = ["--relief-mm", str(heights.max())]
+    first, second = json.loads(output(capsys, "evaluate", "waves.png", "waves.exr", *relief, "--json"))
+    assert abs(second["jnd_from_first"]) < 1e-3
+    scaled = ["evaluate", "waves.exr", "waves.png", *relief, "--height-scale", "0.5", "--json"]
+    low, high = json.loads(output(capsys, *scaled))
+    touch = tactile.press(0.5 * heights)
+    assert low["roughness"] == pytest.approx(tactile.roughness(touch.strain).item(), rel=1e-9)
+    assert high["roughness"] == first["roughness"]
+
+
+def test_size_and_relief_come_along_with_the_heights_of_a_run(
+    waves: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pressed: list[tuple[float, float]] = []
+    measure = cli_evaluate.measure
+
+    def measured(path: Path, heights: np.ndarray, size_mm: float, *others: Any) -> Any:
+        pressed.append((heights.max(), size_mm))
+        return measure(path, heights, 10.0, *others)
+
+    monkeypatch.setattr(cli_evaluate, "measure", measured)
+    heights = load_heights(waves)
+    write_relief(Path("run"), heights, 20.0)
+    files = ("run/heights.png", "run/heights.exr", "waves.exr")
+    assert output(capsys, "evaluate", *files).endswith("20 x 20 and 10 x 10 mm.\n")
+    assert pressed == [(pytest.approx(heights.max()), size) for size in (20.0, 20.0, 10.0)]
+    (entry,) = json.loads(output(capsys, "evaluate", files[0], "--size-mm", "10", "--json"))
+    assert entry["size_mm"] == pressed[-1][1] == 10.0
+    assert " 20 x 20 x " in output(capsys, "export", "run/heights.png", "-o", "plate.stl")
+    assert " 15 x 15 x " in output(capsys, "export", "run/heights.png", "-o", "a.stl", "--size-mm", "15")
 
 
 # retouch render

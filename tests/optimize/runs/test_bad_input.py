@@ -4,8 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import pytest
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from optimize.commands.main import main
 from relief.heightmap import save_heights_exr
@@ -44,7 +46,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     save_heights_exr("tall.exr", np.full((16, 16), 3.5))
     save_heights_exr("flat.exr", np.zeros((16, 16)))
     save_heights_exr(tmp_path / "secret.exr", np.zeros((16, 16)))
+    save_heights_exr("broad.exr", np.tile(wave, (16, 1)), 20.0)
     Image.fromarray(np.tile(np.uint8(128 + 100 * wave), (16, 1))).save("plate.png")
+    lie = PngInfo()
+    lie.add_text("retouch.relief_mm", "nan")
+    Image.open("plate.png").save("lying.png", pnginfo=lie)
+    OpenEXR.File({"retouch.size_mm": 1e30}, {"Y": np.zeros((16, 16), np.float32)}).write("lying.exr")
+    Path("loop.exr").symlink_to("loop.exr")
     Path("cut.png").write_bytes(Path("plate.png").read_bytes()[:60])
     texts = {
         "scene.xml": SCENE.format(""),
@@ -84,6 +92,27 @@ BAD: Sequence[tuple[str, Sequence[str]]] = [
     ("evaluate .", [".", "not a height map"]),
     ("evaluate plate.png", ["plate.png", "relief_mm"]),
     ("evaluate plate.png --relief-mm -1", ["plate.png", "relief_mm"]),
+    ("evaluate plate.png --relief-mm 1e300", ["plate.png", "relief_mm", "1e+300"]),
+    ("evaluate plate.exr --relief-mm 1", ["--relief-mm", "pictures", "--height-scale"]),
+    ("evaluate plate.png --height-scale 2", ["--height-scale", "mm", "--relief-mm"]),
+    ("evaluate plate.exr --height-scale 0", ["plate.exr", "height_scale"]),
+    ("evaluate plate.exr --height-scale 1e5", ["plate.exr", "mm", "3"]),
+    ("evaluate plate.exr --size-mm 1e300", ["plate.exr", "size_mm"]),
+    ("evaluate loop.exr", ["loop.exr", "no such file"]),
+    ("evaluate lying.exr", ["lying.exr", "header", "size_mm", "1e+30"]),
+    ("evaluate lying.png", ["lying.png", "header", "relief_mm", "nan"]),
+    ("export plate.exr -o plate.stl --relief-mm 1", ["--relief-mm", "--height-scale"]),
+    ("export plate.exr -o plate.stl --size-mm 1e300", ["size_mm", "1e+300"]),
+    ("export plate.exr -o plate.stl --base-mm 1e300", ["base_mm", "1e+300"]),
+    ("export lying.exr -o plate.stl", ["lying.exr", "size_mm"]),
+    ("render scene.xml --texture plate.exr --relief-mm 1", ["--relief-mm", "--height-scale"]),
+    ("render scene.xml --texture loop.exr", ["loop.exr", "no such file"]),
+    ("render scene.xml --height-scale 2", ["--height-scale", "--texture"]),
+    ("render scene.xml --texture broad.exr", ["scene.xml", "size_mm", "10", "20"]),
+    ("optimize run.toml --relief-mm 1", ["--relief-mm", "--height-scale"]),
+    ("optimize run.toml --height-scale 1e300", ["run.toml", "height_scale"]),
+    ("optimize run.toml --texture broad.exr", ["scene.xml", "size_mm", "10", "20"]),
+    ("optimize run.toml --texture loop.exr", ["loop.exr", "no such file"]),
     ("evaluate plate.exr --size-mm nonsense", ["--size-mm", "nonsense"]),
     ("evaluate plate.exr --size-mm -3", ["plate.exr", "size_mm"]),
     ("evaluate plate.exr --size-mm nan", ["plate.exr", "size_mm"]),
@@ -185,6 +214,6 @@ def test_what_is_not_the_users_fault_shows_where(folder: Path, monkeypatch: pyte
     def exhausted(*_: object, **__: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("relief.heightmap.load_heights", exhausted)
+    monkeypatch.setattr("relief.heightmap.load_height_map", exhausted)
     with pytest.raises(MemoryError):
         main(["evaluate", "plate.exr"])

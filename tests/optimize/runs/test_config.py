@@ -144,7 +144,7 @@ def test_an_overridden_path_is_relative_to_the_working_directory(
         ("jnd = 1\npoisson_ratio = 0.5", "touch.poisson_ratio"),
         ("jnd = 1\nyoung_modulus_mpa = 0", "touch.young_modulus_mpa"),
         ('jnd = 1\nmodel = "fem"', "touch.model"),
-        ("contact_area_mm2 = 200.0", "touch.contact_area_mm2"),
+        ("contact_area_mm2 = 2e6", "touch.contact_area_mm2"),
         ("jnd = 1\nroughness = 0.1", "exclude each other"),
         ("contact_area_mm2 = 40\ncontact_area_scale = 0.8", "exclude each other"),
         ("", "a target is missing"),
@@ -160,6 +160,19 @@ def test_a_value_out_of_range_is_named(run_file: Path, touch: str, key: str) -> 
     line = fault(write(run_file.parent, f"[touch]\n{touch}\n"))
     assert line.startswith(str(run_file))
     assert key in line
+
+
+def test_a_contact_area_is_compared_with_the_plate_as_soon_as_its_size_is_known(run_file: Path) -> None:
+    touch = "[touch]\ncontact_area_mm2 = 200.0\n"
+    assert "touch.contact_area_mm2" in fault(write(run_file.parent, touch, "size_mm = 10"))
+    assert config.load_run(write(run_file.parent, touch)).size_mm is None
+
+
+@pytest.mark.parametrize("key", ["size_mm", "relief_mm", "height_scale"])
+def test_lengths_and_scales_have_bounds(run_file: Path, key: str) -> None:
+    for value in ("0", "-1", "1e300", "inf", "nan", "1e-9", "true", '"1"', "9" * 400):
+        line = fault(run_file, f"{key}={value}")
+        assert line.startswith(f"{run_file}: {key}: ") and len(line) < 600
 
 
 @pytest.mark.parametrize(
