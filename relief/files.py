@@ -6,6 +6,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 from relief.errors import InputError
@@ -132,8 +133,18 @@ def cache_folder() -> Path:
     """Return the folder for results that can be computed again; it may not exist yet.
 
     Returns:
-        The value of ``RETOUCH_CACHE``, else ``retouch`` in the user's cache folder (``XDG_CACHE_HOME``).
+        The value of ``RETOUCH_CACHE``, else ``retouch`` in the user's cache folder (``XDG_CACHE_HOME``). For
+        a user without a home, as in some containers, a temporary folder that goes with the process.
     """
     if chosen := os.environ.get("RETOUCH_CACHE"):
         return Path(chosen)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "retouch"
+    try:
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "retouch"
+    except RuntimeError:
+        return Path(_passing_folder().name)
+
+
+@cache
+def _passing_folder() -> tempfile.TemporaryDirectory[str]:
+    """A folder for this process alone, because what others could leave in a shared one would be believed."""
+    return tempfile.TemporaryDirectory(prefix="retouch-")

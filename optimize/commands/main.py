@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 
 from optimize.commands import dataset, doctor, evaluate, export, optimize, render, resume, train
 from optimize.commands.options import INTERRUPTED
+from optimize.commands.streams import standard_streams
 from optimize.runs.interrupts import interruptible
 from relief.errors import InputError
 
@@ -57,11 +58,11 @@ class UsageError(Exception):
 
 
 class _Parser(argparse.ArgumentParser):
+    """A parser that raises its error, so that `main` prints it in one line like every other bad input."""
+
     def __init__(self, **settings: Any) -> None:
         layout = argparse.RawDescriptionHelpFormatter
         super().__init__(formatter_class=layout, allow_abbrev=False, **settings)
-
-    """A parser that raises its error, so that `main` prints it in one line like every other bad input."""
 
     def error(self, message: str) -> NoReturn:
         raise UsageError(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
@@ -80,23 +81,29 @@ def main(argv: Sequence[str] | None = None) -> int:
     Raises:
         SystemExit: by argparse, for `--help` and `--version`.
     """
-    argv = sys.argv[1:] if argv is None else argv
     for name, value in PATIENT_THREADS.items():
         os.environ.setdefault(name, value)
+    with standard_streams():
+        return _main(sys.argv[1:] if argv is None else argv)
+
+
+def _main(argv: Sequence[str]) -> int:
+    """Run the command on streams that are ready; see `main`."""
+    after_interrupt = ""
     try:
-        arguments = parse(argv)
-    except UsageError as error:
-        return _refuse(str(error))
-    try:
+        try:
+            arguments = parse(argv)
+        finally:
+            # The help is printed by now, and may not fit; the interpreter would say so in its own words.
+            sys.stdout.flush()
+        after_interrupt = getattr(VERBS[arguments.verb], "AFTER_INTERRUPT", "")
         run: Callable[[argparse.Namespace], int] = VERBS[arguments.verb].run
         with interruptible():
             status = run(arguments)
         sys.stdout.flush()
-    except InputError as error:
+    except (InputError, UsageError) as error:
         return _refuse(str(error))
     except BrokenPipeError:
-        # The interpreter flushes stdout once more at its end, which would fail again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
     except OSError as error:
         if error.errno not in USERS_OWN:
@@ -104,7 +111,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         file = error.filename2 or error.filename
         return _refuse(f"{file}: {error.strerror}" if file else str(error.strerror))
     except KeyboardInterrupt:
-        print(f"retouch: interrupted{getattr(VERBS[arguments.verb], 'AFTER_INTERRUPT', '')}", file=sys.stderr)
+        print(f"retouch: interrupted{after_interrupt}", file=sys.stderr)
         return INTERRUPTED
     return status
 

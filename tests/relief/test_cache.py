@@ -138,6 +138,28 @@ def test_the_key_follows_the_code_that_builds(tmp_path: Path, monkeypatch: pytes
     fingerprint.cache_clear()
 
 
+def test_a_user_without_a_home_has_a_folder_that_goes_with_the_process() -> None:
+    script = """
+import os, pwd, pathlib
+from relief.files import cache_folder
+
+def no_entry(_: int) -> None:
+    raise KeyError
+
+pwd.getpwuid = no_entry
+for name in ("HOME", "RETOUCH_CACHE", "XDG_CACHE_HOME"):
+    os.environ.pop(name, None)
+folder = cache_folder()
+assert folder == cache_folder() and folder.is_dir() and folder.stat().st_mode & 0o77 == 0
+print(folder)
+"""
+    process = subprocess.run(
+        [sys.executable, "-c", script], cwd=REPOSITORY, capture_output=True, text=True, check=False
+    )
+    assert (process.returncode, process.stderr) == (0, "")
+    assert not Path(process.stdout.strip()).exists()
+
+
 @pytest.mark.parametrize("module", ["elastic_layer", "finite_elements", "unstructured.meshing"])
 def test_no_version_of_a_builder_is_kept_by_hand(module: str) -> None:
     source = (REPOSITORY / "tactile" / f"{module.replace('.', '/')}.py").read_text()

@@ -341,7 +341,7 @@ def test_deck_card_captions_and_baseline_tell_one_number(tmp_path: Path) -> None
     for words in (
         f"to the eye a change of {percent(5.1)} of the mean picture.",
         f"To the eye 5.1 % of the mean picture; rms {percent(5.1)}",
-        f"changed by {percent(5.1)} of the mean picture · rms {percent(5.1)} · {percent(2.04)} of white",
+        f"changed by {percent(5.1)} of the mean picture (rms {percent(5.1)}){percent(2.04)} of white",
         f"by {percent(25)} of the mean picture instead of {percent(5.1)}",
         "The figures count the pixels that show the plate, not those beside it.",
     ):
