@@ -1,5 +1,7 @@
 """The command says what it has to say on any stream: closed, full, or without a character."""
 
+import contextlib
+import io
 import os
 import subprocess
 import sys
@@ -8,7 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from optimize.commands import evaluate
 from optimize.commands.main import main
+from optimize.commands.options import console
 from optimize.commands.streams import HANDLER, standard_streams
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -84,14 +88,16 @@ def test_signs_have_their_usual_spelling(text: str, spelling: str) -> None:
         assert "\N{SNOWMAN} \udcff".encode("ascii", errors=HANDLER) == b"? ?"
 
 
-def test_a_table_on_an_ascii_terminal_has_its_units(relief: Path) -> None:
-    told = command(f"evaluate {relief}", **ASCII)
-    assert (told.returncode, told.stderr) == (0, "")
-    assert " mm2 " in told.stdout and told.stdout.isascii()
+def test_a_table_on_an_ascii_terminal_has_its_units() -> None:
+    written = io.BytesIO()
+    entry = {"texture": "relief.npy", "roughness": 0.05, "contact_area_mm2": 31.0, "contact_fraction": 0.3}
+    with contextlib.redirect_stdout(io.TextIOWrapper(written, encoding="ascii")), standard_streams():
+        console().print(evaluate.table([entry]))
+    assert b" 31.0 mm2 " in written.getvalue()
 
 
 def test_the_streams_of_the_caller_come_back(relief: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = sys.stdout, sys.stderr
-    assert main(["evaluate", str(relief)]) == 0
+    assert main(["export", str(relief), "-o", f"{relief}.stl"]) == 0
     assert (sys.stdout, sys.stderr) == before
-    assert "relief.npy" in capsys.readouterr().out
+    assert "relief.npy.stl: " in capsys.readouterr().out
