@@ -90,8 +90,9 @@ def test_signs_have_their_usual_spelling(text: str, spelling: str) -> None:
 
 def test_a_table_on_an_ascii_terminal_has_its_units() -> None:
     written = io.BytesIO()
+    terminal = io.TextIOWrapper(written, encoding="ascii")
     entry = {"texture": "relief.npy", "roughness": 0.05, "contact_area_mm2": 31.0, "contact_fraction": 0.3}
-    with contextlib.redirect_stdout(io.TextIOWrapper(written, encoding="ascii")), standard_streams():
+    with contextlib.redirect_stdout(terminal), standard_streams():
         console().print(evaluate.table([entry]))
     assert b" 31.0 mm2 " in written.getvalue()
 
