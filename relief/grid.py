@@ -95,3 +95,8 @@ def flat_positions(rows: int, cols: int, size_mm: float) -> NDArray[np.float32]:
     """Return interleaved ``x, y, z`` in mm of the vertices of a plate at z = 0, shape ``(3 * vertices,)``."""
     x, y = grid_vertices(rows, cols, size_mm)
     return np.stack([x, y, np.zeros_like(x)], axis=-1).astype(np.float32).ravel()
+
+
+def texture_coordinates(rows: int, cols: int) -> NDArray[np.float32]:
+    """Return interleaved ``u, v`` of the vertices, u along x and v along y, shape ``(2 * vertices,)``."""
+    return (np.stack(grid_vertices(rows, cols, 1.0), axis=-1) + 0.5).astype(np.float32).ravel()

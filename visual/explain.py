@@ -82,7 +82,8 @@ def explain_scene(
 
 def _plate(plate: Plate, file: str | Path | None, relief: str) -> str:
     name = "" if file is None else f" from {Path(file).name}"
-    return f"{plate.size_mm:g} x {plate.size_mm:g} mm, {relief}{name}, material {_material(plate)}"
+    varies = f", varies over the plate: {', '.join(plate.textures)}" if plate.textures else ""
+    return f"{plate.size_mm:g} x {plate.size_mm:g} mm, {relief}{name}, material {_material(plate)}{varies}"
 
 
 def _material(plate: Plate) -> str:

@@ -82,6 +82,11 @@ _GRADIENTS: tuple[Obstacle, ...] = (
         lambda case: case.plate_alone or all(case.needs.top_view),
         "shape: beside other shapes the plate has gradients only in a view from above that it fills",
     ),
+    _unless(
+        lambda case: not case.description.plate.hard_edged or all(case.needs.top_view),
+        "heightfield: bsdf: a checkerboard, or a bitmap of filter_type nearest, has gradients only in a view "
+        "from above that the plate fills",
+    ),
 )
 OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
     "exact": _GRADIENTS,
@@ -94,6 +99,10 @@ OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
         ),
         _unless(lambda case: case.needs.direct, "integrator: max_depth: the fast look has direct light only"),
         _unless(lambda case: case.plate_alone, "shape: the fast look knows no shape but the plate"),
+        _unless(
+            lambda case: not case.description.plate.textures,
+            "heightfield: bsdf: the fast look knows no material that varies over the plate",
+        ),
         lambda case: (f"{obstacle}; the fast look shows no other" for obstacle in case.lights),
     ),
 }

@@ -9,6 +9,8 @@ VERTEX_POSITIONS = "vertex_positions"
 """Mitsuba's name of the vertex buffer, interleaved x, y, z; 3.10 renames it."""
 FACES = "faces"
 """Mitsuba's name of the index buffer."""
+TEXCOORDS = "vertex_texcoords"
+"""Mitsuba's name of the buffer of texture coordinates, interleaved u, v."""
 HEIGHTS = "heights"
 """Name under which the height-field plugin exposes its samples."""
 

@@ -10,7 +10,7 @@
 
 The plate lies in the plane z = 0, centred on the origin, one scene unit per mm. ``mi.traverse`` shows
 ``heights``, flat, row by row, mm. A change of ``heights`` moves the vertices; gradients flow from pictures
-back to ``heights``.
+back to ``heights``. Textures lie on the plate as on Mitsuba's rectangle: u from 0 to 1 along x, v along y.
 """
 
 from collections.abc import Sequence
@@ -58,7 +58,10 @@ def _plugin_class(variant: str) -> type:
             size_mm, samples = _read(props)
             rows, cols = samples.shape
             props["face_normals"] = True
-            super().__init__(PLUGIN, (rows + 2) * (cols + 2), 2 * (rows + 1) * (cols + 1), props)
+            # Texture coordinates turn the frames in which materials are sampled: only textures need them.
+            textured = _is_textured(props)
+            counts = (rows + 2) * (cols + 2), 2 * (rows + 1) * (cols + 1)
+            super().__init__(PLUGIN, *counts, props, has_vertex_texcoords=textured)
             self.rows, self.cols, self.size_mm = rows, cols, size_mm
             self._Float, self._UInt = type(self.vertex_positions_buffer()), type(self.faces_buffer())
             self._flat = self._Float(grid.flat_positions(rows, cols, size_mm))
@@ -67,7 +70,10 @@ def _plugin_class(variant: str) -> type:
             self._z_slots = self._UInt(np.arange(vertices, dtype=np.uint32) * 3 + 2)
             self.heights = self._Float(samples.astype(np.float32).ravel())
             faces = self._UInt(grid.grid_faces(rows, cols).astype(np.uint32).ravel())
-            buffers.write_geometry(mi.traverse(self), self._positions(), faces)
+            params = mi.traverse(self)
+            if textured:
+                params[buffers.TEXCOORDS] = self._Float(grid.texture_coordinates(rows, cols))
+            buffers.write_geometry(params, self._positions(), faces)
 
         def _positions(self) -> Any:
             heights: Any = self.heights
@@ -96,6 +102,15 @@ def _plugin_class(variant: str) -> type:
             return f"HeightField[{self.rows} x {self.cols} samples, size_mm = {self.size_mm}]"
 
     return HeightField
+
+
+def _is_textured(props: Any) -> bool:
+    """Whether an object in the plate, as its material, shows a texture that varies over the plate."""
+    import mitsuba as mi
+
+    nested = (value for _, value in props.items() if isinstance(value, mi.Object))
+    # Only textures that depend on the place have a transform of texture coordinates.
+    return any(key.endswith("to_uv") for value in nested for key in mi.traverse(value).keys())  # noqa: SIM118
 
 
 def check_placement(props: Any, where: str) -> None:

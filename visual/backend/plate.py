@@ -11,3 +11,8 @@ def plate_shape(scene: Any) -> Any:
 def plate_bsdf(scene: Any) -> Any:
     """The material of the height field of a Mitsuba scene."""
     return plate_shape(scene).bsdf()
+
+
+def is_textured(scene: Any) -> bool:
+    """Whether the material of the height field of a Mitsuba scene varies over the plate."""
+    return bool(plate_shape(scene).has_vertex_texcoords())

@@ -15,6 +15,7 @@ import numpy as np
 
 from relief.arrays import Array
 from visual.exact.background import Background
+from visual.exact.pair_radiance import at_points
 from visual.exact.shading import Shading, unshadowed
 from visual.exact.shadow_edges import SHADOW_EDGE_SAMPLES, Entries, ShadowEdges, shadow_entries
 from visual.exact.visibility_edges import VISIBILITY_EDGE_SAMPLES, VisibilityEdges
@@ -66,7 +67,7 @@ def discontinuity_entries(
     camera: Projection,
     bsdf: Any,
     lights: ParallelLights,
-    shading: Shading,
+    shading: Shading | None,
     background: Background,
     shadows: ShadowEdges,
     edges: VisibilityEdges | None,
@@ -78,13 +79,17 @@ def discontinuity_entries(
         camera: takes the picture.
         bsdf: material of the plate.
         lights: parallel lights.
-        shading: of the faces under these lights, toward this camera.
+        shading: of the faces under these lights, toward this camera; None if the plate is textured.
         background: of the picture.
         shadows: boundaries of the shadows of these lights.
         edges: primary-visibility edges of this camera; None if it looks straight down.
     """
     seen = shadows.seen(mesh.scene, camera)
-    entries = [shadow_entries(mesh.plate, camera, seen, shading.radiance[seen.light, seen.receiver])]
+    if shading is None:
+        lost = at_points(bsdf, camera, lights, mesh, seen.light, seen.receiver, seen.point)
+    else:
+        lost = shading.radiance[seen.light, seen.receiver]
+    entries = [shadow_entries(mesh.plate, camera, seen, lost)]
     if edges is not None:
         sides = _radiance_beside(mesh, camera, bsdf, edges, lights, shading, background)
         entries.append(edges.entries(mesh.plate, sides))
@@ -97,7 +102,7 @@ def _radiance_beside(
     bsdf: Any,
     edges: VisibilityEdges,
     lights: ParallelLights,
-    shading: Shading,
+    shading: Shading | None,
     background: Background,
 ) -> Array:
     """(2, samples): radiance on either side of primary-visibility edges."""
@@ -107,10 +112,11 @@ def _radiance_beside(
     radiance = np.zeros(len(face))
     directions = edges.direction.reshape(-1, 3)
     radiance[missed] = background(directions[missed])
-    if camera.perspective:
+    if camera.perspective or shading is None:
         # One direction for both sides: seen from its own middle, each face would differ by that too.
         slope_x, slope_y = (slope[face[met]] for slope in mesh.slopes)
-        unlit = unshadowed(bsdf, slope_x, slope_y, lights, -directions[met])
+        uv = mesh.uv(points) if mesh.textured else None
+        unlit = unshadowed(bsdf, slope_x, slope_y, lights, -directions[met], uv)
     else:
         unlit = shading.radiance[:, face[met]]
     for number, toward in enumerate(lights.toward):

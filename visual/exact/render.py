@@ -224,7 +224,7 @@ def edge_gradient(
     if len(shadows.light) == 0 and edges is None:
         return np.zeros_like(heights)
     bsdf = plate_bsdf(light.scene)
-    shading = shade(bsdf, *mesh.slopes, lights, camera.toward(mesh.centres))
+    shading = None if mesh.textured else shade(bsdf, *mesh.slopes, lights, camera.toward(mesh.centres))
     gradient = np.zeros(heights.size)
     for pixels, samples, values in discontinuity_entries(
         mesh, camera, bsdf, lights, shading, light.background, shadows, edges

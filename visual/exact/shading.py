@@ -16,14 +16,25 @@ class Shading:
 
     Attributes:
         radiance, by_slope_x, by_slope_y: (lights, faces).
+        by_u, by_v: the same by texture coordinates; None if they were not wanted.
     """
 
     radiance: Array
     by_slope_x: Array
     by_slope_y: Array
+    by_u: Array | None = None
+    by_v: Array | None = None
 
 
-def shade(bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, toward_camera: Array) -> Shading:
+def shade(
+    bsdf: Any,
+    slope_x: Array,
+    slope_y: Array,
+    lights: ParallelLights,
+    toward_camera: Array,
+    uv: Array | None = None,
+    by_uv: bool = False,
+) -> Shading:
     """Evaluate a Mitsuba BSDF on faces of given slopes, with derivatives by Dr.Jit's forward mode.
 
     Args:
@@ -31,39 +42,50 @@ def shade(bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, tow
         slope_x, slope_y: (faces,) dz/dx and dz/dy.
         lights: parallel lights.
         toward_camera: unit vector (3,), or one for each face (faces, 3).
+        uv: (faces, 2) texture coordinates; None if the material has no textures.
+        by_uv: whether derivatives by texture coordinates are wanted.
 
     Returns:
         All (lights, faces).
     """
     import drjit as dr
 
-    p, q, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera)
+    given, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera, uv)
     results = []
-    for which in (0, 1):
-        slopes = [type(p)(p), type(q)(q)]
-        dr.enable_grad(slopes[which])
-        value = radiance(*slopes)
-        dr.forward(slopes[which])
+    for which in range(4 if by_uv else 2):
+        attached = [type(values)(values) for values in given]
+        dr.enable_grad(attached[which])
+        value = radiance(*attached)
+        dr.forward(attached[which])
         derivative = dr.grad(value)
         dr.eval(value, derivative)
         results.append(derivative)
     shape = (len(lights), len(slope_x))
-    value, by_x, by_y = (np.asarray(v, dtype=np.float64).reshape(shape) for v in (dr.detach(value), *results))
-    return Shading(value, by_x, by_y)
+    return Shading(*(np.asarray(v, dtype=np.float64).reshape(shape) for v in (dr.detach(value), *results)))
 
 
 def unshadowed(
-    bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, toward_camera: Array
+    bsdf: Any,
+    slope_x: Array,
+    slope_y: Array,
+    lights: ParallelLights,
+    toward_camera: Array,
+    uv: Array | None = None,
 ) -> Array:
     """Radiance (lights, faces) without its derivatives; arguments as of `shade`."""
-    p, q, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera)
-    return np.asarray(radiance(p, q), dtype=np.float64).reshape(len(lights), len(slope_x))
+    given, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera, uv)
+    return np.asarray(radiance(*given), dtype=np.float64).reshape(len(lights), len(slope_x))
 
 
 def _radiance(
-    bsdf: Any, slope_x: Array, slope_y: Array, lights: ParallelLights, toward_camera: Array
-) -> tuple[Any, Any, Callable[[Any, Any], Any]]:
-    """Slopes as Dr.Jit arrays, light by light, and the function from such slopes to radiance."""
+    bsdf: Any,
+    slope_x: Array,
+    slope_y: Array,
+    lights: ParallelLights,
+    toward_camera: Array,
+    uv: Array | None,
+) -> tuple[list[Any], Callable[..., Any]]:
+    """Slopes (and texture coordinates) as Dr.Jit arrays, light by light, and the function to radiance."""
     import drjit as dr
     import mitsuba as mi
 
@@ -71,8 +93,8 @@ def _radiance(
     view = np.atleast_2d(toward_camera)
     if not np.ptp(view, axis=0).any():
         view = view[:1]
-    p = mi.Float(np.tile(slope_x, count).astype(np.float32))
-    q = mi.Float(np.tile(slope_y, count).astype(np.float32))
+    coordinates = () if uv is None else uv.T
+    given = [mi.Float(np.tile(v, count).astype(np.float32)) for v in (slope_x, slope_y, *coordinates)]
     toward = mi.Vector3f(
         *(mi.Float(np.repeat(lights.toward[:, a], faces).astype(np.float32)) for a in range(3))
     )
@@ -83,13 +105,17 @@ def _radiance(
         *(mi.Float(np.tile(c, count if len(c) > 1 else 1).astype(np.float32)) for c in view.T)
     )
 
-    def radiance(p: Any, q: Any) -> Any:
+    def radiance(p: Any, q: Any, *uv: Any) -> Any:
         frame = mi.Frame3f(dr.normalize(mi.Vector3f(-p, -q, 1.0)))
         si = dr.zeros(mi.SurfaceInteraction3f, count * faces)
+        if uv:
+            si.uv = mi.Point2f(*uv)
+            along_u = dr.normalize(mi.Vector3f(1.0, 0.0, p))
+            frame = mi.Frame3f(along_u, mi.Vector3f(dr.cross(frame.n, along_u)), mi.Vector3f(frame.n))
         si.n, si.sh_frame, si.wi = frame.n, frame, frame.to_local(camera)
         value = bsdf.eval(mi.BSDFContext(), si, frame.to_local(toward))
         return (
             value[0] * irradiance[0] if mi.is_monochromatic else mi.luminance(value * mi.Color3f(irradiance))
         )
 
-    return p, q, radiance
+    return given, radiance

@@ -1,7 +1,8 @@
 """Views: pictures of the plate by one camera and their Jacobians by the heights, as sparse matrices.
 
-A picture is, pixel by pixel, the lit share of each face times the face's radiance. The derivative has three
-parts: radiance by slope (each face's radiance depends on its three heights), the motion of shadow boundaries
+A picture is, pixel by pixel, the lit share of each face times the face's radiance
+(`visual.exact.pair_radiance`). The derivative has three parts: radiance by slope (each face's radiance
+depends on its three heights), the motion of shadow boundaries
 (`visual.exact.shadow_edges`), and, unless the camera looks straight down, the motion of faces in the picture
 (`visual.exact.visibility_edges`). Film positions are fixed, so that two reliefs differ by geometry alone, not
 by noise.
@@ -17,6 +18,7 @@ import scipy.sparse as sp
 from relief.arrays import Array
 from visual.exact.background import Background, black_background
 from visual.exact.discontinuities import EdgeSamples, Jitter, discontinuity_entries, edge_jitter
+from visual.exact.pair_radiance import of_faces, of_samples
 from visual.exact.shading import shade
 from visual.exact.shadow_edges import Entries, shadow_edges
 from visual.exact.visibility_edges import VisibilityEdges, visibility_edges
@@ -148,21 +150,22 @@ class View:
     ) -> tuple[Array, Any]:
         """Picture (pixels,) and Jacobian (pixels, heights) under a set of lights that shine together."""
         plate, pixels, lights, samples = self._plate, self.camera.pixels, light.lights, of_view.samples
-        shading = shade(self._bsdf, *mesh.slopes, lights, self.camera.toward(mesh.centres))
-        lit = _lit_shares(lights, samples, mesh)
-
-        def gather(values: Array) -> Array:
-            return np.einsum("lp,lp->p", lit, values[:, samples.pair_face])
-
+        if mesh.textured:
+            shading, pairs = None, of_samples(self._bsdf, self.camera, lights, samples, mesh)
+        else:
+            shading = shade(self._bsdf, *mesh.slopes, lights, self.camera.toward(mesh.centres))
+            pairs = of_faces(shading, lights, samples, mesh)
         behind = light.background(samples.missed_direction) / samples.per_pixel
         picture: Array = np.zeros(pixels)
-        picture += np.bincount(samples.pair_pixel, gather(shading.radiance), minlength=pixels)
+        picture += np.bincount(samples.pair_pixel, pairs.radiance, minlength=pixels)
         picture += np.bincount(samples.missed_pixel, behind, minlength=pixels)
         if not jacobian:
             return picture, None
-        by_x, by_y = gather(shading.by_slope_x), gather(shading.by_slope_y)
         face = samples.pair_face
-        values = by_x[:, None] * plate.slope_x[face] + by_y[:, None] * plate.slope_y[face]
+        values = pairs.by_slope_x[:, None] * plate.slope_x[face]
+        values += pairs.by_slope_y[:, None] * plate.slope_y[face]
+        if pairs.by_height is not None:
+            values[:, 0] += pairs.by_height
         columns = plate.sample[plate.faces[face]].ravel()
         parts: list[Entries] = [(np.repeat(samples.pair_pixel, 3), columns, values.ravel())]
         if edges:
@@ -172,13 +175,3 @@ class View:
             )
         r, c, v = (np.concatenate(p) for p in zip(*parts, strict=True))
         return picture, sp.csr_matrix((v, (r, c)), shape=(pixels, plate.rows * plate.cols))
-
-
-def _lit_shares(lights: ParallelLights, samples: PictureSamples, mesh: PlacedMesh) -> Array:
-    """(lights, pairs): share of the pixel that is this face and sees the light."""
-    shares = np.empty((len(lights), len(samples.pair_pixel)))
-    points = mesh.lifted(samples.face, samples.x, samples.y)
-    for number, toward in enumerate(lights.toward):
-        lit = np.flatnonzero(mesh.sees(toward, samples.face, points))
-        shares[number] = np.bincount(samples.pair[lit], minlength=len(samples.pair_pixel))
-    return shares / samples.per_pixel

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.arrays import Array, Index
+from visual.backend.plate import is_textured
 from visual.backend.rays import blocked
 from visual.geometry.topology import PlateTopology
 
@@ -46,6 +47,15 @@ class PlacedMesh:
     def centres(self) -> Array:
         """Centres (faces, 3), mm, of the faces."""
         return np.asarray(self.vertices[self.plate.faces].mean(1))
+
+    @cached_property
+    def textured(self) -> bool:
+        """Whether the material varies over the plate."""
+        return is_textured(self.scene)
+
+    def uv(self, points: Array) -> Array:
+        """Texture coordinates (points, 2) of points (points, 3), mm."""
+        return np.asarray(points[:, :2] / self.plate.size_mm + 0.5)
 
     def facing(self, toward: Array) -> NDArray[np.bool_]:
         """Whether each face looks toward a direction (3,), or toward its own of (faces, 3)."""

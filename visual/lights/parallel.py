@@ -1,6 +1,7 @@
 """Parallel lights: directions, each with an irradiance. Every other kind of light becomes such a set."""
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,6 +40,10 @@ class ParallelLights:
 
     def __len__(self) -> int:
         return len(self.irradiance)
+
+    def single(self, number: int) -> Self:
+        """One of the lights alone."""
+        return type(self)(self.toward[[number]], self.irradiance[[number]])
 
 
 def off_horizon(toward: Array) -> Array:

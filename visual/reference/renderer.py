@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.arrays import Array
-from visual.backend.plate import plate_bsdf
+from visual.backend.plate import is_textured, plate_bsdf
 from visual.exact.shading import unshadowed
 from visual.geometry.film_samples import film_points, samples_from_above
 from visual.geometry.placed_mesh import PlacedMesh
@@ -45,7 +45,8 @@ class ReferenceRenderer:
             seed: of the points.
 
         Raises:
-            ValueError: the camera is not straight above or has no pixel at each sample, or too few strata.
+            ValueError: the camera is not straight above or has no pixel at each sample, the plate
+                is textured, or too few strata.
         """
         if strata < FEWEST_STRATA:
             raise ValueError(f"at least {FEWEST_STRATA} strata are needed")
@@ -54,6 +55,8 @@ class ReferenceRenderer:
         rows, cols = scene.heights.shape
         if not self._camera.overhead or scene.resolution != (rows, cols):
             raise ValueError("the camera must look straight down, with one pixel at each height sample")
+        if is_textured(loaded.scene):
+            raise ValueError("the material must be the same all over the plate")
         self._bsdf = plate_bsdf(loaded.scene)
         self._plate = plate_topology(rows, cols, scene.size_mm)
         generator = np.random.default_rng(seed)

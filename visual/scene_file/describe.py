@@ -19,6 +19,8 @@ _COLOURED = {
     *(name for name, kind in KINDS.items() if kind.strength is None),
 }
 """Plugins that count as coloured whatever their values: spectra, and lights whose strength is a picture."""
+_TEXTURES = ("bitmap", "checkerboard")
+"""Textures that vary over a surface; the others are colours and spectra."""
 _METALS = ("conductor", "roughconductor")
 _DEFAULT_FILM = (576, 768)
 _DEFAULT_SAMPLES = 4
@@ -197,12 +199,29 @@ class _Reader:
     def plate(self, index: int) -> Plate:
         props = self.nodes[index].props
         material = self.material(index)
+        textures = self.textures(index)
         return Plate(
             filename=Path(props["filename"]) if "filename" in props else None,
             size_mm=float(props.get("size_mm", PATCH_SIDE_MM)),
             relief_mm=float(props["relief_mm"]) if "relief_mm" in props else None,
             material=tuple(self.kind(part) for part in material) or ("diffuse",),
+            textures=tuple(sorted({self.kind(texture) for texture in textures})),
+            hard_edged=any(self.is_hard_edged(texture) for texture in textures),
         )
+
+    def textures(self, index: int) -> list[int]:
+        """Numbers of the textures below a node that vary over a surface."""
+        below, waiting = set(), [index]
+        while waiting:
+            if (node := waiting.pop()) not in below:
+                below.add(node)
+                waiting += children(self.nodes, node)
+        return [node for node in below if self.kind(node) in _TEXTURES]
+
+    def is_hard_edged(self, texture: int) -> bool:
+        """Whether a texture jumps from place to place."""
+        interpolation = self.nodes[texture].props.get("filter_type", "bilinear")
+        return self.kind(texture) == "checkerboard" or interpolation == "nearest"
 
     def material(self, index: int) -> list[int]:
         """Numbers of the nested materials, the first of each, from the outside in."""

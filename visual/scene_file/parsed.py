@@ -60,12 +60,16 @@ class Plate:
         size_mm: side of the plate.
         relief_mm: height of white above black in a picture whose header has none; None if unknown.
         material: Mitsuba's names of the nested materials, from the outside in.
+        textures: Mitsuba's names of the textures by which the material varies over the plate.
+        hard_edged: whether one of these textures jumps, as a checkerboard does.
     """
 
     filename: Path | None
     size_mm: float
     relief_mm: float | None
     material: tuple[str, ...]
+    textures: tuple[str, ...] = ()
+    hard_edged: bool = False
 
 
 @dataclass(frozen=True)
