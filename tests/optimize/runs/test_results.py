@@ -1,6 +1,7 @@
 """What the run directory says is what was measured."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -247,6 +248,18 @@ def test_what_is_seen_beside_the_plate_dilutes_no_number_of_the_plate() -> None:
     means = plate.mean(axis=1)
     change, level = np.abs(means[1] - means[0]).mean((1, 2)), means[0].mean((1, 2))
     assert alone["change_percent"] == pytest.approx(100.0 * (cameras @ change) / (cameras @ level))
+
+
+def test_the_documentation_lists_every_key_of_look_and_heights(problem: Problem, settings: Run) -> None:
+    summary = results.summarise(settings, problem, outcome(problem, False), {})
+    page = (Path(__file__).parents[3] / "docs" / "verification.md").read_text(encoding="utf-8")
+    listed = {
+        key for line in page.splitlines() for key in re.findall(r"`([\w.]+)`", line.partition(" | ")[0])
+    }
+    listed |= {key.rpartition(".")[2] for key in listed}
+    noise = summary["look"]["noise"]
+    assert {*summary["look"], *noise, *summary["heights"]} - {"noise"} <= listed
+    assert all(f"`{name}`" in page for name in noise["change_percent_of_mean"])
 
 
 def test_the_lift_of_a_relief_is_told_apart_from_its_change(problem: Problem, settings: Run) -> None:
