@@ -23,6 +23,9 @@ from tactile.truncated import GRADIENT_TOLERANCE, TruncatedSolver
 ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)
 """Models of touch: elastic layer; the layer after a truncated solve; a net in it; finite elements."""
+MIN_LOAD, MAX_LOAD = 1e-6, 100.0
+"""Least and greatest mean pressure in units of Young's modulus: 500 times the usual load squeezes the skin by
+many times its thickness, and far beyond, rounding doubles V in single precision without any other sign."""
 
 
 @dataclass(frozen=True)
@@ -150,13 +153,18 @@ def touch_model(
         raise InputError(f"size_mm: {size_mm} is outside [1, 100]")
     if not MIN_MESH <= mesh <= MAX_MESH or mesh % 2:
         raise InputError(f"mesh: {mesh} is not an even number in [{MIN_MESH}, {MAX_MESH}]")
+    mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
+    if not MIN_LOAD <= mean <= MAX_LOAD:
+        raise InputError(
+            f"skin.force_n: {skin.force_n:g} N on a side of {size_mm:g} mm is a pressure of {mean:g} Young's "
+            f"moduli, outside [{MIN_LOAD:g}, {MAX_LOAD:g}]"
+        )
     operator: FiniteElementOperator | ElasticLayerOperator
     if model == "fem":
         operator = finite_element_operator(skin, samples, size_mm, torch.float64, mesh)
     else:
         operator = elastic_layer_operator(skin, samples, size_mm, torch.float64)
     flat = torch.zeros(samples, samples, dtype=torch.float64)
-    mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
     pressure = solve_contact(operator, flat, mean).pressure
     flat_strain = smallest_eigenvalue(operator.strain(pressure))
     converged = TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))

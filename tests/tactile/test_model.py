@@ -145,6 +145,14 @@ def test_a_bad_skin_is_refused_in_one_line(field: str, value: float) -> None:
     assert "\n" not in message
 
 
+@pytest.mark.parametrize(
+    "skin",
+    [Skin(force_n=1e12), Skin(force_n=1e-300), Skin(young_modulus_mpa=1e-4), Skin(young_modulus_mpa=1e9)],
+)
+def test_a_load_beyond_what_numbers_hold_is_refused_in_one_line(skin: Skin) -> None:
+    assert line_of(waves(16, 1.0), skin=skin).startswith("skin.force_n:")
+
+
 @pytest.mark.parametrize("model", ["layer", "quick", "fem"])
 def test_every_model_honours_the_thickness_and_depth_of_the_skin(model: ModelName) -> None:
     relief, thin = bumps(32), Skin(thickness_mm=1.8, depth_mm=0.5)
