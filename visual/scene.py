@@ -4,6 +4,7 @@ A condition is one camera with one light on, plus all ambient light.
 """
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from visual.exact.view import Illumination, View
 from visual.fast.conversion import fast_renderer
 from visual.fast.renderer import FastRenderer
 from visual.geometry.film_samples import plate_pixels
+from visual.geometry.projection import projection_of
 from visual.lights.kind import Light
 from visual.lights.parallel import LUMINANCE, ParallelLights
 from visual.lights.quadrature import Quadrature, kind_of, parallel_obstacle, prepare
@@ -261,6 +263,18 @@ class Scene:
         for obstacle in obstacles(model, self._description, self._needs, self.heights.shape):
             remedy = '; use look.model = "exact"' if model == "fast" else ""
             raise InputError(f"{self._checked.path}: {obstacle}{remedy}")
+        if model != "fast" and self._hidden:
+            where = f"{self._checked.path}: shape"
+            raise InputError(f"{where}: one stands between camera and plate; gradients need a clear view")
+
+    @cached_property
+    def _hidden(self) -> bool:
+        """Whether another shape hides the plate from a camera that looks straight down."""
+        if self._description.shapes == 1 or not all(self._needs.top_view):
+            return False
+        loaded = self._light_scene(self._groups[0], None)
+        sensors = (loaded.scene.sensors()[number] for number in loaded.sensors)
+        return not all(plate_pixels(loaded.scene, projection_of(s, *self.resolution)).all() for s in sensors)
 
     def _light_scene(self, lights: Lights, resolution: int | None) -> LightScene:
         """A scene with these lights only, loaded once."""

@@ -196,21 +196,21 @@ def _explicit(scene: Scene) -> Callable[[Array, int], Array]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("texture", "camera", "allowed"),
+    ("texture", "camera", "samples", "allowed"),
     [
-        ("bitmap", "above", 0.02),
-        ("roughness", "above", 0.02),
-        ("checkerboard", "above", 0.02),
-        ("bitmap", "side", 0.05),
-        ("roughness", "side", 0.04),
+        ("bitmap", "above", 512, 0.02),
+        ("roughness", "above", 512, 0.02),
+        ("checkerboard", "above", 512, 0.02),
+        ("bitmap", "side", 1024, 0.05),
+        ("roughness", "side", 1024, 0.04),
     ],
 )
 def test_gradients_are_those_of_rendered_pictures(
-    scene_of: Callable[..., Scene], texture: str, camera: str, allowed: float
+    scene_of: Callable[..., Scene], texture: str, camera: str, samples: int, allowed: float
 ) -> None:
     scene = scene_of(sun(35), material=TEXTURED[texture], **({"camera": OBLIQUE} if camera == "side" else {}))
     truth = measured(
-        lambda h, seed: scene.render(h, samples=512, seed=seed).numpy()[0], scene.heights, 0.01, 3
+        lambda h, seed: scene.render(h, samples=samples, seed=seed).numpy()[0], scene.heights, 0.01, 3
     )
     assert truth.standard_error < 0.02
     for gradient in (_rendered(scene), _explicit(scene)):

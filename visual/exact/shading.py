@@ -73,6 +73,8 @@ def unshadowed(
     uv: Array | None = None,
 ) -> Array:
     """Radiance (lights, faces) without its derivatives; arguments as of `shade`."""
+    if len(slope_x) == 0:
+        return np.zeros((len(lights), 0))
     given, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera, uv)
     return np.asarray(radiance(*given), dtype=np.float64).reshape(len(lights), len(slope_x))
 

@@ -10,7 +10,7 @@ import torch
 
 from relief.errors import InputError
 from tests.visual.differences import ADJOINTS, DIRECTIONS, by_gradients, differ_by_noise, measured
-from tests.visual.scenes import PLASTIC, SIDE, Array, hills, sensor, sky, sun
+from tests.visual.scenes import FLOOR, PLASTIC, SIDE, Array, hills, sensor, sky, sun
 from visual.scene import Scene, load_scene
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -35,6 +35,41 @@ def test_pictures_are_mitsubas_within_noise(scene_of: Callable[..., Scene], came
     ours = [scene.views(seed=s)[0].evaluate(scene.heights, jacobian=False).pictures[0] for s in seeds]
     assert ours[0].shape == scene.resolution
     assert differ_by_noise(ours, [scene.render(seed=s).numpy()[0] for s in seeds])
+
+
+def test_a_flat_plate_that_fills_the_picture_has_no_edge_that_moves(scene_of: Callable[..., Scene]) -> None:
+    near = {"kind": "perspective", "camera": '<lookat origin="-1, -1, 3" target="0, 0, 0" up="0, 1, 0"/>'}
+    scene = scene_of(sun(35), heights=np.zeros((SIDE, SIDE)), **near)
+    with_edges, without = (
+        scene.views()[0].evaluate(scene.heights, edges=e).jacobians[0] for e in (True, False)
+    )
+    assert (with_edges != without).nnz == 0
+
+
+CUBE = """<shape type="cube">
+    <transform name="to_world"><scale value="1.5"/><translate z="6"/></transform><bsdf type="diffuse"/>
+</shape>"""
+
+
+@pytest.mark.parametrize("side", [SIDE, 2 * SIDE])
+def test_a_shape_between_camera_and_plate_is_shown_and_has_no_gradients(
+    scene_of: Callable[..., Scene], side: int
+) -> None:
+    scene = scene_of(sun(35), more=CUBE, rows=side, cols=side)
+    assert abs(scene.render().mean() / scene_of(sun(35), rows=side, cols=side).render().mean() - 1) > 0.01
+    for gradients in (scene.views, lambda: scene.render(torch.tensor(scene.heights, requires_grad=True))):
+        with pytest.raises(InputError, match=r"scene\.xml: shape: one stands between camera and plate"):
+            gradients()
+
+
+def test_a_shape_beside_or_under_the_plate_keeps_its_gradients(scene_of: Callable[..., Scene]) -> None:
+    ball = """<shape type="sphere"><point name="center" x="9" y="9" z="3"/><float name="radius" value="2"/>
+        <bsdf type="diffuse"/></shape>"""
+    scene = scene_of(sun(35, 45), more=FLOOR + ball)
+    ours = scene.views()[0].evaluate(scene.heights).pictures
+    theirs = scene.render(samples=256).numpy()
+    assert np.abs(ours - theirs).mean() < 0.01 * theirs.mean()
+    assert theirs.mean() < 0.99 * scene_of(sun(35, 45)).render().numpy().mean()
 
 
 def view_gradient(scene: Scene, edges: bool = True) -> Callable[[Array, int], Array]:
