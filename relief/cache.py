@@ -12,9 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from relief.errors import InputError
-from relief.files import cache_folder, write_atomically
+from relief.files import cache_folder, remove_partial, write_atomically
 from relief.tensors import Arrays, read_tensors, tensor_bytes
 
+ABANDONED_S = 3600.0
+"""Age of a temporary folder, s, after which no process is writing to it any more."""
 _IMPORT = re.compile(r"^\s*(?:from|import) (\w+(?:\.\w+)*)(?= import| as|$)", re.MULTILINE)
 
 
@@ -62,5 +64,6 @@ def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], 
                 return arrays
     arrays = build()
     with suppress(OSError):
+        remove_partial(path.parent, ABANDONED_S)
         write_atomically(path, tensor_bytes(arrays, text))
     return arrays

@@ -1,13 +1,73 @@
 """Files: written whole or not at all, read within a limit, and the folder of the cache."""
 
 import os
+import shutil
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
 from relief.errors import InputError
+
+PARTIAL = ".partial"
+"""Ending of the name of a temporary folder; the name begins with a dot."""
+
+
+@contextmanager
+def partial_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary folder beside ``path``, on the same file system; it is gone when the block ends.
+
+    Args:
+        path: The final place of what is written; missing folders are made.
+
+    Yields:
+        The temporary folder.
+
+    Raises:
+        OSError: The folder cannot be made or written; the error names ``path``.
+    """
+    path = Path(path)
+    with naming_errors(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(PARTIAL, f".{path.stem}-", path.parent) as folder:
+            yield Path(folder)
+
+
+@contextmanager
+def naming_errors(path: Path) -> Iterator[None]:
+    """Give the OSErrors of the block, if they name no file or a temporary one, the name of a file.
+
+    Args:
+        path: The file.
+
+    Raises:
+        OSError: The block raised one.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None or PARTIAL not in str(error.filename or PARTIAL):
+            raise
+        raise OSError(error.errno, error.strerror, os.fspath(path)) from error
+
+
+def remove_partial(folder: Path, older_than_s: float = 0.0) -> None:
+    """Remove the temporary folders that killed processes have left in a folder, as far as possible.
+
+    Args:
+        folder: The folder; it may not exist.
+        older_than_s: Least age of what is removed, s.
+    """
+    for path in partial_folders(folder):
+        if time.time() - path.stat().st_mtime >= older_than_s:
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def partial_folders(folder: Path) -> list[Path]:
+    """Return the temporary folders in a folder."""
+    return list(folder.glob(f".*{PARTIAL}"))
 
 
 @contextmanager
@@ -24,12 +84,10 @@ def partial_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         The temporary path to write to, on the same file system, with the same suffix.
 
     Raises:
-        OSError: The folder cannot be made, or the file cannot be moved to its place.
+        OSError: The folder cannot be made, or the file cannot be written; the error names ``path``.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent) as folder:
-        partial = Path(folder) / path.name
+    with partial_folder(path) as folder:
+        partial = folder / Path(path).name
         yield partial
         os.replace(partial, path)
 

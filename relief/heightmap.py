@@ -1,5 +1,6 @@
 """Height maps as files: pictures whose grey value is height, and files that hold mm."""
 
+import errno
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -246,13 +247,32 @@ def save_heights_exr(
     Raises:
         InputError: A length is out of `RANGES`.
     """
+    header = _header(path, size_mm=size_mm, relief_mm=relief_mm)
+    with partial_file(path) as partial:
+        write_exr(partial, heights, header)
+
+
+def write_exr(path: Path, samples: ArrayLike, attributes: Mapping[str, Any] | None = None) -> None:
+    """Write samples (rows, cols) as a float32 EXR, channel Y.
+
+    Args:
+        path: The file.
+        samples: (rows, cols) values.
+        attributes: More attributes of the header, by name.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
     import OpenEXR
 
-    samples = np.ascontiguousarray(heights, dtype=np.float32)
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    header |= _header(path, size_mm=size_mm, relief_mm=relief_mm)
-    with partial_file(path) as partial:
-        OpenEXR.File(header, {"Y": samples}).write(str(partial))
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage} | dict(attributes or {})
+    try:
+        OpenEXR.File(header, {"Y": np.ascontiguousarray(samples, dtype=np.float32)}).write(str(path))
+    except RuntimeError as error:
+        # OpenEXR tells the system's error only at the end of its message.
+        said = str(error).rstrip(".")
+        number = next((n for n in errno.errorcode if said.endswith(os.strerror(n))), errno.EIO)
+        raise OSError(number, os.strerror(number), str(path)) from error
 
 
 def save_heights_png(

@@ -2,7 +2,6 @@
 
 import itertools
 import re
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optimize.report.colour_maps import srgb
+from relief.files import partial_folder
+from relief.heightmap import write_exr
 
 Array = NDArray[np.floating[Any]]
 
@@ -50,25 +51,17 @@ def write_pictures(
     Returns:
         The paths without `.exr` and `.png`, in the order of the conditions.
     """
-    folder.parent.mkdir(parents=True, exist_ok=True)
     names = [f"{name}-{suffix}" if suffix else name for name in file_names(conditions)]
-    with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as temporary:
+    with partial_folder(folder) as temporary:
         written = []
         for name, picture in zip(names, pictures, strict=True):
-            written += [Path(temporary) / f"{name}.exr", Path(temporary) / f"{name}.png"]
-            _write_exr(written[-2], picture)
+            written += [temporary / f"{name}.exr", temporary / f"{name}.png"]
+            write_exr(written[-2], picture)
             _write_png(written[-1], srgb(picture, white))
         folder.mkdir(exist_ok=True)
         for path in written:
             path.replace(folder / path.name)
     return [folder / name for name in names]
-
-
-def _write_exr(path: Path, picture: Array) -> None:
-    import OpenEXR
-
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    OpenEXR.File(header, {"Y": np.ascontiguousarray(picture, dtype=np.float32)}).write(str(path))
 
 
 def _write_png(path: Path, shown: Array) -> None:

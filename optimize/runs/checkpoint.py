@@ -1,24 +1,37 @@
 """Checkpoint of a run, written whole after every step, so that a killed run goes on from its last step."""
 
+from __future__ import annotations
+
+import hashlib
 import json
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save
+from numpy.typing import NDArray
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from optimize.descent.correction import CorrectionState, OuterIteration
 from optimize.descent.driver import Iterate
 from optimize.descent.targets import QUANTITIES, Target, Targets
-from relief.arrays import Array
+from optimize.runs.config import NotNegative, Positive, Run
 from relief.errors import InputError
 from relief.files import write_atomically
+from relief.limits import HEIGHT_LIMIT_MM
+from relief.tensors import read_tensors, tensor_bytes
+
+Array = NDArray[np.float64]
 
 FILE = Path("checkpoint") / "descent.safetensors"
 
-_NUMBERS = ("contact_fraction", "picture_mean", "picture_rms")
+BEGIN_ANEW = "begin anew (retouch optimize, --force or another -o)"
+"""What is left to do where a run cannot be resumed."""
+FILES = ("scene", "texture")
+"""Settings that name a file, which may be moved, but not changed, before a run is resumed."""
+CHANGEABLE = ("descent.steps", "verify.corrections", "verify.samples")
+"""Settings that may be changed before a run is resumed: how far the run goes, and how well it is measured."""
 
 
 @dataclass(frozen=True)
@@ -30,69 +43,170 @@ class Checkpoint:
         best: of the current descent.
         state: of the outer iterations.
         seconds: taken so far.
+        key: of the run, as by `run_key`.
+        history: digest of the history up to the last iterate (`optimize.runs.results.History`).
     """
 
     current: Iterate
     best: Iterate
     state: CorrectionState
     seconds: float
+    key: Mapping[str, Any] = field(default_factory=dict)
+    history: str = ""
+
+
+_Step = Annotated[int, Field(ge=0)]
+_Values = dict[str, NotNegative]
+
+
+@dataclass(frozen=True)
+class _Iterate:
+    """The numbers of an iterate; its arrays are tensors of the file."""
+
+    step: _Step
+    values: _Values
+    contact_fraction: Annotated[float, Field(ge=0, le=1)]
+    picture_mean: NotNegative
+    picture_rms: NotNegative
+
+
+@dataclass(frozen=True)
+class _Target:
+    quantity: str
+    goal: Positive
+    tolerance: Annotated[float, Field(gt=0, lt=1)]
+
+
+@dataclass(frozen=True)
+class _OuterIteration:
+    surrogate_goals: dict[str, Positive]
+    values: _Values
+    verified: _Values
+    relative_error: NotNegative
+    steps: _Step
+
+
+@dataclass(frozen=True)
+class _Header:
+    """The text of the file: everything but arrays."""
+
+    seconds: NotNegative
+    key: dict[str, Any]
+    history: str
+    targets: tuple[_Target, ...]
+    iterations: tuple[_OuterIteration, ...]
+    current: _Iterate
+    best: _Iterate
+    closest: _Iterate | None
+
+    __pydantic_config__ = ConfigDict(extra="forbid")
+
+
+_HEADER = TypeAdapter(_Header)
+
+
+def run_key(settings: Run) -> dict[str, Any]:
+    """Everything that decides a run: its settings by dotted key, with the SHA-256 of a file for its place."""
+    key = _flat(settings.model_dump(mode="json"))
+    key |= {name: hashlib.sha256(getattr(settings, name).read_bytes()).hexdigest() for name in FILES}
+    return {name: value for name, value in key.items() if name not in CHANGEABLE}
+
+
+def check_key(settings_file: Path, settings: Run, key: Mapping[str, Any]) -> None:
+    """Compare the settings of a run with the key of its checkpoint.
+
+    Raises:
+        InputError: a setting or a file is not the one that the run began with.
+    """
+    now = run_key(settings)
+    for name in sorted(now.keys() | key.keys()):
+        if now.get(name) != key.get(name):
+            fault = (
+                f"{getattr(settings, name)} is not the file that the run began with"
+                if name in FILES
+                else f"{now.get(name)}, but the run began with {key.get(name)}"
+            )
+            allowed = ", ".join(CHANGEABLE)
+            raise InputError(
+                f"{settings_file}: {name}: {fault}; put it back, or {BEGIN_ANEW}; only {allowed} may change"
+            )
 
 
 def save_checkpoint(run_dir: Path, checkpoint: Checkpoint) -> None:
     """Write a checkpoint; it replaces the last one whole or not at all."""
-    tensors: dict[str, Array] = {}
     state = checkpoint.state
-    numbers: dict[str, str] = {
-        "seconds": repr(checkpoint.seconds),
-        "targets": json.dumps([[t.quantity.name, t.goal, t.tolerance] for t in state.surrogate_targets.each]),
-        "iterations": json.dumps([asdict(iteration) for iteration in state.iterations]),
+    iterates = {"current": checkpoint.current, "best": checkpoint.best, "closest": state.closest}
+    tensors: dict[str, Array] = {}
+    numbers: dict[str, Any] = {
+        "seconds": checkpoint.seconds,
+        "key": dict(checkpoint.key),
+        "history": checkpoint.history,
+        "targets": [
+            {"quantity": target.quantity.name, "goal": target.goal, "tolerance": target.tolerance}
+            for target in state.surrogate_targets.each
+        ],
+        "iterations": [asdict(iteration) for iteration in state.iterations],
     }
-    iterates = {"current": checkpoint.current, "best": checkpoint.best}
-    if state.closest is not None:
-        iterates["closest"] = state.closest
     for name, iterate in iterates.items():
-        tensors[f"{name}.heights"] = np.asarray(iterate.heights, order="C")
-        tensors |= {f"{name}.memory.{key}": np.asarray(v, order="C") for key, v in iterate.memory.items()}
-        scalars = {key: getattr(iterate, key) for key in _NUMBERS}
-        numbers[name] = json.dumps({"step": iterate.step, "values": iterate.values} | scalars)
-    write_atomically(run_dir / FILE, save(tensors, metadata=numbers))
+        numbers[name] = iterate and {key: getattr(iterate, key) for key in _Iterate.__annotations__}
+        if iterate is not None:
+            tensors[f"{name}.heights"] = iterate.heights
+            tensors |= {f"{name}.memory.{key}": value for key, value in iterate.memory.items()}
+    write_atomically(run_dir / FILE, tensor_bytes(tensors, json.dumps(numbers)))
 
 
 def load_checkpoint(run_dir: Path) -> Checkpoint:
     """Read the checkpoint of a run directory.
 
     Raises:
-        InputError: there is none, or it does not read.
+        InputError: there is none, it is damaged, or a number in it is out of range.
     """
     path = run_dir / FILE
     if not path.is_file():
-        raise InputError(f"{path}: no such file; nothing to go on from")
+        raise InputError(f"{path}: no such file; nothing to go on from; {BEGIN_ANEW}")
     try:
-        with safe_open(path, framework="np") as file:
-            numbers = file.metadata()
-            tensors = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118  # not a mapping
-        iterates = {
-            name: _iterate(name, json.loads(numbers[name]), tensors)
-            for name in ("current", "best", "closest")
-            if name in numbers
-        }
-        targets = [
-            Target(QUANTITIES[name], float(goal), float(tolerance))
-            for name, goal, tolerance in json.loads(numbers["targets"])
-        ]
-        state = CorrectionState(
-            Targets(tuple(targets)),
-            tuple(OuterIteration(**fields) for fields in json.loads(numbers["iterations"])),
-            iterates.get("closest"),
-        )
-        return Checkpoint(iterates["current"], iterates["best"], state, float(numbers["seconds"]))
-    except (SafetensorError, KeyError, TypeError, ValueError, AttributeError) as error:
+        tensors, text = read_tensors(path)
+    except InputError as error:
+        raise InputError(f"{error}; not a checkpoint of this version; {BEGIN_ANEW}") from error
+    try:
+        header = _HEADER.validate_json(text)
+        current, best = (_iterate(name, getattr(header, name), tensors) for name in ("current", "best"))
+        closest = None if header.closest is None else _iterate("closest", header.closest, tensors)
+        targets = tuple(Target(QUANTITIES[t.quantity], t.goal, t.tolerance) for t in header.targets)
+        iterations = tuple(OuterIteration(**asdict(iteration)) for iteration in header.iterations)
+        steps = [0, *(iteration.steps for iteration in iterations), current.step]
+        if steps != sorted(steps) or max(best.step, closest.step if closest else 0) > current.step:
+            raise ValueError("steps: are not in order")
+        if (closest is None) != (not iterations):
+            raise ValueError("closest: does not fit the iterations")
+        if len({iterate.heights.shape for iterate in (current, best, closest or best)}) > 1:
+            raise ValueError("heights: differ in shape")
+    except ValidationError as error:
+        fault = error.errors(include_url=False)[0]
+        place = ".".join(str(part) for part in fault["loc"])
+        raise InputError(f"{path}: not a checkpoint: {place}: {fault['msg']}") from error
+    except (KeyError, ValueError) as error:
         raise InputError(f"{path}: not a checkpoint: {' '.join(str(error).split())}") from error
+    state = CorrectionState(Targets(targets), iterations, closest)
+    return Checkpoint(current, best, state, header.seconds, header.key, header.history)
 
 
-def _iterate(name: str, numbers: dict[str, Any], tensors: dict[str, Array]) -> Iterate:
+def _iterate(name: str, numbers: _Iterate, tensors: Mapping[str, Array]) -> Iterate:
     start = f"{name}.memory."
+    heights = tensors[f"{name}.heights"]
     memory = {key.removeprefix(start): value for key, value in tensors.items() if key.startswith(start)}
-    values = {quantity: float(numbers["values"][quantity]) for quantity in QUANTITIES}
-    scalars = {key: float(numbers[key]) for key in _NUMBERS}
-    return Iterate(int(numbers["step"]), tensors[f"{name}.heights"], values, memory=memory, **scalars)
+    for key, array in tensors.items():
+        if array.dtype != np.float64 or not np.isfinite(array).all():
+            raise ValueError(f"{key}: not every value is a finite number")
+    if heights.ndim != 2 or not heights.size or heights.min() < 0.0 or heights.max() > HEIGHT_LIMIT_MM:
+        raise ValueError(f"{name}.heights: are not a relief of 0 to {HEIGHT_LIMIT_MM:g} mm")
+    values = {quantity: numbers.values[quantity] for quantity in QUANTITIES}
+    return Iterate(**vars(numbers) | {"values": values}, heights=heights, memory=memory)
+
+
+def _flat(values: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """Flatten nested mappings; keys are joined by dots."""
+    flat: dict[str, Any] = {}
+    for name, value in values.items():
+        flat |= _flat(value, f"{before}{name}.") if isinstance(value, Mapping) else {before + name: value}
+    return flat

@@ -6,6 +6,8 @@ texture -> Problem (touch + sight) -> descend -> verification -> run directory
 import os
 import shutil
 import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,13 +19,14 @@ from optimize.descent.targets import QUANTITIES
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.runs import results
 from optimize.runs.checkpoint import FILE as CHECKPOINT
-from optimize.runs.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
+from optimize.runs.checkpoint import Checkpoint, check_key, load_checkpoint, run_key, save_checkpoint
 from optimize.runs.config import Run, load_run
 from optimize.runs.interrupts import interruptible
 from optimize.runs.preparation import Prepared, prepare
 from optimize.runs.progress import Progress, silent, terminal
 from relief.arrays import Array
 from relief.errors import InputError
+from relief.files import partial_folders, remove_partial
 from visual.noise import batched
 
 INTERRUPTED = (
@@ -91,34 +94,46 @@ def run(
         state = CorrectionState(prepared.surrogate_targets)
         method = prepared.plan.method_for(state.surrogate_targets, prepared.plan.steps)
         segment = Segment(method, method.begin(0, prepared.problem.heights, {}))
-        _clear(run_dir)
-        results.write_settings(run_dir, settings)
-        return _descend_and_write(prepared, state, segment, run_dir, began, 0.0, show)
+        with _telling_how_to_go_on(run_dir):
+            # First, so that a folder with anything of a run in it is known by its run.toml.
+            results.write_settings(run_dir, settings)
+            _clear(run_dir)
+            history = results.History(run_dir, state.surrogate_targets, 0, after=0)
+            return _descend_and_write(prepared, state, segment, run_dir, history, began, 0.0, show)
 
 
 def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = True) -> Result:
     """Go on with a run from its checkpoint; ends as the uninterrupted run would, within tolerance.
 
     Raises:
-        InputError: the directory holds no run or no readable checkpoint.
+        InputError: the directory holds no run or no sound checkpoint; or scene, texture, or a setting other
+            than those of `optimize.runs.checkpoint.CHANGEABLE` has changed since the run began.
     """
     run_dir = Path(run_dir)
     settings = load_run(run_dir / results.SETTINGS)
     checkpoint = load_checkpoint(run_dir)
+    check_key(run_dir / results.SETTINGS, settings, checkpoint.key)
+    current, state = checkpoint.current, checkpoint.state
     began = time.perf_counter()
-    with silent() if quiet else terminal() as show:
+    with _telling_how_to_go_on(run_dir), silent() if quiet else terminal() as show:
+        remove_partial(run_dir)
+        history = results.History(
+            run_dir, state.surrogate_targets, len(state.iterations), current.step, checkpoint.history
+        )
         prepared = prepare(settings, variant, show)
-        current, state = checkpoint.current, checkpoint.state
         if current.heights.shape != prepared.problem.heights.shape:
             raise InputError(
-                f"{run_dir}: checkpoint: {current.heights.shape} heights, "
+                f"{run_dir / CHECKPOINT}: {current.heights.shape} heights, "
                 f"the texture has {prepared.problem.heights.shape}"
             )
         limit = prepared.plan.step_limit(len(state.iterations))
         method = prepared.plan.method_for(state.surrogate_targets, limit)
-        start = method.begin(current.step, current.heights, current.memory)
+        try:
+            start = method.begin(current.step, current.heights, current.memory)
+        except (KeyError, TypeError) as error:
+            raise InputError(f"{run_dir / CHECKPOINT}: memory: not that of the method") from error
         segment = Segment(method, start, checkpoint.best)
-        return _descend_and_write(prepared, state, segment, run_dir, began, checkpoint.seconds, show)
+        return _descend_and_write(prepared, state, segment, run_dir, history, began, checkpoint.seconds, show)
 
 
 class _Recorder:
@@ -127,6 +142,8 @@ class _Recorder:
     def __init__(
         self,
         run_dir: Path,
+        history: results.History,
+        key: Mapping[str, Any],
         state: CorrectionState,
         segment: Segment,
         size_mm: float,
@@ -134,15 +151,12 @@ class _Recorder:
         steps: int,
         show: Progress,
     ) -> None:
-        self._size_mm = size_mm
+        self._size_mm, self._key, self.history = size_mm, key, history
         self._run_dir, self._state, self._earlier_seconds, self._show = run_dir, state, earlier_seconds, show
         self._began = time.perf_counter()
-        self.history = results.History(
-            run_dir, state.surrogate_targets, len(state.iterations), after=segment.start.step
-        )
         if segment.best is None:
             self.history.add(segment.start, earlier_seconds)
-            save_checkpoint(run_dir, Checkpoint(segment.start, segment.start, state, earlier_seconds))
+            self._save(segment.start, segment.start)
         show.descent(state.surrogate_targets, steps)
 
     @property
@@ -152,7 +166,7 @@ class _Recorder:
 
     def step(self, current: Iterate, best: Iterate, seconds: float) -> None:
         self.history.add(current, self.seconds)
-        save_checkpoint(self._run_dir, Checkpoint(current, best, self._state, self.seconds))
+        self._save(current, best)
         self._show.step(current, seconds)
 
     def verifying(self, best: Iterate) -> None:
@@ -165,8 +179,12 @@ class _Recorder:
         self._show.note(f"the verification is {error:.2f} % off the target: corrected, going on")
         self._state = state
         self.history.targets, self.history.iteration = state.surrogate_targets, len(state.iterations)
-        save_checkpoint(self._run_dir, Checkpoint(start, start, state, self.seconds))
+        self._save(start, start)
         self._show.descent(state.surrogate_targets, steps)
+
+    def _save(self, current: Iterate, best: Iterate) -> None:
+        checkpoint = Checkpoint(current, best, self._state, self.seconds, self._key, self.history.digest)
+        save_checkpoint(self._run_dir, checkpoint)
 
 
 def _descend_and_write(
@@ -174,14 +192,17 @@ def _descend_and_write(
     state: CorrectionState,
     segment: Segment,
     run_dir: Path,
+    history: results.History,
     began: float,
     earlier_seconds: float,
     show: Progress,
 ) -> Result:
     settings, problem, plan = prepared.settings, prepared.problem, prepared.plan
     limit = plan.step_limit(len(state.iterations))
-    recorder = _Recorder(run_dir, state, segment, problem.size_mm, earlier_seconds, limit, show)
-    segment = replace(segment, trace=recorder.history.trace())
+    recorder = _Recorder(
+        run_dir, history, run_key(settings), state, segment, problem.size_mm, earlier_seconds, limit, show
+    )
+    segment = replace(segment, trace=history.trace())
     descent_began = time.perf_counter()
     with interruptible(lambda: show.say(INTERRUPTED.format(run_dir=run_dir))):
         descent, verified, state = descend_with_correction(plan, state, segment, recorder)
@@ -201,7 +222,7 @@ def _descend_and_write(
             "verify": finished - verify_began,
         }
         show.note("writing")
-        summary = results.write(run_dir, settings, problem, outcome, times, recorder.history.rows)
+        summary = results.write(run_dir, settings, problem, outcome, times, history.rows)
     return Result(descent.best.heights, descent.reason, summary, run_dir)
 
 
@@ -234,20 +255,39 @@ def _check_vacant(run_dir: Path, force: bool) -> None:
         raise InputError(f"{run_dir}: cannot be made; {existing} is not a folder that can be written")
     if run_dir.exists() and not run_dir.is_dir():
         raise InputError(f"{run_dir}: is a file; a run writes a folder")
-    if not run_dir.is_dir() or not any(run_dir.iterdir()):
+    if not run_dir.is_dir() or set(run_dir.iterdir()) <= set(partial_folders(run_dir)):
         return
     if not force:
         raise InputError(f"{run_dir}: holds an earlier run; give --force to replace it, or another -o")
-    if not (run_dir / CHECKPOINT).is_file():
+    if not results.holds_run(run_dir):
         raise InputError(f"{run_dir}: holds files that are not a run's; they are not replaced")
 
 
 def _clear(run_dir: Path) -> None:
-    """Take away what an earlier run has left, and nothing else."""
-    run_dir.mkdir(parents=True, exist_ok=True)
+    """Take away what an earlier run has left beside run.toml, and nothing else."""
+    remove_partial(run_dir)
     for name in results.WRITTEN:
         path = run_dir / name
+        if name == results.SETTINGS:
+            continue
         if path.is_dir():
             shutil.rmtree(path)
         else:
             path.unlink(missing_ok=True)
+
+
+@contextmanager
+def _telling_how_to_go_on(run_dir: Path) -> Iterator[None]:
+    """Add to an error of a file, such as a full disk, which command goes on once the error is mended."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None:
+            raise
+        command = "the same command goes on"
+        if results.holds_run(run_dir):
+            command = "the same command with --force begins anew"
+        if (run_dir / CHECKPOINT).is_file():
+            command = f"retouch resume {run_dir} goes on"
+        message = f"{error.strerror}; when that is mended, {command}"
+        raise OSError(error.errno, message, error.filename or str(run_dir)) from error

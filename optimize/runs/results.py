@@ -1,6 +1,8 @@
 """The run directory: settings, history, heights, plates to print, pictures, result.json and report."""
 
+import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -18,17 +20,24 @@ from optimize.report import metrics
 from optimize.report.content import Baseline, Report
 from optimize.report.page import write_report
 from optimize.report.pictures import write_pictures
+from optimize.runs.checkpoint import BEGIN_ANEW
+from optimize.runs.checkpoint import FILE as CHECKPOINT
 from optimize.runs.config import Run, dump_resolved
 from relief.arrays import Array
+from relief.errors import InputError
 from relief.export import export_plate
-from relief.files import write_atomically
+from relief.files import naming_errors, read_limited, write_atomically
 from relief.formats import PLATES
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.limits import SMALLEST_RELIEF_MM
 from visual.noise import Batches
 
 SETTINGS = "run.toml"
+MARK = b"# The settings of the run in this folder, written by retouch optimize.\n"
+"""First line of run.toml, the file that a run writes first and whole: the sign of a run directory."""
 HISTORY = "history.jsonl"
+LARGEST_HISTORY = 1 << 28
+"""Most bytes of a history: 100,000 steps, the most of a run, take a fifth."""
 WRITTEN = (
     *(SETTINGS, HISTORY, "checkpoint", "renders", "heights.exr", "heights.png"),
     *(*PLATES, "result.json", "report.html"),
@@ -69,17 +78,37 @@ class History:
         targets: surrogate targets of the current outer iteration.
         iteration: its number, from 0.
         rows: content of the file.
+
+    Raises:
+        InputError: a line is not a step, or `digest` is given and the rows have another.
     """
 
-    def __init__(self, run_dir: Path, targets: Targets, iteration: int, after: int) -> None:
+    def __init__(
+        self, run_dir: Path, targets: Targets, iteration: int, after: int, digest: str | None = None
+    ) -> None:
         self._path, self.targets, self.iteration = run_dir / HISTORY, targets, iteration
+        self._digest = hashlib.sha256()
         self.rows: list[dict[str, Any]] = []
         if self._path.is_file():
             # A kill may have cut the last line short; its step is not in the checkpoint, written after it.
-            lines = self._path.read_text(encoding="utf-8").splitlines(keepends=True)
-            rows = [json.loads(line) for line in lines if line.endswith("\n")]
-            self.rows = [row for row in rows if row["step"] <= after]
-            write_atomically(self._path, "".join(json.dumps(row) + "\n" for row in self.rows).encode())
+            whole = read_limited(self._path, LARGEST_HISTORY).splitlines(keepends=True)
+            lines = [line for line in whole if line.endswith(b"\n")]
+            try:
+                rows = [json.loads(line) for line in lines]
+                self.rows = [row for row in rows if row["step"] <= after]
+            except (ValueError, TypeError, LookupError, RecursionError) as error:
+                raise InputError(f"{self._path}: not a history of steps; {BEGIN_ANEW}") from error
+        content = "".join(map(_line, self.rows)).encode()
+        self._digest.update(content)
+        if digest not in (None, self.digest):
+            raise InputError(f"{self._path}: not the history of the checkpoint; {BEGIN_ANEW}")
+        if self._path.is_file():
+            write_atomically(self._path, content)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the rows."""
+        return self._digest.hexdigest()
 
     def trace(self) -> list[StepRecord]:
         """Records of the steps of this outer iteration."""
@@ -101,13 +130,28 @@ class History:
             "seconds": seconds,
         }
         self.rows.append(row)
-        with self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(row) + "\n")
+        self._digest.update(_line(row).encode())
+        with naming_errors(self._path), self._path.open("a", encoding="utf-8") as file:
+            file.write(_line(row))
+
+
+def _line(row: Mapping[str, float | None]) -> str:
+    return json.dumps(row) + "\n"
+
+
+def holds_run(run_dir: Path) -> bool:
+    """Whether a folder holds a run: a run.toml under its mark, or a checkpoint."""
+    try:
+        with (run_dir / SETTINGS).open("rb") as file:
+            marked = file.read(len(MARK)) == MARK
+    except OSError:
+        marked = False
+    return marked or (run_dir / CHECKPOINT).is_file()
 
 
 def write_settings(run_dir: Path, settings: Run) -> None:
-    """run.toml: the run with every default written out."""
-    write_atomically(run_dir / SETTINGS, dump_resolved(settings).encode())
+    """run.toml: the run with every default written out, under a line that tells the folder from any other."""
+    write_atomically(run_dir / SETTINGS, MARK + dump_resolved(settings).encode())
 
 
 def white_mm(heights: Array) -> float:

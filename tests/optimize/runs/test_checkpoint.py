@@ -1,17 +1,21 @@
 """A checkpoint gives back what was put in, bit for bit, or says in one line that it cannot."""
 
+import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from safetensors import safe_open
 from safetensors.numpy import load_file, save_file
 
 from optimize.descent.correction import CorrectionState, OuterIteration
 from optimize.descent.driver import Iterate
 from optimize.descent.targets import Targets
-from optimize.runs.checkpoint import FILE, Checkpoint, load_checkpoint, save_checkpoint
+from optimize.runs.checkpoint import FILE, Checkpoint, check_key, load_checkpoint, run_key, save_checkpoint
+from optimize.runs.config import Run, run_from_scene
 from relief.errors import InputError
+from relief.tensors import Arrays, read_tensors, tensor_bytes
 
 
 def iterate(step: int) -> Iterate:
@@ -65,7 +69,7 @@ def test_the_state_of_a_run_that_was_never_verified_is_loaded(tmp_path: Path) ->
 
 
 def test_it_does_not_mind_how_arrays_lie_in_memory(tmp_path: Path) -> None:
-    heights = np.arange(12.0).reshape(3, 4)
+    heights = np.arange(12.0).reshape(3, 4) / 4.0
     memory = {"pressure": heights[::-1, ::2]}
     turned = Iterate(1, heights.T, iterate(1).values, 0.5, 1.0, 1.0, memory)
     save_checkpoint(tmp_path, Checkpoint(turned, turned, FRESH, 0.0))
@@ -140,10 +144,118 @@ def test_numbers_that_are_missing_or_none_are_told(tmp_path: Path, numbers: dict
 
 def test_heights_that_are_missing_are_told(tmp_path: Path) -> None:
     save_checkpoint(tmp_path, CHECKPOINT)
-    path = tmp_path / FILE
-    with safe_open(path, framework="np") as file:
-        numbers = file.metadata()
-    tensors = load_file(path)
-    del tensors["best.heights"]
-    save_file(tensors, path, metadata=numbers)
+    forge(tmp_path, lambda tensors, _: tensors.pop("best.heights"))
     assert "best.heights" in refused(tmp_path)
+
+
+def forge(run_dir: Path, change: Callable[[Arrays, dict[str, Any]], object]) -> None:
+    """Write the checkpoint anew, sealed, with something changed in its arrays or its numbers."""
+    arrays, text = read_tensors(run_dir / FILE)
+    numbers = json.loads(text)
+    change(arrays, numbers)
+    (run_dir / FILE).write_bytes(tensor_bytes(arrays, json.dumps(numbers)))
+
+
+def test_any_flipped_bit_is_told(tmp_path: Path) -> None:
+    save_checkpoint(tmp_path, CHECKPOINT)
+    whole = (tmp_path / FILE).read_bytes()
+    for place in range(0, len(whole), 11):
+        flipped = bytearray(whole)
+        flipped[place] ^= 1 << place % 8
+        (tmp_path / FILE).write_bytes(flipped)
+        assert "damaged" in refused(tmp_path)
+
+
+def put(name: str, place: Any, value: object) -> Callable[[Arrays, dict[str, Any]], object]:
+    """A change of one value of an array, or of the numbers of an iterate."""
+
+    def change(arrays: Any, numbers: Any) -> None:
+        (arrays if name in arrays else numbers)[name][place] = value
+
+    return change
+
+
+FORGERIES: dict[str, tuple[Callable[[Arrays, dict[str, Any]], object], str]] = {
+    "heights of 500 mm": (put("current.heights", (0, 0), 500.0), "current.heights"),
+    "heights below the plate": (put("best.heights", (0, 0), -0.1), "best.heights"),
+    "heights that are none": (put("closest.heights", (0, 0), np.nan), "closest.heights"),
+    "heights of another side": (lambda a, _: a.update({"best.heights": np.zeros((3, 3))}), "heights"),
+    "heights of one dimension": (lambda a, _: a.update({"best.heights": np.zeros(3)}), "best.heights"),
+    "no heights": (lambda a, _: a.update({"best.heights": np.zeros((0, 0))}), "best.heights"),
+    "heights of another type": (
+        lambda a, _: a.update({"best.heights": np.zeros((4, 4), np.float32)}),
+        "best.heights",
+    ),
+    "memory without end": (put("current.memory.pressure", (1, 1), np.inf), "current.memory.pressure"),
+    "a step before the first": (put("current", "step", -1), "current.step"),
+    "a best step after the last": (put("best", "step", 8), "steps"),
+    "a roughness that is none": (put("best", "values", {"roughness": float("nan")}), "best.values.roughness"),
+    "a quantity that is missing": (put("best", "values", {"roughness": 0.1}), "contact_area_mm2"),
+    "more contact than plate": (put("current", "contact_fraction", 1.5), "current.contact_fraction"),
+    "a goal of nothing": (lambda _, n: n["targets"][0].update(goal=0.0), "targets.0.goal"),
+    "a quantity of no table": (lambda _, n: n["targets"][0].update(quantity="colour"), "colour"),
+    "an error that is none": (
+        lambda _, n: n["iterations"][0].update(relative_error=float("inf")),
+        "iterations.0.relative_error",
+    ),
+    "an iteration after the last step": (lambda _, n: n["iterations"][0].update(steps=70), "steps"),
+    "iterations without a result": (lambda _, n: n.update(closest=None), "closest"),
+    "less than no time": (lambda _, n: n.update(seconds=-1.0), "seconds"),
+}
+
+
+@pytest.mark.parametrize("forgery", FORGERIES)
+def test_numbers_out_of_range_are_told_by_their_name(tmp_path: Path, forgery: str) -> None:
+    change, named = FORGERIES[forgery]
+    save_checkpoint(tmp_path, CHECKPOINT)
+    forge(tmp_path, change)
+    line = refused(tmp_path)
+    assert "not a checkpoint" in line and named in line
+
+
+def settings(texture: Path, *overrides: str) -> Run:
+    return run_from_scene("studio", texture, ["touch.jnd=2", *overrides])
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    """A texture; its content plays no part here."""
+    (tmp_path / "own.npy").write_bytes(b"heights")
+    return tmp_path / "own.npy"
+
+
+CHANGED = {
+    "touch.jnd=5": "touch.jnd",
+    "touch.force_n=5": "touch.force_n",
+    'look.model="fast"': "look.model",
+    'verify.model="none"': "verify.model",
+    "verify.resolution=32": "verify.resolution",
+    "descent.tolerance=0.1": "descent.tolerance",
+    'descent.method="adam"': "descent.method",
+    "define.resolution=64": "define.resolution",
+    "relief_mm=1.0": "relief_mm",
+    "seed=3": "seed",
+}
+
+
+@pytest.mark.parametrize("change", CHANGED)
+def test_a_setting_that_decides_the_run_is_refused_by_its_key(own: Path, change: str) -> None:
+    key = run_key(settings(own))
+    check_key(Path("run.toml"), settings(own), key)
+    with pytest.raises(InputError) as caught:
+        check_key(Path("run.toml"), settings(own, change), key)
+    assert str(caught.value).startswith(f"run.toml: {CHANGED[change]}: ") and "--force" in str(caught.value)
+
+
+def test_a_changed_texture_is_refused_and_a_moved_one_is_not(own: Path) -> None:
+    key = run_key(settings(own))
+    moved = own.rename(own.with_name("moved.npy"))
+    check_key(Path("run.toml"), settings(moved), key)
+    moved.write_bytes(b"others")
+    with pytest.raises(InputError, match=r"^run\.toml: texture: .*moved\.npy is not the file"):
+        check_key(Path("run.toml"), settings(moved), key)
+
+
+def test_how_far_a_run_goes_and_how_well_it_is_measured_may_change(own: Path) -> None:
+    for change in ("descent.steps=500", "verify.corrections=5", "verify.samples=1024"):
+        check_key(Path("run.toml"), settings(own, change), run_key(settings(own)))

@@ -1,5 +1,6 @@
 """A run leaves a directory that is complete and true, or one line that says what was wrong."""
 
+import errno
 import json
 import os
 import re
@@ -322,6 +323,111 @@ def test_a_run_without_a_checkpoint_cannot_be_resumed(finished: Result, tmp_path
     (tmp_path / "run.toml").write_bytes((finished.run_dir / "run.toml").read_bytes())
     with pytest.raises(InputError, match="nothing to go on from"):
         job.resume(tmp_path)
+
+
+SHORT = "steps = 1\ntolerance = 0.001"
+
+
+def write_down(run_dir: Path, old: str, new: str) -> None:
+    """Edit the run.toml of a run."""
+    path = run_dir / results.SETTINGS
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+
+
+def not_resumed(run_dir: Path, *named: str) -> None:
+    kept = {path: path.read_bytes() for path in run_dir.rglob("*") if path.is_file()}
+    with pytest.raises(InputError) as caught:
+        job.resume(run_dir)
+    (line,) = str(caught.value).splitlines()
+    assert [word for word in named if word not in line] == [], line
+    assert kept == {path: path.read_bytes() for path in run_dir.rglob("*") if path.is_file()}
+
+
+@pytest.fixture
+def copy(finished: Result, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(finished.run_dir, tmp_path / "copy"))
+
+
+def test_another_target_in_the_settings_is_refused_and_nothing_is_touched(copy: Path) -> None:
+    write_down(copy, "jnd = 1.0", "jnd = 5.0")
+    not_resumed(copy, "run.toml: touch.jnd: 5.0", "began with 1.0", "--force")
+
+
+def test_the_checkpoint_of_another_run_is_refused(copy: Path, run_file: RunFile, tmp_path: Path) -> None:
+    other = tmp_path / "other.exr"
+    save_heights_exr(other, 0.5 * load_heights(load_run(copy / "run.toml").texture))
+    results.write_settings(copy, load_run(run_file(texture=other)))
+    not_resumed(copy, "run.toml: texture: ", "other.exr", "--force")
+
+
+def test_a_history_that_was_tampered_with_is_refused(copy: Path) -> None:
+    with (copy / results.HISTORY).open("a") as file:
+        file.write("[1, 2]\n")
+    not_resumed(copy, results.HISTORY, "--force")
+
+
+def test_more_steps_in_the_settings_are_taken(out: Path, run_file: RunFile) -> None:
+    first = job.run(run_file("jnd = 2", SHORT), out)
+    assert first.stop is StopReason.SHORT_OF_TARGET
+    write_down(out, "steps = 1\n", "steps = 3\n")
+    assert job.resume(out).summary["stop"]["steps"] >= 3
+
+
+# Full disks
+
+
+def full(*_: object, **__: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize(
+    ("place", "command"),
+    [
+        ("optimize.runs.results.write_settings", "the same command goes on"),
+        pytest.param("optimize.runs.results.History.add", "--force", marks=pytest.mark.slow),
+        ("optimize.runs.job.save_checkpoint", "--force"),
+        pytest.param("optimize.runs.results.write_relief", "retouch resume", marks=pytest.mark.slow),
+        ("optimize.runs.results.write", "retouch resume"),
+    ],
+)
+def test_after_a_full_disk_the_command_that_is_told_goes_on(
+    out: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch, place: str, command: str
+) -> None:
+    path = run_file("jnd = 2", SHORT)
+    with monkeypatch.context() as disk:
+        disk.setattr(place, full)
+        with pytest.raises(OSError, match="No space left") as caught:
+            job.run(path, out)
+    told = str(caught.value)
+    assert command in told and str(out) in told
+    if "resume" in told:
+        result = job.resume(out)
+    else:
+        if out.is_dir():
+            not_resumed(out, "--force")
+            refused(path, out, "--force")
+        result = job.run(path, out, force="--force" in told)
+    assert result.summary["stop"]["steps"] == 1
+    assert {path.name for path in out.iterdir()} == set(results.WRITTEN)
+
+
+def test_a_full_disk_leaves_an_earlier_run_whole(
+    copy: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
+    monkeypatch.setattr("optimize.runs.results.write_atomically", full)
+    with pytest.raises(OSError, match="retouch resume"):
+        job.run(run_file("jnd = 2", SHORT), copy, force=True)
+    assert before == {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
+
+
+def test_what_a_kill_left_half_written_is_not_in_the_way(out: Path, run_file: RunFile) -> None:
+    """As a kill while run.toml is written leaves a folder."""
+    (out / ".run-abc.partial").mkdir(parents=True)
+    (out / ".run-abc.partial" / "run.toml").write_text("half")
+    job.run(run_file("jnd = 2", SHORT), out)
+    assert {path.name for path in out.iterdir()} == set(results.WRITTEN)
 
 
 # Going on

@@ -19,6 +19,7 @@ from optimize.report.content import Report
 from optimize.runs import results
 from optimize.runs.config import Run, run_from_scene
 from optimize.runs.results import History, Outcome
+from relief.errors import InputError
 from tests.optimize.conftest import ProblemWith
 from visual.noise import Batches
 
@@ -92,6 +93,55 @@ def test_the_trace_of_an_outer_iteration_is_its_own(tmp_path: Path) -> None:
     errors = [record.relative_error for record in first.trace()]
     assert errors == [first.targets.relative_error(iterate(2).values)]
     assert first.rows[2]["target_roughness"] == 0.2
+
+
+def grow(tmp_path: Path, steps: int) -> History:
+    history = History(tmp_path, TARGETS, 0, after=0)
+    for step in range(steps):
+        history.add(iterate(step), 0.5 * step)
+    return history
+
+
+def test_a_history_is_known_by_its_digest(tmp_path: Path) -> None:
+    digest = grow(tmp_path, 3).digest
+    History(tmp_path, TARGETS, 0, after=9).add(iterate(3), 0.0)
+    assert steps(History(tmp_path, TARGETS, 0, after=2, digest=digest)) == [0, 1, 2]
+
+
+TAMPERED = {
+    "a number changed": lambda text: text.replace("60.0", "61.0", 1),
+    "a step missing": lambda text: text.partition("\n")[2],
+    "a step twice": lambda text: text.partition("\n")[0] + "\n" + text,
+    "no step": lambda text: text.replace('"step"', '"stop"', 1),
+    "a step of text": lambda text: text.replace('"step": 1', '"step": "1"'),
+    "a list": lambda text: "[]\n" + text,
+    "null": lambda text: text + "null\n",
+    "not JSON": lambda text: text + "{\n",
+    "too deep": lambda text: "[" * 100_000 + "\n" + text,
+    "too long a number": lambda text: "9" * 10_000 + "\n" + text,
+    "not text": lambda text: "\udcff\n" + text,
+    "nothing": lambda text: "",
+}
+
+
+@pytest.mark.parametrize("tampered", TAMPERED)
+def test_a_history_that_is_not_the_runs_is_refused_and_stays(tmp_path: Path, tampered: str) -> None:
+    digest = grow(tmp_path, 3).digest
+    path = tmp_path / results.HISTORY
+    content = TAMPERED[tampered](path.read_text()).encode(errors="surrogateescape")
+    path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        History(tmp_path, TARGETS, 0, after=2, digest=digest)
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith(f"{path}: not ") and "--force" in line
+    assert path.read_bytes() == content
+
+
+def test_a_history_that_is_missing_is_refused(tmp_path: Path) -> None:
+    digest = grow(tmp_path, 3).digest
+    (tmp_path / results.HISTORY).unlink()
+    with pytest.raises(InputError, match="not the history of the checkpoint"):
+        History(tmp_path, TARGETS, 0, after=2, digest=digest)
 
 
 # Results
