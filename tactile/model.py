@@ -159,6 +159,15 @@ def touch_model(
             f"skin.force_n: {skin.force_n:g} N on a side of {size_mm:g} mm is a pressure of {mean:g} Young's "
             f"moduli, outside [{MIN_LOAD:g}, {MAX_LOAD:g}]"
         )
+    solver: Solver | None = None
+    if model == "quick":
+        solver = TruncatedSolver(elastic_layer_operator(skin, samples, size_mm, torch.float32))
+    elif model == "net":
+        # Imported here: the other models need no net. A net that does not hold is refused before any operator
+        # is built, which may take seconds.
+        from tactile.net import net_solver
+
+        solver = net_solver(skin, samples, size_mm)
     operator: FiniteElementOperator | ElasticLayerOperator
     if model == "fem":
         operator = finite_element_operator(skin, samples, size_mm, torch.float64, mesh)
@@ -168,16 +177,8 @@ def touch_model(
     pressure = solve_contact(operator, flat, mean).pressure
     flat_strain = smallest_eigenvalue(operator.strain(pressure))
     converged = TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))
-    if model in ("layer", "fem"):
+    if solver is None:
         return converged
-    solver: Solver
-    if model == "quick":
-        solver = TruncatedSolver(elastic_layer_operator(skin, samples, size_mm, torch.float32))
-    else:
-        # Imported here: the other models need no net.
-        from tactile.net import net_solver
-
-        solver = net_solver(skin, samples, size_mm)
     return replace(converged, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE)
 
 

@@ -206,7 +206,7 @@ def test_a_rounded_skin_feels_nothing_of_a_flat_plate(rounded: TetrahedralOperat
 def test_a_fingertip_given_as_a_surface_feels_what_its_structured_mesh_feels() -> None:
     """Meshed by pytetwild and pressed, end to end; 2 % in V and 3 % in A when this was written."""
     surface = fingertip_surface(SIZE, FINGER.thickness_mm, 12.0)
-    mesh = box(np.linspace(-5.0, 5.0, 21), np.array([0.0, 0.35, 0.8, 1.4, 2.1, 2.8]), radius=12.0)
+    mesh = box(np.linspace(-5.0, 5.0, 25), np.array([0.0, 0.3, 0.65, 1.1, 1.6, 2.2, 2.8]), radius=12.0)
     structured = press_tetrahedra(
         bumps(20), FINGER, surface, operator=tetrahedral_operator(FINGER, mesh, 20, SIZE)
     )
