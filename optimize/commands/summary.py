@@ -67,7 +67,8 @@ def _pictures(look: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "pictures", f"{noise['message']} It is at most"
         yield "", f"{change}, {percent(of_white['mean'])} of white"
     else:
-        yield "pictures", f"changed by {change} (mean over the pixels that show the plate)"
+        bound = "at most " if noise["certainty"] == "coarse" else ""
+        yield "pictures", f"changed by {bound}{change} (mean over the pixels that show the plate)"
         yield "", f"less noise {_less_noise(of_mean)}"
         yield "", f"of white {percent(of_white['mean'])}; less noise {_less_noise(of_white)}"
     if noise["certainty"] == "coarse":

@@ -30,12 +30,18 @@ def tries_of_100(jnd: float) -> int:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """A number in `digits` significant digits with a true minus sign; a dash for None or not finite."""
+    """A number in `digits` significant digits with a true minus sign; a dash for None or not finite.
+
+    Large numbers up to a million are rounded to these digits and written out.
+    """
     if value is None or not math.isfinite(value):
         return "\N{EN DASH}"
-    text = (
-        f"{value:#.{digits}g}" if 1e-4 <= abs(value) < 10.0**digits or value == 0 else f"{value:.{digits}g}"
-    )
+    rounded = float(f"{value:.{digits}g}")
+    if 10.0**digits <= abs(rounded) < 1e6:
+        text = f"{rounded:.0f}"
+    else:
+        plain = 1e-4 <= abs(rounded) < 1e6 or rounded == 0.0
+        text = f"{value:#.{digits}g}" if plain else f"{value:.{digits}g}"
     return text.rstrip(".").replace("-", "\N{MINUS SIGN}")
 
 

@@ -18,6 +18,10 @@ from optimize.report.formatting import between, duration, number, plus_minus
         (None, "\N{EN DASH}"),
         (float("nan"), "\N{EN DASH}"),
         (1e-7, "1e\N{MINUS SIGN}07"),
+        (999.7, "1000"),
+        (1234.5, "1230"),
+        (-156250.0, "\N{MINUS SIGN}156000"),
+        (2.5e6, "2.5e+06"),
     ],
 )
 def test_numbers_have_three_digits(value: float | None, text: str) -> None:
