@@ -42,7 +42,7 @@ def roughness(strain: Tensor, size_mm: float = PATCH_SIDE_MM, quadrature: Quadra
         (...) roughness, with gradient.
 
     Raises:
-        InputError: the patch is too small to hold a pair; an unknown quadrature.
+        InputError: the patch is too small for the widest pairs, or too coarse for any; an unknown quadrature.
     """
     if quadrature not in _OFFSETS:
         raise InputError(f'quadrature: "{quadrature}" is not one of "full", "polar"')
@@ -116,9 +116,13 @@ def _polar_offsets(n: int, size_mm: float) -> tuple[tuple[int, int, float], ...]
 def _checked(
     offsets: tuple[tuple[int, int, float], ...], size_mm: float
 ) -> tuple[tuple[int, int, float], ...]:
+    widest = PAIR_DISTANCE_MM + PAIR_SPREAD_MM
+    if size_mm < widest:
+        raise InputError(
+            f"size_mm: a patch of {size_mm} mm is smaller than pairs of receptors, {widest:g} mm"
+        )
     if not offsets:
-        needed = PAIR_DISTANCE_MM - PAIR_SPREAD_MM
-        raise InputError(f"size_mm: a patch of {size_mm} mm holds no pair of receptors {needed:.1f} mm apart")
+        raise InputError(f"size_mm: of {size_mm} mm no two samples lie as near as receptors, {widest:g} mm")
     return offsets
 
 

@@ -107,6 +107,12 @@ def test_a_batch_is_its_items() -> None:
     torch.testing.assert_close(together[1, 2], roughness(strain[1, 2]))
 
 
+@pytest.mark.parametrize("size_mm", [1.0, 2.9])
+def test_a_patch_too_small_for_every_pair_is_refused(size_mm: float) -> None:
+    with pytest.raises(InputError, match="size_mm: a patch of"):
+        roughness(torch.rand(32, 32), size_mm)
+
+
 def test_a_patch_too_small_for_a_pair_is_refused() -> None:
     with pytest.raises(InputError, match="size_mm"):
         roughness(torch.zeros(16, 16), 0.5)
