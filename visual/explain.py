@@ -60,8 +60,11 @@ def explain_scene(
     heights = plate_heights(path, description.plate, texture, size_mm, relief_mm, height_scale)
     needs = needs_of(description)
     chosen = variants.choose_variant(needs.colour, variant)
-    exact, step, unseen = (obstacles(model, description, needs, heights.shape) for model in MODELS)
-    reasons = list(filter(None, dict.fromkeys((variants.without_gradients(chosen.name), *exact, *step))))
+    exact, step, fast = (obstacles(model, description, needs, heights.shape) for model in MODELS)
+    missing = variants.without_gradients(chosen.name)
+    reasons, unseen = (
+        list(filter(None, dict.fromkeys((missing, *every)))) for every in ((*exact, *step), fast)
+    )
     relief = f"heights {heights.min():.3g} to {heights.max():.3g} mm"
     return [
         ("plate", _plate(description.plate, texture or description.plate.filename, relief)),

@@ -222,6 +222,7 @@ class Scene:
         if self._fast is None:
             self._require("fast")
             variants.use(self.variant)
+            variants.require_gradients()
             bsdf = plate_bsdf(self.light_scenes()[0].scene)
             lights = [self.illumination(light) for light in self._needs.alone]
             ambient = self._description.ambient

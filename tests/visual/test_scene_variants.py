@@ -12,8 +12,10 @@ import pytest
 import torch
 from scipy.ndimage import gaussian_filter
 
+from relief.errors import InputError
 from tests.visual.differences import ADJOINTS, differ_by_noise
 from tests.visual.scenes import MATTE, PLASTIC, Array, hills, sky, sun
+from visual.explain import explain_scene
 from visual.scene import Scene
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -52,6 +54,22 @@ def test_in_every_variant_the_gradient_is_that_of_the_explicit_jacobian(
         explicit += scene.views(seed=seed)[0].evaluate(scene.heights).jacobians[0].T @ ADJOINTS[0].ravel()
     one, other = (gaussian_filter(g.reshape(rendered.shape), 2.0) for g in (rendered, explicit))
     assert float((one * other).sum() / np.linalg.norm(one) / np.linalg.norm(other)) > 0.97
+
+
+@pytest.mark.parametrize(
+    "variant", ["scalar_rgb", "scalar_spectral", "llvm_ad_spectral", "llvm_ad_mono_polarized"]
+)
+def test_other_variants_only_render(scene_of: Callable[..., Scene], tmp_path: Path, variant: str) -> None:
+    scene = scene_of(sun(35), pixel_format="rgb", variant=variant)
+    expected = scene_of(sun(35)).render().numpy().mean()
+    assert scene.render(samples=16).numpy().mean() == pytest.approx(expected, rel=0.02)
+    refused = rf"variant: {variant} has no gradients of pictures; leave -m out or choose llvm_ad_mono"
+    heights = torch.tensor(scene.heights, requires_grad=True)
+    for wanted in (scene.views, scene.fast_renderer, lambda: scene.render(heights)):
+        with pytest.raises(InputError, match=refused):
+            wanted()
+    lines = dict(explain_scene(tmp_path / "scene.xml", variant=variant))
+    assert all(refused in lines[line] for line in ("gradients", "fast look"))
 
 
 def test_scenes_in_different_variants_do_not_disturb_each_other(scene_of: Callable[..., Scene]) -> None:

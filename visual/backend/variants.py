@@ -30,8 +30,8 @@ class Variant:
 
 
 def is_differentiable(name: str) -> bool:
-    """Whether pictures of the variant called `name` have gradients."""
-    return "_ad_" in name
+    """Whether pictures of the variant called `name` have gradients: spectra and polarised light have none."""
+    return name.endswith(("_ad_mono", "_ad_rgb"))
 
 
 def choose_variant(colour: bool, variant: str | None = None) -> Variant:
