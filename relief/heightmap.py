@@ -1,6 +1,8 @@
 """Height maps as files: pictures whose grey value is height, and files that hold mm."""
 
 import errno
+import logging
+import math
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -26,6 +28,8 @@ from relief.limits import (
     SMALLEST_RELIEF_MM,
     SMALLEST_SIDE,
 )
+
+_log = logging.getLogger(__name__)
 
 TOLERANCE_MM = 1e-6
 """Rounding, mm: heights this far outside [0, HEIGHT_LIMIT_MM] are clipped, not refused."""
@@ -62,16 +66,16 @@ class HeightMap:
 
     Attributes:
         heights: (rows, cols), row 0 at +y, in mm within [0, 3].
-        size_mm: Side of the plate, mm, by the file's header; None if the header has none.
+        size_mm: Side of the plate, mm; None if unknown.
     """
 
     heights: Array
     size_mm: float | None
 
-    def side_mm(self, size_mm: float | None) -> float:
-        """Return the side of the plate: the argument, else that of the header, else the usual one."""
-        sizes = (size_mm, self.size_mm, PATCH_SIDE_MM)
-        return next(size for size in sizes if size is not None)
+    @property
+    def side_mm(self) -> float:
+        """Side of the plate, mm, the usual one if unknown."""
+        return PATCH_SIDE_MM if self.size_mm is None else self.size_mm
 
 
 @dataclass(frozen=True)
@@ -87,6 +91,7 @@ class _Content:
 def load_height_map(
     path: str | os.PathLike[str],
     *,
+    size_mm: float | None = None,
     relief_mm: float | None = None,
     height_scale: float | None = None,
     default_relief_mm: float | None = None,
@@ -96,11 +101,13 @@ def load_height_map(
     There are two kinds of files. Pictures, which are PNG and TIFF of whole numbers, hold grey: black is 0 mm,
     white is ``relief_mm``, and grey lies between in proportion, whatever gamma or profile the file names.
     EXR, NPY and TIFF of floating-point numbers hold mm, or another unit that ``height_scale`` turns into mm.
-    Neither number has a meaning for files of the other kind.
+    Neither number has a meaning for files of the other kind. A length that is given goes before the file's
+    header; a warning is logged if these differ.
 
     Args:
         path: PNG, TIFF, EXR or NPY with one channel; more channels only if all colours agree. Of an EXR
             file's channels, Y or Z is preferred.
+        size_mm: Side of the plate, mm; None takes the number in the file's header.
         relief_mm: Height of white above black, mm; None takes the number in the file's header.
         height_scale: mm for a height of 1.0 in a file that holds heights; None is 1.
         default_relief_mm: Height of white above black, mm, for a picture whose header has none.
@@ -111,15 +118,15 @@ def load_height_map(
     """
     path = Path(path)
     with naming(path):
-        relief_mm, default_relief_mm = (
-            None if length is None else in_range("relief_mm", length)
-            for length in (relief_mm, default_relief_mm)
+        lengths = (("size_mm", size_mm), ("relief_mm", relief_mm), ("relief_mm", default_relief_mm))
+        size_mm, relief_mm, default_relief_mm = (
+            None if length is None else in_range(key, length) for key, length in lengths
         )
         unit = in_range("height_scale", 1.0 if height_scale is None else height_scale)
     content = _reader(path)(path, _check_shape)
     if not content.holds_mm:
-        lengths = (relief_mm, content.relief_mm, default_relief_mm)
-        white = next((length for length in lengths if length is not None), None)
+        white = _first(path, "relief_mm", relief_mm, content.relief_mm)
+        white = default_relief_mm if white is None else white
         if white is None:
             raise InputError(
                 f"{path}: relief_mm: missing; a picture needs the height of white above black in mm"
@@ -127,7 +134,16 @@ def load_height_map(
         unit = white
     with np.errstate(over="ignore", invalid="ignore"):
         heights = content.values * unit
-    return HeightMap(check_heights(heights, path), content.size_mm)
+    return HeightMap(check_heights(heights, path), _first(path, "size_mm", size_mm, content.size_mm))
+
+
+def _first(path: Path, key: str, given: float | None, header: float | None) -> float | None:
+    """The length that is given, else that of the header; a warning tells if these differ."""
+    if given is None or header is None:
+        return header if given is None else given
+    if not math.isclose(given, header, rel_tol=1e-6):
+        _log.warning("%s: %s: %g replaces the %g of the file's header", path, key, given, header)
+    return given
 
 
 def load_heights(

@@ -69,15 +69,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from relief.heightmap import load_height_map
+    from relief.heightmap import RANGES, load_height_map
 
     check_scales(arguments, arguments.textures)
     with naming("evaluate"):
         skin = Skin(**{name: getattr(arguments, name) for name in SKIN})
     # All files are read before the first press, so that a misspelt name is refused at once.
-    scales = {"relief_mm": arguments.relief_mm, "height_scale": arguments.height_scale}
-    read = [load_height_map(texture, **scales) for texture in arguments.textures]
-    sizes = [height_map.side_mm(arguments.size_mm) for height_map in read]
+    lengths = {key: getattr(arguments, key) for key in RANGES}
+    read = [load_height_map(texture, **lengths) for texture in arguments.textures]
+    sizes = [height_map.side_mm for height_map in read]
     measured = [
         measure(texture, height_map.heights, size_mm, skin, arguments.model)
         for texture, height_map, size_mm in zip(arguments.textures, read, sizes, strict=True)

@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from relief.heightmap import load_height_map
+    from relief.heightmap import RANGES, load_height_map
 
     out, base_mm = arguments.out, arguments.base_mm
     check_scales(arguments, [arguments.texture])
@@ -48,10 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"{out}: -o: there is no folder {out.parent}")
     if out.is_dir():
         raise InputError(f"{out}: -o: is a folder")
-    read = load_height_map(
-        arguments.texture, relief_mm=arguments.relief_mm, height_scale=arguments.height_scale
-    )
-    heights, size_mm = read.heights, read.side_mm(arguments.size_mm)
+    read = load_height_map(arguments.texture, **{key: getattr(arguments, key) for key in RANGES})
+    heights, size_mm = read.heights, read.side_mm
     # Only here, because trimesh takes as long to import as everything above takes to run.
     from relief.export import export_plate
 

@@ -84,7 +84,7 @@ def test_a_scale_of_heights_in_mm_leaves_pictures_as_they_are(
 
 @pytest.mark.parametrize("suffix", ["exr", "png"])
 def test_a_file_remembers_the_lengths_of_its_plate(
-    tmp_path: Path, ramp: NDArray[np.float64], suffix: str
+    tmp_path: Path, ramp: NDArray[np.float64], suffix: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     path = tmp_path / f"ramp.{suffix}"
     if suffix == "exr":
@@ -98,19 +98,24 @@ def test_a_file_remembers_the_lengths_of_its_plate(
     assert float(attributes["retouch.size_mm"]) == pytest.approx(12.3)
     assert float(attributes["retouch.relief_mm"]) == 1.5
     read = load_height_map(path, default_relief_mm=0.1)
-    assert read.size_mm == read.side_mm(None) == 12.3
-    assert read.side_mm(10.0) == 10.0
+    assert read.size_mm == read.side_mm == 12.3
     np.testing.assert_allclose(read.heights, ramp, atol=2e-5)
-    # An option goes before the header of a picture.
-    doubled = load_heights(path, relief_mm=3.0)
-    np.testing.assert_allclose(doubled, ramp if suffix == "exr" else 2.0 * ramp, atol=4e-5)
+    assert not caplog.messages
+    # What is given goes before the header, and a line says so.
+    other = load_height_map(path, size_mm=10.0, relief_mm=3.0)
+    assert other.size_mm == 10.0
+    np.testing.assert_allclose(other.heights, ramp if suffix == "exr" else 2.0 * ramp, atol=4e-5)
+    lines = [f"{path}: size_mm: 10 replaces the 12.3 of the file's header"]
+    if suffix == "png":
+        lines.insert(0, f"{path}: relief_mm: 3 replaces the 1.5 of the file's header")
+    assert caplog.messages == lines
 
 
 def test_a_file_without_header_takes_the_defaults(tmp_path: Path, ramp: NDArray[np.float64]) -> None:
     path = tmp_path / "ramp.png"
     Image.fromarray(np.rint(ramp * 255).astype(np.uint8)).save(path)
     read = load_height_map(path, default_relief_mm=2.0)
-    assert (read.heights.max(), read.size_mm, read.side_mm(None)) == (2.0, None, 10.0)
+    assert (read.heights.max(), read.size_mm, read.side_mm) == (2.0, None, 10.0)
 
 
 @pytest.mark.parametrize("key", ["size_mm", "relief_mm"])

@@ -76,9 +76,9 @@ def plate_heights(
     if file is None:
         raise InputError(f"{path}: heightfield: filename: missing")
     read = heightmap.load_height_map(
-        file, relief_mm=relief_mm, height_scale=height_scale, default_relief_mm=default
+        file, size_mm=size_mm, relief_mm=relief_mm, height_scale=height_scale, default_relief_mm=default
     )
-    check_size(path, plate.size_mm, read.size_mm if size_mm is None else size_mm)
+    check_size(path, plate.size_mm, read.size_mm)
     return read.heights
 
 
