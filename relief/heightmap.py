@@ -1,12 +1,13 @@
 """Height maps as files: pictures whose grey value is height, and files that hold mm."""
 
 import errno
+import io
 import logging
 import math
 import os
 import warnings
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -35,10 +36,12 @@ TOLERANCE_MM = 1e-6
 """Rounding, mm: heights this far outside [0, HEIGHT_LIMIT_MM] are clipped, not refused."""
 LARGEST_FIELD_SIDE = 8192
 """Most samples a side of a picture that textures are cut from."""
-MOST_CHANNELS = 16
-"""Most channels of an EXR file; a height map has one, and each costs memory to open."""
+MOST_CHANNELS = 8
+"""Most channels of an EXR file; a height map has one, and each costs up to 64 MiB to open."""
 LONGEST_SHOWN = 160
 """Most characters that a message repeats of a file or of another package's error."""
+LARGEST_TILE = 2048
+"""Largest side of a tile of an EXR file, pixels; a tile takes its memory before its data is read."""
 RANGES = {
     "size_mm": (SMALLEST_PLATE_MM, LARGEST_PLATE_MM),
     "relief_mm": (SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM),
@@ -357,9 +360,9 @@ def _check_extent(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
 
 @contextmanager
 def _damage_named(path: Path, kind: str) -> Iterator[None]:
-    """Raise whatever another package raises on a hostile file as InputError, and let no warning through."""
+    """Raise whatever another package raises on a hostile file as InputError, and drop what it prints."""
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), redirect_stdout(io.StringIO()), _no_stderr():
             warnings.simplefilter("ignore")
             yield
     except InputError:
@@ -367,6 +370,23 @@ def _damage_named(path: Path, kind: str) -> Iterator[None]:
     except Exception as error:
         reason = _shown(str(error) or type(error).__name__)
         raise InputError(f"{path}: damaged or not {kind}: {reason}") from error
+
+
+@contextmanager
+def _no_stderr() -> Iterator[None]:
+    """Drop what libraries in C print on stderr, where one line of the error takes its place."""
+    try:
+        stderr = os.dup(2)
+    except OSError:  # It is closed.
+        yield
+        return
+    try:
+        with open(os.devnull, "wb") as null:
+            os.dup2(null.fileno(), 2)
+            yield
+    finally:
+        os.dup2(stderr, 2)
+        os.close(stderr)
 
 
 def _read_picture(path: Path, check: Check) -> _Content:
@@ -394,7 +414,9 @@ def _read_picture(path: Path, check: Check) -> _Content:
                 grey = np.asarray(image).astype(np.float64) / (2**bits - 1)
                 grey = 1.0 - grey if white_is_zero else grey
             elif image.mode in _COLOUR_8 and bits == 8:
-                grey = _one_channel(np.asarray(image), image.mode.endswith("A"), path) / 255
+                channels = [*np.moveaxis(np.asarray(image), -1, 0)]
+                colours = len(image.mode.removesuffix("A"))
+                grey = _one_channel(channels[:colours], channels[colours:], path) / 255
             else:
                 raise InputError(
                     f"{path}: pixel format {image.mode} of {bits} bits is no grey of 1 to 16 bits"
@@ -417,15 +439,13 @@ def _encoding(image: Any, path: Path) -> tuple[int, bool]:
     return max(tags.get(bits_per_sample, (1,))), tags[photometric_interpretation] == 0
 
 
-def _one_channel(pixels: NDArray[Any], alpha: bool, path: Path) -> Array:
-    """The grey of (rows, cols, channels) whose colours agree; an alpha is the last channel, and constant."""
-    if alpha:
-        if np.ptp(pixels[..., -1]) != 0:
-            raise InputError(f"{path}: transparency varies; a height map is opaque")
-        pixels = pixels[..., :-1]
-    if any(not np.array_equal(pixels[..., 0], other, equal_nan=True) for other in np.moveaxis(pixels, -1, 0)):
+def _one_channel(colours: Sequence[NDArray[Any]], alpha: Sequence[NDArray[Any]], path: Path) -> Array:
+    """The grey (rows, cols) of channels of colour that agree, beside none or one of constant alpha."""
+    if any(np.ptp(channel) != 0 for channel in alpha):
+        raise InputError(f"{path}: transparency varies; a height map is opaque")
+    if not all(np.array_equal(colours[0], other, equal_nan=True) for other in colours[1:]):
         raise InputError(f"{path}: is coloured; a height map is grey")
-    return pixels[..., 0].astype(np.float64)
+    return np.array(colours[0], dtype=np.float64)
 
 
 def _read_exr(path: Path, check: Check) -> _Content:
@@ -440,6 +460,9 @@ def _read_exr(path: Path, check: Check) -> _Content:
             low, high = header["dataWindow"]
             check((int(high[1]) - int(low[1]) + 1, int(high[0]) - int(low[0]) + 1), path)
             channels = {channel.name: channel for channel in header["channels"]}
+            tiles = header.get("tiles")
+            if tiles is not None and max(tiles.xSize, tiles.ySize) > LARGEST_TILE:
+                raise InputError(f"{path}: tiles of {tiles.xSize} x {tiles.ySize}; at most {LARGEST_TILE}")
             # The shortest text of a number in single precision: 12.3, not 12.300000190734863.
             lengths = {
                 key: str(np.float32(value)) if isinstance(value, float) else value
@@ -455,13 +478,14 @@ def _read_exr(path: Path, check: Check) -> _Content:
         if len(names) > 1 and names[0] not in _COLOURS:
             shown = _shown(", ".join(names))
             raise InputError(f"{path}: channels {shown}; expected Y, Z, equal R, G, B or a single one")
-        alpha = "A" in channels and names != ["A"]
-        names += ["A"] * alpha
-        if any((channels[name].xSampling, channels[name].ySampling) != (1, 1) for name in names):
+        alpha = ["A"] if "A" in channels and names != ["A"] else []
+        if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in channels.values()):
             raise InputError(f"{path}: a channel lacks samples; every pixel of a height map has one")
         with OpenEXR.File(str(path), separate_channels=True) as file:
-            pixels = [np.array(file.parts[0].channels[name].pixels, dtype=np.float64) for name in names]
-        heights = _one_channel(np.stack(pixels, axis=-1), alpha, path)
+            if not file.parts:
+                raise InputError(f"{path}: damaged: its samples cannot be decoded")
+            pixels = {name: channel.pixels for name, channel in file.parts[0].channels.items()}
+            heights = _one_channel([pixels[name] for name in names], [pixels[name] for name in alpha], path)
         return _Content(heights, holds_mm=True, **_lengths(lengths, path))
 
 

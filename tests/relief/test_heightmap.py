@@ -1,6 +1,7 @@
 """A height map is read to the mm it stands for, or refused in one line that names the file."""
 
 import io
+import os
 import struct
 import zlib
 from pathlib import Path
@@ -353,7 +354,9 @@ def test_links_that_go_round_are_no_file(tmp_path: Path) -> None:
         assert "no such file" in fault(tmp_path / ("n" * 300 + f".{suffix}"), 1.0)
 
 
-def test_a_file_cut_anywhere_takes_one_line(tmp_path: Path, ramp: NDArray[np.float64]) -> None:
+def test_a_file_cut_anywhere_takes_one_line(
+    tmp_path: Path, ramp: NDArray[np.float64], capfd: pytest.CaptureFixture[str]
+) -> None:
     save_heights_exr(tmp_path / "whole.exr", ramp, 10.0)
     save_heights_png(tmp_path / "whole.png", ramp, 1.0, 10.0)
     np.save(tmp_path / "whole.npy", ramp)
@@ -363,6 +366,21 @@ def test_a_file_cut_anywhere_takes_one_line(tmp_path: Path, ramp: NDArray[np.flo
         for length in range(0, len(content) - 20, max(1, len(content) // 60)):
             path.write_bytes(content[:length])
             fault(path, 1.0)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_what_other_packages_print_of_damage_is_dropped(
+    tmp_path: Path, ramp: NDArray[np.float64], capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "ramp.exr"
+    save_heights_exr(path, ramp)
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 0x55
+    path.write_bytes(content)
+    assert "cannot be decoded" in fault(path)
+    assert capfd.readouterr() == ("", "")
+    os.write(2, b"stderr is as before")
+    assert capfd.readouterr().err == "stderr is as before"
 
 
 @pytest.mark.parametrize("suffix", ["png", "tif", "exr", "npy"])
