@@ -232,6 +232,13 @@ def test_an_exr_of_several_parts_or_sparse_samples_is_refused(
     quarter = OpenEXR.Channel("Y", samples[::2, ::2].copy(), 2, 2)
     OpenEXR.File({"dataWindow": ((0, 0), (SIDE - 1, SIDE - 1))}, {"Y": quarter}).write(str(path))
     assert "lacks samples" in fault(path)
+    tiled = {"type": OpenEXR.tiledimage, "tiles": OpenEXR.TileDescription()}
+    OpenEXR.File(tiled, {"Y": samples}).write(str(path))
+    np.testing.assert_allclose(load_heights(path), ramp, rtol=1e-6)
+    content = path.read_bytes()
+    side = struct.pack("<I", 32)
+    path.write_bytes(content.replace(side + side + b"\0", side + struct.pack("<I", 11_075_616) + b"\0"))
+    assert "tiles of 32 x 11075616" in fault(path)
 
 
 def test_16_bit_colour_is_refused_rather_than_rounded(tmp_path: Path) -> None:
