@@ -133,5 +133,5 @@ def _obstacle(light: Light, size_mm: float) -> str | None:
 
 
 AREA = LightKind(
-    lambda light: "shining surface", "radiance", _quadrature, obstacle=_obstacle, met_by_chance=True
+    lambda light: "shining surface", "radiance", _quadrature, _obstacle, on_shape=True, met_by_chance=True
 )

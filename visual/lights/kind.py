@@ -81,6 +81,7 @@ class LightKind:
             reason; None if it can. Reads no file.
         directed: whether the light has a direction of its own.
         ambient: whether the light is part of every rendering condition instead of one of its own.
+        on_shape: whether the light is the surface of a shape.
         surrounds: whether a camera sees the light beside the plate.
         met_by_chance: whether a ray that leaves the plate at random can meet the light.
         casts_shadows: whether the plate, with some relief, can shade itself from a light.
@@ -92,6 +93,7 @@ class LightKind:
     obstacle: Callable[[Light, float], str | None] = _no_obstacle
     directed: bool = False
     ambient: bool = False
+    on_shape: bool = False
     surrounds: bool = False
     met_by_chance: bool = False
     casts_shadows: Callable[[Light], bool] = shines

@@ -20,32 +20,12 @@ from relief.errors import InputError
 from visual.backend import heightfield, llvm
 from visual.backend.messages import last_line
 from visual.backend.variants import WITHOUT_LLVM
-from visual.lights.quadrature import KINDS
+from visual.scene_file.nodes import NodeCheck
 from visual.scene_file.parsed import WEIGHT, CheckedScene, children
-from visual.scene_file.text import TextCheck, file_of_scene, file_of_user, nearest
+from visual.scene_file.text import TextCheck, nearest
 
-LARGEST_FILM = 8192
-"""Largest side of a picture, pixels: a picture of three channels in single precision then takes 0.8 GB."""
-
-ALLOWED: Mapping[str, Collection[str]] = {
-    "Shape": {heightfield.PLUGIN, "rectangle", "disk", "sphere", "cube", "cylinder", "obj", "ply"},
-    "Emitter": KINDS.keys(),
-    "Sensor": {"orthographic", "perspective"},
-    "BSDF": {
-        *("diffuse", "plastic", "roughplastic", "principled", "conductor", "roughconductor"),
-        *("dielectric", "roughdielectric", "twosided", "blendbsdf"),
-    },
-    "Texture": {"bitmap", "checkerboard", "srgb", "uniform", "d65", "regular", "irregular", "blackbody"},
-    "Integrator": {"path", "direct", "prb", "prb_basic"},
-    "Film": {"hdrfilm"},
-    "ReconstructionFilter": {"box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"},
-    "Sampler": {"independent", "stratified", "multijitter", "orthogonal", "ldsampler"},
-    "Scene": {"scene"},
-}
-"""Plugins that a scene may use, by Mitsuba's kinds of object."""
-
-PLATE_KEYS = ("filename", "size_mm", "relief_mm", "to_world")
-"""Parameters of a height field in a file, beside the material."""
+FAULTS = (RuntimeError, TypeError, ValueError, OverflowError, IndexError)
+"""Errors by which Mitsuba and its bindings refuse a scene; text that is no UTF-8 gives a ValueError."""
 
 
 def check_scene(path: str | Path, defines: Mapping[str, str] | None = None) -> CheckedScene:
@@ -60,7 +40,7 @@ def check_scene(path: str | Path, defines: Mapping[str, str] | None = None) -> C
         InputError: what is wrong, in one line that names the file.
     """
     path, defines = find_file(path, ".xml"), dict(defines or {})
-    text = TextCheck(path.resolve().parent)
+    text = TextCheck(path.resolve().parent, defines)
     text.read(path, ())
     for key in defines:
         if key not in text.parameters:
@@ -69,16 +49,15 @@ def check_scene(path: str | Path, defines: Mapping[str, str] | None = None) -> C
             )
     mi = _mitsuba()
     state = _parse(mi, path, defines)
-    for node in state.nodes:
-        _check_node(mi, node, f"{path}: {_element(node)}", path.resolve().parent, set(defines.values()))
-    kinds = [node.type.name for node in state.nodes]
+    NodeCheck(path, state.nodes, set(defines.values())).check()
+    kinds = {node.type.name for node in state.nodes}
     for kind in ("Sensor", "Emitter"):
         if kind not in kinds:
             raise InputError(f"{path}: has no {kind.lower()}")
     plates = [i for i, node in enumerate(state.nodes) if node.props.plugin_name() == heightfield.PLUGIN]
     if len(plates) != 1:
         raise InputError(f'{path}: has {len(plates)} shapes of type "{heightfield.PLUGIN}"; one is needed')
-    _check_plate(state.nodes[plates[0]].props, f"{path}: {heightfield.PLUGIN}")
+    heightfield.check_placement(state.nodes[plates[0]].props, f"{path}: {heightfield.PLUGIN}")
     return CheckedScene(path, state, plates[0])
 
 
@@ -125,7 +104,7 @@ def instantiate(
     config = _config(mi)
     try:
         return mi.parser.instantiate(config, state)
-    except RuntimeError as error:
+    except FAULTS as error:
         raise InputError(f"{checked.path}: {last_line(error)}") from error
 
 
@@ -156,7 +135,7 @@ def _parse(mi: ModuleType, path: Path, defines: Mapping[str, str]) -> Any:
         state = mi.parser.parse_file(config, str(path.resolve()), **defines)
         mi.parser.transform_upgrade(config, state)
         mi.parser.transform_resolve(config, state)
-    except (RuntimeError, TypeError) as error:
+    except FAULTS as error:
         raise InputError(f"{path}: {last_line(error)}") from error
     finally:
         _trust_only(mi)
@@ -169,54 +148,6 @@ def _trust_only(mi: ModuleType, *folders: Path) -> None:
     resolver.clear()
     for folder in (*folders, Path(str(mi.__file__)).parent):
         resolver.append(str(folder))
-
-
-def _element(node: Any) -> str:
-    name = node.props.id()
-    return (
-        f"{node.props.plugin_name()} {name}"
-        if name and not name.startswith("_")
-        else node.props.plugin_name()
-    )
-
-
-def _check_node(mi: ModuleType, node: Any, where: str, folder: Path, users_own: Collection[str]) -> None:
-    kind, plugin, props = node.type.name, node.props.plugin_name(), node.props
-    if plugin not in ALLOWED.get(kind, ()):
-        known = ALLOWED.get(kind, set())
-        raise InputError(f'{where}: {kind.lower()} plugin "{plugin}" is not allowed{nearest(plugin, known)}')
-    for key, value in props.items():
-        if isinstance(value, str) and key == "filename":
-            props[key] = str(
-                file_of_user(folder, value, where)
-                if value in users_own
-                else file_of_scene(folder, value, where)
-            )
-        elif isinstance(value, str) and ("/" in value or "\\" in value):
-            raise InputError(f"{where}: {key}: {value!r} names a file where none belongs")
-        elif kind == "Film" and key in ("width", "height") and not 1 <= int(value) <= LARGEST_FILM:
-            raise InputError(f"{where}: {key}: {value} is not between 1 and {LARGEST_FILM} pixels")
-        elif (
-            kind == "Sensor"
-            and key == WEIGHT
-            and not (isinstance(value, int | float) and 0 <= value < float("inf"))
-        ):
-            raise InputError(f"{where}: {key}: {value} is not a number from 0 up")
-
-
-def _check_plate(props: Any, where: str) -> None:
-    for key, value in props.items():
-        if key.startswith("_arg_") or key == "bsdf":
-            continue
-        if key not in PLATE_KEYS:
-            raise InputError(f"{where}: {key}: no such parameter{nearest(key, PLATE_KEYS)}")
-        if key in ("size_mm", "relief_mm") and not (
-            isinstance(value, int | float) and 0 < value < float("inf")
-        ):
-            raise InputError(f"{where}: {key}: {value} is not a length above 0 mm")
-    if "filename" not in props:
-        raise InputError(f"{where}: filename: missing")
-    heightfield.check_placement(props, where)
 
 
 def _drop_lights(mi: ModuleType, state: Any, keep: Collection[int]) -> None:

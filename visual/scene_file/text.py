@@ -15,6 +15,10 @@ DEEPEST = 32
 """Largest depth of nested elements; the bundled scenes have four levels."""
 MOST_INCLUDES = 32
 """Largest number of includes of a scene; a file counts each time, so that no scene doubles without end."""
+MOST_ELEMENTS = 10_000
+"""Largest number of elements of a scene; the bundled scenes have up to 70."""
+LARGEST_EXPANDED = 10_000_000
+"""Largest text of a scene whose `$parameters` are replaced, characters: defaults can double in a chain."""
 
 
 class TextCheck:
@@ -24,12 +28,16 @@ class TextCheck:
         folder: in which all named files must lie.
         parameters: names of the `$parameters` so far.
         includes: number of includes so far.
+        elements: number of elements so far.
+        longest: characters of the longest value of a parameter so far.
+        expanded: characters of all attributes so far, at most, once their parameters are replaced.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, defines: Mapping[str, str]) -> None:
         self.folder = folder
         self.parameters: set[str] = set()
-        self.includes = 0
+        self.includes = self.elements = self.expanded = 0
+        self.longest = max(map(len, defines.values()), default=0)
 
     def read(self, path: Path, including: tuple[Path, ...]) -> None:
         """Check a file and what it includes.
@@ -48,7 +56,7 @@ class TextCheck:
         data = path.read_bytes()
         if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
             raise InputError(f"{path}: DOCTYPE: document types and entities are not allowed in a scene")
-        elements = _Elements(path)
+        elements = _Elements(path, self)
         # With a fixed encoding the parser cannot be led to see other elements than Mitsuba does.
         parser = ElementTree.XMLParser(target=elements, encoding="utf-8")
         try:
@@ -56,7 +64,6 @@ class TextCheck:
             parser.close()
         except ElementTree.ParseError as error:
             raise InputError(f"{path}: not well-formed XML: {last_line(error)}") from error
-        self.parameters |= elements.parameters
         for tag, name in elements.files:
             if "$" in name:
                 raise InputError(f"{path}: <{tag}>: filename: a $parameter is not allowed here")
@@ -71,10 +78,9 @@ class TextCheck:
 class _Elements:
     """Target of an XML parser: collects parameters and the files that parsing itself would open."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, scene: TextCheck) -> None:
+        self.path, self.scene = path, scene
         self.depth = 0
-        self.parameters: set[str] = set()
         self.files: list[tuple[str, str]] = []
 
     def start(self, tag: str, attributes: Mapping[str, str]) -> None:
@@ -83,10 +89,22 @@ class _Elements:
             raise InputError(f"{self.path}: <{tag}>: nested more than {DEEPEST} levels deep")
         if tag == "path":
             raise InputError(f"{self.path}: <path>: search paths are not allowed in a scene")
+        scene = self.scene
+        scene.elements += 1
+        if scene.elements > MOST_ELEMENTS:
+            raise InputError(f"{self.path}: <{tag}>: more than {MOST_ELEMENTS} elements")
         if tag == "default" and "name" in attributes:
-            self.parameters.add(attributes["name"])
+            scene.parameters.add(attributes["name"])
         for name, value in attributes.items():
-            self.parameters.update(re.findall(r"\$\{?(\w+)", value))
+            scene.parameters.update(re.findall(r"\$\{?(\w+)", value))
+            if "\\$" in value:
+                raise InputError(f"{self.path}: <{tag}>: {name}: \\$ is not allowed in a scene")
+            length = len(value) + value.count("$") * scene.longest
+            scene.expanded += length
+            if scene.expanded > LARGEST_EXPANDED:
+                raise InputError(f"{self.path}: <{tag}>: {name}: longer than {LARGEST_EXPANDED} characters")
+            if tag == "default":
+                scene.longest = max(scene.longest, length)
             if name == "filename":
                 self.files.append((tag, value))
 
@@ -109,7 +127,10 @@ def file_of_scene(folder: Path, name: str, where: str) -> Path:
         InputError: a file outside the folder, or none.
     """
     written = Path(name)
-    file = (folder / written).resolve()
+    try:
+        file = (folder / written).resolve()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise InputError(f"{where}: filename: {name!r}: {last_line(error)}") from error
     if written.is_absolute() or ".." in written.parts or "\\" in name or not file.is_relative_to(folder):
         raise InputError(f"{where}: filename: {name!r} is not inside the scene's folder")
     if not file.is_file():

@@ -17,7 +17,7 @@ from visual.lights.kind import Draw, Light, LightKind
 from visual.lights.parallel import ParallelLights
 from visual.lights.quadrature import KINDS
 from visual.scene import Scene
-from visual.scene_file.check import ALLOWED
+from visual.scene_file.bounds import plugins
 
 SPOT = """<emitter type="spot" id="lamp"><float name="intensity" value="4e6"/>
     <transform name="to_world"><lookat origin="0, 600, 800" target="0, 0, 0" up="0, 0, 1"/></transform>
@@ -33,7 +33,7 @@ def from_afar(light: Light, count: int) -> Draw:
 
 
 def test_the_table_holds_every_kind_of_light_that_a_scene_may_have() -> None:
-    assert set(ALLOWED["Emitter"]) == set(KINDS)
+    assert set(plugins("Emitter")) == set(KINDS)
 
 
 def test_no_other_module_knows_a_kind_of_light_by_its_name() -> None:

@@ -184,7 +184,7 @@ def test_another_encoding_cannot_hide_elements(folder: Path) -> None:
             "to_world",
         ),
         ('<shape type="heightfield"/>' + CAMERA.format(16) + LIGHT, "filename"),
-        (PLATE.format("") + CAMERA.format(100_000) + LIGHT, "pixels"),
+        (PLATE.format("") + CAMERA.format(100_000) + LIGHT, "width"),
     ],
 )
 def test_a_scene_needs_one_plate_a_camera_and_a_light(folder: Path, body: str, message: str) -> None:
@@ -193,9 +193,9 @@ def test_a_scene_needs_one_plate_a_camera_and_a_light(folder: Path, body: str, m
 
 def test_what_only_mitsuba_knows_is_one_line_too(mi: ModuleType, folder: Path) -> None:
     checked = check_scene(
-        write(folder, WHOLE.replace("<vector", '<float name="brightness" value="3"/><vector'))
+        write(folder, WHOLE.replace("</emitter>", '<transform name="to_world"/></emitter>'))
     )
-    with pytest.raises(InputError, match=r"scene\.xml: .*brightness") as caught:
+    with pytest.raises(InputError, match=r"scene\.xml: .*direction.*to_world") as caught:
         instantiate(checked)
     assert "\n" not in str(caught.value)
 

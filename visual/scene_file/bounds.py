@@ -1,0 +1,288 @@
+"""Bounds: kind and range of every parameter of every plugin that a scene may use, in one table.
+
+Mitsuba takes any number: a picture then holds NaN or nothing, and a filter of huge width ends the process.
+"""
+
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.limits import LARGEST_PLATE_MM, SMALLEST_PLATE_MM
+from visual.backend import heightfield
+from visual.lights.kind import LightKind
+from visual.lights.quadrature import KINDS
+from visual.scene_file.parsed import WEIGHT
+
+LARGEST_FILM = 8192
+"""Largest side of a picture, pixels: a picture of three channels in single precision then takes 0.8 GB."""
+MOST_SAMPLES = 65536
+"""Largest number of samples a pixel, as of `retouch render --samples`."""
+FARTHEST = 1e6
+"""Largest coordinate and scale, mm: a plate of 10 mm then still has 16 steps of single precision."""
+BRIGHTEST = 1e6
+"""Largest radiance and irradiance: a million times white, short of single precision by 32 decades."""
+BRIGHTEST_POINT = 1e12
+"""Largest intensity of a point: `BRIGHTEST` in a distance of 1000 mm."""
+LONGEST_SHOWN = 60
+"""Most characters of a bad value in a message."""
+
+Range = tuple[float, float]
+"""Least and greatest value, both allowed."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a parameter may be.
+
+    Attributes:
+        words: end of the sentence "the value is not ...".
+        holds: whether a property's value is of this kind.
+        values: range of each value of a colour, which is that of a nested texture, too; None for the rest.
+    """
+
+    words: str
+    holds: Callable[[Any], bool]
+    values: Range | None = None
+
+
+def _within(values: Iterable[float], low: float, high: float) -> bool:
+    return all(low <= value <= high for value in values)  # NaN is not.
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _number(low: float, high: float) -> Kind:
+    words = f"a number from {low:g} to {high:g}"
+    return Kind(words, lambda value: _is_number(value) and low <= value <= high)
+
+
+def _whole(low: int, high: int) -> Kind:
+    words = f"a whole number from {low} to {high}"
+    return Kind(
+        words, lambda value: _is_number(value) and value == math.floor(value) and low <= value <= high
+    )
+
+
+def _choice(*names: str) -> Kind:
+    return Kind(f"one of {', '.join(names)}", lambda value: value in names)
+
+
+def _text(pattern: str, words: str) -> Kind:
+    return Kind(words, lambda value: isinstance(value, str) and re.fullmatch(pattern, value) is not None)
+
+
+def _or_name(kind: Kind) -> Kind:
+    return Kind(f"{kind.words}, nor a name", lambda value: isinstance(value, str) or kind.holds(value))
+
+
+def colour(low: float, high: float) -> Kind:
+    """A number, a colour, a spectrum or a texture whose values are in a range."""
+
+    def holds(value: Any) -> bool:
+        if _is_number(value):
+            return low <= value <= high
+        if hasattr(value, "is_uniform"):
+            waves = [float(wave) for wave in value.wavelengths]
+            return _within(value.values, low, high) and _within(waves, 1.0, 1e6)
+        return _is_triple(value) and _within(value, low, high)
+
+    return Kind(f"a colour with values from {low:g} to {high:g}", holds, (low, high))
+
+
+def _is_triple(value: Any) -> bool:
+    return not isinstance(value, str) and hasattr(value, "__len__") and len(value) == 3
+
+
+def _is_direction(value: Any) -> bool:
+    return _is_triple(value) and 1.0 / FARTHEST <= math.hypot(*value) <= FARTHEST
+
+
+def _is_placement(value: Any) -> bool:
+    """Whether a transform is finite, affine and far from singular in single precision."""
+    if not hasattr(value, "matrix"):
+        return False
+    matrix: NDArray[np.float64] = np.array(value.matrix, dtype=np.float64)
+    if not (np.abs(matrix) <= FARTHEST).all() or list(matrix[-1]) != [0.0, 0.0, 0.0, 1.0]:
+        return False
+    scales = np.linalg.svd(matrix[:-1, :-1], compute_uv=False)
+    return bool(scales[-1] >= max(1.0 / FARTHEST, scales[0] / FARTHEST))
+
+
+FLAG = Kind("true or false", lambda value: isinstance(value, bool))
+FILE = Kind("the name of a file", lambda value: isinstance(value, str))
+POINT = Kind(f"a point within {FARTHEST:g} mm", lambda v: _is_triple(v) and _within(v, -FARTHEST, FARTHEST))
+DIRECTION = Kind("a direction that is not zero", _is_direction)
+PLACEMENT = Kind(f"a finite and invertible transform of numbers up to {FARTHEST:g}", _is_placement)
+SHARE = _number(0.0, 1.0)
+REFLECTANCE = colour(0.0, 1.0)
+RADIANCE = colour(0.0, BRIGHTEST)
+METAL = colour(0.0, 100.0)
+"""Refraction and extinction of metals; tabulated ones stay below 20."""
+IOR = _or_name(_number(1.0, 5.0))
+"""Refraction of a dielectric, or Mitsuba's name of one; germanium has 4."""
+LENGTH = _number(1.0 / FARTHEST, FARTHEST)
+CHANCE = _number(1e-6, 1e6)
+"""Weight of random choices; 0 would leave a light out of pictures without a word."""
+WAVELENGTH = _number(100.0, 10_000.0)
+
+ANY_VALUE = (0.0, BRIGHTEST_POINT)
+"""Range of the values of a texture that no parameter bounds further."""
+_VALUE = colour(*ANY_VALUE)
+
+OF_TEXTURE = {
+    "srgb": ("color",),
+    "uniform": ("value",),
+    "d65": ("color", "scale"),
+    "regular": ("value",),
+    "irregular": ("value",),
+    "checkerboard": ("color0", "color1"),
+}
+"""Parameters of textures whose range is that of the parameter which the texture is the value of."""
+
+_SHAPE = {"to_world": PLACEMENT, "flip_normals": FLAG, "silhouette_sampling_weight": CHANCE}
+_MESH = {**_SHAPE, "filename": FILE, "face_normals": FLAG, "flip_tex_coords": FLAG}
+_EMITTER = {"to_world": PLACEMENT, "sampling_weight": CHANCE, "direction": DIRECTION, "position": POINT}
+_PICTURE = {"filename": FILE, "scale": _number(0.0, BRIGHTEST), "mis_compensation": FLAG}
+_TIME = _number(0.0, FARTHEST)
+_SENSOR = {
+    **{"to_world": PLACEMENT, "near_clip": LENGTH, "far_clip": LENGTH, "focus_distance": LENGTH},
+    **{"shutter_open": _TIME, "shutter_close": _TIME, WEIGHT: _number(0.0, FARTHEST)},
+}
+_IORS = {"int_ior": IOR, "ext_ior": IOR}
+_PLASTIC = {
+    **_IORS,
+    **{"diffuse_reflectance": REFLECTANCE, "specular_reflectance": REFLECTANCE, "nonlinear": FLAG},
+}
+_MICROFACETS = {
+    **{"alpha": REFLECTANCE, "alpha_u": REFLECTANCE, "alpha_v": REFLECTANCE, "sample_visible": FLAG},
+    "distribution": _choice("beckmann", "ggx"),
+}
+_GLASS = {**_IORS, "specular_reflectance": REFLECTANCE, "specular_transmittance": REFLECTANCE}
+_CONDUCTOR = {
+    **{"eta": METAL, "k": METAL, "specular_reflectance": REFLECTANCE},
+    "material": _text(r"[\w-]+", "a name"),
+}
+_SPECTRUM = {"wavelength_min": WAVELENGTH, "wavelength_max": WAVELENGTH}
+_INTEGRATOR = {
+    **{"max_depth": _whole(-1, 1024), "rr_depth": _whole(1, 1024), "hide_emitters": FLAG},
+    **{"samples_per_pass": _whole(1, MOST_SAMPLES), "block_size": _whole(0, 1024)},
+    "timeout": _number(-1.0, 1e6),
+}
+_SIDE, _OFFSET = _whole(1, LARGEST_FILM), _whole(0, LARGEST_FILM)
+_SAMPLER = {"sample_count": _whole(1, MOST_SAMPLES), "seed": _whole(0, 2**32 - 1)}
+_JITTERED = {**_SAMPLER, "jitter": FLAG}
+
+PARAMETERS: Mapping[str, Mapping[str, Mapping[str, Kind]]] = {
+    "Shape": {
+        heightfield.PLUGIN: {
+            **{"filename": FILE, "size_mm": _number(SMALLEST_PLATE_MM, LARGEST_PLATE_MM)},
+            **{"relief_mm": _number(1e-6, 1000.0), "to_world": PLACEMENT},
+        },
+        **{"rectangle": _SHAPE, "disk": _SHAPE, "cube": _SHAPE, "obj": _MESH, "ply": _MESH},
+        "sphere": {**_SHAPE, "center": POINT, "radius": LENGTH},
+        "cylinder": {**_SHAPE, "p0": POINT, "p1": POINT, "radius": LENGTH},
+    },
+    "Sensor": {
+        "orthographic": _SENSOR,
+        "perspective": {
+            **_SENSOR,
+            **{"fov": _number(0.01, 179.0), "fov_axis": _choice("x", "y", "diagonal", "smaller", "larger")},
+            "focal_length": _text(r"[1-9]\d{0,3}(\.\d{1,6})?(mm)?", "a length from 1mm to 9999mm"),
+            "principal_point_offset_x": _number(-10.0, 10.0),
+            "principal_point_offset_y": _number(-10.0, 10.0),
+        },
+    },
+    "BSDF": {
+        "diffuse": {"reflectance": REFLECTANCE},
+        "plastic": _PLASTIC,
+        "roughplastic": {**_PLASTIC, **_MICROFACETS},
+        "principled": {
+            **{"base_color": REFLECTANCE, "roughness": REFLECTANCE, "anisotropic": REFLECTANCE},
+            **{"metallic": REFLECTANCE, "spec_trans": REFLECTANCE, "spec_tint": REFLECTANCE},
+            **{"sheen": REFLECTANCE, "sheen_tint": REFLECTANCE, "flatness": REFLECTANCE},
+            **{"clearcoat": REFLECTANCE, "clearcoat_gloss": REFLECTANCE},
+            **{"specular": SHARE, "eta": _number(1.0, 5.0)},
+            **{"diffuse_reflectance_sampling_rate": CHANCE, "main_specular_sampling_rate": CHANCE},
+            "clearcoat_sampling_rate": CHANCE,
+        },
+        "conductor": _CONDUCTOR,
+        "roughconductor": {**_CONDUCTOR, **_MICROFACETS},
+        "dielectric": _GLASS,
+        "roughdielectric": {**_GLASS, **_MICROFACETS},
+        "twosided": {"allow_transmission": FLAG},
+        "blendbsdf": {"weight": REFLECTANCE},
+    },
+    "Texture": {
+        "bitmap": {
+            **{"filename": FILE, "raw": FLAG, "accel": FLAG, "to_uv": PLACEMENT},
+            "filter_type": _choice("bilinear", "nearest"),
+            "wrap_mode": _choice("repeat", "mirror", "clamp"),
+            "format": _choice("variant", "fp16", "auto"),
+        },
+        "checkerboard": {"color0": _VALUE, "color1": _VALUE, "to_uv": PLACEMENT},
+        "srgb": {"color": _VALUE, "unbounded": FLAG},
+        "uniform": {**_SPECTRUM, "value": _VALUE},
+        "d65": {"color": _VALUE, "scale": _VALUE},
+        **{"regular": {**_SPECTRUM, "value": _VALUE}, "irregular": {"value": _VALUE}},
+        "blackbody": {**_SPECTRUM, "temperature": _number(1.0, 20_000.0)},
+    },
+    "Integrator": {
+        "path": _INTEGRATOR,
+        "direct": {
+            **_INTEGRATOR,
+            **dict.fromkeys(("shading_samples", "emitter_samples", "bsdf_samples"), _whole(0, 1024)),
+        },
+        "prb": _INTEGRATOR,
+        "prb_basic": _INTEGRATOR,
+    },
+    "Film": {
+        "hdrfilm": {
+            **{"width": _SIDE, "height": _SIDE, "crop_width": _SIDE, "crop_height": _SIDE},
+            **{"crop_offset_x": _OFFSET, "crop_offset_y": _OFFSET},
+            **dict.fromkeys(("sample_border", "compensate", "banner"), FLAG),
+            **dict.fromkeys(("file_format", "pixel_format", "component_format"), _text(r"\w+", "a name")),
+        },
+    },
+    "ReconstructionFilter": {
+        **{"box": {}, "catmullrom": {}, "tent": {"radius": _number(0.1, 8.0)}},
+        "gaussian": {"stddev": _number(0.1, 8.0)},
+        "mitchell": {"B": SHARE, "C": SHARE},
+        "lanczos": {"lobes": _whole(1, 8)},
+    },
+    "Sampler": {
+        **{"independent": _SAMPLER, "stratified": _JITTERED, "multijitter": _JITTERED},
+        "orthogonal": {**_JITTERED, "strength": _whole(2, 16)},
+        "ldsampler": _SAMPLER,
+    },
+    "Scene": {"scene": {}},
+}
+"""Parameters of the plugins that a scene may use, beside nested objects, by Mitsuba's kinds of object."""
+
+
+def plugins(kind: str) -> Mapping[str, Mapping[str, Kind]]:
+    """Parameters of the plugins of a kind of object; those of lights follow from the table of lights."""
+    if kind != "Emitter":
+        return PARAMETERS.get(kind, {})
+    return {
+        name: {**_EMITTER, **(_PICTURE if light.strength is None else {light.strength: _strength(light)})}
+        for name, light in KINDS.items()
+    }
+
+
+def _strength(light: LightKind) -> Kind:
+    return RADIANCE if light.strength in ("radiance", "irradiance") else colour(*ANY_VALUE)
+
+
+def shown(value: Any) -> str:
+    """A property's value for a message: one short line."""
+    value = getattr(value, "matrix", value)
+    values = getattr(value, "values", None)
+    line = " ".join(str(value if values is None else list(values)).split())
+    return line if len(line) <= LONGEST_SHOWN else f"{line[:LONGEST_SHOWN]}..."

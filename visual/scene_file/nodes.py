@@ -1,0 +1,182 @@
+"""Nodes of a parsed scene: plugins, parameters, files and nesting, checked before any object is made."""
+
+import math
+from collections import Counter
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from relief.errors import InputError
+from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
+from visual.backend.ply import check_ply
+from visual.lights.quadrature import KINDS
+from visual.scene_file.bounds import (
+    ANY_VALUE,
+    FILE,
+    LARGEST_FILM,
+    OF_TEXTURE,
+    Range,
+    colour,
+    plugins,
+    shown,
+)
+from visual.scene_file.parsed import children
+from visual.scene_file.text import file_of_scene, file_of_user, nearest
+
+MOST_OBJECTS = {"Emitter": 64, "Sensor": 64, "Shape": 256, "BSDF": 256, "Texture": 256}
+"""Largest numbers of objects: each light is rendered for each camera, and loading slows with every shape."""
+MOST_PARTS = 32
+"""Largest number of parts of an object's material, each counted as often as it is reached. The time to
+compile a material doubles with each blend of a material with itself, and so does it inside `twosided`."""
+MOST_PIXELS = LARGEST_FILM**2
+"""Largest number of pixels of all pictures together; four batches in double precision then take 2 GB."""
+
+NESTED = {
+    "Scene": {"Shape", "Emitter", "Sensor", "BSDF", "Texture", "Integrator"},
+    "Shape": {"BSDF", "Emitter"},
+    "Sensor": {"Film", "Sampler"},
+    "Film": {"ReconstructionFilter"},
+    "BSDF": {"BSDF"},
+}
+"""Kinds of object that an object of a kind may hold by any name; a texture is the value of a parameter."""
+_DEFAULT_FILM = {"width": 768, "height": 576}
+
+
+class NodeCheck:
+    """Check of all nodes of a parsed scene.
+
+    Attributes:
+        path: of the scene.
+        nodes: as Mitsuba parsed them; the check makes their file names absolute.
+        users_own: texts from the user, which may name any file.
+    """
+
+    def __init__(self, path: Path, nodes: Any, users_own: Collection[str]) -> None:
+        self.path, self.nodes, self.users_own = path, nodes, users_own
+        self._seen: set[tuple[Path, str, Range | None]] = set()
+
+    def check(self) -> None:
+        """Check every node.
+
+        Raises:
+            InputError: the first fault, in one line that names file, object and parameter.
+        """
+        count = Counter(self._kind(index) for index in range(len(self.nodes)))
+        for kind, most in MOST_OBJECTS.items():
+            if count[kind] > most:
+                raise InputError(
+                    f"{self.path}: {count[kind]} objects of kind {kind.lower()}; the most is {most}"
+                )
+        for index in range(len(self.nodes)):
+            kind, plugin = self._kind(index), self._plugin(index)
+            known = plugins(kind)
+            if plugin not in known:
+                self._refuse(
+                    index, f'{kind.lower()} plugin "{plugin}" is not allowed{nearest(plugin, known)}'
+                )
+        for index in range(len(self.nodes)):
+            if self._kind(index) != "Scene":
+                self._count_parts(index)
+        for index in range(len(self.nodes)):
+            # A texture is checked where it is used: its range is that of the parameter.
+            if self._kind(index) != "Texture":
+                self._check_node(index, None)
+        self._count_pixels()
+
+    def _kind(self, index: int) -> str:
+        return str(self.nodes[index].type.name)
+
+    def _plugin(self, index: int) -> str:
+        return str(self.nodes[index].props.plugin_name())
+
+    def _where(self, index: int) -> str:
+        name = self.nodes[index].props.id()
+        named = f" {name}" if name and not name.startswith("_") else ""
+        return f"{self.path}: {self._plugin(index)}{named}"
+
+    def _refuse(self, index: int, reason: str) -> NoReturn:
+        raise InputError(f"{self._where(index)}: {reason}")
+
+    def _count_parts(self, index: int) -> None:
+        reached, parts = [(index, 1)], 0
+        while reached:
+            part, times = reached.pop()
+            parts += times
+            if parts > MOST_PARTS:
+                self._refuse(index, f"more than {MOST_PARTS} nested materials and textures")
+            sides = 2 if self._plugin(part) == "twosided" else 1
+            nested = (
+                child for child in children(self.nodes, part) if self._kind(child) in ("BSDF", "Texture")
+            )
+            reached += [(child, times * sides) for child in nested]
+
+    def _check_node(self, index: int, of_value: Range | None) -> None:
+        """Check one node, and the textures in it.
+
+        Args:
+            index: of the node.
+            of_value: of a texture, the range of the parameter whose value it is.
+        """
+        import mitsuba as mi
+
+        plugin, props = self._plugin(index), self.nodes[index].props
+        known = plugins(self._kind(index))[plugin]
+        if "filename" in known and "filename" not in props:
+            self._refuse(index, "filename: missing")
+        for key, value in props.items():
+            is_object = isinstance(value, mi.Properties.ResolvedReference)
+            if is_object and (plugin == "scene" or self._kind(value.index()) != "Texture"):
+                self._check_nesting(index, value.index())
+                continue
+            if key not in known:
+                self._refuse(index, f"{key}: no such parameter{nearest(key, known)}")
+            kind = known[key]
+            if of_value and key in OF_TEXTURE.get(plugin, ()):
+                kind = colour(*of_value)
+            if is_object and kind.values:
+                self._check_node(value.index(), kind.values)
+            elif is_object or not kind.holds(value):
+                said = "a texture" if is_object else shown(value)
+                self._refuse(index, f"{key}: {said} is not {kind.words}")
+            elif kind is FILE:
+                props[key] = str(self._file(index, value, of_value))
+
+    def _check_nesting(self, index: int, child: int) -> None:
+        outer, inner = self._kind(index), self._kind(child)
+        on_shape = inner == "Emitter" and KINDS[self._plugin(child)].on_shape
+        if inner not in NESTED.get(outer, ()) or (inner == "Emitter" and on_shape != (outer == "Shape")):
+            where = "the scene" if outer == "Scene" else f"a {outer.lower()}"
+            self._refuse(child, f"{inner.lower()} {self._plugin(child)} does not belong in {where}")
+        if inner == "Texture":
+            self._check_node(child, None)
+
+    def _file(self, index: int, name: str, of_value: Range | None) -> Path:
+        """The file that a node names, after a look into a picture or mesh."""
+        plugin, where, folder = self._plugin(index), self._where(index), self.path.resolve().parent
+        file = (file_of_user if name in self.users_own else file_of_scene)(folder, name, where)
+        if (file, plugin, of_value) in self._seen:
+            return file
+        self._seen.add((file, plugin, of_value))
+        if plugin == "bitmap" or plugin in KINDS:
+            smallest = SMALLEST_MAP if plugin in KINDS else (1, 1)
+            values = np.asarray(read_bitmap(file, f"{file}: {plugin}", smallest))
+            (low, high), floats = of_value or ANY_VALUE, values.dtype.kind == "f"
+            if floats and not low <= (least := values.min()) <= (most := values.max()) <= high:
+                said = f"values from {least:g} to {most:g} are outside [{low:g}, {high:g}]"
+                raise InputError(f"{file}: {plugin}: {said}")
+        elif plugin == "ply":
+            check_ply(file)
+        return file
+
+    def _count_pixels(self) -> None:
+        """Refuse more pixels than memory holds; each light that is not ambient has a picture of its own."""
+        of_lights = [node.props.plugin_name() for node in self.nodes if node.type.name == "Emitter"]
+        lights = sum(not KINDS[name].ambient for name in of_lights)
+        films = [node.props for node in self.nodes if node.type.name == "Film"]
+        pixels = max(1, lights) * sum(
+            math.prod(int(film.get(key, default)) for key, default in _DEFAULT_FILM.items()) for film in films
+        )
+        if pixels > MOST_PIXELS:
+            raise InputError(f"{self.path}: film: {pixels} pixels in all pictures; the most is {MOST_PIXELS}")
