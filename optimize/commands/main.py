@@ -10,6 +10,8 @@ import errno
 import importlib.metadata
 import os
 import sys
+import tempfile
+import traceback
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
@@ -21,6 +23,10 @@ from relief.errors import InputError
 
 BAD_INPUT = 2
 """Exit status of bad input, the same as argparse's for bad arguments."""
+INTERNAL_ERROR = 1
+"""Exit status of an error that no check foresaw."""
+LONGEST_ERROR = 200
+"""Most characters of such an error in the line that is printed."""
 BROKEN_PIPE = 1
 """Exit status when the reader of the output has left, as in Python's documentation of SIGPIPE."""
 
@@ -30,7 +36,7 @@ USERS_OWN = frozenset(
         *(errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT),
     }
 )
-"""Error numbers of files and folders that the user can mend; any other OSError shows its traceback."""
+"""Error numbers of files and folders that the user can mend; any other is the program's."""
 
 VERBS = {
     verb.__name__.rpartition(".")[2]: verb
@@ -76,7 +82,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     Returns:
         The exit status: 0 for success, 2 for bad input (explained in one line on stderr), 1 if the reader of
-        the output has left, 130 if interrupted, or one that the help of the verb lists.
+        the output has left or for an error of the program itself (one line names the file of its traceback),
+        130 if interrupted, or one that the help of the verb lists.
 
     Raises:
         SystemExit: by argparse, for `--help` and `--version`.
@@ -107,12 +114,14 @@ def _main(argv: Sequence[str]) -> int:
         return BROKEN_PIPE
     except OSError as error:
         if error.errno not in USERS_OWN:
-            raise
+            return _internal(error)
         file = error.filename2 or error.filename
         return _refuse(f"{file}: {error.strerror}" if file else str(error.strerror))
     except KeyboardInterrupt:
         print(f"retouch: interrupted{after_interrupt}", file=sys.stderr)
         return INTERRUPTED
+    except Exception as error:
+        return _internal(error)
     return status
 
 
@@ -147,3 +156,17 @@ def _version() -> str:
 def _refuse(message: str) -> int:
     print("retouch:", " ".join(message.split()), file=sys.stderr)
     return BAD_INPUT
+
+
+def _internal(error: Exception) -> int:
+    """Write the traceback of an error of the program itself to a file, and say where in one line."""
+    try:
+        # The cache can be the very place that is full or locked.
+        file, name = tempfile.mkstemp(prefix="retouch-error-", suffix=".txt")
+        with os.fdopen(file, "w", encoding="utf-8", errors="backslashreplace") as log:
+            traceback.print_exception(error, file=log)
+        place = f"; the traceback is in {name}; please report it"
+    except OSError:
+        place = "; its traceback could not be written"
+    _refuse(f"internal error: {type(error).__name__}: {str(error)[:LONGEST_ERROR]}{place}")
+    return INTERNAL_ERROR

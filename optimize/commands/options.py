@@ -20,6 +20,8 @@ UNBOUNDED = 10_000
 
 TEXTURE = "height map: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm)"
 """What a texture is, in the help of every verb that takes one."""
+LONGEST_NUMBER = 40
+"""Most characters of a whole number."""
 
 
 def define(text: str) -> tuple[str, str]:
@@ -51,8 +53,11 @@ def whole_number(lowest: int, highest: int) -> Callable[[str], int]:
     """
 
     def read(text: str) -> int:
-        if not (text.isdecimal() and lowest <= int(text) <= highest):
-            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {lowest} to {highest}")
+        # Python turns no more than some thousand digits into a number.
+        if not (text.isdecimal() and len(text) <= LONGEST_NUMBER and lowest <= int(text) <= highest):
+            raise argparse.ArgumentTypeError(
+                f"{text[:LONGEST_NUMBER]!r} is not a whole number from {lowest} to {highest}"
+            )
         return int(text)
 
     return read

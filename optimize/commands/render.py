@@ -1,6 +1,7 @@
 """`retouch render`: pictures of a scene, one for each rendering condition."""
 
 import argparse
+import math
 import os
 import time
 from collections.abc import Sequence
@@ -95,6 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
     if out.exists() and not out.is_dir():
         raise InputError(f"{out}: -o: is a file, not a folder")
     from optimize.report.pictures import write_pictures
+    from optimize.runs.preparation import BLACK
     from visual.noise import batched
     from visual.scene import load_scene
 
@@ -111,6 +113,10 @@ def run(arguments: argparse.Namespace) -> int:
     batches = batched(scene, samples=arguments.samples, seed=arguments.seed)
     seconds = time.perf_counter() - start
     pictures = batches.mean
+    levels = dict(zip(scene.conditions, pictures.mean(axis=(1, 2)).tolist(), strict=True))
+    for condition, level in levels.items():
+        if not math.isfinite(level):
+            raise InputError(f"{arguments.scene}: {condition}: pixels are not finite")
     files = write_pictures(out, scene.conditions, pictures, scene.white)
     rows, cols = pictures.shape[1:]
     screen = console()
@@ -119,6 +125,8 @@ def run(arguments: argparse.Namespace) -> int:
         f"{cols} x {rows} pixels, {batches.samples} samples each, {scene.variant}, "
         f"{duration(seconds)} of rendering."
     )
+    if black := [condition for condition, level in levels.items() if level < BLACK * scene.white]:
+        screen.print(f"Black: {', '.join(black)}; next to no light goes from there to the camera.", markup=False)
     return 0
 
 

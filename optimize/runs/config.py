@@ -38,6 +38,8 @@ _log = logging.getLogger(__name__)
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+DEEPEST = 8
+"""Most sections in one another of a key for `--set`; run files have one."""
 FilePath = Annotated[Path, Field(strict=False)]
 Samples = Annotated[int, Field(ge=1, le=65536)]
 
@@ -248,7 +250,7 @@ def load_run(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Run
         raise InputError(f"{path}: larger than {LARGEST_FILE} bytes; not read as a run file")
     try:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not TOML: {' '.join(str(error).split())}") from error
     _anchor(values, path.parent)
     return _run(path, values, overrides)
@@ -308,11 +310,11 @@ def _anchor(values: dict[str, Any], folder: Path) -> None:
 def _override(values: dict[str, Any], override: str) -> None:
     name, equals, text = override.partition("=")
     keys = [key.strip() for key in name.split(".")]
-    if not equals or not all(keys):
-        raise InputError(f"--set {override}: expected key=value, as in touch.roughness=0.07")
+    if not equals or not all(keys) or len(keys) > DEEPEST:
+        raise InputError(f"--set {override[:80]}: expected key=value, as in touch.roughness=0.07")
     try:
         parsed = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         parsed = {"value": text.strip()}
     if parsed.keys() != {"value"}:
         raise InputError(f"--set {override}: one value is expected")

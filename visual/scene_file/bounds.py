@@ -65,9 +65,7 @@ def _number(low: float, high: float) -> Kind:
 
 def _whole(low: int, high: int) -> Kind:
     words = f"a whole number from {low} to {high}"
-    return Kind(
-        words, lambda value: _is_number(value) and value == math.floor(value) and low <= value <= high
-    )
+    return Kind(words, lambda value: _is_number(value) and low <= value <= high and value == int(value))
 
 
 def _choice(*names: str) -> Kind:

@@ -1,5 +1,6 @@
 """Whatever a user gets wrong ends with status 2, one line that names file and field, and nothing written."""
 
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -65,6 +66,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "torn.toml": "scene = ",
         "typo.toml": RUN.format("releif_mm = 1", "jnd = 1"),
         "no_texture.toml": RUN.format("", "jnd = 1").replace("plate.exr", "absent.exr"),
+        "deep.toml": RUN.format("", "jnd = 1") + "a." * 20_000 + "b = 1",
+        "nested.toml": RUN.format("x = " + "[" * 20_000 + "]" * 20_000, "jnd = 1"),
+        "long.toml": RUN.format(f"seed = {'9' * 5000}", "jnd = 1"),
         "weak.toml": RUN.format("", "jnd = 1\nforce_n = -1"),
     }
     Path("full").mkdir()
@@ -164,6 +168,19 @@ BAD: Sequence[tuple[str, Sequence[str]]] = [
     ("render scene.xml --texture plate.png", ["plate.png", "relief_mm"]),
     ("render scene.xml --relief-mm 1", ["--relief-mm", "--texture"]),
     ("render scene.xml --samples 0", ["--samples", "0"]),
+    (f"render scene.xml --samples {'9' * 5000}", ["--samples"]),
+    (f"optimize run.toml --set seed={'9' * 5000}", ["seed"]),
+    (f"optimize run.toml --set {'a.' * 20000}b=1", ["--set"]),
+    ("optimize deep.toml", ["deep.toml"]),
+    ("optimize nested.toml", ["nested.toml"]),
+    ("optimize long.toml", ["long.toml"]),
+    ("optimize run.toml --size-mm 1e300", ["size_mm"]),
+    ("evaluate plate.exr --size-mm 1e300", ["size_mm"]),
+    ("export plate.exr -o plate.stl --size-mm 1e300", ["size_mm"]),
+    ("export plate.exr -o plate.stl --base-mm 1e300", ["base_mm"]),
+    ("evaluate plate.exr --force-n 1e300", ["force_n"]),
+    ("evaluate plate.exr --young-modulus-mpa 1e300", ["young_modulus_mpa"]),
+    ("evaluate plate.png --relief-mm 1e300", ["relief_mm"]),
     ("render scene.xml -m gpu", ["variant", "gpu"]),
     ("render scene.xml -o plate.exr", ["plate.exr", "-o"]),
     ("export plate.exr", ["-o"]),
@@ -210,10 +227,51 @@ def test_a_folder_that_cannot_be_written_is_named(folder: Path, capfd: pytest.Ca
     assert "runs" in line
 
 
-def test_what_is_not_the_users_fault_shows_where(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_of_the_program_is_one_line_and_a_traceback_in_a_file(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     def exhausted(*_: object, **__: object) -> None:
-        raise MemoryError
+        raise MemoryError("all of it\nis used")
 
     monkeypatch.setattr("relief.heightmap.load_height_map", exhausted)
-    with pytest.raises(MemoryError):
-        main(["evaluate", "plate.exr"])
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    assert main(["evaluate", "plate.exr"]) == 1
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line.startswith("retouch: internal error: MemoryError: all of it is used")
+    (log,) = folder.glob("retouch-error-*.txt")
+    assert str(log) in line and "in exhausted" in log.read_text()
+
+    def refuse(**_: object) -> None:
+        raise PermissionError
+
+    monkeypatch.setattr(tempfile, "mkstemp", refuse)
+    assert main(["evaluate", "plate.exr"]) == 1
+    assert "could not be written" in capfd.readouterr().err
+
+
+@pytest.mark.usefixtures("folder")
+def test_links_that_lead_nowhere_are_named(capfd: pytest.CaptureFixture[str]) -> None:
+    for name in ("loop.xml", "loop.exr", "loop.toml", "renders", "runs"):
+        Path(name).symlink_to(name)
+    Path("looped.xml").write_text(SCENE.format("").replace('value="plate.exr"', 'value="loop.exr"'))
+    for command in (
+        "render loop.xml",
+        "render looped.xml",
+        "evaluate loop.exr",
+        "optimize loop.toml",
+        "render scene.xml",
+        "render scene.xml -o renders",
+        "optimize run.toml",
+        "resume loop.toml",
+    ):
+        assert main(command.split()) == 2, command
+        assert len(capfd.readouterr().err.splitlines()) == 1
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_black_picture_is_said(capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "scene.xml"]) == 0
+    assert "Black" not in capfd.readouterr().out
+    Path("dark.xml").write_text(SCENE.format("").replace('z="-1"', 'z="1"'))
+    assert main(["render", "dark.xml"]) == 0
+    assert "Black: sun" in capfd.readouterr().out

@@ -102,7 +102,7 @@ def test_a_reflectance_is_from_0_to_1(folder: Path, written: str, value: str) ->
         (
             '<shape type="disk"><transform name="to_world"><lookat origin="0,0,1" target="0,0,1" up="0,1,0"/>'
             "</transform></shape>",
-            "disk",
+            "scene.xml",
         ),
         ('<texture type="bitmap"/>', "bitmap: filename: missing"),
         ('<shape type="ply"/>', "ply: filename: missing"),
@@ -177,7 +177,7 @@ def test_a_bitmap_holds_what_its_parameter_may_be(folder: Path, content: float) 
     OpenEXR.File({}, {"RGB": picture}).write(str(folder / "bad.exr"))
     named = '<texture type="bitmap" name="{}"><string name="filename" value="bad.exr"/></texture>'
     refused(folder, "bad.exr", plate=matte(named.format("reflectance")))
-    if not 0.0 <= content:
+    if not content >= 0.0:
         light = '<emitter type="envmap"><string name="filename" value="bad.exr"/></emitter>'
         refused(folder, "bad.exr", more=light)
 
