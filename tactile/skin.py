@@ -8,7 +8,7 @@ from relief.errors import InputError
 MAX_POISSON_RATIO = 0.499
 """Largest Poisson's ratio: the hexahedra of `tactile.structured` are measured up to here, and lock at 0.5."""
 SMALLEST, LARGEST = 1e-6, 1e6
-"""Least and greatest modulus (MPa), force (N) and length (mm): far beyond any finger, near enough to divide."""
+"""Least and greatest modulus (MPa), force (N) and length (mm): far beyond any finger."""
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -179,7 +180,7 @@ def finish(result: "Result", quiet: bool) -> int:
 def _refuse_inputs_in(out: Path, inputs: Iterable[Path]) -> None:
     """Raise InputError if `out`, which `--force` empties, is or holds a file that the run reads."""
     for path in inputs:
-        if path.resolve().is_relative_to(out.resolve()):
+        if Path(os.path.realpath(path)).is_relative_to(os.path.realpath(out)):
             raise InputError(f"{out}: -o: is or holds {path}, which the run reads; choose another folder")
 
 

@@ -126,7 +126,9 @@ def run(arguments: argparse.Namespace) -> int:
         f"{duration(seconds)} of rendering."
     )
     if black := [condition for condition, level in levels.items() if level < BLACK * scene.white]:
-        screen.print(f"Black: {', '.join(black)}; next to no light goes from there to the camera.", markup=False)
+        screen.print(
+            f"Black: {', '.join(black)}; next to no light goes from there to the camera.", markup=False
+        )
     return 0
 
 
