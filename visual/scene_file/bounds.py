@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.limits import LARGEST_PLATE_MM, SMALLEST_PLATE_MM
+from relief.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_PLATE_MM, SMALLEST_RELIEF_MM
 from visual.backend import heightfield
 from visual.lights.kind import LightKind
 from visual.lights.quadrature import KINDS
@@ -181,7 +181,7 @@ PARAMETERS: Mapping[str, Mapping[str, Mapping[str, Kind]]] = {
     "Shape": {
         heightfield.PLUGIN: {
             **{"filename": FILE, "size_mm": _number(SMALLEST_PLATE_MM, LARGEST_PLATE_MM)},
-            **{"relief_mm": _number(1e-6, 1000.0), "to_world": PLACEMENT},
+            **{"relief_mm": _number(SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM), "to_world": PLACEMENT},
         },
         **{"rectangle": _SHAPE, "disk": _SHAPE, "cube": _SHAPE, "obj": _MESH, "ply": _MESH},
         "sphere": {**_SHAPE, "center": POINT, "radius": LENGTH},
