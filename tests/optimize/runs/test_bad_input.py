@@ -102,7 +102,7 @@ BAD: Sequence[tuple[str, Sequence[str]]] = [
     ("evaluate plate.exr --height-scale 0", ["plate.exr", "height_scale"]),
     ("evaluate plate.exr --height-scale 1e5", ["plate.exr", "mm", "3"]),
     ("evaluate plate.exr --size-mm 1e300", ["plate.exr", "size_mm"]),
-    ("evaluate loop.exr", ["loop.exr", "no such file"]),
+    ("evaluate ring.exr", ["loop.exr", "no such file"]),
     ("evaluate lying.exr", ["lying.exr", "header", "size_mm", "1e+30"]),
     ("evaluate lying.png", ["lying.png", "header", "relief_mm", "nan"]),
     ("export plate.exr -o plate.stl --relief-mm 1", ["--relief-mm", "--height-scale"]),
@@ -251,13 +251,13 @@ def test_an_error_of_the_program_is_one_line_and_a_traceback_in_a_file(
 
 @pytest.mark.usefixtures("folder")
 def test_links_that_lead_nowhere_are_named(capfd: pytest.CaptureFixture[str]) -> None:
-    for name in ("loop.xml", "loop.exr", "loop.toml", "renders", "runs"):
+    for name in ("loop.xml", "ring.exr", "loop.toml", "renders", "runs"):
         Path(name).symlink_to(name)
-    Path("looped.xml").write_text(SCENE.format("").replace('value="plate.exr"', 'value="loop.exr"'))
+    Path("looped.xml").write_text(SCENE.format("").replace('value="plate.exr"', 'value="ring.exr"'))
     for command in (
         "render loop.xml",
         "render looped.xml",
-        "evaluate loop.exr",
+        "evaluate ring.exr",
         "optimize loop.toml",
         "render scene.xml",
         "render scene.xml -o renders",

@@ -151,7 +151,7 @@ def test_pictures_of_different_sizes_are_refused(scene_of: Callable[..., Scene])
 
 @pytest.mark.parametrize("weight", [-0.1, np.inf, np.nan])
 def test_a_weight_is_a_share(scene_of: Callable[..., Scene], weight: float) -> None:
-    with pytest.raises(InputError, match=r"orthographic side: weight: .* is not a number from 0 up"):
+    with pytest.raises(InputError, match=r"orthographic side: weight: .* is not a number from 0 to"):
         scene_of(sun(35), further=sensor("side", OBLIQUE, weight))
 
 
