@@ -7,8 +7,6 @@ from relief.errors import InputError
 
 MAX_POISSON_RATIO = 0.499
 """Largest Poisson's ratio: the hexahedra of `tactile.structured` are measured up to here, and lock at 0.5."""
-SMALLEST, LARGEST = 1e-6, 1e6
-"""Least and greatest modulus (MPa), force (N) and length (mm): far beyond any finger."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +38,9 @@ class Skin:
         for name, value in asdict(self).items():
             if not math.isfinite(value):
                 raise InputError(f"skin.{name}: {value} is not a finite number")
-            if name != "poisson_ratio" and not SMALLEST <= value <= LARGEST:
-                raise InputError(f"skin.{name}: {value} must be positive, from {SMALLEST:g} to {LARGEST:g}")
+        for name in ("young_modulus_mpa", "force_n", "thickness_mm", "depth_mm"):
+            if getattr(self, name) <= 0.0:
+                raise InputError(f"skin.{name}: {getattr(self, name)} must be positive")
         if not 0.0 <= self.poisson_ratio <= MAX_POISSON_RATIO:
             raise InputError(f"skin.poisson_ratio: {self.poisson_ratio} is outside [0, {MAX_POISSON_RATIO}]")
         if self.depth_mm >= self.thickness_mm:
