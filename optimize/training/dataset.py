@@ -19,7 +19,7 @@ from optimize.training.fields import STUDIO, STUDIO_AZIMUTHS
 from optimize.training.shard_jobs import ShardJob, versions
 from optimize.training.workers import Runner
 from relief.errors import InputError
-from relief.files import write_atomically
+from relief.files import partial_folders, remove_partial, write_atomically
 from relief.limits import PATCH_SIDE_MM
 from surrogate.corpus import manifest
 from surrogate.corpus import recipes as corpus
@@ -27,9 +27,9 @@ from surrogate.corpus.manifest import Entry
 from surrogate.corpus.optimised import Optimised
 from surrogate.corpus.photographs import Photograph, by_name
 from surrogate.corpus.recipes import PROCEDURAL_SHARE, SAMPLES, Recipe
-from surrogate.data.field_set import FAILURES, open_fieldset, shard_path, text_of_failures
+from surrogate.data.field_set import FAILURES, SHARDS, open_fieldset, shard_path, text_of_failures
 from surrogate.data.request import DATASET_FILE, SHARD_SIZE, DatasetRequest, read_request, text_of_request
-from surrogate.data.shard import Failure, Shard, open_shard
+from surrogate.data.shard import Failure, Shard, layout, open_shard
 
 DIRECTIONS = 8
 """Random lights of each texture, where no other number is given."""
@@ -181,6 +181,8 @@ def make_dataset(
     """
     request = plan.request
     _claim_folder(folder, request)
+    for place in (folder, folder / SHARDS):
+        remove_partial(place)
     missing, lost = [], list[Failure]()
     for number in range(request.shards):
         shard = _existing(folder, request, number)
@@ -211,7 +213,7 @@ def make_dataset(
 def _claim_folder(folder: Path, request: DatasetRequest) -> None:
     """Write the request into a new folder, or compare an existing folder's request with it."""
     if not (folder / DATASET_FILE).is_file():
-        if folder.is_dir() and any(folder.iterdir()):
+        if folder.is_dir() and not set(folder.iterdir()) <= set(partial_folders(folder)):
             raise InputError(f"{folder}: holds files that are not a data set's; choose another folder")
         if folder.exists() and not folder.is_dir():
             raise InputError(f"{folder}: is a file; a data set is a folder")
@@ -232,10 +234,14 @@ def _difference(stored: Any, requested: Any) -> str:
 
 
 def _existing(folder: Path, request: DatasetRequest, number: int) -> Shard | None:
-    """Return an existing shard; None if there is none, or if it is damaged."""
+    """Return an existing shard, with every value checked; None if there is none, or if it is damaged."""
     path = shard_path(folder, number)
     with suppress(InputError):
-        return open_shard(path, request, number) if path.is_file() else None
+        if path.is_file():
+            shard = open_shard(path, request, number)
+            for name in layout(request, 0):
+                shard.read(name)
+            return shard
     return None
 
 

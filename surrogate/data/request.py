@@ -67,7 +67,7 @@ class DatasetRequest:
     strata: Annotated[int, Field(ge=6, le=64)]
     versions: Mapping[str, str]
     shard_size: Annotated[int, Field(ge=1, le=MOST_TEXTURES)] = SHARD_SIZE
-    format: Literal[2] = 2
+    format: Literal[3] = 3
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", strict=True)
 

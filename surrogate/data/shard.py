@@ -1,11 +1,13 @@
 """Shards of a data set: some textures with their fields of touch and sight, in one safetensors file.
 
-Everything in a file is checked before it is used, and values are read on request only.
+Everything in a file is checked before it is used, and values are read on request only. Each texture's part of
+each tensor has a checksum (CRC-32), so that a part is checked when it is read.
 """
 
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+import zlib
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -24,6 +26,8 @@ from surrogate.validation import parse_json
 Array = NDArray[Any]
 
 SINGLE, DOUBLE = np.dtype("<f4"), np.dtype("<f8")
+REMEDY = "the same retouch dataset command computes this shard anew"
+"""What to do about a damaged shard."""
 _NAMES = {SINGLE: "F32", DOUBLE: "F64"}
 """Name of each type in a file."""
 
@@ -64,13 +68,28 @@ class Row:
 
 @dataclass(frozen=True)
 class _Header:
-    """Metadata of a shard; each row is the place of a texture, and its line of a manifest."""
+    """Metadata of a shard.
+
+    Attributes:
+        number: Number of the shard.
+        rows: Place of each texture, and its line of a manifest.
+        failures: Textures of the shard that have no fields.
+        checksums: CRC-32 of the values of each texture, by the name of the tensor.
+        checksum: CRC-32 of the header itself with 0 here.
+    """
 
     number: int
     rows: Annotated[tuple[tuple[int, str], ...], Field(max_length=MOST_TEXTURES)]
     failures: Annotated[tuple[Failure, ...], Field(max_length=MOST_TEXTURES)]
+    checksums: Mapping[str, tuple[int, ...]]
+    checksum: int = 0
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid", strict=True)
+
+    def sealed(self) -> "_Header":
+        """Return the header with its checksum."""
+        text = json.dumps(asdict(replace(self, checksum=0)))
+        return replace(self, checksum=zlib.crc32(text.encode()))
 
 
 _HEADER = TypeAdapter(_Header)
@@ -114,6 +133,7 @@ class Shard:
         number: Number of the shard.
         rows: Textures, in the order of the tensors' first axis.
         failures: Textures of the shard that have no fields.
+        checksums: CRC-32 of the values of each texture, by the name of the tensor.
     """
 
     path: Path
@@ -121,6 +141,7 @@ class Shard:
     number: int
     rows: tuple[Row, ...]
     failures: tuple[Failure, ...]
+    checksums: Mapping[str, tuple[int, ...]] = field(repr=False)
 
     def places(self, split: Split | None = None) -> NDArray[np.intp]:
         """Return the rows of the textures of a split, or of all."""
@@ -138,7 +159,7 @@ class Shard:
 
         Raises:
             KeyError: The data set has no such tensor.
-            InputError: The file is damaged, or a value is not finite.
+            InputError: The file is damaged: a value is not as it was written, or not finite.
         """
         if name not in layout(self.request, 0):
             raise KeyError(name)
@@ -150,9 +171,12 @@ class Shard:
                 else:
                     values = np.stack([part[int(k)] for k in places]) if len(places) else part[0:0]
         except (SafetensorError, OSError) as error:
-            raise InputError(f"{self.path}: {name}: {' '.join(str(error).split())}") from error
+            raise InputError(f"{self.path}: {name}: {' '.join(str(error).split())}; {REMEDY}") from error
         if not np.isfinite(values).all():
-            raise InputError(f"{self.path}: {name}: not every value is finite")
+            raise InputError(f"{self.path}: {name}: not every value is finite; {REMEDY}")
+        expected = np.array(self.checksums[name], dtype=np.int64)[places]
+        if _checksums(values) != tuple(expected):
+            raise InputError(f"{self.path}: {name}: damaged: values are not as written; {REMEDY}")
         return np.asarray(values)
 
 
@@ -186,7 +210,9 @@ def shard_bytes(
             raise ValueError(f"{name}: {tensors[name].dtype} {tensors[name].shape}, expected {kind} {shape}")
         if not np.isfinite(tensors[name]).all():
             raise ValueError(f"{name}: not every value is finite")
-    header = _Header(number, tuple((row.index, text_of(row.entry)) for row in rows), failures)
+    checksums = {name: _checksums(tensors[name]) for name in sorted(expected)}
+    entries = tuple((row.index, text_of(row.entry)) for row in rows)
+    header = _Header(number, entries, failures, checksums).sealed()
     # The header has one key: safetensors writes several keys in an order that changes from run to run.
     return save(
         {name: np.ascontiguousarray(tensors[name]) for name in sorted(expected)},
@@ -209,15 +235,26 @@ def open_shard(path: Path, request: DatasetRequest, number: int) -> Shard:
         InputError: The file is damaged, has another number or layout, or holds textures of another shard.
     """
     try:
+        return _open_shard(path, request, number)
+    except InputError as error:
+        raise InputError(f"{error}; {REMEDY}") from error
+
+
+def _open_shard(path: Path, request: DatasetRequest, number: int) -> Shard:
+    try:
         with safe_open(path, framework="numpy") as file:
             metadata = file.metadata() or {}
             slices = {name: file.get_slice(name) for name in file.keys()}  # noqa: SIM118  # no mapping
             shapes = {name: (tuple(part.get_shape()), part.get_dtype()) for name, part in slices.items()}
     except (SafetensorError, OSError) as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}") from error
-    actual, rows, failures = _parse_header(path, metadata.get("shard", ""))
-    if actual != number:
-        raise InputError(f"{path}: shard: number: {actual}, expected {number}")
+    header = parse_json(_HEADER, metadata.get("shard", ""), f"{path}: shard")
+    rows = tuple(
+        Row(place, parse_entry(line.encode(), f"{path}: shard: rows.{place_in_file}"))
+        for place_in_file, (place, line) in enumerate(header.rows)
+    )
+    if header.number != number:
+        raise InputError(f"{path}: shard: number: {header.number}, expected {number}")
     expected = layout(request, len(rows))
     for name in sorted(expected.keys() | shapes.keys()):
         if name not in expected:
@@ -228,19 +265,17 @@ def open_shard(path: Path, request: DatasetRequest, number: int) -> Shard:
         if shapes[name] != (shape, _NAMES[kind]):
             actual_shape = "{1} {0}".format(*shapes[name])
             raise InputError(f"{path}: {name}: {actual_shape}, expected {_NAMES[kind]} {shape}")
-    places = sorted([*(row.index for row in rows), *(failure.index for failure in failures)])
+    places = sorted([*(row.index for row in rows), *(failure.index for failure in header.failures)])
     if places != list(request.places(number)):
         raise InputError(f"{path}: rows: are not the textures of shard {number}, each once")
     if any(row.entry.samples != request.samples for row in rows):
         raise InputError(f"{path}: rows: samples: not {request.samples}")
-    return Shard(path, request, number, rows, failures)
+    counts = {name: len(checksums) for name, checksums in header.checksums.items()}
+    if header != header.sealed() or counts != dict.fromkeys(expected, len(rows)):
+        raise InputError(f"{path}: shard: damaged: the metadata is not as written")
+    return Shard(path, request, number, rows, header.failures, header.checksums)
 
 
-def _parse_header(path: Path, text: str) -> tuple[int, tuple[Row, ...], tuple[Failure, ...]]:
-    """Parse the number, the textures and the failures in the metadata of a shard."""
-    header = parse_json(_HEADER, text, f"{path}: shard")
-    rows = tuple(
-        Row(place, parse_entry(line.encode(), f"{path}: shard: rows.{number}"))
-        for number, (place, line) in enumerate(header.rows)
-    )
-    return header.number, rows, header.failures
+def _checksums(values: Iterable[Array]) -> tuple[int, ...]:
+    """Return the CRC-32 of each texture's values."""
+    return tuple(zlib.crc32(np.asarray(part, order="C").tobytes()) for part in values)

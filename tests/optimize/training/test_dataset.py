@@ -131,9 +131,13 @@ def test_a_shard_that_is_damaged_is_made_again(whole: Path, tmp_path: Path) -> N
     out = tmp_path / "data"
     make_dataset(small(), out, in_process, ignore)
     path = shard_path(out, 2)
-    path.write_bytes(path.read_bytes()[:-10])
-    make_dataset(small(), out, in_process, ignore)
-    assert files(out) == files(whole)
+    content = path.read_bytes()
+    for damaged in (content[:-10], content[:-5] + bytes([content[-5] ^ 1]) + content[-4:]):
+        path.write_bytes(damaged)
+        (out / "shards" / ".00002-abc.partial").mkdir()
+        make_dataset(small(), out, in_process, ignore)
+        assert files(out) == files(whole)
+        assert not (out / "shards" / ".00002-abc.partial").exists()
 
 
 def test_processes_make_the_same_files_and_a_killed_one_loses_nothing(whole: Path, tmp_path: Path) -> None:

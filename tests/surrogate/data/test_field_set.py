@@ -192,6 +192,46 @@ def test_values_that_are_not_finite_are_refused_when_read(folder: Path) -> None:
         shard.read("gap")
 
 
+def test_a_flipped_bit_is_found_where_it_is_read(folder: Path) -> None:
+    path = shard_path(folder, 0)
+    whole = path.read_bytes()
+    names = list(layout(REQUEST, 0))
+    for place in (*range(8, 3000, 131), *np.linspace(3000, len(whole) - 1, 60).astype(int)):
+        flipped = bytearray(whole)
+        flipped[place] ^= 1 << place % 8
+        path.write_bytes(flipped)
+        with pytest.raises(InputError) as caught:  # noqa: PT012  # where the bit is decides which of them raises
+            shard = open_fieldset(folder).shards[0]
+            for name in names:
+                shard.read(name)
+        message = str(caught.value)
+        assert message.startswith(f"{path}: ") and "retouch dataset" in message and "\n" not in message
+
+
+def test_a_texture_that_is_whole_is_read_beside_a_damaged_one(folder: Path) -> None:
+    path = shard_path(folder, 0)
+    spoilt(path, lambda tensors, _: tensors["gap"].__setitem__((1, 2, 3), 0.5))
+    shard = open_fieldset(folder).shards[0]
+    assert shard.read("gap", np.array([2, 0])).shape == (2, SIDE, SIDE)
+    assert shard.read("gap", np.array([], dtype=int)).shape == (0, SIDE, SIDE)
+    for places in (slice(None), np.array([0, 1])):
+        with pytest.raises(InputError, match="gap: damaged"):
+            shard.read("gap", places)
+
+
+def test_checksums_that_are_missing_are_told(folder: Path) -> None:
+    for spoil in (
+        lambda _, header: header.pop("checksums"),
+        lambda _, header: header["checksums"].pop("gap"),
+        lambda _, header: header["checksums"]["gap"].pop(),
+    ):
+        whole = shard_path(folder, 0).read_bytes()
+        spoilt(shard_path(folder, 0), spoil)
+        with pytest.raises(InputError, match=r"00000\.safetensors: shard: "):
+            open_fieldset(folder)
+        shard_path(folder, 0).write_bytes(whole)
+
+
 SETTINGS: dict[str, tuple[Any, str]] = {
     "text for a number": ({"seed": "4"}, "seed"),
     "another format": ({"format": 1}, "format"),
