@@ -124,6 +124,11 @@ FLOOR = """<shape type="rectangle">
 </shape>"""
 """A black table under the plate, of two faces, as wide as five plates."""
 
+CUBE = """<shape type="cube">
+    <transform name="to_world"><scale value="1.5"/><translate z="6"/></transform><bsdf type="diffuse"/>
+</shape>"""
+"""A cube over the plate, below the camera."""
+
 
 def plate_scene(heights: Array, floor: bool = False) -> Any:
     """A Mitsuba scene of the plate alone, for rays."""

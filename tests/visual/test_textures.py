@@ -236,6 +236,24 @@ def test_a_coloured_bitmap_counts_by_its_luminance(scene_of: Callable[..., Scene
     assert scene_of(sun(35), material=BITMAP).variant.endswith("_mono")
 
 
+@pytest.mark.parametrize(
+    ("material", "more"),
+    [
+        (
+            _bsdf("diffuse", '<ref id="t" name="reflectance"/>'),
+            _bitmap("", "spots.png").replace('name=""', 'id="t"'),
+        ),
+        ('<ref id="m"/>', BITMAP.replace("<bsdf ", '<bsdf id="m" ', 1)),
+    ],
+    ids=["texture", "material"],
+)
+def test_textures_are_found_behind_references(
+    scene_of: Callable[..., Scene], material: str, more: str
+) -> None:
+    picture = scene_of(sun(35), material=material, more=more).render()
+    assert torch.equal(picture, scene_of(sun(35), material=BITMAP).render())
+
+
 # Refusing and telling
 
 

@@ -10,7 +10,7 @@ import torch
 
 from relief.errors import InputError
 from tests.visual.differences import ADJOINTS, DIRECTIONS, by_gradients, differ_by_noise, measured
-from tests.visual.scenes import FLOOR, PLASTIC, SIDE, Array, hills, sensor, sky, sun
+from tests.visual.scenes import CUBE, FLOOR, PLASTIC, SIDE, Array, hills, sensor, sky, sun
 from visual.scene import Scene, load_scene
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -44,11 +44,6 @@ def test_a_flat_plate_that_fills_the_picture_has_no_edge_that_moves(scene_of: Ca
         scene.views()[0].evaluate(scene.heights, edges=e).jacobians[0] for e in (True, False)
     )
     assert (with_edges != without).nnz == 0
-
-
-CUBE = """<shape type="cube">
-    <transform name="to_world"><scale value="1.5"/><translate z="6"/></transform><bsdf type="diffuse"/>
-</shape>"""
 
 
 @pytest.mark.parametrize("side", [SIDE, 2 * SIDE])

@@ -11,7 +11,7 @@ import torch
 
 from relief.errors import InputError
 from tests.tactile.reliefs import waves
-from tests.visual.scenes import FLOOR, sun
+from tests.visual.scenes import CUBE, FLOOR, sun
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.jacobian import FastView
 from visual.fast.refinement import pixel_means
@@ -51,6 +51,7 @@ def test_pictures_under_parallel_lights_are_those_of_mitsuba(
         ({"rows": 2 * SIDE, "cols": 2 * SIDE}, "one pixel at each"),
         ({"max_depth": 3}, "direct light only"),
         ({"more": FLOOR}, "shape: the fast look knows no shape but the plate"),
+        ({"more": CUBE}, "shape: the fast look knows no shape but the plate"),
         ({"further": SPECTRAL, "pixel_format": "rgb"}, "constant: radiance: .* rgb colour"),
         ({"further": POINT}, "point: .*the fast look shows no other"),
     ],
