@@ -173,7 +173,7 @@ _INTEGRATOR = {
     **{"samples_per_pass": _whole(1, MOST_SAMPLES), "block_size": _whole(0, 1024)},
     "timeout": _number(-1.0, 1e6),
 }
-_SIDE, _OFFSET = _whole(1, LARGEST_FILM), _whole(0, LARGEST_FILM)
+_SIDE = _whole(1, LARGEST_FILM)
 _SAMPLER = {"sample_count": _whole(1, MOST_SAMPLES), "seed": _whole(0, 2**32 - 1)}
 _JITTERED = {**_SAMPLER, "jitter": FLAG}
 
@@ -242,15 +242,17 @@ PARAMETERS: Mapping[str, Mapping[str, Mapping[str, Kind]]] = {
     },
     "Film": {
         "hdrfilm": {
-            **{"width": _SIDE, "height": _SIDE, "crop_width": _SIDE, "crop_height": _SIDE},
-            **{"crop_offset_x": _OFFSET, "crop_offset_y": _OFFSET},
+            **{"width": _SIDE, "height": _SIDE},
             **dict.fromkeys(("sample_border", "compensate", "banner"), FLAG),
-            **dict.fromkeys(("file_format", "pixel_format", "component_format"), _text(r"\w+", "a name")),
+            "file_format": _choice("openexr", "exr", "rgbe", "pfm"),
+            "pixel_format": _choice("luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"),
+            "component_format": _choice("float16", "float32", "uint32"),
         },
     },
+    # Narrower filters leave pixels without a sample, which are then black.
     "ReconstructionFilter": {
-        **{"box": {}, "catmullrom": {}, "tent": {"radius": _number(0.1, 8.0)}},
-        "gaussian": {"stddev": _number(0.1, 8.0)},
+        **{"box": {}, "catmullrom": {}, "tent": {"radius": _number(0.5, 8.0)}},
+        "gaussian": {"stddev": _number(0.2, 8.0)},
         "mitchell": {"B": SHARE, "C": SHARE},
         "lanczos": {"lobes": _whole(1, 8)},
     },

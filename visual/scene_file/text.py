@@ -15,6 +15,8 @@ DEEPEST = 32
 """Largest depth of nested elements; the bundled scenes have four levels."""
 MOST_INCLUDES = 32
 """Largest number of includes of a scene; a file counts each time, so that no scene doubles without end."""
+LONGEST_NAME = 200
+"""Most characters of an attribute other than a value, such as a name, which a message may repeat."""
 MOST_ELEMENTS = 10_000
 """Largest number of elements of a scene; the bundled scenes have up to 70."""
 LARGEST_EXPANDED = 10_000_000
@@ -97,6 +99,8 @@ class _Elements:
             scene.parameters.add(attributes["name"])
         for name, value in attributes.items():
             scene.parameters.update(re.findall(r"\$\{?(\w+)", value))
+            if name not in ("value", "filename") and len(value) > LONGEST_NAME:
+                raise InputError(f"{self.path}: <{tag}>: {name}: longer than {LONGEST_NAME} characters")
             if "\\$" in value:
                 raise InputError(f"{self.path}: <{tag}>: {name}: \\$ is not allowed in a scene")
             length = len(value) + value.count("$") * scene.longest
@@ -129,11 +133,12 @@ def file_of_scene(folder: Path, name: str, where: str) -> Path:
     written = Path(name)
     try:
         file = (folder / written).resolve()
+        is_file = file.is_file()
     except (OSError, RuntimeError, ValueError) as error:
-        raise InputError(f"{where}: filename: {name!r}: {last_line(error)}") from error
+        raise InputError(f"{where}: filename: {name[:LONGEST_NAME]!r}: {last_line(error)}") from error
     if written.is_absolute() or ".." in written.parts or "\\" in name or not file.is_relative_to(folder):
         raise InputError(f"{where}: filename: {name!r} is not inside the scene's folder")
-    if not file.is_file():
+    if not is_file:
         raise InputError(f"{where}: filename: {name!r}: no such file")
     return file
 

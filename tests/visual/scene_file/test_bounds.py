@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,10 +11,12 @@ import OpenEXR
 import pytest
 from PIL import Image
 
+from mitsuba_scenes import FOLDER
 from relief.errors import InputError
 from relief.heightmap import save_heights_exr
 from visual.scene_file.bounds import PARAMETERS, Kind, plugins
 from visual.scene_file.check import check_scene
+from visual.scene_file.describe import describe
 
 SCENE = """<scene version="3.9.1">{more}
     <integrator type="path"/>
@@ -21,6 +24,7 @@ SCENE = """<scene version="3.9.1">{more}
     <emitter type="directional"><vector name="direction" x="0" y="0" z="-1"/></emitter>
     <shape type="heightfield"><string name="filename" value="plate.exr"/>{plate}</shape>
 </scene>"""
+STUDIO = FOLDER / "studio.xml"
 NONSENSE = ("nan", "inf", "-inf", "-1e300", "1e300")
 
 
@@ -129,6 +133,9 @@ def test_nonsense_is_refused(folder: Path, more: str, named: str) -> None:
         ('<rfilter type="gaussian"><float name="stddev" value="1e9"/></rfilter>', "stddev"),
         ('<rfilter type="lanczos"><integer name="lobes" value="1000000"/></rfilter>', "lobes"),
         ('<rfilter type="tent"><float name="radius" value="nan"/></rfilter>', "radius"),
+        ('<rfilter type="tent"><float name="radius" value="0.1"/></rfilter>', "radius"),
+        ('<integer name="crop_width" value="8"/>', "crop_width"),
+        ('<string name="pixel_format" value="xyzzy"/>', "pixel_format"),
         ('<integer name="width" value="0"/>', "width"),
         (f'<integer name="width" value="{"9" * 5000}"/>', "integer"),
         ('<float name="width" value="1e300"/>', "width"),
@@ -211,3 +218,36 @@ def test_a_mesh_has_the_vertices_of_its_faces(folder: Path, content: str) -> Non
             "mesh.ply",
             more='<shape type="ply"><string name="filename" value="mesh.ply"/></shape>',
         )
+
+
+@pytest.mark.slow
+def test_a_mutated_scene_is_sound_or_refused_in_one_line(folder: Path) -> None:
+    """Numbers, words and bytes of a whole scene are replaced; what remains of it passes or is refused."""
+    rng = np.random.default_rng(0)
+    whole = STUDIO.read_text().replace("textures/gravel.png", "plate.png")
+    Image.fromarray(np.zeros((16, 16), np.uint8)).save(folder / "plate.png")
+    words = sorted(
+        set(re.findall(r'"([\w-]+)"', whole)) | {*NONSENSE, "0", "-1", "$spp", "9" * 5000, "", "é"}
+    )
+    passed = 0
+    for _ in range(1000):
+        text = whole
+        for _ in range(rng.integers(1, 4)):
+            spots = list(re.finditer(r'"[^"]*"', text)) if rng.random() < 0.8 else []
+            if spots:
+                spot = spots[rng.integers(len(spots))]
+                text = f'{text[: spot.start()]}"{rng.choice(words)}"{text[spot.end() :]}'
+            else:
+                start, end = np.sort(rng.integers(len(text), size=2))
+                text = text[:start] + text[min(end, start + 40) :]
+        (folder / "scene.xml").write_text(text, encoding="utf-8")
+        try:
+            description = describe(check_scene(folder / "scene.xml"))
+        except InputError as error:
+            line = str(error)
+            assert line.startswith(str(folder)) and "\n" not in line and len(line) < 1000
+        else:
+            passed += 1
+            assert all(np.isfinite(camera.to_world).all() for camera in description.cameras)
+            assert all(math.isfinite(value) for light in description.lights for value in light.strength or ())
+    assert 20 < passed < 980
