@@ -46,6 +46,7 @@ NUMBERS = {"touch": ("V", "A", "contact"), "look": ("mean", "gradient")}
 TABLED = {"touch": ("V", "A"), "look": ("mean", "gradient")}
 """Numbers in the picture, and those of which the table has the worst."""
 MODELS = {"touch": TOUCH_MODELS, "look": LOOK_MODELS}
+SENSES = {"touch": "Touch", "look": "Pictures"}
 AXES = {
     "relief_mm": "height of the relief, mm",
     "samples": "samples a side",
@@ -126,7 +127,14 @@ def as_text(rows: Mapping[str, Row]) -> str:
                     number = "" if one.reason or one.value <= 1.0 else f" ({_number(one.value)} %)"
                     kinds[_band(one)[1]].append(f"{value:g}{number}")
             told = [_ranges(kinds[band], list(cells)) for _, _, band in BANDS]
-            lines.append([AXES[name], title.replace("\n", " "), *told, ", ".join(kinds["refused"])])
+            lines.append(
+                [
+                    f"{SENSES[sense].lower()}: {AXES[name]}",
+                    title.replace("\n", " "),
+                    *told,
+                    ", ".join(kinds["refused"]),
+                ]
+            )
     head = ("parameter", "model", *(band for *_, band in BANDS), "refused")
     return table(head, [[text or None for text in line] for line in lines])
 
@@ -263,7 +271,7 @@ def strips(axis: Axes, rows: Mapping[str, Row], sense: str, name: str) -> None:
     for across, found in enumerate(by_value.values()):
         reasons = [row["refused"] for row in found if "refused" in row]
         if len(reasons) == len(found):
-            text = _short(reasons[0])
+            text = fill(_short(reasons[0]), 42)
             axis.text(
                 across + 0.5, 0.5 * top, text, rotation=90, ha="center", va="center", fontsize=8, color=INK
             )
@@ -272,7 +280,7 @@ def strips(axis: Axes, rows: Mapping[str, Row], sense: str, name: str) -> None:
         [i + 0.5 for i in range(len(by_value))], [f"{value:g}" for value in by_value], fontsize=8.5
     )
     _finish(axis, len(by_value), top - 0.45)
-    axis.set_title(f"{'Touch' if sense == 'touch' else 'Pictures'}: {AXES[name]}", loc="left", fontsize=10.5)
+    axis.set_title(f"{SENSES[sense]}: {AXES[name]}", loc="left", fontsize=10.5)
 
 
 def _finish(axis: Axes, width: float, height: float) -> None:
