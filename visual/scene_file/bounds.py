@@ -104,10 +104,11 @@ def _is_direction(value: Any) -> bool:
 
 def _is_placement(value: Any) -> bool:
     """Whether a transform is finite, affine and far from singular in single precision."""
+    # Colours and vectors answer to `matrix`, too, with something else.
     if not hasattr(value, "matrix"):
         return False
     matrix: NDArray[np.float64] = np.array(value.matrix, dtype=np.float64)
-    if not (np.abs(matrix) <= FARTHEST).all() or list(matrix[-1]) != [0.0, 0.0, 0.0, 1.0]:
+    if matrix.ndim != 2 or not (np.abs(matrix) <= FARTHEST).all() or list(matrix[-1]) != [0.0, 0.0, 0.0, 1.0]:
         return False
     scales = np.linalg.svd(matrix[:-1, :-1], compute_uv=False)
     return bool(scales[-1] >= max(1.0 / FARTHEST, scales[0] / FARTHEST))
