@@ -56,6 +56,7 @@ class NodeCheck:
     def __init__(self, path: Path, nodes: Any, users_own: Collection[str]) -> None:
         self.path, self.nodes, self.users_own = path, nodes, users_own
         self._seen: set[tuple[Path, str, Range | None]] = set()
+        self._files: dict[int, Path] = {}
 
     def check(self) -> None:
         """Check every node.
@@ -155,7 +156,11 @@ class NodeCheck:
     def _file(self, index: int, name: str, of_value: Range | None) -> Path:
         """The file that a node names, after a look into a picture or mesh."""
         plugin, where, folder = self._plugin(index), self._where(index), self.path.resolve().parent
-        file = (file_of_user if name in self.users_own else file_of_scene)(folder, name, where)
+        if index not in self._files:
+            # Once for each node: where it is used a second time, its path is absolute already.
+            find = file_of_user if name in self.users_own else file_of_scene
+            self._files[index] = find(folder, name, where)
+        file = self._files[index]
         if (file, plugin, of_value) in self._seen:
             return file
         self._seen.add((file, plugin, of_value))
