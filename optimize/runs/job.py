@@ -250,6 +250,9 @@ def _measure(
 
 
 def _check_vacant(run_dir: Path, force: bool) -> None:
+    for path in (run_dir, *run_dir.absolute().parents):
+        if path.is_symlink() and not path.exists():
+            raise InputError(f"{path}: is a link that leads nowhere")
     existing = next(path for path in (run_dir, *run_dir.absolute().parents) if path.exists())
     if existing != run_dir and not (existing.is_dir() and os.access(existing, os.W_OK)):
         raise InputError(f"{run_dir}: cannot be made; {existing} is not a folder that can be written")
