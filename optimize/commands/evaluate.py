@@ -69,7 +69,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from relief.heightmap import RANGES, load_height_map
+    from relief.heightmap import load_height_map
+    from relief.lengths import RANGES
 
     check_scales(arguments, arguments.textures)
     with naming("evaluate"):

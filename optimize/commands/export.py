@@ -40,7 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from relief.heightmap import RANGES, load_height_map
+    from relief.heightmap import load_height_map
+    from relief.lengths import RANGES
 
     out, base_mm = arguments.out, arguments.base_mm
     check_scales(arguments, [arguments.texture])
