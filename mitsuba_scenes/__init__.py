@@ -1,21 +1,37 @@
-"""Scenes, run files and textures that come with Retouch; scenes and run files are found by name."""
+"""Scenes, run files and textures that come with Retouch; each is found by its name from any folder."""
 
+import logging
 import os
 from collections.abc import Sequence
 from pathlib import Path
 
 from relief.errors import InputError
+from relief.formats import HEIGHT_MAPS
 
 FOLDER = Path(__file__).resolve().parent
+FOLDERS = (FOLDER, FOLDER / "textures")
+"""Folders of the bundled files."""
+
+_log = logging.getLogger(__name__)
 
 
 def bundled(name: str | os.PathLike[str], *suffixes: str) -> Path | None:
     """The file with one of these suffixes that comes with Retouch as ``name``, or as ``name`` and its suffix.
 
-    Returns None if there is none, as for every name with a folder in it.
+    Of several, the one whose suffix comes first. Returns None if there is none, as for every name with a
+    folder in it. A warning is logged if ``name`` has no suffix and the working directory holds a file that
+    ``name`` may mean as well.
     """
-    names = {alias: file for file in _files(suffixes) for alias in (file.name, file.stem)}
-    return names.get(os.fspath(name))
+    name = os.fspath(name)
+    names: dict[str, Path] = {}
+    for file in _files(suffixes):
+        names.setdefault(file.name, file)
+        names.setdefault(file.stem, file)
+    found = names.get(name)
+    if found is not None and name != found.name:
+        for own in filter(os.path.isfile, (name + suffix for suffix in suffixes)):
+            _log.warning("%s: the %s that comes with Retouch, not the %s here", name, found.name, own)
+    return found
 
 
 def find_file(path: str | os.PathLike[str], *suffixes: str) -> Path:
@@ -35,5 +51,21 @@ def find_file(path: str | os.PathLike[str], *suffixes: str) -> Path:
     raise InputError(f"{path}: no such file; those that come with Retouch are {names}")
 
 
+def find_texture(path: str | os.PathLike[str]) -> Path:
+    """The file at ``path``, or else the bundled texture of this name.
+
+    Where there is neither, a path with a suffix is returned as it is, for the reader to refuse.
+
+    Raises:
+        InputError: there is neither, and the path has no suffix; the line lists the bundled names.
+    """
+    path = Path(path)
+    if os.path.lexists(path) or (path.suffix and bundled(path, *HEIGHT_MAPS) is None):
+        return path
+    return find_file(path, *HEIGHT_MAPS)
+
+
 def _files(suffixes: Sequence[str]) -> list[Path]:
-    return sorted(file for file in FOLDER.iterdir() if file.suffix in suffixes)
+    """The bundled files with these suffixes, in the order of the suffixes."""
+    files = sorted(file for folder in FOLDERS for file in folder.iterdir() if file.suffix in suffixes)
+    return sorted(files, key=lambda file: suffixes.index(file.suffix))

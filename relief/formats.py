@@ -1,4 +1,4 @@
-"""File formats for plates: one row each; everything that names a format reads this table."""
+"""File formats: of plates, one row each, which everything that names a format reads; of height maps."""
 
 from dataclasses import dataclass
 
@@ -22,6 +22,9 @@ FORMATS = {
     ".ply": PlateFormat("triangles for Blender and MeshLab", False),
 }
 """Formats by the suffix of the file; trimesh writes them."""
+
+HEIGHT_MAPS = (".png", ".tif", ".tiff", ".exr", ".npy")
+"""Suffixes of the files that `relief.heightmap` reads."""
 
 PLATES = tuple(f"plate{suffix}" for suffix, kind in FORMATS.items() if kind.of_every_run)
 """Names of the plates that each run writes."""

@@ -6,11 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from mitsuba_scenes import FOLDER, bundled, find_file
+from mitsuba_scenes import FOLDER, bundled, find_file, find_texture
 from optimize.commands import main as command
 from optimize.commands import optimize as optimize_command
 from optimize.runs.config import Run, load_run, run_from_scene
 from relief.errors import InputError
+from relief.formats import HEIGHT_MAPS
+from relief.heightmap import load_height_map
 from visual.scene_file.check import check_scene
 
 
@@ -39,6 +41,48 @@ def test_a_scene_is_found_by_its_name(name: str) -> None:
     given = run_from_scene(name, texture, ["relief_mm=1", "touch.jnd=1"])
     assert given == settings(name, "--texture", texture, "--relief-mm", "1.0", "--jnd", "1")
     assert given.scene == FOLDER / "studio.xml"
+
+
+def test_a_texture_lies_in_the_studio_or_in_the_scene_of_the_option(elsewhere: Path) -> None:
+    (elsewhere / "stone.png").touch()
+    options = ["--relief-mm", "1.2", "--jnd", "2"]
+    alone = settings("stone.png", *options)
+    assert (alone.scene, alone.texture) == (FOLDER / "studio.xml", elsewhere / "stone.png")
+    assert alone == settings("studio", "--texture", "stone.png", *options)
+    (elsewhere / "own.xml").touch()
+    for scene, found in (("five_views", FOLDER / "five_views.xml"), ("own.xml", elsewhere / "own.xml")):
+        assert settings("stone.png", "--scene", scene, *options) == alone.model_copy(update={"scene": found})
+    assert settings("gravel", "--scene", "own.xml").scene == elsewhere / "own.xml"
+
+
+@pytest.mark.parametrize("name", ["brick", "brick.png"])
+def test_a_texture_is_found_by_its_name(elsewhere: Path, name: str) -> None:
+    brick = FOLDER / "textures" / "brick.png"
+    assert find_texture(name) == settings("gravel", "--texture", name).texture == brick
+    assert settings("brick.png", "--jnd", "1").texture == brick
+    assert run_from_scene("studio", name, ["touch.jnd=1"]).texture == brick
+    assert find_texture("absent.png") == Path("absent.png")
+    with pytest.raises(InputError, match=r"^absent: no such file; .*brick\.png"):
+        find_texture("absent")
+    (elsewhere / "brick.png").touch()
+    assert find_texture("brick.png") == Path("brick.png")
+
+
+def test_a_name_that_may_mean_a_file_here_is_told(elsewhere: Path, caplog: pytest.LogCaptureFixture) -> None:
+    assert find_file("gravel", ".toml", ".png") == FOLDER / "gravel.toml"
+    assert not caplog.records
+    (elsewhere / "gravel.png").touch()
+    assert find_file("gravel", ".toml", ".png") == FOLDER / "gravel.toml"
+    (record,) = caplog.records
+    assert record.getMessage() == "gravel: the gravel.toml that comes with Retouch, not the gravel.png here"
+    assert find_file("gravel.toml", ".toml", ".png") == FOLDER / "gravel.toml"
+    assert len(caplog.records) == 1
+
+
+def test_the_suffixes_of_textures_are_those_that_the_reader_takes() -> None:
+    for suffix in HEIGHT_MAPS:
+        with pytest.raises(InputError, match="no such file"):
+            load_height_map(f"absent{suffix}")
 
 
 def test_a_run_file_of_the_user_may_name_a_bundled_scene(elsewhere: Path) -> None:

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mitsuba_scenes import find_texture
 from optimize.commands.options import TEXTURE, add_plate, check_scales, console, contact_errors_name
 from optimize.descent.targets import QUANTITIES, ROUGHNESS
 from optimize.report.formatting import MODEL_NAMES, model_name, number
@@ -72,6 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
     from relief.heightmap import load_height_map
     from relief.lengths import RANGES
 
+    arguments.textures = [find_texture(texture) for texture in arguments.textures]
     check_scales(arguments, arguments.textures)
     with naming("evaluate"):
         skin = Skin(**{name: getattr(arguments, name) for name in SKIN})

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from mitsuba_scenes import find_texture
 from optimize.commands.options import TEXTURE, add_plate, check_scales
 from relief.errors import InputError
 from relief.formats import FORMATS
@@ -44,6 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     from relief.lengths import RANGES
 
     out, base_mm = arguments.out, arguments.base_mm
+    arguments.texture = find_texture(arguments.texture)
     check_scales(arguments, [arguments.texture])
     if not out.parent.is_dir():
         raise InputError(f"{out}: -o: there is no folder {out.parent}")

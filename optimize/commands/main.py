@@ -47,9 +47,9 @@ DESCRIPTION = "Changes how a surface texture feels while it keeps its look, and 
 
 EPILOG = """\
 first steps:
-  retouch doctor                                   is everything here?
-  retouch evaluate stone.png --relief-mm 1.2       how rough does it feel now?
-  retouch optimize gravel                          two just-noticeable differences rougher, same look
+  retouch doctor                                         is everything here?
+  retouch evaluate stone.png --relief-mm 1.2             how rough does it feel now?
+  retouch optimize stone.png --relief-mm 1.2 --jnd 2     two just-noticeable differences rougher, same look
 
 Lengths are in mm, forces in N, pressures in MPa. `retouch VERB --help` explains a verb.
 """

@@ -1,4 +1,4 @@
-"""`retouch optimize`: one run, by a run file or by a scene with a texture."""
+"""`retouch optimize`: one run, by a run file, by a texture, or by a scene with a texture."""
 
 import argparse
 import json
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mitsuba_scenes import find_file
+from mitsuba_scenes import find_file, find_texture
 from optimize.commands.options import (
     INTERRUPTED,
     TEXTURE,
@@ -20,11 +20,14 @@ from optimize.commands.options import (
 )
 from optimize.descent.targets import GOAL_KEYS, QUANTITIES
 from relief.errors import InputError
+from relief.formats import HEIGHT_MAPS
 
 if TYPE_CHECKING:
     from optimize.runs.config import Run
     from optimize.runs.job import Result
 
+SCENE = "studio"
+"""Scene of a texture that comes without one."""
 REACHED = 0
 SHORT_OF_TARGET = 3
 """Exit status of a run that ended before the target was reached."""
@@ -37,15 +40,15 @@ interrupted (Ctrl-C). After 3 and 130 the best result is written, and `retouch r
 HELP = "change how a texture feels while it keeps its look"
 DESCRIPTION = """\
 Changes the relief until the finger feels the target, while the pictures of the scene change as little as
-possible. Takes a run file (.toml), or a scene (.xml) with a texture and a target. Options override the run
-file.
+possible. Takes a texture with a target, or a run file (.toml), which says everything; options override the
+run file. A texture lies in the scene `studio`, or in the one that --scene names.
 """
 EPILOG = f"""\
 examples:
+  retouch optimize stone.png --relief-mm 1.2 --jnd 2
+  retouch optimize stone.exr --contact-area-scale 0.7 --scene scene.xml -o runs/cold
   retouch optimize gravel
-  retouch optimize gravel --fast
-  retouch optimize gravel --jnd 1 --set descent.tolerance=0.005 -o runs/gravel-1
-  retouch optimize studio --texture stone.png --relief-mm 1.2 --jnd 2
+  retouch optimize gravel --jnd 1 --fast --set descent.tolerance=0.005 -o runs/gravel-1
 
 RUN_DIR then holds report.html (the overview), plate.stl and plate.3mf to print, heights.exr and heights.png,
 the pictures before and after, and result.json with every number.
@@ -69,8 +72,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "source",
         type=Path,
-        metavar="RUN.toml|SCENE.xml",
-        help="run file, or scene; a bundled one goes by its name",
+        metavar="TEXTURE|RUN.toml",
+        help=f"{TEXTURE}; or run file; or scene (.xml) for --texture",
     )
     parser.add_argument(
         "-o",
@@ -93,7 +96,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     plate.add_argument(
         "--texture",
         type=Path,
-        help=f"{TEXTURE} (default: the run file's)",
+        help="texture instead of the run file's, or for a scene",
+    )
+    plate.add_argument(
+        "--scene",
+        type=Path,
+        help=f"Mitsuba scene (.xml); a bundled one goes by its name (default: the run file's, or {SCENE})",
     )
     add_plate(plate, "the run file's", "the scene's")
 
@@ -121,6 +129,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     settings = load(arguments)
     check_scales(arguments, [settings.texture])
+    _read_texture(settings)
     name = arguments.source if _is_run_file(arguments.source) else settings.texture
     out = arguments.out or Path("runs") / name.stem
     _refuse_inputs_in(out, (arguments.source, settings.scene, settings.texture))
@@ -135,18 +144,41 @@ def run(arguments: argparse.Namespace) -> int:
 
 def load(arguments: argparse.Namespace) -> "Run":
     """The run that the arguments describe. Raises InputError."""
-    source = arguments.source = find_file(arguments.source, ".toml", ".xml")
+    source = arguments.source = find_file(arguments.source, ".toml", ".xml", *HEIGHT_MAPS)
+    if arguments.texture is not None:
+        arguments.texture = find_texture(arguments.texture)
+    scene, texture = _scene_and_texture(arguments)
     from optimize.runs import config
 
-    if _is_run_file(source):
+    if texture is None:
         return config.load_run(source, overrides(arguments))
-    if arguments.texture is None:
-        raise InputError(f"{source}: a scene needs --texture as well; a run file ends in .toml")
     settings = overrides(arguments)
     targets = {f"touch.{key}" for key in GOAL_KEYS}
     if not {setting.partition("=")[0].strip() for setting in settings} & targets:
         raise InputError(f"{source}: no target: give --roughness, --jnd, or one for the contact area")
-    return config.run_from_scene(source, arguments.texture, settings)
+    return config.run_from_scene(scene, texture, settings)
+
+
+def _scene_and_texture(arguments: argparse.Namespace) -> tuple[Path, Path | None]:
+    """The scene and the texture of a run without a run file; no texture if the source is a run file.
+
+    Raises:
+        InputError: the source is of no known kind, or one thing is given twice.
+    """
+    source, scene, texture = arguments.source, arguments.scene, arguments.texture
+    if _is_run_file(source):
+        return source, None
+    if texture is not None:
+        if source.suffix.lower() in HEIGHT_MAPS:
+            raise InputError(f"--texture: {texture}: there is a texture already, {source}")
+        if scene is not None:
+            raise InputError(f"--scene: {scene}: there is a scene already, {source}")
+        return source, texture
+    if source.suffix.lower() == ".xml":
+        raise InputError(
+            f"{source}: a scene needs --texture, a height map, as well; a run file ends in .toml"
+        )
+    return find_file(scene or SCENE, ".xml"), source
 
 
 def overrides(arguments: argparse.Namespace) -> Sequence[str]:
@@ -156,8 +188,8 @@ def overrides(arguments: argparse.Namespace) -> Sequence[str]:
         for option, key in _SETTINGS.items()
         if getattr(arguments, option) is not None
     ]
-    if arguments.texture is not None:
-        settings.append(f"texture={_quoted(str(arguments.texture))}")
+    files = {key: getattr(arguments, key) for key in ("scene", "texture")}
+    settings += [f"{key}={_quoted(str(file))}" for key, file in files.items() if file is not None]
     settings += [f"define.{key}={_quoted(value)}" for key, value in arguments.defines]
     if arguments.fast:
         settings += FAST
@@ -175,6 +207,16 @@ def finish(result: "Result", quiet: bool) -> int:
     if result.stop is StopReason.INTERRUPTED:
         return INTERRUPTED
     return REACHED if result.stop.met else SHORT_OF_TARGET
+
+
+def _read_texture(settings: "Run") -> None:
+    """Read the texture, so that the reader's refusals come before anything slow is imported."""
+    from relief.heightmap import load_field, load_height_map
+
+    if settings.relief_mm is None:
+        load_height_map(settings.texture, height_scale=settings.height_scale)
+    else:
+        load_field(settings.texture)
 
 
 def _refuse_inputs_in(out: Path, inputs: Iterable[Path]) -> None:

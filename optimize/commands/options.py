@@ -18,7 +18,9 @@ INTERRUPTED = 130
 UNBOUNDED = 10_000
 """Columns of output that goes to a file or pipe: so many that no row of a table is wrapped."""
 
-TEXTURE = "height map: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm)"
+TEXTURE = (
+    "height map: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm); a bundled one goes by its name"
+)
 """What a texture is, in the help of every verb that takes one."""
 LONGEST_NUMBER = 40
 """Most characters of a whole number."""

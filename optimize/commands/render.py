@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mitsuba_scenes import find_file
+from mitsuba_scenes import find_file, find_texture
 from optimize.commands.options import TEXTURE, add_mitsuba, add_plate, check_scales, console, count, seed
 from optimize.report.formatting import duration, number, percent
 from relief.errors import InputError
@@ -82,6 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     arguments.scene = find_file(arguments.scene, ".xml")
     if arguments.texture is not None:
+        arguments.texture = find_texture(arguments.texture)
         if not os.path.isfile(arguments.texture):
             raise InputError(f"{arguments.texture}: no such file")
         check_scales(arguments, [arguments.texture])

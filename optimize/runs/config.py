@@ -24,6 +24,7 @@ from pydantic.fields import FieldInfo
 from mitsuba_scenes import bundled, find_file
 from optimize.descent.targets import GOAL_KEYS, GoalKey, Quantity
 from relief.errors import InputError
+from relief.formats import HEIGHT_MAPS
 from relief.limits import (
     LARGEST_HEIGHT_SCALE,
     LARGEST_PLATE_MM,
@@ -263,7 +264,7 @@ def run_from_scene(
 
     Args:
         scene: the file, or the name of a bundled one.
-        texture: height map.
+        texture: height map, or the name of a bundled one.
         overrides: as for `load_run`; one of them states a goal.
 
     Raises:
@@ -299,12 +300,12 @@ def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
 
 
 def _anchor(values: dict[str, Any], folder: Path) -> None:
-    """Make the paths of a run absolute, relative ones from ``folder``; a scene may be a bundled one."""
-    for key in ("scene", "texture"):
+    """Make the paths of a run absolute, relative ones from ``folder``; both files may be bundled ones."""
+    for key, suffixes in (("scene", (".xml",)), ("texture", HEIGHT_MAPS)):
         if isinstance(values.get(key), str):
             file = folder / values[key]
-            scene = bundled(values[key], ".xml") if key == "scene" and not file.is_file() else None
-            values[key] = os.path.abspath(scene or file)
+            found = None if os.path.isfile(file) else bundled(values[key], *suffixes)
+            values[key] = os.path.abspath(found or file)
 
 
 def _override(values: dict[str, Any], override: str) -> None:

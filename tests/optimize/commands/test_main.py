@@ -125,12 +125,14 @@ def test_help_imports_nothing_heavy(argv: list[str]) -> None:
         *("optimize gravel.toml --set touch.rough=1", "optimize gravel.toml --set touch.jnd=many"),
         *("optimize gravel.toml --set verify.resolution=33", "optimize gravel.toml --texture absent.exr"),
         *("optimize studio.xml", "optimize studio.xml --texture waves.exr", "resume absent"),
+        *("optimize waves.exr", "optimize waves.exr --scene absent --jnd 1", "optimize torn.png --jnd 1"),
         *("evaluate absent.exr", "evaluate waves.exr --force-n -1", "export absent.exr -o plate.stl"),
         *("render absent.xml", "render studio.xml --texture absent.exr", "render studio.xml --relief-mm 1"),
     ],
 )
 def test_what_is_refused_is_refused_before_anything_heavy_is_imported(command: str) -> None:
     Path("torn.toml").write_text("scene = ")
+    Path("torn.png").write_text("nothing")
     status, packages = loaded(*command.split())
     assert status == cli.BAD_INPUT
     assert packages & HEAVY == set()

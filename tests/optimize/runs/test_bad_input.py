@@ -73,6 +73,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     }
     Path("full").mkdir()
     texts["full/diary.txt"] = "not a run"
+    Image.open("plate.png").save("photo.jpg")
     for name, text in texts.items():
         Path(name).write_text(text)
     return work
@@ -126,7 +127,7 @@ BAD: Sequence[tuple[str, Sequence[str]]] = [
     ("evaluate plate.exr --model net", ["touch.model", "net"]),
     ("optimize run.toml --set verify.resolution=33", ["run.toml", "verify.resolution", "33"]),
     ("optimize run.toml --set verify.resolution=1000", ["run.toml", "verify.resolution", "160"]),
-    ("optimize", ["RUN.toml"]),
+    ("optimize", ["TEXTURE|RUN.toml"]),
     ("optimize absent.toml", ["absent.toml", "no such file"]),
     ("optimize torn.toml", ["torn.toml", "not TOML"]),
     ("optimize typo.toml", ["typo.toml", "releif_mm", "nearest is relief_mm"]),
@@ -155,6 +156,13 @@ BAD: Sequence[tuple[str, Sequence[str]]] = [
     ("optimize run.toml -o plate.exr --force", ["-o", "plate.exr", "reads"]),
     ("optimize scene.xml --jnd 1", ["scene.xml", "--texture"]),
     ("optimize scene.xml --texture plate.exr", ["scene.xml", "target"]),
+    ("optimize plate.exr", ["plate.exr", "target"]),
+    ("optimize plate.png --jnd 1", ["plate.png", "relief_mm"]),
+    ("optimize plate.exr --texture plate.png --jnd 1", ["--texture", "plate.png", "plate.exr"]),
+    ("optimize scene.xml --scene studio --texture plate.exr --jnd 1", ["--scene", "studio", "scene.xml"]),
+    ("optimize plate.exr --scene absent --jnd 1", ["absent", "no such file", "studio.xml"]),
+    ("optimize photo.jpg --relief-mm 1 --jnd 1", ["photo.jpg", "not a height map"]),
+    ("optimize plate.exr --jnd 1 -o .", ["-o", "plate.exr", "reads"]),
     ("optimize foreign.xml --texture plate.exr --jnd 1", ["foreign.xml", "diffuze"]),
     ("resume .", ["checkpoint", "no such file"]),
     ("resume absent", ["absent", "no such file"]),
