@@ -209,6 +209,15 @@ class Scene:
                 raise InputError(f"{self._checked.path}: sensor {camera}: does not show the plate")
         return np.repeat(shown / shares, len(self._needs.lights), axis=0)
 
+    def pixels_per_mm(self) -> Array:
+        """Pixels for a millimetre at the plate's centre, (conditions,), across the direction of view.
+
+        A slanted view draws the plate narrower; the number is of the direction that is not foreshortened.
+        """
+        cameras = self._light_scene(self._groups[0], None).cameras
+        scales = [np.linalg.norm(camera.jacobian(np.zeros((1, 3)))[0], ord=2) for camera in cameras]
+        return np.repeat(np.array(scales), len(self._needs.lights))
+
     def light_scenes(self, resolution: int | None = None) -> tuple[LightScene, ...]:
         """The light scenes whose pictures `render` adds: each light alone, then all ambient light."""
         return tuple(self._light_scene(lights, resolution) for lights in self._groups)

@@ -11,6 +11,7 @@ from mitsuba_scenes import find_file, find_texture
 from optimize.commands.options import (
     INTERRUPTED,
     TEXTURE,
+    add_distance,
     add_mitsuba,
     add_plate,
     check_scales,
@@ -55,8 +56,10 @@ the pictures before and after, and result.json with every number.
 
 {STATUSES}"""
 
-_SETTINGS = {name: name for name in ("size_mm", "relief_mm", "height_scale", "seed")} | {
-    key: f"touch.{key}" for key in GOAL_KEYS
+_SETTINGS = {
+    **{name: name for name in ("size_mm", "relief_mm", "height_scale", "seed")},
+    **{key: f"touch.{key}" for key in GOAL_KEYS},
+    "distance_cm": "verify.distance_cm",
 }
 """Key in the run file of each option that takes a number."""
 
@@ -123,6 +126,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     details.add_argument(
         "--seed", type=seed, metavar="N", help="seed of all random numbers (default: the run file's, or 0)"
     )
+    add_distance(details)
     add_mitsuba(details)
 
 

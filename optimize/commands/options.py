@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from relief.errors import InputError
-from relief.limits import PATCH_SIDE_MM
+from relief.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -97,6 +97,17 @@ def check_scales(arguments: argparse.Namespace, textures: Iterable[Path]) -> Non
         raise InputError("--relief-mm: is for pictures; the texture holds mm, which --height-scale scales")
     if arguments.height_scale is not None and in_mm == {False}:
         raise InputError("--height-scale: is for files that hold mm; a picture is scaled by --relief-mm")
+
+
+def add_distance(parser: argparse._ActionsContainer) -> None:
+    """Add `--distance-cm`, None where not given."""
+    parser.add_argument(
+        "--distance-cm",
+        type=float,
+        metavar="CM",
+        help=f"from the eye to the plate, for FLIP, which sees no detail too small for it "
+        f"(default: {EYE_DISTANCE_CM:g})",
+    )
 
 
 def add_mitsuba(parser: argparse._ActionsContainer) -> None:

@@ -1,5 +1,6 @@
 """Metrics of picture change: mean, root mean square, DSSIM and FLIP, with their noise."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -7,13 +8,11 @@ from numpy.typing import NDArray
 
 from optimize.report.colour_maps import srgb
 from optimize.report.picture_change import change
+from relief.limits import EYE_DISTANCE_CM
 from visual.noise import Batches
 
 Array = NDArray[np.floating[Any]]
 Weights = NDArray[np.float64]
-
-VIEWING_PIXELS_PER_DEGREE = 67.0
-"""Pixels a degree of the visual field for FLIP: its default, a 0.7 m wide 4K monitor 0.7 m away."""
 
 
 def mean_change(before: Array, after: Array, weights: Array | float = 1.0) -> float:
@@ -39,23 +38,42 @@ def dssim(before: Array, after: Array, white: float) -> float:
     return float(0.5 * (1.0 - structural_similarity(one, other, data_range=1.0)))
 
 
-def flip(before: Array, after: Array, white: float) -> float:
+def pixels_per_degree(pixels_per_mm: float, distance_cm: float) -> float:
+    """Pixels that a degree of the visual field covers, for an eye that looks at the plate itself.
+
+    Args:
+        pixels_per_mm: of a picture of the plate, `Scene.pixels_per_mm`.
+        distance_cm: from the eye to the plate.
+    """
+    return pixels_per_mm * 20.0 * distance_cm * math.tan(math.radians(0.5))
+
+
+def flip(before: Array, after: Array, white: float, pixels_per_degree: float) -> float:
     """Mean FLIP difference of two pictures as displayed (Andersson et al. 2020), in [0, 1].
 
     Args:
         before, after: (rows, cols) linear radiance.
         white: radiance shown as full white.
+        pixels_per_degree: of the visual field; the more, the less an eye sees of a pixel.
     """
     import flip_evaluator
 
     images = [np.repeat(srgb(p, white)[:, :, None], 3, axis=2).astype(np.float32) for p in (before, after)]
     _, mean, _ = flip_evaluator.evaluate(
-        *images, "LDR", inputsRGB=True, applyMagma=False, parameters={"ppd": VIEWING_PIXELS_PER_DEGREE}
+        *images, "LDR", inputsRGB=True, applyMagma=False, parameters={"ppd": pixels_per_degree}
     )
     return float(mean)
 
 
-def look(before: Batches, after: Batches, white: float, plate: Weights, cameras: Weights) -> dict[str, Any]:
+def look(
+    before: Batches,
+    after: Batches,
+    white: float,
+    plate: Weights,
+    cameras: Weights,
+    pixels_per_mm: Weights,
+    distance_cm: float = EYE_DISTANCE_CM,
+) -> dict[str, Any]:
     """The change of pictures and its uncertainty: the picture part of `look` in result.json.
 
     docs/verification.md says what each key means.
@@ -65,7 +83,10 @@ def look(before: Batches, after: Batches, white: float, plate: Weights, cameras:
         white: radiance shown as full white.
         plate: (conditions, rows, cols) weights of the pixels that show the plate, `Scene.plate_weights`.
         cameras: (conditions,) weights of the conditions, `Scene.weights`.
+        pixels_per_mm: (conditions,) of the pictures, `Scene.pixels_per_mm`.
+        distance_cm: from the eye to the plate, for FLIP.
     """
+    sharpness = [pixels_per_degree(float(one), distance_cm) for one in pixels_per_mm]
     pairs = list(zip(before.mean, after.mean, strict=True))
     weights = pixel_weights(plate, cameras)
     mean = float((weights * before.mean).mean())
@@ -85,7 +106,9 @@ def look(before: Batches, after: Batches, white: float, plate: Weights, cameras:
         "mean_change_percent_of_mean": 100.0 * float(np.abs(difference).mean()) / film_mean,
         "rms_change_percent_of_mean": 100.0 * float(np.sqrt(np.square(difference).mean())) / film_mean,
         "dssim": [dssim(b, a, white) for b, a in pairs],
-        "flip": [flip(b, a, white) for b, a in pairs],
+        "flip": [flip(b, a, white, one) for (b, a), one in zip(pairs, sharpness, strict=True)],
+        "pixels_per_degree": sharpness,
+        "distance_cm": distance_cm,
         "samples": before.samples,
         "noise": {
             "certainty": whole.certainty.name.lower(),

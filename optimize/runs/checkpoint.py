@@ -30,7 +30,7 @@ BEGIN_ANEW = "begin anew (retouch optimize, --force or another -o)"
 """What is left to do where a run cannot be resumed."""
 FILES = ("scene", "texture")
 """Settings that name a file, which may be moved, but not changed, before a run is resumed."""
-CHANGEABLE = ("descent.steps", "verify.corrections", "verify.samples")
+CHANGEABLE = ("descent.steps", "verify.corrections", "verify.samples", "verify.distance_cm")
 """Settings that may be changed before a run is resumed: how far the run goes, and how well it is measured."""
 
 

@@ -26,9 +26,12 @@ from optimize.descent.targets import GOAL_KEYS, GoalKey, Quantity
 from relief.errors import InputError
 from relief.formats import HEIGHT_MAPS
 from relief.limits import (
+    EYE_DISTANCE_CM,
+    FARTHEST_EYE_CM,
     LARGEST_HEIGHT_SCALE,
     LARGEST_PLATE_MM,
     LARGEST_RELIEF_MM,
+    NEAREST_EYE_CM,
     SMALLEST_PLATE_MM,
     SMALLEST_RELIEF_MM,
 )
@@ -176,12 +179,14 @@ class Verify(_Section):
         corrections: largest number of times that the goal of the descent is corrected where verification
             finds the target missed.
         samples: a pixel, of the pictures before and after.
+        distance_cm: from the eye to the plate, for FLIP.
     """
 
     model: Literal["fem", "layer", "none"] = "fem"
     resolution: Annotated[int, Field(ge=MIN_MESH, le=MAX_MESH, multiple_of=2)] = FEM_MESH
     corrections: Annotated[int, Field(ge=0, le=20)] = 3
     samples: Samples = 256
+    distance_cm: Annotated[float, Field(ge=NEAREST_EYE_CM, le=FARTHEST_EYE_CM)] = EYE_DISTANCE_CM
 
 
 class Run(_Section):

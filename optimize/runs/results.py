@@ -257,6 +257,8 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
                 problem.scene.white,
                 problem.scene.plate_weights(),
                 problem.scene.weights,
+                problem.scene.pixels_per_mm(),
+                settings.verify.distance_cm,
             ),
         },
         "heights": {

@@ -294,6 +294,19 @@ def test_pixels_of_a_camera_from_the_side_count_where_the_plate_is_lit(
         assert weights.mean() == pytest.approx(1.0)
 
 
+def test_pixels_for_a_millimetre_of_the_plate(scene_of: Callable[..., Scene]) -> None:
+    """From above 32 pixels show 10 mm, or 20 mm; a slanted view is narrower in one direction only."""
+    assert scene_of(sun(35), sun(40, 200)).pixels_per_mm() == pytest.approx([3.2, 3.2])
+    assert scene_of(sun(35), camera=WIDE).pixels_per_mm() == pytest.approx([1.6])
+    slanted = '<scale x="5" y="5"/><lookat origin="0, -20, 20" target="0, 0, 0" up="0, 0, 1"/>'
+    assert scene_of(sun(35), camera=slanted).pixels_per_mm() == pytest.approx([3.2])
+    # Mitsuba's default field of view is 50 mm of a film 36 x 24 mm, by its diagonal: 46.8 degrees.
+    upright = '<lookat origin="0, 0, 20" target="0, 0, 0" up="0, 1, 0"/>'
+    width_mm = 40.0 * np.tan(np.radians(46.8 / 2)) / np.sqrt(2)
+    found = scene_of(sun(35), camera=upright, kind="perspective").pixels_per_mm()
+    assert found == pytest.approx([SIDE / width_mm], rel=1e-3)
+
+
 def test_a_camera_that_looks_away_from_the_plate_is_named(scene_of: Callable[..., Scene]) -> None:
     with pytest.raises(InputError, match="sensor first: does not show the plate"):
         scene_of(sun(60), camera=AWAY, kind="perspective").plate_weights()

@@ -257,5 +257,6 @@ def test_a_changed_texture_is_refused_and_a_moved_one_is_not(own: Path) -> None:
 
 
 def test_how_far_a_run_goes_and_how_well_it_is_measured_may_change(own: Path) -> None:
-    for change in ("descent.steps=500", "verify.corrections=5", "verify.samples=1024"):
+    measured = ("verify.corrections=5", "verify.samples=1024", "verify.distance_cm=25")
+    for change in ("descent.steps=500", *measured):
         check_key(Path("run.toml"), settings(own, change), run_key(settings(own)))

@@ -280,7 +280,7 @@ def test_what_is_seen_beside_the_plate_dilutes_no_number_of_the_plate() -> None:
     mask[:, 8:24, 8:24] = 4.0
     cameras = np.array([0.25, 0.75])
     alone, among = (
-        metrics.look(Batches(before, 64), Batches(after, 64), 0.5, weights, cameras)
+        metrics.look(Batches(before, 64), Batches(after, 64), 0.5, weights, cameras, np.full(2, 12.8))
         for (before, after), weights in ((plate, np.ones((2, 16, 16))), (wide, mask))
     )
     assert among["plate_share"] == [0.25, 0.25]
