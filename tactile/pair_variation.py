@@ -1,5 +1,6 @@
 """Roughness: mean variation of strain between pairs of receptors (paper equation 2)."""
 
+import cmath
 import math
 from functools import lru_cache
 from typing import Any, Literal
@@ -20,8 +21,18 @@ QUADRATURE_LENGTHS, QUADRATURE_ANGLES = 4, 16
 """Numbers of lengths and angles of the polar quadrature: V within 0.65 % of the full sum, cosine of the
 gradients 0.9986, a 28th of the work."""
 
+FINEST_PER_MM = 12.8
+"""Most samples a mm where every pixel offset is summed: 128 over 10 mm, with 1816 offsets."""
+
+FINE_LENGTHS, FINE_ANGLES = 24, 19
+"""Numbers of lengths, and of angles in each eighth of a turn, on finer grids: 1824 offsets in the place of as
+many as 115,972. V differs from the sum over all of these by less than 0.08 %, from 192 samples over 10 mm."""
+
 Quadrature = Literal["full", "polar"]
-"""Sum over every pixel offset, or over few lengths and angles."""
+"""Sum over every pixel offset, bounded in number, or over few lengths and angles."""
+
+Offsets = tuple[tuple[int, int, float], ...]
+"""Samples down and right, and weight, of every offset."""
 
 
 def roughness(strain: Tensor, size_mm: float = PATCH_SIDE_MM, quadrature: Quadrature = "full") -> Tensor:
@@ -35,8 +46,8 @@ def roughness(strain: Tensor, size_mm: float = PATCH_SIDE_MM, quadrature: Quadra
     Args:
         strain: (..., n, n), dimensionless.
         size_mm: side of the patch.
-        quadrature: "full" sums over every pixel offset (for every number reported); "polar" over 4 lengths x
-            16 angles.
+        quadrature: "full", for every number reported, sums over every pixel offset, and over 1824 of them
+            on grids of more than `FINEST_PER_MM`. "polar" sums over 4 lengths x 16 angles.
 
     Returns:
         (...) roughness, with gradient.
@@ -44,29 +55,30 @@ def roughness(strain: Tensor, size_mm: float = PATCH_SIDE_MM, quadrature: Quadra
     Raises:
         InputError: the patch is too small for the widest pairs, or too coarse for any; an unknown quadrature.
     """
-    if quadrature not in _OFFSETS:
-        raise InputError(f'quadrature: "{quadrature}" is not one of "full", "polar"')
-    return _PairVariation.apply(strain, _OFFSETS[quadrature](strain.shape[-1], size_mm))
+    return _PairVariation.apply(strain, _offsets(strain.shape[-1], size_mm, quadrature))
 
 
 class _PairVariation(torch.autograd.Function):
     """Value and sign-gradient in one pass over the offsets."""
 
     @staticmethod
-    def forward(ctx: Any, strain: Tensor, offsets: tuple[tuple[int, int, float], ...]) -> Tensor:
+    def forward(ctx: Any, strain: Tensor, offsets: Offsets) -> Tensor:
         n = strain.shape[-1]
         s = strain.detach()
         value = s.new_zeros(s.shape[:-2])
         wanted = ctx.needs_input_grad[0]
         gradient = torch.zeros_like(s) if wanted else None
         pairs = 0.0
+        # One array serves every offset: new ones take a third of the time on large grids.
+        memory = torch.empty_like(s, memory_format=torch.contiguous_format).view(-1)
         for down, right, weight in offsets:
             here = (slice(0, n - down), slice(max(0, -right), n - max(0, right)))
             there = (slice(down, n), slice(max(0, right), n + min(0, right)))
-            difference = s[(..., *here)] - s[(..., *there)]
+            one, other = s[(..., *here)], s[(..., *there)]
+            difference = torch.sub(one, other, out=memory[: one.numel()].view(one.shape))
             pairs += weight * difference.shape[-2] * difference.shape[-1]
             if gradient is None:
-                value += weight * difference.abs().sum((-2, -1))
+                value += weight * difference.abs_().sum((-2, -1))
             else:
                 sign = difference.sign()
                 value += weight * torch.linalg.vecdot(difference.flatten(-2), sign.flatten(-2))
@@ -82,9 +94,8 @@ class _PairVariation(torch.autograd.Function):
         return gradient * gradients[0][..., None, None], None
 
 
-@lru_cache(maxsize=16)
-def _full_offsets(n: int, size_mm: float) -> tuple[tuple[int, int, float], ...]:
-    """Every pixel offset of the half annulus: (down, right, weight)."""
+def every_offset(n: int, size_mm: float) -> Offsets:
+    """Every pixel offset of the half annulus."""
     pitch = size_mm / n
     reach = int((PAIR_DISTANCE_MM + PAIR_SPREAD_MM) / pitch)
     offsets = []
@@ -95,35 +106,66 @@ def _full_offsets(n: int, size_mm: float) -> tuple[tuple[int, int, float], ...]:
             in_range = abs(length - PAIR_DISTANCE_MM) <= PAIR_SPREAD_MM
             if in_half_plane and in_range and max(down, abs(right)) < n:
                 offsets.append((down, right, 1.0 / length))
-    return _checked(tuple(offsets), size_mm)
+    return tuple(offsets)
 
 
-@lru_cache(maxsize=16)
-def _polar_offsets(n: int, size_mm: float) -> tuple[tuple[int, int, float], ...]:
+def polar_offsets(n: int, size_mm: float, lengths: int, angles: int) -> Offsets:
     """Midpoint rule in length and angle, at the nearest pixels."""
     pitch = size_mm / n
     offsets = []
-    for i in range(QUADRATURE_LENGTHS):
-        length = PAIR_DISTANCE_MM + PAIR_SPREAD_MM * ((2 * i + 1) / QUADRATURE_LENGTHS - 1.0)
-        for j in range(QUADRATURE_ANGLES):
-            angle = math.pi * (j + 0.5) / QUADRATURE_ANGLES
+    for i in range(lengths):
+        length = PAIR_DISTANCE_MM + PAIR_SPREAD_MM * ((2 * i + 1) / lengths - 1.0)
+        for j in range(angles):
+            angle = math.pi * (j + 0.5) / angles
             down, right = round(length * math.sin(angle) / pitch), round(length * math.cos(angle) / pitch)
             if 0 < max(down, abs(right)) < n:
                 offsets.append((down, right, 1.0))
-    return _checked(tuple(offsets), size_mm)
+    return tuple(offsets)
 
 
-def _checked(
-    offsets: tuple[tuple[int, int, float], ...], size_mm: float
-) -> tuple[tuple[int, int, float], ...]:
+@lru_cache(maxsize=16)
+def full_offsets(n: int, size_mm: float) -> Offsets:
+    """Every pixel offset of the half annulus, or about as many as `FINEST_PER_MM` have on finer grids."""
+    return every_offset(n, size_mm) if n / size_mm <= FINEST_PER_MM else fine_offsets(n, size_mm)
+
+
+def fine_offsets(n: int, size_mm: float) -> Offsets:
+    """Midpoint rule in length and angle, at pixels: the same for the eight symmetries of the square.
+
+    Each offset passes on what its rounding left over, so that rounding errors cancel along the rings.
+    """
+    offsets = []
+    left = 0j
+    for i in range(FINE_LENGTHS):
+        length = PAIR_DISTANCE_MM + PAIR_SPREAD_MM * ((2 * i + 1) / FINE_LENGTHS - 1.0)
+        # To and fro, because the next offset is to be near.
+        for j in range(FINE_ANGLES)[:: -1 if i % 2 else 1]:
+            exact = cmath.rect(length * n / size_mm, math.pi / 4.0 * (j + 0.5) / FINE_ANGLES) + left
+            long, short = round(exact.real), round(exact.imag)
+            left = exact - complex(long, short)
+            for down, right in ((short, long), (long, short), (long, -short), (short, -long)):
+                if max(down, abs(right)) < n:
+                    offsets.append((down, right, 1.0))
+    return tuple(offsets)
+
+
+@lru_cache(maxsize=16)
+def _polar(n: int, size_mm: float) -> Offsets:
+    return polar_offsets(n, size_mm, QUADRATURE_LENGTHS, QUADRATURE_ANGLES)
+
+
+def _offsets(n: int, size_mm: float, quadrature: Quadrature) -> Offsets:
+    if quadrature not in _OFFSETS:
+        raise InputError(f'quadrature: "{quadrature}" is not one of "full", "polar"')
     widest = PAIR_DISTANCE_MM + PAIR_SPREAD_MM
     if size_mm < widest:
         raise InputError(
             f"size_mm: a patch of {size_mm} mm is smaller than pairs of receptors, {widest:g} mm"
         )
+    offsets = _OFFSETS[quadrature](n, size_mm)
     if not offsets:
         raise InputError(f"size_mm: of {size_mm} mm no two samples lie as near as receptors, {widest:g} mm")
     return offsets
 
 
-_OFFSETS = {"full": _full_offsets, "polar": _polar_offsets}
+_OFFSETS = {"full": full_offsets, "polar": _polar}

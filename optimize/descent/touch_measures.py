@@ -47,7 +47,7 @@ def measure_touch(
     mesh: int = FEM_MESH,
     quantities: Iterable[Quantity] = QUANTITIES.values(),
 ) -> TouchMeasures:
-    """Press on a relief from a cold start, in double precision, with roughness over all offsets.
+    """Press on a relief from a cold start, in double precision, with roughness by the full sum.
 
     Args:
         heights: (rows, cols) mm.

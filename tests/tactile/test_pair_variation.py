@@ -1,6 +1,7 @@
 """Roughness is the mean difference between receptors 1.4 to 3.0 mm apart."""
 
 import math
+from collections import Counter
 from itertools import product
 
 import numpy as np
@@ -9,8 +10,8 @@ import torch
 from torch import Tensor
 
 from tactile import InputError, press, roughness
-from tactile.pair_variation import _polar_offsets
-from tests.tactile.reliefs import EIGHT, SIZE, moved, waves
+from tactile.pair_variation import _PairVariation, every_offset, full_offsets, polar_offsets
+from tests.tactile.reliefs import EIGHT, SIZE, bumps, grating, moved, waves
 
 SHORTEST, LONGEST = 1.4 - 1e-9, 3.0 + 1e-9
 
@@ -126,4 +127,27 @@ def test_an_unknown_quadrature_is_refused() -> None:
 @pytest.mark.parametrize("size_mm", [10.0, 40.0, 60.0])
 def test_no_receptor_is_paired_with_itself_however_coarse_the_grid(size_mm: float) -> None:
     """At a pitch of 1.9 to 3.8 mm the shortest distances are nearer to 0 than to a sample."""
-    assert (0, 0) not in {(down, right) for down, right, _ in _polar_offsets(16, size_mm)}
+    assert (0, 0) not in {(down, right) for down, right, _ in polar_offsets(16, size_mm, 4, 16)}
+
+
+def test_every_offset_is_summed_up_to_128_samples_over_10_mm() -> None:
+    assert full_offsets(128, 10.0) == every_offset(128, 10.0)
+
+
+@pytest.mark.parametrize(("samples", "size_mm"), [(129, 10.0), (192, 10.0), (1024, 10.0), (1024, 3.0)])
+def test_the_number_of_offsets_is_bounded_and_no_direction_is_preferred(samples: int, size_mm: float) -> None:
+    offsets = full_offsets(samples, size_mm)
+    assert 1800 < len(offsets) <= 1824
+    around = Counter((sign * down, sign * right) for down, right, _ in offsets for sign in (-1, 1))
+    assert around == Counter((right, down) for down, right in around.elements())
+    assert around == Counter((-down, right) for down, right in around.elements())
+
+
+def test_the_bounded_offsets_of_a_fine_grid_are_near_the_sum_over_every_offset() -> None:
+    for relief in (waves(192, 1.2), grating(192), bumps(192)):
+        strain = press(relief).strain.requires_grad_()
+        every = _PairVariation.apply(strain, every_offset(192, SIZE))
+        bounded = roughness(strain, SIZE)
+        assert bounded.item() == pytest.approx(every.item(), rel=1e-3)
+        (by_every,), (by_bounded,) = (torch.autograd.grad(v, strain) for v in (every, bounded))
+        assert float(torch.cosine_similarity(by_every.flatten(), by_bounded.flatten(), dim=0)) > 0.9999
