@@ -1,7 +1,7 @@
-"""Figures of a report: pictures, roughness and contact, change of the relief, course of the descent."""
+"""Figures of two reliefs: pictures and their difference, strain and contact, heights and their change."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,10 +9,9 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from optimize.descent.targets import QUANTITIES
 from optimize.report import colour_maps, svg
-from optimize.report.content import Report
-from optimize.report.formatting import model_name, number, tries_of_100
+from optimize.report.content import Baseline, Pair
+from optimize.report.formatting import number, tries_of_100
 from optimize.report.metrics import mean_change, pixel_weights, rms_change
 from tactile.jnd import jnd_apart
 
@@ -57,76 +56,41 @@ def change_percent(before: Array, after: Array, white: float, weights: Array | f
     return ChangePercent(*(100.0 * change / unit for unit in (white, level) for change in changes))
 
 
-def roughness_figures(report: Report, touch: Mapping[str, Any]) -> dict[str, Any]:
-    """Roughness before, after and verified in just-noticeable differences, and the odds of telling it."""
-    jnd = touch["jnd_from_original"]
+def odds(jnd: float | None) -> dict[str, Any]:
+    """How often of 100 tries a person tells the rougher relief, as a number and as dots; None if unknown."""
     tries = None if jnd is None else tries_of_100(jnd)
-    return {
-        "ladder": _ladder(report, touch),
-        "tries": tries,
-        "tries_chart": None if tries is None else svg.tries_chart(tries),
-    }
+    return {"tries": tries, "tries_chart": None if tries is None else svg.tries_chart(tries)}
 
 
-def _ladder(report: Report, touch: Mapping[str, Any]) -> Markup | None:
-    original, target = touch["initial_roughness"], touch["target_roughness"]
-    if not original or not touch["roughness"]:
-        return None
-    rows = (
-        ("original", original, "before"),
-        ("target", target, "target"),
-        ("optimiser", touch["roughness"], "after"),
-        (model_name(touch["verified_by"]), touch["verified_roughness"], "verified"),
-    )
-    dots = [svg.Dot(name, jnd_apart(v, original), number(v), style) for name, v, style in rows if v]
-    band = None
-    if target:
-        low, high = (jnd_apart(target * (1.0 + sign * report.tolerance), original) for sign in (-1, 1))
-        band = (low, high)
-    return svg.dot_chart(dots, "just-noticeable differences from the original", band)
+def ladder(
+    rows: Iterable[tuple[str, float | None, str]], first: float, name: str, band: svg.Range | None = None
+) -> Markup:
+    """Roughnesses on a scale of just-noticeable differences.
+
+    Args:
+        rows: name, roughness and CSS class of each dot; rows without a roughness are left out.
+        first: roughness from which the differences count.
+        name: of the relief that has this roughness.
+        band: roughnesses at the ends of a shaded range.
+    """
+    dots = [svg.Dot(label, jnd_apart(v, first), number(v), style) for label, v, style in rows if v]
+    shaded = None if band is None else (jnd_apart(band[0], first), jnd_apart(band[1], first))
+    return svg.dot_chart(dots, f"just-noticeable differences from {name}", shaded)
 
 
-def descent_charts(report: Report) -> list[Markup]:
-    """Line charts over the steps: targeted quantities of touch (all if none is), and picture change."""
-    if not report.history:
-        return []
+def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None = None) -> dict[str, Any]:
+    """Pictures of both reliefs and their difference; all conditions and the baseline share the scales.
 
-    def column(key: str) -> list[float]:
-        values = (step.get(key) for step in report.history)
-        return [math.nan if value is None else float(value) for value in values]
-
-    def chart(title: str, key: str, band: svg.Band | None = None) -> list[Markup]:
-        values = column(key)
-        if not any(map(math.isfinite, values)):
-            return []
-        return [svg.line_chart(title, [svg.Series("", steps, values, "after")], "step", band)]
-
-    steps = column("step")
-    touch, untargeted = [], []
-    for name, quantity in QUANTITIES.items():
-        title = ", ".join(filter(None, (quantity.label.capitalize(), quantity.unit)))
-        goals = [goal for goal in column(f"target_{name}") if math.isfinite(goal)]
-        if goals:
-            spread = report.tolerance * goals[-1]
-            band = svg.Band("target", goals[-1] - spread, goals[-1], goals[-1] + spread)
-            touch += chart(title, name, band)
-        else:
-            untargeted += chart(title, name)
-    touch = touch or untargeted
-    look = [
-        svg.Series(name, steps, column(f"picture_{name}_percent"), style)
-        for name, style in (("mean", "after"), ("rms", "second"))
-    ]
-    return [*touch, svg.line_chart("Picture change, % of the mean picture, estimated", look, "step")]
-
-
-def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
-    """Pictures before and after and their difference; all conditions and the baseline share the scales."""
-    before, after, white = report.pictures_before, report.pictures_after, report.white
-    plate = np.ones(before.shape) if report.plate is None else report.plate
-    cameras = np.ones(len(before)) if report.cameras is None else report.cameras
+    Args:
+        pair: with pictures.
+        look: the section of result.json.
+        baseline: a method to compare with, if any.
+    """
+    before, after, white = pair.pictures_before, pair.pictures_after, pair.white
+    plate = np.ones(before.shape) if pair.plate is None else pair.plate
+    cameras = np.ones(len(before)) if pair.cameras is None else pair.cameras
     weights = pixel_weights(plate, cameras)
-    count = len(before) * (3 if report.baseline is None else 6)
+    count = len(before) * (3 if baseline is None else 6)
     side = min(SHOWN_SIDE, int(math.sqrt(PICTURE_BYTES / count)))
     difference = 100.0 * (np.asarray(after, dtype=np.float64) - before) / white
     limit = svg.round_up(max(float(np.percentile(np.abs(difference), PERCENTILE)), 0.1))
@@ -144,16 +108,15 @@ def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
                 ),
                 "change": change_percent(old, new, white, shown),
             }
-            for name, old, new, shown in zip(report.conditions, before, pictures, plate, strict=True)
+            for name, old, new, shown in zip(pair.conditions, before, pictures, plate, strict=True)
         ]
 
     context: dict[str, Any] = {
         "change": change_percent(before, after, white, weights),
         "looks": rows(after),
         "filled": bool((plate > 0.0).all()),
-        **{key: look[key] or [None] * len(before) for key in ("dssim", "flip")},
-        "noise": look["noise"],
-        "samples": look["samples"],
+        **{key: look.get(key) or [None] * len(before) for key in ("dssim", "flip", "pixels_per_degree")},
+        **{key: look.get(key) for key in ("noise", "samples", "distance_cm")},
         "difference_limit": limit,
         "exposure": white / exposed,
         "difference_bar": svg.colour_bar(
@@ -161,20 +124,19 @@ def look_figures(report: Report, look: Mapping[str, Any]) -> dict[str, Any]:
         ),
         "baseline_change": None,
     }
-    if report.baseline is not None:
-        context["baseline_looks"] = rows(report.baseline.pictures)
-        context["baseline_change"] = change_percent(before, report.baseline.pictures, white, weights)
+    if baseline is not None:
+        context["baseline_looks"] = rows(baseline.pictures)
+        context["baseline_change"] = change_percent(before, baseline.pictures, white, weights)
     return context
 
 
-def touch_maps(report: Report) -> dict[str, Any]:
-    """Maps of strain and pressure; before and after share a scale."""
-    both = np.stack([report.strain_before, report.strain_after])
-    low, high = (float(v) for v in np.percentile(both, [100.0 - PERCENTILE, PERCENTILE]))
+def touch_maps(pair: Pair) -> dict[str, Any]:
+    """Maps of strain and pressure; both reliefs share a scale."""
+    strains = (pair.strain_before, pair.strain_after)
+    low, high = (float(v) for v in np.percentile(_values(strains), [100.0 - PERCENTILE, PERCENTILE]))
     high = max(high, low + 1e-6)
-    strain = [colour_maps.map_uri(s, low, high, colour_maps.VIRIDIS, SHOWN_SIDE) for s in both]
     context: dict[str, Any] = {
-        "strain": strain,
+        "strain": [colour_maps.map_uri(s, low, high, colour_maps.VIRIDIS, SHOWN_SIDE) for s in strains],
         "strain_bar": svg.colour_bar(
             colour_maps.VIRIDIS,
             svg.nice_axis(low, high, tight=True),
@@ -182,9 +144,9 @@ def touch_maps(report: Report) -> dict[str, Any]:
         ),
         "pressure": None,
     }
-    if report.pressure_before is not None and report.pressure_after is not None:
-        pressures = (report.pressure_before, report.pressure_after)
-        top = max(float(np.percentile(np.stack(pressures), PERCENTILE)), 1e-9)
+    if pair.pressure_before is not None and pair.pressure_after is not None:
+        pressures = (pair.pressure_before, pair.pressure_after)
+        top = max(float(np.percentile(_values(pressures), PERCENTILE)), 1e-9)
         context |= {
             "pressure": [colour_maps.contact_uri(p, top, SHOWN_SIDE) for p in pressures],
             "in_contact": [100.0 * float(np.mean(p > 0.0)) for p in pressures],
@@ -197,32 +159,62 @@ def touch_maps(report: Report) -> dict[str, Any]:
     return context
 
 
-def relief_figures(report: Report) -> dict[str, Any]:
-    """Hill shading, map of the change of height, and the heights for the profile of a row."""
-    before, after = (np.asarray(h, dtype=np.float64) for h in (report.heights_before, report.heights_after))
+def relief_figures(pair: Pair) -> dict[str, Any]:
+    """Hill shading, numbers of the heights, map of their change, and the heights for the profile of a row.
+
+    The change is that of heights at the same places: those of the finer relief are averaged to the samples of
+    the other. Plates of two sizes have none.
+    """
+    heights = tuple(np.asarray(h, dtype=np.float64) for h in (pair.heights_before, pair.heights_after))
+    top, bottom = max(h.max() for h in heights), min(*(h.min() for h in heights), 0.0)
+    axis, wide = svg.nice_axis(bottom, top, 3), max(pair.sizes_mm)
+    profiles = [
+        svg.Profile(colour_maps.shrunk(h, PROFILE_SIDE), size_mm)
+        for h, size_mm in zip(heights, pair.sizes_mm, strict=True)
+    ]
+    context: dict[str, Any] = {
+        "shades": [
+            colour_maps.picture_uri(colour_maps.hillshade(h, size_mm), 1.4, SHOWN_SIDE)
+            for h, size_mm in zip(heights, pair.sizes_mm, strict=True)
+        ],
+        "height_rows": height_rows(*heights),
+        "change_map": None,
+        "profiles": profiles,
+        "profile_paths": [profile.path(len(profile.heights) // 2, axis.high) for profile in profiles],
+        "profile_axis": axis,
+        "profile_x": svg.nice_axis(0.0, wide, 5, tight=True),
+        "profile_width": wide,
+        "exaggeration": max(2, round(0.28 * wide / (axis.high - axis.low))),
+    }
+    if pair.sizes_mm[0] != pair.sizes_mm[1]:
+        return context
+    common = min(map(len, heights))
+    before, after = (colour_maps.shrunk(h, common) for h in heights)
     change = 1000.0 * (after - before)
     lift = float(change.mean())
     change -= lift
     limit = svg.round_up(max(float(np.percentile(np.abs(change), PERCENTILE)), 1.0))
-    profiles = [colour_maps.shrunk(h, PROFILE_SIDE) for h in (before, after)]
-    axis = svg.nice_axis(min(before.min(), after.min(), 0.0), max(before.max(), after.max()), 3)
-    row = len(profiles[0]) // 2
-    return {
-        "shades": [
-            colour_maps.picture_uri(colour_maps.hillshade(h, report.size_mm), 1.4, SHOWN_SIDE)
-            for h in (before, after)
-        ],
+    return context | {
         "change_map": colour_maps.map_uri(change, -limit, limit, colour_maps.PURPLE_ORANGE, SHOWN_SIDE),
         "change_bar": svg.colour_bar(
             colour_maps.PURPLE_ORANGE, svg.signed_axis(limit), "change of height less the lift, µm"
         ),
         "lift_um": lift,
         "rms_change_um": float(np.sqrt(np.square(change).mean())),
-        "profiles": profiles,
-        "profile_data": [svg.micrometres(p) for p in profiles],
-        "profile_paths": [svg.profile_path(p[row], report.size_mm, axis.high) for p in profiles],
-        "profile_row": row,
-        "profile_axis": axis,
-        "profile_x": svg.nice_axis(0.0, report.size_mm, 5, tight=True),
-        "exaggeration": max(2, round(0.28 * report.size_mm / (axis.high - axis.low))),
     }
+
+
+def height_rows(before: Array, after: Array) -> list[tuple[str, float, float]]:
+    """What the heights of each relief are, mm: a name and the numbers of both."""
+    pair = (before, after)
+    rows = {
+        "Highest above lowest point": [np.ptp(heights) for heights in pair],
+        "Mean height": [heights.mean() for heights in pair],
+        "Root mean square about the mean": [heights.std() for heights in pair],
+    }
+    return [(name, float(first), float(second)) for name, (first, second) in rows.items()]
+
+
+def _values(maps: Iterable[Array]) -> Array:
+    """All values of maps, which may differ in shape."""
+    return np.concatenate([np.ravel(one) for one in maps])

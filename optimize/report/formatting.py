@@ -45,6 +45,11 @@ def number(value: float | None, digits: int = 3) -> str:
     return text.rstrip(".").replace("-", "\N{MINUS SIGN}")
 
 
+def rounded(value: float) -> str:
+    """A length in whole units from ten on, and in two significant digits below."""
+    return number(value, 2 if abs(value) < 99.5 else len(str(int(abs(value)))))
+
+
 def percent(value: float | None) -> str:
     """A percentage in two significant digits, with its sign %."""
     return number(value, 2) + "\N{NARROW NO-BREAK SPACE}%"
@@ -53,13 +58,13 @@ def percent(value: float | None) -> str:
 def plus_minus(value: float, error: float) -> str:
     """A value and its standard error, both rounded to the first digit of the error.
 
-    If that digit is 1, they are rounded to the second. Without a positive finite error only the value.
+    Four batches know an error to 40 %, so that its second digit means nothing. Without a positive finite error
+    only the value.
     """
     if not 0.0 < error < math.inf:
         return number(value)
-    first = math.floor(math.log10(error))
-    # Rounding may carry: 0.0098 to one digit is 0.010.
-    digits = max(0, -first + (round(error / 10.0**first, 1) < 2.0))
+    first = math.floor(math.log10(float(f"{error:.0e}")))
+    digits = max(0, -first)
     text = f"{value:.{digits}f} \N{PLUS-MINUS SIGN} {error:.{digits}f}"
     return text.replace(" ", "\N{NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}")
 

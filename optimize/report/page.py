@@ -1,18 +1,14 @@
 """The report page of a run: `report.html`, one file that needs no network."""
 
-import base64
-import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
-
 from optimize.descent.targets import QUANTITIES, Quantity
-from optimize.report import figures
+from optimize.report import figures, run_figures
 from optimize.report.content import Report
-from optimize.report.formatting import between, duration, model_name, number, percent, plus_minus
+from optimize.report.formatting import model_name
+from optimize.report.rendering import leaves, render_page
 from relief.files import write_atomically
 from relief.formats import FORMATS
 
@@ -21,8 +17,6 @@ TOUCH_KEYS = (
     *(f"{stage}{name}" for name in QUANTITIES for stage in ("", "initial_", "target_", "verified_")),
 )
 """Keys of the section `touch` of result.json that the page shows; an absent key counts as None."""
-LOOK_KEYS = ("dssim", "flip", "samples", "noise")
-"""Keys of the section `look` that the page shows; an absent key counts as None."""
 FILES = {
     **{f"plate{suffix}": plate.description for suffix, plate in FORMATS.items()},
     "heights.png": "16-bit height map",
@@ -37,34 +31,22 @@ def write_report(run_dir: Path, report: Report) -> Path:
     """Write `report.html` into the run directory, atomically.
 
     The page links to the files in the directory, so the other files have to be written before. The page takes
-    less than 6 MB and fetches nothing from a network; its only script is allowed by hash.
+    less than 6 MB and fetches nothing from a network.
 
     Returns:
         The path of the page.
     """
-    environment = Environment(
-        loader=PackageLoader("optimize.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"number": number, "percent": percent, "duration": duration}
-    environment.globals |= {"between": between, "plus_minus": plus_minus}
-    script = environment.get_template("report.js").render()
-    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
-    page = environment.get_template("report.html.j2").render(
+    page = render_page(
+        "report.html.j2",
         report=report,
-        script=Markup(script),
-        script_hash=digest,
-        style=Markup(environment.get_template("report.css").render()),
+        pair=report,
         files=[(name, use) for name, use in FILES.items() if (run_dir / name).is_file()],
         **_context(report),
         **figures.touch_maps(report),
         **figures.relief_figures(report),
     )
     path = run_dir / "report.html"
-    write_atomically(path, page.encode())
+    write_atomically(path, page)
     return path
 
 
@@ -75,7 +57,6 @@ def _context(report: Report) -> dict[str, Any]:
     total = times.pop("total")
     split = [*times.items(), ("everything else", max(0.0, total - sum(times.values())))]
     verification = dict.fromkeys(("resolution", "rounds")) | dict(report.result.get("verification", {}))
-    look = dict.fromkeys(LOOK_KEYS) | dict(report.result["look"])
     return {
         "touch": touch,
         "quantities": [_quantity(quantity, touch) for quantity in QUANTITIES.values()],
@@ -84,11 +65,11 @@ def _context(report: Report) -> dict[str, Any]:
         "rounds": verification["rounds"] or [],
         "total_s": total,
         "time_split": [(name, seconds, 100.0 * seconds / max(total, 1e-9)) for name, seconds in split],
-        "all_numbers": list(_leaves(report.result)),
-        "all_settings": list(_leaves(report.settings)),
-        **figures.roughness_figures(report, touch),
-        **figures.look_figures(report, look),
-        "descent": figures.descent_charts(report),
+        "all_numbers": list(leaves(report.result)),
+        "all_settings": list(leaves(report.settings)),
+        **run_figures.roughness_figures(report, touch),
+        **figures.look_figures(report, report.result["look"], report.baseline),
+        "descent": run_figures.descent_charts(report),
     }
 
 
@@ -102,21 +83,3 @@ def _quantity(quantity: Quantity, touch: Mapping[str, Any]) -> dict[str, Any]:
     final = touch[name] if stages["verified"] is None else stages["verified"]
     heading = {"name": name, "label": quantity.label, "unit": quantity.unit}
     return heading | stages | {"descent": touch[name], "final": final}
-
-
-def _leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Every leaf of nested mappings as dotted name and text; a list of numbers is one leaf."""
-    for key, value in tree.items():
-        if isinstance(value, Mapping):
-            yield from _leaves(value, f"{prefix}{key}.")
-        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
-            for number, item in enumerate(value, start=1):
-                yield from _leaves(item, f"{prefix}{key}.{number}.")
-        elif isinstance(value, list | tuple):
-            yield f"{prefix}{key}", ", ".join(_text(item) for item in value)
-        else:
-            yield f"{prefix}{key}", _text(value)
-
-
-def _text(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else "\N{EN DASH}" if value is None else str(value)

@@ -16,6 +16,12 @@ from numpy.typing import NDArray
 from optimize.report.colour_maps import Table, bar_uri
 
 Array = NDArray[np.floating]
+Range = tuple[float, float]
+"""Low and high end."""
+
+
+END_PERCENT = 4.0
+"""Distance from an end of an axis, % of its length, within which a label is placed on the inner side."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +46,15 @@ class Axis:
         step = self.ticks[1] - self.ticks[0] if len(self.ticks) > 1 else 1.0
         decimals = next((d for d in range(8) if math.isclose(round(step, d), step, rel_tol=1e-6)), 8)
         return f"{tick + 0.0:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
+
+    def whole(self) -> "Axis":
+        """The same axis with the ticks at whole numbers only."""
+        return Axis(self.low, self.high, tuple(t for t in self.ticks if t % 1 == 0))
+
+    def side(self, tick: float) -> str:
+        """CSS class, after a space, of a label that would reach beyond an end of the axis; else empty."""
+        place = self.percent(tick)
+        return " first" if place < END_PERCENT else " last" if place > 100.0 - END_PERCENT else ""
 
 
 def nice_axis(low: float, high: float, count: int = 5, *, tight: bool = False) -> Axis:
@@ -109,7 +124,7 @@ def line_chart(title: str, series: Sequence[Series], x_name: str, band: Band | N
     y_axis = nice_axis(min(ys + extra), max(ys + extra), 4)
     marks = [_line("grid", 0, 100 - y_axis.percent(t), 100, 100 - y_axis.percent(t)) for t in y_axis.ticks]
     labels = [_label("tick y", "bottom", y_axis.percent(t), y_axis.label(t)) for t in y_axis.ticks]
-    labels.append(_ticks(x_axis, [t for t in x_axis.ticks if t % 1 == 0]))
+    labels.append(_ticks(x_axis.whole()))
     if band:
         top, middle = 100 - y_axis.percent(band.high), 100 - y_axis.percent(band.middle)
         height = y_axis.percent(band.high) - y_axis.percent(band.low)
@@ -145,7 +160,7 @@ class Dot:
     style: str
 
 
-def dot_chart(dots: Sequence[Dot], axis_name: str, band: tuple[float, float] | None = None) -> Markup:
+def dot_chart(dots: Sequence[Dot], axis_name: str, band: Range | None = None) -> Markup:
     """Named values, one a row, on a common axis with ticks at whole numbers.
 
     Args:
@@ -153,16 +168,16 @@ def dot_chart(dots: Sequence[Dot], axis_name: str, band: tuple[float, float] | N
     """
     values = [dot.value for dot in dots]
     axis = nice_axis(math.floor(min(values) - 0.5), math.ceil(max(values) + 0.5), 8, tight=True)
-    ticks = [t for t in axis.ticks if t % 1 == 0]
+    axis = axis.whole()
     lines = Markup("").join(
         Markup('<i class="grid{}" style="left:{:.2f}%"></i>').format("" if t else " zero", axis.percent(t))
-        for t in ticks
+        for t in axis.ticks
     )
     if band:
         left, right = (axis.percent(edge) for edge in band)
         lines += Markup('<i class="band" style="left:{:.2f}%;width:{:.2f}%"></i>').format(left, right - left)
     rows = Markup("").join(_dot_row(row, dot, axis.percent(dot.value)) for row, dot in enumerate(dots, 1))
-    labels = _ticks(axis, ticks, "+")
+    labels = _ticks(axis, "+")
     return Markup(
         '<div class="dots"><div class="lines" style="grid-row:1/{}">{}</div>{}<div class="scale">{}'
         '<div class="x-name">{}</div></div></div>'
@@ -181,7 +196,7 @@ def _dot_row(row: int, dot: Dot, left: float) -> Markup:
 def colour_bar(table: Table, axis: Axis, name: str) -> Markup:
     """The legend of a map: colours along the axis, ticks, and the name of the quantity with its unit."""
     sign = "+" if axis.low < 0.0 < axis.high else ""
-    ticks = _ticks(axis, axis.ticks, sign)
+    ticks = _ticks(axis, sign)
     return Markup(
         '<div class="bar"><img src="{}" alt=""><div class="scale">{}</div><div class="x-name">{}</div></div>'
     ).format(bar_uri(table), ticks, name)
@@ -198,27 +213,41 @@ def tries_chart(percent: int) -> Markup:
     return Markup('<svg class="tries" viewBox="0 0 100 100" aria-hidden="true">{}</svg>').format(circles)
 
 
-def profile_path(heights: Array, size_mm: float, top_mm: float) -> str:
-    """One row of heights (cols,), mm, as SVG path data in mm, y downward from the height `top_mm`."""
-    xs = (np.arange(len(heights)) + 0.5) * size_mm / len(heights)
-    return "M" + "L".join(f"{x:.3f} {top_mm - z:.3f}" for x, z in zip(xs, heights, strict=True))
+@dataclass(frozen=True)
+class Profile:
+    """Heights whose rows a chart shows, one at a time.
 
+    Attributes:
+        heights: (rows, cols), mm.
+        size_mm: side of the plate.
+    """
 
-def micrometres(heights: Array) -> str:
-    """Heights, mm, as base64 of little-endian int16 in micrometres, for the script of the page."""
-    counts = np.clip(np.rint(np.asarray(heights) * 1000.0), -32768, 32767)
-    return base64.b64encode(counts.astype("<i2").tobytes()).decode("ascii")
+    heights: Array
+    size_mm: float
+
+    def path(self, row: int, top_mm: float) -> str:
+        """One row as SVG path data in mm, y downward from the height `top_mm`."""
+        heights = self.heights[row]
+        xs = (np.arange(len(heights)) + 0.5) * self.size_mm / len(heights)
+        return "M" + "L".join(f"{x:.3f} {top_mm - z:.3f}" for x, z in zip(xs, heights, strict=True))
+
+    @property
+    def micrometres(self) -> str:
+        """Heights as base64 of little-endian int16 in micrometres, for the script of the page."""
+        counts = np.clip(np.rint(np.asarray(self.heights) * 1000.0), -32768, 32767)
+        return base64.b64encode(counts.astype("<i2").tobytes()).decode("ascii")
 
 
 def _label(style: str, side: str, percent: float, text: str) -> Markup:
     return Markup('<span class="{}" style="{}:{:.2f}%">{}</span>').format(style, side, percent, text)
 
 
-def _ticks(axis: Axis, ticks: Sequence[float], sign: str = "") -> Markup:
+def _ticks(axis: Axis, sign: str = "") -> Markup:
     """Labels below a horizontal axis; the sign stands before positive numbers."""
-    texts = [(sign if t > 0 else "") + axis.label(t) for t in ticks]
-    places = [axis.percent(t) for t in ticks]
-    return Markup("").join(_label("tick x", "left", *tick) for tick in zip(places, texts, strict=True))
+    return Markup("").join(
+        _label(f"tick x{axis.side(t)}", "left", axis.percent(t), (sign if t > 0 else "") + axis.label(t))
+        for t in axis.ticks
+    )
 
 
 def _line(style: str, x1: float, y1: float, x2: float, y2: float) -> Markup:

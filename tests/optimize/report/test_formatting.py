@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from optimize.report.formatting import between, duration, number, plus_minus
+from optimize.report.formatting import between, duration, number, plus_minus, rounded
 
 
 @pytest.mark.parametrize(
@@ -29,6 +29,13 @@ def test_numbers_have_three_digits(value: float | None, text: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("length", "text"), [(56.83, "57"), (106.4, "106"), (99.6, "100"), (2.345, "2.3"), (1234.5, "1234")]
+)
+def test_lengths_are_whole_from_ten_on(length: float, text: str) -> None:
+    assert rounded(length) == text
+
+
+@pytest.mark.parametrize(
     ("seconds", "text"),
     [(0.5, "0.50 s"), (31.0, "31 s"), (99.6, "1 min 40 s"), (252.0, "4 min 12 s"), (7500.0, "2 h 5 min")],
 )
@@ -40,8 +47,8 @@ def test_durations_read_as_spoken(seconds: float, text: str) -> None:
     ("value", "error", "text"),
     [
         (4.31684, 0.00529, "4.317 ± 0.005"),
-        (4.32282, 0.00977, "4.323 ± 0.010"),
-        (2.3, 0.0123, "2.300 ± 0.012"),
+        (4.32282, 0.00977, "4.32 ± 0.01"),
+        (2.3, 0.0123, "2.30 ± 0.01"),
         (-0.5, 0.2, "-0.5 ± 0.2"),
         (31.4, 3.0, "31 ± 3"),
         (1.0, 0.0, "1.00"),

@@ -14,7 +14,8 @@ import pytest
 
 from optimize.report.content import Baseline, Report
 from optimize.report.figures import change_percent
-from optimize.report.formatting import number, percent
+from optimize.report.formatting import percent, rounded
+from optimize.report.meanings import MEANINGS
 from optimize.report.page import write_report
 
 SIZE_MM = 10.0
@@ -214,7 +215,7 @@ def test_the_noise_of_the_pictures_is_told_with_their_change(tmp_path: Path) -> 
     text = " ".join(Outline(page(tmp_path, noisy("known", "Small."))).text.split())
     for words in (
         "to the eye a change of",
-        "less noise: 2.2 to 2.4 %; rms 4.317 ± 0.005 %",
+        "less noise: 2.2 to 2.4 %; rms 4.3 %",
         *("4.32 ± 0.03", "4.32 ± 0.04", "4.32 ± 0.05"),
         "Small. Each picture is the mean of 4 pictures with 64 samples a pixel",
         "a standard error of 1.4 to 1.6 % of the mean picture",
@@ -372,11 +373,27 @@ def test_the_lift_is_told_apart_from_the_change(tmp_path: Path) -> None:
     lifted = replace(report, heights_after=report.heights_before + wave + 0.45)
     (tmp_path / "plate.stl").touch()
     text = " ".join(Outline(page(tmp_path, lifted)).text.split())
-    assert f"The heights change by {number(rms)} µm (root mean square about the mean)." in text
+    assert f"The heights change by {rounded(rms)} µm (root mean square about the mean)." in text
     assert "the whole relief is lifted by 450 µm, which a finger does not feel" in text
-    assert f"The heights change by {number(rms)} µm (rms, without the lift)" in text
+    assert f"The heights change by {rounded(rms)} µm (rms, without the lift)" in text
+    assert f"Root mean square about the mean{lifted.heights_before.std():.3f}" in text
+    assert f"Mean height{lifted.heights_before.mean():.3f}{lifted.heights_after.mean():.3f}" in text
     same = replace(report, heights_after=report.heights_before + wave)
     assert "the whole relief is" not in Outline(page(tmp_path, same)).text
+
+
+def test_each_headline_number_says_what_it_is(tmp_path: Path) -> None:
+    text = Outline(page(tmp_path, plausible())).text
+    for name in ("roughness", "jnd", "eye", "time", "dssim"):
+        assert MEANINGS[name] in text
+
+
+def test_the_page_says_where_the_eye_is(tmp_path: Path) -> None:
+    report = plausible()
+    look = dict(report.result["look"]) | {"distance_cm": 40.0, "pixels_per_degree": [89.4, 89.4, 86.0]}
+    told = replace(report, result=dict(report.result) | {"look": look})
+    text = " ".join(Outline(page(tmp_path, told)).text.split())
+    assert "the eye is 40 cm from the plate, where a degree of its view holds 86 to 89 pixels" in text
 
 
 def test_picture_change_is_in_percent_of_white_and_of_the_mean_picture() -> None:

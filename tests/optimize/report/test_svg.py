@@ -10,12 +10,11 @@ import pytest
 from optimize.report.svg import (
     Band,
     Dot,
+    Profile,
     Series,
     dot_chart,
     line_chart,
-    micrometres,
     nice_axis,
-    profile_path,
     round_up,
 )
 
@@ -50,6 +49,11 @@ def test_a_chart_of_nothing_finite_is_still_a_chart() -> None:
     assert "Roughness" in chart
 
 
+def test_ticks_at_whole_numbers_have_no_decimals() -> None:
+    dots = dot_chart([Dot("one", 2.0, "2", "after"), Dot("original", 0.0, "0", "before")], "JND")
+    assert ">+2<" in dots and ".0<" not in dots
+
+
 def test_words_in_charts_are_escaped() -> None:
     dots = dot_chart([Dot("<b>", 1.0, "<i>1</i>", "after"), Dot("original", 0.0, "0", "before")], "<u>")
     chart = line_chart("<b>", [Series("<i>", [0, 1], [0, 1], "after")], "<u>")
@@ -60,9 +64,11 @@ def test_words_in_charts_are_escaped() -> None:
 
 
 def test_heights_reach_the_page_in_micrometres() -> None:
-    counts = np.frombuffer(base64.b64decode(micrometres(np.array([[0.0, 1.2345, -0.5]]))), dtype="<i2")
+    counts = np.frombuffer(
+        base64.b64decode(Profile(np.array([[0.0, 1.2345, -0.5]]), 10.0).micrometres), dtype="<i2"
+    )
     np.testing.assert_array_equal(counts, [0, 1234, -500])
 
 
 def test_a_profile_runs_through_pixel_centres() -> None:
-    assert profile_path(np.array([0.0, 1.0]), size_mm=10.0, top_mm=1.5) == "M2.500 1.500L7.500 0.500"
+    assert Profile(np.array([[0.0, 1.0]]), size_mm=10.0).path(0, top_mm=1.5) == "M2.500 1.500L7.500 0.500"

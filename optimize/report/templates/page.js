@@ -40,8 +40,7 @@ function stopBlinking() {
   timer = 0;
   blink.setAttribute("aria-pressed", "false");
 }
-blink.parentElement.hidden = false;
-blink.addEventListener("click", () => {
+function toggleBlinking() {
   if (timer) {
     stopBlinking();
     split(50);
@@ -51,31 +50,43 @@ blink.addEventListener("click", () => {
   if (calm.matches) return;
   timer = setInterval(flip, 700);
   blink.setAttribute("aria-pressed", "true");
-});
+}
+if (blink) {
+  blink.parentElement.hidden = false;
+  blink.addEventListener("click", toggleBlinking);
+  addEventListener("keydown", (event) => {
+    if (event.key.toLowerCase() === "b" && !(event.ctrlKey || event.altKey || event.metaKey)) toggleBlinking();
+  });
+}
 
 // Profile of one row of heights, chosen by the slider or on the pictures above.
 const profile = document.getElementById("profile");
-const { rows, cols, size, top: ceiling } = Object.fromEntries(
-  ["rows", "cols", "size", "top"].map((key) => [key, Number(profile.dataset[key])]),
-);
+const ceiling = Number(profile.dataset.top);
 const decode = (text) => new Int16Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
-const heights = { before: decode(profile.dataset.before), after: decode(profile.dataset.after) };
+const lines = [...profile.querySelectorAll("path.row")].map((path) => ({
+  path,
+  values: decode(path.dataset.heights),
+  ...Object.fromEntries(["rows", "cols", "size"].map((key) => [key, Number(path.dataset[key])])),
+}));
+const { rows, size } = lines[0];
 const chooser = profile.querySelector(".chooser");
 const input = chooser.querySelector("input");
 const marks = [...document.querySelectorAll(".pick")].map((box) => box.appendChild(document.createElement("i")));
 
 function draw(row) {
   input.value = row;
-  for (const [name, values] of Object.entries(heights)) {
+  const place = (row + 0.5) / rows;
+  for (const line of lines) {
+    const start = Math.floor(place * line.rows) * line.cols;
     const points = [];
-    for (let j = 0; j < cols; j += 1) {
-      points.push(`${(((j + 0.5) * size) / cols).toFixed(3)} ${(ceiling - values[row * cols + j] / 1000).toFixed(3)}`);
+    for (let j = 0; j < line.cols; j += 1) {
+      points.push(`${(((j + 0.5) * line.size) / line.cols).toFixed(3)} ${(ceiling - line.values[start + j] / 1000).toFixed(3)}`);
     }
-    profile.querySelector(`path.${name}`).setAttribute("d", `M${points.join("L")}`);
+    line.path.setAttribute("d", `M${points.join("L")}`);
   }
-  const y = size / 2 - ((row + 0.5) * size) / rows;
+  const y = size / 2 - place * size;
   chooser.querySelector("output").textContent = `y = ${y < 0 ? "\u2212" : "+"}${Math.abs(y).toFixed(2)} mm`;
-  marks.forEach((mark) => { mark.style.top = `${(100 * (row + 0.5)) / rows}%`; });
+  marks.forEach((mark) => { mark.style.top = `${100 * place}%`; });
 }
 input.addEventListener("input", () => draw(Number(input.value)));
 for (const mark of marks) {

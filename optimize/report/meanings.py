@@ -1,0 +1,18 @@
+"""What each headline number of a page means, in a sentence or two for a person who has not read the paper."""
+
+MEANINGS = {
+    "roughness": "The mean difference of the skin's strain between points 1.4 to 3 mm apart, at the depth of "
+    "the receptors. Roughness has no unit; a larger number feels rougher.",
+    "contact_area_mm2": "The area in which the skin touches the plate; a gap of 0.0125 mm counts half. More "
+    "contact carries more heat away, and feels colder.",
+    "jnd": "One just-noticeable difference (JND) is a ratio of 1.19 in roughness: a person who touches both "
+    "plates names the rougher one in 84 of 100 tries. Two are 97 of 100; guessing is 50.",
+    "eye": "How much the radiance of a pixel changes on average, over all pixels that show the plate and all "
+    "lights, in percent of the mean picture before. The root mean square (rms) counts few large changes more "
+    "than many small ones. White is a white plate that faces the light.",
+    "dssim": "Structural dissimilarity, (1 \N{MINUS SIGN} SSIM) / 2: 0 for equal pictures, 1 at most.",
+    "flip": "The difference that an eye sees when the two pictures alternate, 0 to 1; details too fine for "
+    "the eye at its distance do not count.",
+    "time": "From the start of the command to its last file, on the machine of the run.",
+}
+"""Sentences by the name of the number."""
