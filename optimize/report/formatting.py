@@ -58,8 +58,8 @@ def percent(value: float | None) -> str:
 def plus_minus(value: float, error: float) -> str:
     """A value and its standard error, both rounded to the first digit of the error.
 
-    Four batches know an error to 40 %, so that its second digit means nothing. Without a positive finite error
-    only the value.
+    Four batches know an error to 40 %, so that its second digit means nothing. Without a positive finite
+    error only the value.
     """
     if not 0.0 < error < math.inf:
         return number(value)

@@ -39,5 +39,5 @@ def curves_page(kind: str, epochs: Sequence[Epoch]) -> str:
         f"{last.number} epochs of {last.steps // last.number} steps in {last.seconds:.0f} s; "
         f"best validation {best.error:.4g} after epoch {best.number}."
     )
-    style = Markup(files("optimize.report").joinpath("templates/report.css").read_text(encoding="utf-8"))
+    style = Markup(files("optimize.report").joinpath("templates/page.css").read_text(encoding="utf-8"))
     return str(_PAGE.format(title=f"Training of the {kind} net", style=style, chart=chart, caption=caption))
