@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from relief.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from optimize.runs.comparison import compare
     from optimize.runs.config import Run, load_run, run_from_scene
     from optimize.runs.job import Result, resume
     from optimize.runs.job import run as optimize
@@ -32,6 +33,7 @@ __all__ = [
     "Scene",
     "Skin",
     "Touch",
+    "compare",
     "contact_area",
     "discrimination_probability",
     "export_plate",

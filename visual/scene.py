@@ -348,6 +348,15 @@ def _scaled(size: tuple[int, int], longer: int | None) -> tuple[int, int]:
     return max(1, round(rows * longer / max(size))), max(1, round(cols * longer / max(size)))
 
 
+def plate_size_mm(path: str | Path, defines: Mapping[str, str] | None = None) -> float:
+    """Side of the plate of a scene, mm; of the scene nothing is loaded.
+
+    Raises:
+        InputError: what is wrong with the file, in one line.
+    """
+    return describe(check_scene(path, defines)).plate.size_mm
+
+
 def load_scene(
     path: str | Path,
     defines: Mapping[str, str] | None = None,

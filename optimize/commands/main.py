@@ -15,7 +15,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-from optimize.commands import dataset, doctor, evaluate, export, optimize, render, resume, train
+from optimize.commands import compare, dataset, doctor, evaluate, export, optimize, render, resume, train
 from optimize.commands.options import INTERRUPTED
 from optimize.commands.streams import standard_streams
 from optimize.runs.interrupts import interruptible
@@ -40,7 +40,7 @@ USERS_OWN = frozenset(
 
 VERBS = {
     verb.__name__.rpartition(".")[2]: verb
-    for verb in (optimize, resume, evaluate, render, export, dataset, train, doctor)
+    for verb in (optimize, resume, evaluate, compare, render, export, dataset, train, doctor)
 }
 
 DESCRIPTION = "Changes how a surface texture feels while it keeps its look, and writes it for a 3-D printer."

@@ -6,7 +6,6 @@ import base64
 import hashlib
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +16,7 @@ from optimize.report.figures import change_percent
 from optimize.report.formatting import percent, rounded
 from optimize.report.meanings import MEANINGS
 from optimize.report.page import write_report
+from tests.optimize.report.outline import Outline
 
 SIZE_MM = 10.0
 HOSTILE = '<script>alert("x")</script><img src=x onerror=alert(1)> & "quoted"'
@@ -103,40 +103,6 @@ def plausible(n: int = 64, azimuths: tuple[int, ...] = (10, 130, 250)) -> Report
 
 def page(tmp_path: Path, report: Report) -> str:
     return write_report(tmp_path, report).read_text(encoding="utf-8")
-
-
-class Outline(HTMLParser):
-    """The tags of a page, every attribute that may fetch something, and its readable text."""
-
-    VOID = frozenset({"img", "meta", "input", "br"})
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.tags: list[str] = []
-        self.fetched: list[str] = []
-        self.handlers: list[str] = []
-        self.text = ""
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
-        self.tags.append(tag)
-        if tag not in self.VOID:
-            self.open.append(tag)
-        self.fetched += [
-            value or "" for name, value in attributes if name in ("src", "href", "srcset", "data", "action")
-        ]
-        self.handlers += [name for name, _ in attributes if name.startswith("on")]
-
-    def handle_startendtag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
-        self.tags.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        if self.open and self.open[-1] not in ("script", "style"):
-            self.text += data
 
 
 def test_the_page_asks_nothing_of_a_network(tmp_path: Path) -> None:

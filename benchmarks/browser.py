@@ -1,0 +1,166 @@
+"""Chromium without a window, driven through a pipe: what a page asks for, complains of, and looks like.
+
+Nothing but the browser itself is needed. It reads the messages of its DevTools protocol from file descriptor
+3 and writes its own to 4 (`--remote-debugging-pipe`), each a line of JSON that ends with a zero byte.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import select
+import shutil
+import subprocess
+import tempfile
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
+"""Names of the program, the usual one first."""
+FLAGS = (
+    *("--headless=new", "--remote-debugging-pipe", "--no-first-run", "--no-default-browser-check"),
+    *("--disable-gpu", "--disable-dev-shm-usage", "--disable-background-networking", "--hide-scrollbars"),
+    *("--disable-component-update", "--disable-sync", "--disable-extensions", "--force-color-profile=srgb"),
+)
+PATIENCE_S = 60.0
+"""Longest wait for one answer of the browser, s."""
+COMPLAINTS = ("Log.entryAdded", "Runtime.exceptionThrown", "Runtime.consoleAPICalled")
+"""Events that the console of the browser would show."""
+
+
+def chromium() -> str | None:
+    """The browser's program; None if there is none."""
+    return next(filter(None, map(shutil.which, NAMES)), None)
+
+
+@dataclass
+class Page:
+    """What was seen of a page.
+
+    Attributes:
+        asked: addresses that the page asked for, less its own and `data:`.
+        complaints: messages on the console.
+    """
+
+    asked: list[str] = field(default_factory=list)
+    complaints: list[str] = field(default_factory=list)
+
+
+class Browser:
+    """A browser with one page; a context manager that ends the process.
+
+    Raises:
+        RuntimeError: there is no such program, or the browser gives no answer.
+    """
+
+    def __init__(self) -> None:
+        program = chromium()
+        if program is None:
+            raise RuntimeError(f"no browser: none of {', '.join(NAMES)} is on the path")
+        self._profile = tempfile.TemporaryDirectory(prefix="retouch-browser-")
+        ours, theirs = os.pipe(), os.pipe()
+        root = ["--no-sandbox"] if os.geteuid() == 0 else []
+        command = [program, *FLAGS, *root, f"--user-data-dir={self._profile.name}", "about:blank"]
+        # The shell moves the pipes to the file descriptors that the browser expects.
+        self._process = subprocess.Popen(
+            ["sh", "-c", f'exec "$@" 3<&{ours[0]} 4>&{theirs[1]}', "sh", *command],
+            pass_fds=(ours[0], theirs[1]),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        os.close(ours[0])
+        os.close(theirs[1])
+        self._write, self._read = ours[1], theirs[0]
+        self._buffer, self._last, self._events = b"", 0, list[dict[str, Any]]()
+        self._session: str | None = None
+        target = self._call("Target.createTarget", url="about:blank")["targetId"]
+        self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Network", "Log", "Runtime"):
+            self._call(f"{domain}.enable")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._process.terminate()
+        self._process.wait(10.0)
+        os.close(self._write)
+        os.close(self._read)
+        shutil.rmtree(self._profile.name, ignore_errors=True)
+
+    def open(self, file: Path, width: int, *, dark: bool = False) -> Page:
+        """Load a page in a window of this width in CSS pixels, and wait until all of the page is there."""
+        phone = width < 600
+        self._call(
+            "Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=phone
+        )
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self._call("Emulation.setEmulatedMedia", features=[scheme])
+        self._events.clear()
+        address = file.resolve().as_uri()
+        self._call("Page.navigate", url=address)
+        self._until("Page.loadEventFired")
+        self.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done, 50)))")
+        page = Page()
+        for event in self._events:
+            told = event["params"]
+            if event["method"] == "Network.requestWillBeSent":
+                asked = told["request"]["url"]
+                if asked != address and not asked.startswith("data:"):
+                    page.asked.append(asked)
+            elif event["method"] in COMPLAINTS:
+                page.complaints.append(json.dumps(told)[:300])
+        return page
+
+    def evaluate(self, script: str) -> Any:
+        """The value of a script's last expression, of JSON types; a promise is waited for."""
+        answer = self._call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
+        if "exceptionDetails" in answer:
+            raise RuntimeError(json.dumps(answer["exceptionDetails"])[:500])
+        return answer["result"].get("value")
+
+    def picture(self, file: Path, clip: tuple[float, float, float, float] | None = None) -> None:
+        """Write a PNG of the whole page, or of x, y, width and height of it in CSS pixels."""
+        settings: dict[str, Any] = {"format": "png", "captureBeyondViewport": True}
+        if clip is not None:
+            settings["clip"] = dict(zip(("x", "y", "width", "height"), clip, strict=True)) | {"scale": 1}
+        file.write_bytes(base64.b64decode(self._call("Page.captureScreenshot", **settings)["data"]))
+
+    def _call(self, method: str, **parameters: Any) -> dict[str, Any]:
+        self._last += 1
+        message: dict[str, Any] = {"id": self._last, "method": method, "params": parameters}
+        if self._session:
+            message["sessionId"] = self._session
+        os.write(self._write, json.dumps(message).encode() + b"\0")
+        while True:
+            answer = self._next()
+            if answer.get("id") == self._last:
+                if "error" in answer:
+                    raise RuntimeError(f"{method}: {answer['error']}")
+                result: dict[str, Any] = answer["result"]
+                return result
+
+    def _until(self, method: str) -> None:
+        while not any(event["method"] == method for event in self._events):
+            self._next()
+
+    def _next(self) -> dict[str, Any]:
+        """The next message; an event is kept as well."""
+        end = time.monotonic() + PATIENCE_S
+        while b"\0" not in self._buffer:
+            ready, _, _ = select.select([self._read], [], [], max(0.0, end - time.monotonic()))
+            more = os.read(self._read, 1 << 16) if ready else b""
+            if not more:
+                raise RuntimeError("the browser gives no answer")
+            self._buffer += more
+        text, _, self._buffer = self._buffer.partition(b"\0")
+        message: dict[str, Any] = json.loads(text)
+        if "method" in message:
+            self._events.append(message)
+        return message

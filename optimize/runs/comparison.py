@@ -1,0 +1,301 @@
+"""Comparison of two reliefs: how each feels, how far apart the two feel, and how unlike the two look."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import tactile
+from mitsuba_scenes import find_file, find_texture
+from optimize.descent.targets import ROUGHNESS
+from optimize.descent.touch_measures import TouchMeasures, measure_touch
+from optimize.report import metrics
+from optimize.report.comparison import write_comparison
+from optimize.report.content import Comparison
+from optimize.runs import results
+from optimize.runs.config import Run, load_run
+from optimize.runs.progress import Progress, silent, terminal
+from relief.errors import InputError, naming
+from relief.heightmap import HeightMap, load_height_map
+from relief.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
+from tactile.model import ModelName
+from tactile.skin import Skin
+from visual.noise import Batches, batched
+from visual.scene import Scene, load_scene, plate_size_mm
+
+SCENE = "studio"
+"""Scene of the pictures where neither the caller nor a run names one."""
+SAMPLES = 256
+"""Samples a pixel: as many as a run takes for its pictures before and after."""
+SMOOTH = 1e-6
+"""Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
+RESULT = "heights.exr"
+"""File of a run directory that holds its result."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One of the two reliefs.
+
+    Attributes:
+        name: as the page calls it.
+        file: of the heights.
+        read: the heights and the size of their plate.
+        lengths: keywords of `load_height_map` with which the file was read.
+        run: settings of the run that the relief comes from, if any.
+    """
+
+    name: str
+    file: Path
+    read: HeightMap
+    lengths: Mapping[str, float | None]
+    run: Run | None
+
+    @property
+    def size_mm(self) -> float:
+        """Side of the plate, mm."""
+        return self.read.side_mm
+
+
+def compare(
+    first: str | Path,
+    second: str | Path | None = None,
+    page: str | Path | None = None,
+    *,
+    scene: str | Path | None = None,
+    defines: Mapping[str, str] | None = None,
+    variant: str | None = None,
+    model: ModelName = "layer",
+    samples: int = SAMPLES,
+    seed: int | None = None,
+    distance_cm: float = EYE_DISTANCE_CM,
+    size_mm: float | None = None,
+    relief_mm: float | None = None,
+    height_scale: float | None = None,
+    quiet: bool = True,
+) -> dict[str, Any]:
+    """Compare two reliefs, and write a page that shows them side by side.
+
+    Args:
+        first, second: each a height map, the name of a bundled one, or a run directory, which stands for its
+            result. Without `second`, `first` is a run directory whose original is compared with its result.
+        page: file to write; none by default.
+        scene: of the pictures; by default that of the run, if one is a run, else the studio.
+        defines: values of the scene's parameters.
+        variant: Mitsuba's.
+        model: of touch.
+        samples: a pixel.
+        seed: of the pictures; by default that of the run's own pictures, else 0.
+        distance_cm: from the eye to the plate, for FLIP.
+        size_mm, relief_mm, height_scale: of the height maps, as in `load_height_map`; not of runs.
+        quiet: show no progress.
+
+    Returns:
+        What `retouch compare --json` prints; docs/python.md says what each key means.
+
+    Raises:
+        InputError: what is wrong with the input, in one line.
+        ContactError: a contact does not converge.
+    """
+    if not NEAREST_EYE_CM <= distance_cm <= FARTHEST_EYE_CM:
+        raise InputError(
+            f"distance_cm: {distance_cm:g} is not a number from {NEAREST_EYE_CM:g} to {FARTHEST_EYE_CM:g}"
+        )
+    lengths = {"size_mm": size_mm, "relief_mm": relief_mm, "height_scale": height_scale}
+    one, other = read_subjects(first, second, lengths)
+    run = one.run or other.run
+    skin = Skin() if run is None else run.touch.skin
+    if seed is None:
+        # The seed of a run's own pictures, so that the numbers are those of its report.
+        seed = 0 if run is None else run.seed + 1
+    own = run is not None and scene is None
+    scene_file = find_file(run.scene if run is not None and own else scene or SCENE, ".xml")
+    known = dict(run.define) if run is not None and own else {}
+    look = _Look(scene_file, known | dict(defines or {}), variant, samples, seed, distance_cm)
+    with silent() if quiet else terminal() as show:
+        touches = []
+        for subject in (one, other):
+            show.note(f"pressing on {subject.name}: {subject.file}")
+            with naming(subject.file):
+                touches.append(measure_touch(subject.read.heights, subject.size_mm, skin, model))
+        seen = look.of(one, other, show)
+    found = _summary(one, other, touches, seen, skin, model, scene_file)
+    if page is not None:
+        write_comparison(Path(page), _content(one, other, touches, seen, found))
+        found["page"] = str(page)
+    return found
+
+
+def read_subjects(
+    first: str | Path, second: str | Path | None, lengths: Mapping[str, float | None]
+) -> tuple[Subject, Subject]:
+    """Read the heights of both reliefs; see `compare`. Raises InputError."""
+    if second is None:
+        folder = Path(first)
+        run = _run_in(folder)
+        if run is None:
+            raise InputError(f"{folder}: not a run directory; a texture needs another one to compare with")
+        own = {key: getattr(run, key) for key in lengths}
+        before = Subject("original", run.texture, load_height_map(run.texture, **own), own, run)
+        return before, _result_of(folder, run, "result")
+    one, other = (_subject(path, name, lengths) for path, name in ((first, "A"), (second, "B")))
+    return one, other
+
+
+def _subject(path: str | Path, name: str, lengths: Mapping[str, float | None]) -> Subject:
+    path = Path(path)
+    if path.is_dir():
+        run = _run_in(path)
+        if run is None:
+            raise InputError(f"{path}: a folder without {results.SETTINGS}; not a run directory")
+        return _result_of(path, run, name)
+    file = find_texture(path)
+    return Subject(name, file, load_height_map(file, **lengths), lengths, None)
+
+
+def _run_in(folder: Path) -> Run | None:
+    """The settings of the run in a folder; None if there is no run."""
+    return load_run(folder / results.SETTINGS) if folder.is_dir() and results.holds_run(folder) else None
+
+
+def _result_of(folder: Path, run: Run, name: str) -> Subject:
+    file = folder / RESULT
+    if not file.is_file():
+        raise InputError(f"{file}: no such file; the run has no result yet")
+    none = dict.fromkeys(("size_mm", "relief_mm", "height_scale"))
+    return Subject(name, file, load_height_map(file), none, run)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Pictures of both reliefs, or why there are none.
+
+    Attributes:
+        scene: of the first relief.
+        before, after: pictures with the same random numbers.
+        numbers: their change, as the section `look` of a run's result.json.
+        reason: why there are no pictures; empty if there are.
+    """
+
+    scene: Scene | None = None
+    before: Batches | None = None
+    after: Batches | None = None
+    numbers: Mapping[str, Any] | None = None
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class _Look:
+    """How the pictures are made; the fields are those of `compare`."""
+
+    scene: Path
+    defines: Mapping[str, str]
+    variant: str | None
+    samples: int
+    seed: int
+    distance_cm: float
+
+    def of(self, one: Subject, other: Subject, show: Progress) -> Seen:
+        """Render both reliefs under the scene's conditions. Raises InputError."""
+        if not _alike(one.size_mm, other.size_mm):
+            sizes = f"{one.name} is {one.size_mm:g} mm wide and {other.name} {other.size_mm:g} mm"
+            return Seen(reason=f"{sizes}; pictures are compared of plates of one size.")
+        plate_mm = plate_size_mm(self.scene, self.defines)
+        if not _alike(plate_mm, one.size_mm):
+            fault = f"the plate of {self.scene.name} is {plate_mm:g} mm wide, the reliefs are"
+            return Seen(reason=f"{fault} {one.size_mm:g} mm; --scene names another scene.")
+        scene = self._loaded(one)
+        same_grid = one.read.heights.shape == other.read.heights.shape
+        pictures = []
+        for subject in (one, other):
+            show.note(f"rendering {subject.name} in {self.scene.name}, {self.samples} samples a pixel")
+            shown = scene if same_grid or subject is one else self._loaded(subject)
+            pictures.append(batched(shown, subject.read.heights, self.samples, self.seed))
+        before, after = pictures
+        plate = scene.plate_weights()
+        numbers = metrics.look(
+            before, after, scene.white, plate, scene.weights, scene.pixels_per_mm(), self.distance_cm
+        )
+        return Seen(scene, before, after, {"conditions": list(scene.conditions)} | numbers)
+
+    def _loaded(self, subject: Subject) -> Scene:
+        return load_scene(self.scene, self.defines, self.variant, subject.file, **subject.lengths)
+
+
+def _summary(
+    one: Subject,
+    other: Subject,
+    touches: list[TouchMeasures],
+    seen: Seen,
+    skin: Skin,
+    model: ModelName,
+    scene: Path,
+) -> dict[str, Any]:
+    """What `compare` returns, less the page."""
+    entries = []
+    for subject, touch in zip((one, other), touches, strict=True):
+        heights = subject.read.heights
+        entries.append(
+            {
+                "name": subject.name,
+                "file": str(subject.file),
+                "size_mm": subject.size_mm,
+                "samples": heights.shape[0],
+                "relief_mm": float(np.ptp(heights)),
+                **touch.values,
+                "contact_fraction": touch.contact_fraction,
+            }
+        )
+    roughness = [touch.values[ROUGHNESS.name] for touch in touches]
+    jnd = None if min(roughness) < SMOOTH else tactile.jnd_apart(roughness[1], roughness[0])
+    return {
+        "first": entries[0],
+        "second": entries[1],
+        "jnd_apart": jnd,
+        "told_apart_probability": None if jnd is None else tactile.discrimination_probability(jnd),
+        "look": seen.numbers,
+        "no_look": seen.reason or None,
+        "scene": None if seen.numbers is None else str(scene),
+        "skin": asdict(skin),
+        "model": model,
+    }
+
+
+def _content(
+    one: Subject, other: Subject, touches: list[TouchMeasures], seen: Seen, found: Mapping[str, Any]
+) -> Comparison:
+    """The content of the page."""
+    none = np.zeros((0, 1, 1))
+    first, second = touches
+    return Comparison(
+        title=_title(one, other),
+        names=(one.name, other.name),
+        conditions=() if seen.scene is None else seen.scene.conditions,
+        pictures_before=none if seen.before is None else seen.before.mean,
+        pictures_after=none if seen.after is None else seen.after.mean,
+        white=1.0 if seen.scene is None else seen.scene.white,
+        strain_before=first.strain,
+        strain_after=second.strain,
+        heights_before=one.read.heights,
+        heights_after=other.read.heights,
+        size_mm=one.size_mm,
+        size_after_mm=None if _alike(one.size_mm, other.size_mm) else other.size_mm,
+        pressure_before=first.pressure,
+        pressure_after=second.pressure,
+        plate=None if seen.scene is None else seen.scene.plate_weights(),
+        cameras=None if seen.scene is None else seen.scene.weights,
+        result=found,
+    )
+
+
+def _alike(one_mm: float, other_mm: float) -> bool:
+    return math.isclose(one_mm, other_mm, rel_tol=1e-6)
+
+
+def _title(one: Subject, other: Subject) -> str:
+    """The names of both files; of a run's result, the run."""
+    names = [s.file.parent.name if s.file.name == RESULT else s.file.stem for s in (one, other)]
+    return f"{names[1]}: original and result" if one.name == "original" else " and ".join(names)
