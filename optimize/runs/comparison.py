@@ -141,8 +141,7 @@ def read_subjects(
         own = {key: getattr(run, key) for key in lengths}
         before = Subject("original", run.texture, load_height_map(run.texture, **own), own, run)
         return before, _result_of(folder, run, "result")
-    one, other = (_subject(path, name, lengths) for path, name in ((first, "A"), (second, "B")))
-    return one, other
+    return _subject(first, "A", lengths), _subject(second, "B", lengths)
 
 
 def _subject(path: str | Path, name: str, lengths: Mapping[str, float | None]) -> Subject:
@@ -165,8 +164,7 @@ def _result_of(folder: Path, run: Run, name: str) -> Subject:
     file = folder / RESULT
     if not file.is_file():
         raise InputError(f"{file}: no such file; the run has no result yet")
-    none = dict.fromkeys(("size_mm", "relief_mm", "height_scale"))
-    return Subject(name, file, load_height_map(file), none, run)
+    return Subject(name, file, load_height_map(file), {}, run)
 
 
 @dataclass(frozen=True)
