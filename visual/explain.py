@@ -12,7 +12,7 @@ from visual.backend import variants
 from visual.lights.kind import Light
 from visual.lights.parallel import angles
 from visual.lights.quadrature import kind_of
-from visual.models import MODELS, obstacles
+from visual.models import BOX_RADIUS, MODELS, obstacles
 from visual.needs import Needs, camera_name, needs_of
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import describe, plate_heights
@@ -111,7 +111,8 @@ def _cameras(description: Description, needs: Needs, samples: int | None) -> Ite
 
 def _camera(camera: Camera, top_view: bool, samples: int) -> str:
     view = "straight above, the plate fills the picture" if top_view else _view(camera)
-    return f"{view}, {camera.cols} x {camera.rows} pixels, {samples} samples each"
+    through = "" if camera.filter_radius == BOX_RADIUS else f", {camera.filter} filter"
+    return f"{view}, {camera.cols} x {camera.rows} pixels, {samples} samples each{through}"
 
 
 def _view(camera: Camera) -> str:

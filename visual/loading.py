@@ -1,5 +1,6 @@
 """Loading of light scenes: the plate under one light, or under several together, by Mitsuba."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import NDArray
 
 from visual.exact.background import scene_background
 from visual.exact.light_scene import LightScene
+from visual.geometry.film_filter import film_filter
 from visual.geometry.projection import Projection, from_above, projection_of
 from visual.lights.kind import Draw, Light
 from visual.lights.quadrature import kind_of
@@ -69,7 +71,8 @@ def _camera(sensor: Any, size_mm: float, resolution: tuple[int, int], overhead: 
     film = mi.traverse(sensor.film())
     film["size"], film["crop_size"] = [cols, rows], [cols, rows]
     film.update()
-    return from_above(size_mm, rows) if overhead else projection_of(sensor, rows, cols)
+    camera = from_above(size_mm, rows) if overhead else projection_of(sensor, rows, cols)
+    return replace(camera, filter=film_filter(sensor.film()))
 
 
 def _integrator(needs: Needs, bsdf_samples: int) -> Any:

@@ -11,13 +11,18 @@ from typing import Literal, get_args
 from relief.errors import InputError
 from visual.lights.quadrature import parallel_obstacle
 from visual.needs import DIRECT_DEPTH, Needs
-from visual.scene_file.parsed import Description
+from visual.scene_file.parsed import Camera, Description
 
 LookModel = Literal["exact", "fast"]
 PictureModel = Literal["exact", "step", "fast"]
 """Gradients of rendered pictures (`visual.exact.render`), pictures with explicit Jacobians for Gauss-Newton
 steps (`visual.exact.view`), and the fast look (`visual.fast`)."""
 MODELS: tuple[PictureModel, ...] = get_args(PictureModel)
+BOX_RADIUS = 0.5
+"""Radius of a film's box filter, pixels; Mitsuba takes every filter of this radius for a box."""
+WIDEST_FILTER = 3.0
+"""Largest radius, pixels, of a film's filter with gradients: a Lanczos filter of three lobes, Mitsuba's usual
+number, makes Jacobians eight times as large as a box does, and wider ones would fill the memory."""
 FORMER_NAME = "net"
 """Name of the fast look until version 0.2, which will refuse it: only ambient light comes from a net."""
 
@@ -52,6 +57,11 @@ class _Case:
         return filter(None, (parallel_obstacle(light, size_mm) for light in lights))
 
     @property
+    def cameras(self) -> Iterable[Camera]:
+        """The cameras that take pictures."""
+        return (self.description.cameras[number] for number in self.needs.cameras)
+
+    @property
     def plate_alone(self) -> bool:
         """Whether the scene holds no shape but the plate and those that shine."""
         shining = {light.shape.node for light in self.description.lights if light.shape is not None}
@@ -72,7 +82,20 @@ def _unless(condition: Callable[[_Case], bool], reason: str) -> Obstacle:
     return lambda case: () if condition(case) else (reason.format(case=case),)
 
 
+_FILM: tuple[Obstacle, ...] = (
+    _unless(
+        lambda case: all(camera.filter_radius <= WIDEST_FILTER for camera in case.cameras),
+        f"film: rfilter: reaches farther than {WIDEST_FILTER:g} pixels; gradients and the fast look do not",
+    ),
+    _unless(
+        lambda case: (
+            not any(camera.sample_border and camera.filter_radius > BOX_RADIUS for camera in case.cameras)
+        ),
+        "film: sample_border: gradients and the fast look end with the picture",
+    ),
+)
 _GRADIENTS: tuple[Obstacle, ...] = (
+    *_FILM,
     lambda case: case.lights,
     _unless(
         lambda case: case.needs.max_depth not in range(DIRECT_DEPTH),
@@ -103,6 +126,7 @@ OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
             lambda case: not case.description.plate.textures,
             "heightfield: bsdf: the fast look knows no material that varies over the plate",
         ),
+        *_FILM,
         lambda case: (f"{obstacle}; the fast look shows no other" for obstacle in case.lights),
     ),
 }

@@ -22,7 +22,7 @@ from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, pictures
 from visual.exact.view import Illumination, View
 from visual.fast.conversion import fast_renderer
-from visual.fast.renderer import FastRenderer
+from visual.fast.renderer import FastRenderer, FilmWeights
 from visual.geometry.film_samples import plate_pixels
 from visual.geometry.projection import projection_of
 from visual.lights.kind import Light
@@ -234,8 +234,11 @@ class Scene:
             variants.require_gradients()
             bsdf = plate_bsdf(self.light_scenes()[0].scene)
             lights = [self.illumination(light) for light in self._needs.alone]
-            ambient = self._description.ambient
-            self._fast = fast_renderer(self.heights.shape[0], self.size_mm, bsdf, lights, ambient)
+            ambient, samples = self._description.ambient, self.heights.shape[0]
+            reconstruction, film = self.light_scenes()[0].cameras[0].filter, None
+            if reconstruction is not None:
+                film = FilmWeights(reconstruction.along(samples, 2), reconstruction.along(2 * samples, 1))
+            self._fast = fast_renderer(samples, self.size_mm, bsdf, lights, ambient, film)
         return self._fast
 
     def illumination(self, light: Light, directions: int = FIXED_DIRECTIONS) -> ParallelLights:

@@ -77,6 +77,8 @@ def write_scene(
     cols: int = SIDE,
     pixel_format: str = "luminance",
     weight: float | None = None,
+    rfilter: str = "box",
+    film: str = "",
     further: str = "",
 ) -> Path:
     """Write `scene.xml`, and `heights.npy` that its plate shows, into a folder; returns the scene's path."""
@@ -91,7 +93,7 @@ def write_scene(
         <film type="hdrfilm">
             <integer name="width" value="{cols}"/><integer name="height" value="{rows}"/>
             <string name="pixel_format" value="{pixel_format}"/>
-            <string name="component_format" value="float32"/><rfilter type="box"/>
+            <string name="component_format" value="float32"/><rfilter type="{rfilter}"/>{film}
         </film>
     </sensor>
     {further}

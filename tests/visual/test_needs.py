@@ -301,7 +301,7 @@ from visual.lights.kind import Light
 from visual.scene_file.parsed import Camera, Description, Plate
 from visual.needs import needs_of
 sun = Light("directional", "sun", 0, (0.6, 0.0, 0.8), np.eye(4), (1.0, 1.0, 1.0))
-camera = Camera("orthographic", "", np.diag([5.0, 5.0, -1.0, 1.0]), 32, 32, 4, 1.0)
+camera = Camera("orthographic", "", np.diag([5.0, 5.0, -1.0, 1.0]), 32, 32, 4, 1.0, "box", 0.5, False)
 plate = Plate(None, 10.0, None, ("diffuse",))
 print(needs_of(Description(plate, (sun,), (camera,), (0.0,) * 3, 1, True, "direct", 2)).conditions)
 print(*({{"mitsuba", "drjit", "torch"}} & sys.modules.keys()))

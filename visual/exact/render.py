@@ -28,6 +28,10 @@ from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.topology import plate_topology
 from visual.lights.parallel import LUMINANCE
 
+FILTER_PARTS = 4
+"""Parts of a pixel's side for the weights of a filter that is no box, where edges move: pictures of gravel
+by such weights are 0.24 % off with a Gaussian, 0.5 with Lanczos."""
+
 
 class PictureIndex(NamedTuple):
     """Numbers of the camera and of the light (or the lights that shine together) of a picture."""
@@ -211,6 +215,9 @@ def edge_gradient(
 ) -> Array:
     """Gradient of a loss through moving shadows and faces; arguments and result as of `interior_gradient`."""
     camera = light.cameras[index.camera]
+    if camera.filter is not None:
+        adjoint = camera.filter.of_parts(camera.rows, camera.cols, FILTER_PARTS).T @ adjoint.ravel()
+        camera = camera.finer(FILTER_PARTS)
     if camera.overhead and not light.shadows:
         return np.zeros_like(heights)
     generator = np.random.default_rng(_seed(settings, index, 1))

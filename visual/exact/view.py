@@ -93,15 +93,24 @@ class View:
             ambient: added to every condition; None if there is none.
             seed: of the samples' positions.
             strata, ambient_strata: samples along a pixel's side under one light, and under many directions.
+                Where the film's filter is no box, `strata` serve both.
             edge_samples: along edges that move; fewer are used under many directions.
         """
         generator = np.random.default_rng(seed)
         self._scene, self._bsdf, self._set_heights = scene, bsdf, set_heights
         self._plate = plate_topology(*shape, size_mm)
-        self.camera = camera
+        self._shape, reconstruction = (camera.rows, camera.cols), camera.filter
         self._alone, self._ambient = alone, ambient
         self._strata = strata, ambient_strata
+        if reconstruction is not None:
+            # A pixel of the finer camera is one sample, whose weights in the picture follow from its place.
+            camera, self._strata = camera.finer(strata), (1, 1)
+        self._camera = camera
         self._film = [film_points(camera, count, generator) for count in self._strata]
+        self._weights: sp.csr_matrix | None = None
+        if reconstruction is not None:
+            self._film = self._film[:1] * 2
+            self._weights = reconstruction.of_points(self._film[0] / strata, *self._shape)
         self._jitter = edge_jitter(self._plate, generator, edge_samples or EdgeSamples())
         self._from_above: list[PictureSamples] = []
         if camera.overhead:
@@ -119,7 +128,7 @@ class View:
             edges: whether the derivatives include the motion of shadow boundaries and of faces.
         """
         self._set_heights(heights)
-        mesh, camera = PlacedMesh(self._scene, self._plate, heights), self.camera
+        mesh = PlacedMesh(self._scene, self._plate, heights)
         shining = (*self._alone, *(() if self._ambient is None else (self._ambient,)))
         many = [len(light.lights) > 1 for light in shining]
         samples = {which: self._samples(mesh, which, jacobian and edges) for which in set(many)}
@@ -132,33 +141,34 @@ class View:
             conditions = [(p + picture, d + entries if jacobian else None) for p, d in conditions] or [
                 (picture, entries)
             ]
-        pictures = np.stack([p.reshape(camera.rows, camera.cols) for p, _ in conditions])
+        pictures = np.stack([p.reshape(self._shape) for p, _ in conditions])
         return Pictures(pictures, tuple(d for _, d in conditions) if jacobian else ())
 
     def _samples(self, mesh: PlacedMesh, many: bool, edges: bool) -> _ViewSamples:
         if self._from_above:
             samples = self._from_above[many]
         else:
-            samples = samples_by_rays(mesh, self.camera, self._film[many], self._strata[many] ** 2)
+            samples = samples_by_rays(mesh, self._camera, self._film[many], self._strata[many] ** 2)
         jitter = self._jitter.under_many_lights() if many else self._jitter
-        return _ViewSamples(
-            samples, jitter, visibility_edges(mesh, self.camera, jitter.visibility) if edges else None
-        )
+        moving = visibility_edges(mesh, self._camera, jitter.visibility) if edges else None
+        return _ViewSamples(samples, jitter, moving)
 
     def _lit_by(
         self, light: Illumination, of_view: _ViewSamples, mesh: PlacedMesh, jacobian: bool, edges: bool
     ) -> tuple[Array, Any]:
         """Picture (pixels,) and Jacobian (pixels, heights) under a set of lights that shine together."""
-        plate, pixels, lights, samples = self._plate, self.camera.pixels, light.lights, of_view.samples
+        plate, camera, lights, samples = self._plate, self._camera, light.lights, of_view.samples
         if mesh.textured:
-            shading, pairs = None, of_samples(self._bsdf, self.camera, lights, samples, mesh)
+            shading, pairs = None, of_samples(self._bsdf, camera, lights, samples, mesh)
         else:
-            shading = shade(self._bsdf, *mesh.slopes, lights, self.camera.toward(mesh.centres))
+            shading = shade(self._bsdf, *mesh.slopes, lights, camera.toward(mesh.centres))
             pairs = of_faces(shading, lights, samples, mesh)
         behind = light.background(samples.missed_direction) / samples.per_pixel
-        picture: Array = np.zeros(pixels)
-        picture += np.bincount(samples.pair_pixel, pairs.radiance, minlength=pixels)
-        picture += np.bincount(samples.missed_pixel, behind, minlength=pixels)
+        picture: Array = np.zeros(camera.pixels)
+        picture += np.bincount(samples.pair_pixel, pairs.radiance, minlength=camera.pixels)
+        picture += np.bincount(samples.missed_pixel, behind, minlength=camera.pixels)
+        if self._weights is not None:
+            picture = self._weights @ picture
         if not jacobian:
             return picture, None
         face = samples.pair_face
@@ -171,7 +181,8 @@ class View:
         if edges:
             shadows = shadow_edges(mesh, lights, of_view.jitter.shadows)
             parts += discontinuity_entries(
-                mesh, self.camera, self._bsdf, lights, shading, light.background, shadows, of_view.edges
+                mesh, camera, self._bsdf, lights, shading, light.background, shadows, of_view.edges
             )
         r, c, v = (np.concatenate(p) for p in zip(*parts, strict=True))
-        return picture, sp.csr_matrix((v, (r, c)), shape=(pixels, plate.rows * plate.cols))
+        by_heights = sp.csr_matrix((v, (r, c)), shape=(camera.pixels, plate.rows * plate.cols))
+        return picture, by_heights if self._weights is None else self._weights @ by_heights

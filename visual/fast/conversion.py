@@ -7,7 +7,7 @@ import numpy as np
 
 from visual.fast.ambient_net import trained_ambient_light
 from visual.fast.bsdf_table import ambient_table, light_table
-from visual.fast.renderer import FastRenderer
+from visual.fast.renderer import FastRenderer, FilmWeights
 from visual.lights.kind import RGB
 from visual.lights.parallel import ParallelLights
 
@@ -16,7 +16,12 @@ LEAST_RADIANCE = 1e-9
 
 
 def fast_renderer(
-    samples: int, size_mm: float, bsdf: Any, lights: Sequence[ParallelLights], ambient: RGB
+    samples: int,
+    size_mm: float,
+    bsdf: Any,
+    lights: Sequence[ParallelLights],
+    ambient: RGB,
+    film: FilmWeights | None = None,
 ) -> FastRenderer:
     """The fast renderer of a plate seen from straight above.
 
@@ -26,6 +31,7 @@ def fast_renderer(
         bsdf: the plate's material in Mitsuba's current variant.
         lights: what shines in each condition; with none, the one condition is ambient light alone.
         ambient: radiance from all around, added to every condition; red, green and blue.
+        film: weights of the film's filter; None for a box.
 
     Raises:
         InputError: there is no net for ambient light on this material and grid.
@@ -45,4 +51,5 @@ def fast_renderer(
         max(len(lights), 1),
         light_table(bsdf, ParallelLights(toward, irradiance)) if len(toward) else None,
         around,
+        film,
     )

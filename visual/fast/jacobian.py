@@ -69,13 +69,18 @@ class FastView:
             if jacobian:
                 for of_slope, change in zip(by_slope, tilted, strict=True):
                     of_slope += visibility * on_triangles(change)
+        shown, film = pictures.numpy(), None
+        if renderer.film is not None:
+            along = renderer.film.between_quarters
+            film = sp.csr_matrix(sp.kron(along, along))
+            shown = (film @ shown.reshape(len(shown), -1).T).T.reshape(shown.shape)
         if not jacobian:
-            return Pictures(pictures.numpy(), ())
+            return Pictures(shown, ())
         jacobians = [
             self._jacobian(by_slope[:, condition].numpy(), by_shadow[condition])
             for condition in range(renderer.conditions)
         ]
-        return Pictures(pictures.numpy(), tuple(jacobians))
+        return Pictures(shown, tuple(j if film is None else film @ j for j in jacobians))
 
     def _jacobian(self, by_slope: Array, by_shadow: list[sp.csr_matrix]) -> sp.csr_matrix:
         """(4 n², n²), from derivatives of triangles (2, 2, 2n, 2n) by slopes and of quarters by corners."""

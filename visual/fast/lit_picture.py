@@ -34,6 +34,46 @@ def lit_picture(fine: Tensor, faces: Tensor, sweep: ShadowSweep | None) -> Tenso
     return picture
 
 
+def lit_share(fine: Tensor, sweep: ShadowSweep | None) -> Tensor | None:
+    """Lit shares (2, 2n, 2n) of triangles, differentiable by heights; None where all are 1.
+
+    Args:
+        fine: (2n + 1, 2n + 1) mm, heights of `refined`.
+        sweep: of the light; None for a light that casts no shadow.
+    """
+    if sweep is None:
+        return None
+    shares: Tensor = _LitShare.apply(fine, sweep)
+    return shares
+
+
+class _LitShare(torch.autograd.Function):
+    """`lit_share` with its derivative in closed form."""
+
+    @staticmethod
+    def forward(ctx: Any, fine: Tensor, sweep: ShadowSweep) -> Tensor:
+        clearance, ctx.highest_column = sweep.trace(fine)
+        shares, ctx.boundary = lit_shares(clearance)
+        ctx.sweep = sweep
+        return shares
+
+    @staticmethod
+    def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None]:
+        weight = gradient.reshape(-1).index_select(0, ctx.boundary.triangle)
+        return _to_fine(ctx, weight, gradient.shape[-1] + 1), None
+
+
+def _to_fine(ctx: Any, weight: Tensor, side: int) -> Tensor:
+    """(side, side): the gradient by heights, from that by the shares of the boundary's triangles."""
+    to_fine = weight.new_zeros(side**2 + 1)
+    to_fine.index_add_(0, ctx.boundary.corners.view(-1), (weight * ctx.boundary.by_clearance).view(-1))
+    corners = torch.from_numpy(np.flatnonzero(to_fine.numpy()))
+    occluders, weights = ctx.sweep.occluders(ctx.highest_column, corners)
+    taken = weights * to_fine.index_select(0, corners)
+    to_fine.index_add_(0, occluders.view(-1), taken.view(-1), alpha=-1)
+    return to_fine[:-1].view(side, side)
+
+
 class _LitPicture(torch.autograd.Function):
     """`lit_picture` with its derivative in closed form."""
 
@@ -52,17 +92,11 @@ class _LitPicture(torch.autograd.Function):
         if ctx.needs_input_grad[1]:
             to_faces = _pooled_faces_adjoint(shares, gradient)
         if ctx.needs_input_grad[0]:
-            boundary, n = ctx.boundary, gradient.shape[-1]
-            pixel, face = (numbers.index_select(0, boundary.triangle) for numbers in _triangle_numbers(n))
+            triangle, n = ctx.boundary.triangle, gradient.shape[-1]
+            pixel, face = (numbers.index_select(0, triangle) for numbers in _triangle_numbers(n))
             weight = 0.125 * gradient.reshape(-1).index_select(0, pixel)
             weight = weight * faces.reshape(-1).index_select(0, face)
-            to_fine = faces.new_zeros((2 * n + 1) ** 2 + 1)
-            to_fine.index_add_(0, boundary.corners.view(-1), (weight * boundary.by_clearance).view(-1))
-            corners = torch.from_numpy(np.flatnonzero(to_fine.numpy()))
-            occluders, weights = ctx.sweep.occluders(ctx.highest_column, corners)
-            taken = weights * to_fine.index_select(0, corners)
-            to_fine.index_add_(0, occluders.view(-1), taken.view(-1), alpha=-1)
-            to_fine = to_fine[:-1].view(2 * n + 1, 2 * n + 1)
+            to_fine = _to_fine(ctx, weight, 2 * n + 1)
         return to_fine, to_faces, None
 
 

@@ -2,21 +2,43 @@
 
 In torch alone, a picture of 128 x 128 pixels takes milliseconds, and so does its gradient, shadows included
 (docs/learned.md has errors and times). Lights are parallel or quadratures of parallel ones, ambient light is
-of constant radiance, light is direct, and every pixel is centred on a height sample.
+of constant radiance, light is direct, and every pixel is centred on a height sample. A film's filter that is
+no box weighs quarters of pixels.
 """
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
+import scipy.sparse as sp
 import torch
 from torch import Tensor
 
 from visual.fast.ambient_net import AmbientLight
 from visual.fast.bsdf_table import BsdfTable
-from visual.fast.lit_picture import lit_picture, pooled_faces
-from visual.fast.refinement import face_slopes, refined
+from visual.fast.lit_picture import lit_picture, lit_share, pooled_faces
+from visual.fast.refinement import (
+    face_slopes,
+    on_quarters,
+    on_triangles,
+    pixel_means,
+    quarter_means,
+    refined,
+)
 from visual.fast.shadow_sweep import ShadowSweep, shadow_sweep
 from visual.lights.parallel import OVERHEAD
+
+
+class FilmWeights(NamedTuple):
+    """Weights of quarters of pixels along one side of a picture, by a film's filter; each row has the sum 1.
+
+    Attributes:
+        of_quarters: (n, 2n), for pixels.
+        between_quarters: (2n, 2n), for pictures in which quarters are pixels.
+    """
+
+    of_quarters: sp.csr_matrix
+    between_quarters: sp.csr_matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +53,7 @@ class FastRenderer:
         conditions: number of pictures.
         table: radiance of faces under each light; None without lights.
         ambient: light from all around; None without.
+        film: weights of the film's filter; None for a box.
     """
 
     samples: int
@@ -40,6 +63,7 @@ class FastRenderer:
     conditions: int
     table: BsdfTable | None
     ambient: AmbientLight | None
+    film: FilmWeights | None = None
 
     def pictures(self, heights: Tensor) -> Tensor:
         """Render reliefs, differentiably; in single precision whatever that of the heights.
@@ -51,7 +75,8 @@ class FastRenderer:
             (..., conditions, n, n) radiance.
         """
         flat = heights.reshape(-1, *heights.shape[-2:])
-        each = torch.stack([self._pictures(relief.float()) for relief in flat])
+        show = self._pictures if self.film is None else self._filtered
+        each = torch.stack([show(relief.float()) for relief in flat])
         return each.view(*heights.shape[:-2], *each.shape[1:]).to(heights.dtype)
 
     def sweep(self, toward: tuple[float, float, float], dtype: torch.dtype) -> ShadowSweep | None:
@@ -75,3 +100,23 @@ class FastRenderer:
                 shining.append(ambient)
         dark = heights.new_zeros(heights.shape)
         return torch.stack([sum(shining, dark) for shining in parts])
+
+    def _filtered(self, heights: Tensor) -> Tensor:
+        """The same through the film's filter, by way of quarters of pixels."""
+        assert self.film is not None
+        slopes = face_slopes(heights, self.size_mm)
+        side = 2 * self.samples
+        quarters = [heights.new_zeros(side, side) for _ in range(self.conditions)]
+        if self.table is not None:
+            fine = refined(heights)
+            radiance = self.table.to(heights.dtype)(*slopes)
+            for toward, condition, faces in zip(self.toward, self.condition, radiance, strict=True):
+                share = lit_share(fine, self.sweep(toward, heights.dtype))
+                lit = on_triangles(faces) if share is None else share * on_triangles(faces)
+                quarters[condition] = quarters[condition] + quarter_means(lit)
+        if self.ambient is not None:
+            unoccluded = quarter_means(on_triangles(self.ambient.table.to(heights.dtype)(*slopes)[0]))
+            visibility = self.ambient.visibility(heights, self.size_mm, pixel_means(unoccluded))
+            quarters = [shining + unoccluded * on_quarters(visibility) for shining in quarters]
+        weights = torch.as_tensor(self.film.of_quarters.toarray()).to(heights.dtype)
+        return torch.stack([weights @ shining @ weights.T for shining in quarters])

@@ -3,13 +3,14 @@
 Film coordinates are pixels (column, row), from the upper left corner of the picture to the right and down.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from relief.arrays import Array, Index
+from visual.geometry.film_filter import FilmFilter
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class Projection:
             of direction.
         along: (3,) unit direction of parallel rays, else direction of the ray through the upper left corner.
         overhead: whether the camera looks straight down on a plate that fills the picture.
+        filter: reconstruction filter of the film; None for a box.
     """
 
     rows: int
@@ -34,11 +36,19 @@ class Projection:
     down: Array
     along: Array
     overhead: bool
+    filter: FilmFilter | None = None
 
     @property
     def pixels(self) -> int:
         """Number of pixels of the picture."""
         return self.rows * self.cols
+
+    def finer(self, parts: int) -> "Projection":
+        """The same camera with a box filter on so many pixels along each side of a pixel of this one."""
+        across, down = self.across / parts, self.down / parts
+        return replace(
+            self, rows=self.rows * parts, cols=self.cols * parts, across=across, down=down, filter=None
+        )
 
     @cached_property
     def _inverse(self) -> Array:

@@ -1,6 +1,7 @@
 """Description of a checked scene, read from its parsed nodes before anything of the scene is loaded."""
 
 import math
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,17 @@ _TEXTURES = ("bitmap", "checkerboard")
 _METALS = ("conductor", "roughconductor")
 _DEFAULT_FILM = (576, 768)
 _DEFAULT_SAMPLES = 4
+_DEFAULT_FILTER = "gaussian", 2.0
+"""Reconstruction filter of a film that names none, and its radius in pixels."""
+_FILTER_RADII: Mapping[str, Callable[[Any], float]] = {
+    "box": lambda props: 0.5,
+    "tent": lambda props: float(props.get("radius", 1.0)),
+    "gaussian": lambda props: 4.0 * float(props.get("stddev", 0.5)),
+    "mitchell": lambda props: 2.0,
+    "catmullrom": lambda props: 2.0,
+    "lanczos": lambda props: float(props.get("lobes", 3)),
+}
+"""Radii of Mitsuba's reconstruction filters, pixels."""
 _DEFAULT_DEPTH = {"direct": 2, "prb": 6, "prb_basic": 6}
 """Longest path of the integrators whose default has a limit."""
 
@@ -178,9 +190,14 @@ class _Reader:
         films = self.children_of_type(index, "Film")
         samplers = self.children_of_type(index, "Sampler")
         rows, cols = _DEFAULT_FILM
+        border, name, radius = False, *_DEFAULT_FILTER
         if films:
             props = self.nodes[films[0]].props
             rows, cols = int(props.get("height", rows)), int(props.get("width", cols))
+            border = bool(props.get("sample_border", False))
+            for reconstruction in self.children_of_type(films[0], "ReconstructionFilter")[:1]:
+                name = self.kind(reconstruction)
+                radius = _FILTER_RADII[name](self.nodes[reconstruction].props)
         samples = (
             self.nodes[samplers[0]].props.get("sample_count", _DEFAULT_SAMPLES)
             if samplers
@@ -194,6 +211,9 @@ class _Reader:
             cols=cols,
             samples=int(samples),
             weight=float(self.nodes[index].props.get(WEIGHT, 1.0)),
+            filter=name,
+            filter_radius=radius,
+            sample_border=border,
         )
 
     def plate(self, index: int) -> Plate:

@@ -40,6 +40,9 @@ class Camera:
         rows, cols: pixels of the picture.
         samples: a pixel.
         weight: share of the look, relative to those of the other sensors.
+        filter: Mitsuba's name of the film's reconstruction filter.
+        filter_radius: of this filter, pixels; half a pixel is a box, whatever its name.
+        sample_border: whether samples beyond the picture count in its outermost pixels.
     """
 
     kind: str
@@ -49,6 +52,9 @@ class Camera:
     cols: int
     samples: int
     weight: float
+    filter: str
+    filter_radius: float
+    sample_border: bool
 
 
 @dataclass(frozen=True)
