@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from benchmarks.common import load, machine, save, table
 from optimize.runs.checkpoint import load_checkpoint
-from optimize.runs.results import SETTINGS
+from optimize.runs.key import SETTINGS
 from relief.heightmap import save_heights_exr
 
 NAME = "interruptions"

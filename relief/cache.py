@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import logging
 import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -14,6 +15,8 @@ import numpy as np
 from relief.errors import InputError
 from relief.files import cache_folder, remove_partial, write_atomically
 from relief.tensors import Arrays, read_tensors, tensor_bytes
+
+_log = logging.getLogger(__name__)
 
 ABANDONED_S = 3600.0
 """Age of a temporary folder, s, after which no process is writing to it any more."""
@@ -61,7 +64,9 @@ def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], 
         with suppress(InputError):
             arrays, stored = read_tensors(path)
             if stored == text and all(np.isfinite(array).all() for array in arrays.values()):
+                _log.info("%s: %s read from the cache, not built", path, kind)
                 return arrays
+    _log.info("%s: not in the cache, is built", kind)
     arrays = build()
     with suppress(OSError):
         remove_partial(path.parent, ABANDONED_S)

@@ -5,7 +5,16 @@ from contextlib import contextmanager
 
 
 class InputError(ValueError):
-    """Bad input, in one line that names file and field; the command line prints it and exits with 2."""
+    """Bad input, in one line that names file and field; the command line prints it and exits with 2.
+
+    Attributes:
+        for_command: The line as the command prints it. It differs from ``str(error)``, which is for Python,
+            where the one names an option and the other an argument of a function.
+    """
+
+    def __init__(self, line: str = "", for_command: str | None = None) -> None:
+        super().__init__(line)
+        self.for_command = line if for_command is None else for_command
 
 
 @contextmanager
@@ -21,4 +30,4 @@ def naming(subject: object) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError(f"{subject}: {error}") from error
+        raise InputError(f"{subject}: {error}", f"{subject}: {error.for_command}") from error

@@ -1,5 +1,6 @@
 """Files: written whole or not at all, read within a limit, and the folder of the cache."""
 
+import logging
 import os
 import shutil
 import tempfile
@@ -10,6 +11,8 @@ from functools import cache
 from pathlib import Path
 
 from relief.errors import InputError
+
+_log = logging.getLogger(__name__)
 
 PARTIAL = ".partial"
 """Ending of the name of a temporary folder; the name begins with a dot."""
@@ -90,6 +93,7 @@ def partial_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         partial = folder / Path(path).name
         yield partial
         os.replace(partial, path)
+        _log.info("%s: written", path)
 
 
 def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:

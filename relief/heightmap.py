@@ -102,7 +102,10 @@ def load_height_map(
         unit = white
     with np.errstate(over="ignore", invalid="ignore"):
         heights = content.values * unit
-    return HeightMap(check_heights(heights, path), _first(path, "size_mm", size_mm, content.size_mm))
+    checked = check_heights(heights, path)
+    kind = "heights times" if content.holds_mm else "a picture, white is"
+    _log.info("%s: %d x %d samples read, %s %g mm", path, *checked.shape, kind, unit)
+    return HeightMap(checked, _first(path, "size_mm", size_mm, content.size_mm))
 
 
 def _first(path: Path, key: str, given: float | None, header: float | None) -> float | None:

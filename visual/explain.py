@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from relief.arrays import Array
 from visual.backend import variants
 from visual.lights.kind import Light
 from visual.lights.parallel import angles
@@ -16,7 +17,7 @@ from visual.models import BOX_RADIUS, MODELS, obstacles
 from visual.needs import Needs, camera_name, needs_of
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import describe, plate_heights
-from visual.scene_file.parsed import Camera, Description, Plate
+from visual.scene_file.parsed import Camera, CheckedScene, Description, Plate
 
 NO_EDGES = "not followed: only gradients need them"
 NO_GRADIENTS = "none, so retouch optimize refuses this scene: "
@@ -56,8 +57,19 @@ def explain_scene(
         InputError: what is wrong with the file, in one line.
     """
     checked = check_scene(path, defines)
+    heights = plate_heights(path, describe(checked).plate, texture, size_mm, relief_mm, height_scale)
+    return explain(checked, heights, variant, texture, samples)
+
+
+def explain(
+    checked: CheckedScene,
+    heights: Array,
+    variant: str | None,
+    texture: str | Path | None,
+    samples: int | None = None,
+) -> list[tuple[str, str]]:
+    """What rendering a checked scene would do, with heights (rows, cols) in mm; as `explain_scene`."""
     description = describe(checked)
-    heights = plate_heights(path, description.plate, texture, size_mm, relief_mm, height_scale)
     needs = needs_of(description)
     chosen = variants.choose_variant(needs.colour, variant)
     exact, step, fast = (obstacles(model, description, needs, heights.shape) for model in MODELS)

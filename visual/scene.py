@@ -3,6 +3,7 @@
 A condition is one camera with one light on, plus all ambient light.
 """
 
+import logging
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -21,6 +22,7 @@ from visual.exact.discontinuities import EdgeSamples
 from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, pictures
 from visual.exact.view import Illumination, View
+from visual.explain import explain
 from visual.fast.conversion import fast_renderer
 from visual.fast.renderer import FastRenderer, FilmWeights
 from visual.geometry.film_samples import plate_pixels
@@ -34,6 +36,8 @@ from visual.needs import Needs, camera_name, needs_of
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import check_size, describe, plate_heights
 from visual.scene_file.parsed import CheckedScene, Description
+
+_log = logging.getLogger(__name__)
 
 FIXED_DIRECTIONS = 24
 """Parallel lights that stand for each light that is not directional, in `Scene.views`. Under ambient light
@@ -384,4 +388,7 @@ def load_scene(
     checked = check_scene(path, defines)
     plate = describe(checked).plate
     heights = plate_heights(path, plate, texture, size_mm, relief_mm, height_scale)
+    if _log.isEnabledFor(logging.INFO):
+        for subject, sentence in explain(checked, heights, variant, texture):
+            _log.info("%s: %s: %s", path, subject, sentence)
     return Scene(checked, heights, variant)

@@ -1,7 +1,6 @@
 """`retouch compare`: two textures, results or runs side by side, on one page and on the screen."""
 
 import argparse
-import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,10 +11,12 @@ from optimize.commands.options import (
     add_distance,
     add_mitsuba,
     add_plate,
+    add_talk,
     check_scales,
     console,
     contact_errors_name,
     count,
+    print_json,
     seed,
 )
 from optimize.descent.targets import QUANTITIES
@@ -64,8 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="layer",
         help="model of touch: layer (elastic layer, default), quick, net, fem (finite elements)",
     )
-    parser.add_argument("--json", action="store_true", help="print every number as JSON instead of a summary")
-    parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
+    add_talk(parser, "every number")
 
     pictures = parser.add_argument_group("the pictures")
     pictures.add_argument(
@@ -107,7 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
             **lengths,
         )
     if arguments.json:
-        print(json.dumps(found, indent=2))
+        print_json(found)
     elif not arguments.quiet:
         from rich.table import Table
         from rich.text import Text

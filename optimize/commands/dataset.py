@@ -7,11 +7,12 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from optimize.commands.options import seed, whole_number
+from optimize.commands.options import add_talk, print_json, seed, whole_number
 
 if TYPE_CHECKING:
     from optimize.training.dataset import ShardResult
@@ -52,7 +53,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", dest="out", type=Path, required=True, metavar="DIR", help="the data set, new or unfinished"
     )
-    parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
     textures = parser.add_argument_group("the textures")
     textures.add_argument(
         "--count",
@@ -111,6 +111,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help='address of the scheduler of a Dask cluster, or "local" for a cluster of --workers here',
     )
+    add_talk(parser, "the number of textures, and those without fields,")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -147,6 +148,16 @@ def run(arguments: argparse.Namespace) -> int:
     )
     with nullcontext(_ignore) if arguments.quiet else _progress(plan.request.total) as observer:
         failures = make_dataset(plan, arguments.out, runner, observer)
+    status = WITH_FAILURES if failures else COMPLETE
+    if arguments.json:
+        print_json(
+            {
+                "folder": str(arguments.out),
+                "textures": plan.request.total,
+                "failures": [asdict(failure) for failure in failures],
+            }
+        )
+        return status
     if not arguments.quiet:
         complete = plan.request.total - len(failures)
         print(f"{arguments.out}: {complete} textures with their fields, {len(failures)} without")
@@ -154,7 +165,7 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"texture {failure.index} ({failure.source}): {failure.reason}", file=sys.stderr)
     if len(failures) > MOST_SHOWN:
         print(f"... the others are listed in {arguments.out / FAILURES}", file=sys.stderr)
-    return WITH_FAILURES if failures else COMPLETE
+    return status
 
 
 def _cores() -> int:

@@ -3,7 +3,6 @@
 import contextlib
 import importlib.metadata
 import importlib.resources
-import json
 import os
 import platform
 import sys
@@ -15,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from optimize.commands.options import print_json
 from relief.errors import InputError
 from relief.files import cache_folder
 from tactile.sparse import has_pardiso
@@ -186,7 +186,7 @@ def run(as_json: bool) -> int:
     findings = diagnose()
     ready = can_run(findings)
     if as_json:
-        print(json.dumps({"ready": ready, "findings": [asdict(finding) for finding in findings]}, indent=2))
+        print_json({"ready": ready, "findings": [asdict(finding) for finding in findings]})
     else:
         console = Console()
         console.print(table(findings))

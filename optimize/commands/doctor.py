@@ -2,6 +2,8 @@
 
 import argparse
 
+from optimize.commands.options import add_talk
+
 HELP = "check this machine, and say what to install"
 DESCRIPTION = "Checks everything an optimisation uses: packages, libLLVM, Mitsuba's variants, cache, memory."
 EPILOG = """\
@@ -13,7 +15,7 @@ exit status: 0 if an optimisation can run here, 1 if not.
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    add_talk(parser, "every finding", quiet=False)
 
 
 def run(arguments: argparse.Namespace) -> int:

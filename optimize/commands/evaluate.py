@@ -1,14 +1,21 @@
 """`retouch evaluate`: roughness and contact area of textures, without rendering anything."""
 
 import argparse
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mitsuba_scenes import find_texture
-from optimize.commands.options import TEXTURE, add_plate, check_scales, console, contact_errors_name
+from optimize.commands.options import (
+    TEXTURE,
+    add_plate,
+    add_talk,
+    check_scales,
+    console,
+    contact_errors_name,
+    print_json,
+)
 from optimize.descent.targets import QUANTITIES, ROUGHNESS
 from optimize.report.formatting import MODEL_NAMES, model_name, number
 from relief.errors import naming
@@ -66,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default = getattr(Skin, name)
         flag, text = f"--{name.replace('_', '-')}", f"{quantity} (default: {default:g})"
         skin.add_argument(flag, type=float, default=default, metavar=metavar, help=text)
-    parser.add_argument("--json", action="store_true", help="print a JSON list instead of a table")
+    add_talk(parser, "a list with an entry for each texture", quiet=False)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -91,7 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
         entries = [
             entry | {"size_mm": size_mm} | setting for entry, size_mm in zip(entries, sizes, strict=True)
         ]
-        print(json.dumps(entries, indent=2))
+        print_json(entries)
         return 0
     screen = console()
     screen.print(table(entries))

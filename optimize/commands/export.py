@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from mitsuba_scenes import find_texture
-from optimize.commands.options import TEXTURE, add_plate, check_scales
+from optimize.commands.options import TEXTURE, add_plate, add_talk, check_scales, print_json
 from relief.errors import InputError
 from relief.formats import FORMATS
 from relief.limits import BASE_MM
@@ -38,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MM",
         help=f"thickness of the plate under height 0, mm (default: {BASE_MM:g})",
     )
+    add_talk(parser, "file, size and thickness", quiet=False)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -62,5 +63,9 @@ def run(arguments: argparse.Namespace) -> int:
         # The message of the error names a temporary file.
         raise InputError(f"{out}: -o: {error.strerror}") from error
     thick = base_mm + float(heights.max())
+    if arguments.json:
+        bytes_ = out.stat().st_size
+        print_json({"file": str(out), "size_mm": size_mm, "thickness_mm": thick, "bytes": bytes_})
+        return 0
     print(f"{out}: {size_mm:g} x {size_mm:g} x {thick:.3g} mm, {out.stat().st_size / 2**20:.1f} MiB")
     return 0

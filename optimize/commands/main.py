@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 from optimize.commands import compare, dataset, doctor, evaluate, export, optimize, render, resume, train
-from optimize.commands.options import INTERRUPTED
+from optimize.commands.options import INTERRUPTED, telling
 from optimize.commands.streams import standard_streams
 from optimize.runs.interrupts import interruptible
 from relief.errors import InputError
@@ -105,10 +105,12 @@ def _main(argv: Sequence[str]) -> int:
             sys.stdout.flush()
         after_interrupt = getattr(VERBS[arguments.verb], "AFTER_INTERRUPT", "")
         run: Callable[[argparse.Namespace], int] = VERBS[arguments.verb].run
-        with interruptible():
+        with interruptible(), telling(getattr(arguments, "verbose", False)):
             status = run(arguments)
         sys.stdout.flush()
-    except (InputError, UsageError) as error:
+    except InputError as error:
+        return _refuse(error.for_command)
+    except UsageError as error:
         return _refuse(str(error))
     except BrokenPipeError:
         return BROKEN_PIPE
@@ -140,10 +142,25 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     parser = _Parser(prog="retouch", description=DESCRIPTION, epilog=EPILOG)
     parser.add_argument("--version", action="version", version=f"retouch {_version()}")
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    parsers = {}
     for name, verb in VERBS.items():
         texts = {"help": verb.HELP, "description": verb.DESCRIPTION, "epilog": verb.EPILOG}
-        verb.add_arguments(verbs.add_parser(name, **texts))
-    return parser.parse_args(argv)
+        parsers[name] = verbs.add_parser(name, **texts)
+        verb.add_arguments(parsers[name])
+    arguments, unknown = parser.parse_known_args(argv)
+    if unknown:
+        # Not by argparse, which would point to the help of the program.
+        parsers[arguments.verb].error(_unknown(unknown[0], parsers[arguments.verb]))
+    return arguments
+
+
+def _unknown(argument: str, parser: argparse.ArgumentParser) -> str:
+    """What is wrong with an argument that a verb does not know, with the nearest option."""
+    name = argument.partition("=")[0]
+    if not name.startswith("-"):
+        return f"{argument}: one argument too many"
+    options = [option for action in parser._actions for option in action.option_strings]
+    return f"{name}: no such option; the nearest is {difflib.get_close_matches(name, options, 1, 0.0)[0]}"
 
 
 def _version() -> str:

@@ -3,9 +3,9 @@
 import argparse
 import json
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mitsuba_scenes import find_file, find_texture
 from optimize.commands.options import (
@@ -14,9 +14,11 @@ from optimize.commands.options import (
     add_distance,
     add_mitsuba,
     add_plate,
+    add_talk,
     check_scales,
     console,
     contact_errors_name,
+    print_json,
     seed,
 )
 from optimize.descent.targets import GOAL_KEYS, QUANTITIES
@@ -25,7 +27,6 @@ from relief.formats import HEIGHT_MAPS
 
 if TYPE_CHECKING:
     from optimize.runs.config import Run
-    from optimize.runs.job import Result
 
 SCENE = "studio"
 """Scene of a texture that comes without one."""
@@ -86,7 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder to write to (default: runs/<name of the run file or texture>)",
     )
     parser.add_argument("--force", action="store_true", help="replace an earlier run in RUN_DIR")
-    parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
+    add_talk(parser, "the content of result.json, with the files written,")
 
     target = parser.add_argument_group("the feel to reach")
     for quantity in QUANTITIES.values():
@@ -143,7 +144,7 @@ def run(arguments: argparse.Namespace) -> int:
         result = job.run(
             settings, out, variant=arguments.variant, force=arguments.force, quiet=arguments.quiet
         )
-    return finish(result, arguments.quiet)
+    return finish(result.summary, result.run_dir, arguments)
 
 
 def load(arguments: argparse.Namespace) -> "Run":
@@ -200,17 +201,26 @@ def overrides(arguments: argparse.Namespace) -> Sequence[str]:
     return [*settings, *arguments.settings]
 
 
-def finish(result: "Result", quiet: bool) -> int:
-    """Print the summary of a run, unless `quiet`; returns the exit status."""
-    from optimize.descent.driver import StopReason
+def finish(result: Mapping[str, Any], run_dir: Path, arguments: argparse.Namespace) -> int:
+    """Print the summary of a run as wanted; returns the exit status.
 
-    if not quiet:
+    Args:
+        result: the content of result.json.
+        run_dir: folder of the run.
+        arguments: of the command, with `json` and `quiet`.
+    """
+    from optimize.descent.stop_reason import StopReason
+
+    stop = StopReason[result["stop"]["reason"].upper()]
+    status = INTERRUPTED if stop is StopReason.INTERRUPTED else REACHED if stop.met else SHORT_OF_TARGET
+    if arguments.json:
+        files = sorted(str(path) for path in run_dir.rglob("*") if path.is_file())
+        print_json({"run_dir": str(run_dir), "exit_status": status, **result, "files": files})
+    elif not arguments.quiet:
         from optimize.commands.summary import summary
 
-        console().print(summary(result.summary, result.run_dir))
-    if result.stop is StopReason.INTERRUPTED:
-        return INTERRUPTED
-    return REACHED if result.stop.met else SHORT_OF_TARGET
+        console().print(summary(result, run_dir))
+    return status
 
 
 def _read_texture(settings: "Run") -> None:

@@ -2,9 +2,13 @@
 
 import argparse
 import contextlib
+import json
+import logging
+import math
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from relief.errors import InputError
 from relief.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
@@ -24,6 +28,8 @@ TEXTURE = (
 """What a texture is, in the help of every verb that takes one."""
 LONGEST_NUMBER = 40
 """Most characters of a whole number."""
+PACKAGES = ("relief", "tactile", "visual", "surrogate", "optimize", "mitsuba_scenes")
+"""Packages whose steps `-v` tells; others tell warnings only."""
 
 
 def define(text: str) -> tuple[str, str]:
@@ -63,6 +69,62 @@ def whole_number(lowest: int, highest: int) -> Callable[[str], int]:
         return int(text)
 
     return read
+
+
+def add_talk(parser: argparse.ArgumentParser, document: str | None = None, quiet: bool = True) -> None:
+    """Add `-v`, and how else a verb talks.
+
+    Args:
+        parser: of the verb.
+        document: what `--json` prints, for the help; None leaves the option out.
+        quiet: whether there is `-q`.
+    """
+    talk = parser.add_argument_group("what is told")
+    if quiet:
+        talk.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
+    talk.add_argument(
+        "-v", dest="verbose", action="store_true", help="tell on stderr what is done, and what is skipped"
+    )
+    if document is not None:
+        text = f"print {document} as one JSON document; progress goes to stderr"
+        talk.add_argument("--json", action="store_true", help=text)
+
+
+class _Telling(logging.Handler):
+    """Prints records on the stderr of the moment, above a moving line if there is one."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        print(self.format(record), file=sys.stderr)
+
+
+@contextlib.contextmanager
+def telling(verbose: bool) -> Iterator[None]:
+    """Print warnings on stderr, and the steps of Retouch's packages if `verbose`."""
+    root, handler = logging.getLogger(), _Telling()
+    loggers = [logging.getLogger(name) for name in PACKAGES]
+    levels = [logger.level for logger in loggers]
+    root.addHandler(handler)
+    for logger in loggers:
+        logger.setLevel(logging.INFO if verbose else logging.WARNING)
+    try:
+        yield
+    finally:
+        root.removeHandler(handler)
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+
+
+def print_json(content: Any) -> None:
+    """Print one JSON document on stdout; numbers that are not finite, which JSON lacks, become null."""
+    print(json.dumps(_finite(content), indent=2, default=str))
+
+
+def _finite(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {key: _finite(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_finite(value) for value in content]
+    return None if isinstance(content, float) and not math.isfinite(content) else content
 
 
 def add_plate(parser: argparse._ActionsContainer, first: str = "", size: str = f"{PATCH_SIDE_MM:g}") -> None:

@@ -9,7 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mitsuba_scenes import find_file, find_texture
-from optimize.commands.options import TEXTURE, add_mitsuba, add_plate, check_scales, console, count, seed
+from optimize.commands.options import (
+    TEXTURE,
+    add_mitsuba,
+    add_plate,
+    add_talk,
+    check_scales,
+    console,
+    count,
+    print_json,
+    seed,
+)
 from optimize.report.formatting import duration, number, percent
 from relief.errors import InputError
 
@@ -77,6 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="only list what would be rendered, what is skipped, and why; write nothing",
     )
     add_mitsuba(parser)
+    add_talk(parser, "mean radiance, error and files of every picture", quiet=False)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -120,13 +131,37 @@ def run(arguments: argparse.Namespace) -> int:
             raise InputError(f"{arguments.scene}: {condition}: pixels are not finite")
     files = write_pictures(out, scene.conditions, pictures, scene.white)
     rows, cols = pictures.shape[1:]
+    black = [condition for condition, level in levels.items() if level < BLACK * scene.white]
+    if arguments.json:
+        errors = batches.relative_error()
+        print_json(
+            {
+                "scene": str(arguments.scene),
+                "variant": scene.variant,
+                "resolution": [rows, cols],
+                "samples": batches.samples,
+                "seconds": seconds,
+                "white": scene.white,
+                "pictures": [
+                    {
+                        "condition": condition,
+                        "mean_radiance": level,
+                        "pixel_error_percent": 100.0 * float(error),
+                        "black": condition in black,
+                        "files": [f"{file}{suffix}" for suffix in (".exr", ".png")],
+                    }
+                    for (condition, level), error, file in zip(levels.items(), errors, files, strict=True)
+                ],
+            }
+        )
+        return 0
     screen = console()
     screen.print(table(scene.conditions, files, batches))
     screen.print(
         f"{cols} x {rows} pixels, {batches.samples} samples each, {scene.variant}, "
         f"{duration(seconds)} of rendering."
     )
-    if black := [condition for condition, level in levels.items() if level < BLACK * scene.white]:
+    if black:
         screen.print(
             f"Black: {', '.join(black)}; next to no light goes from there to the camera.", markup=False
         )
@@ -149,6 +184,9 @@ def _explain(arguments: argparse.Namespace) -> int:
         arguments.height_scale,
         arguments.samples,
     )
+    if arguments.json:
+        print_json([{"subject": subject, "sentence": sentence} for subject, sentence in lines])
+        return 0
     rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False, show_header=False)
     rows.add_column(overflow="fold")
     rows.add_column(overflow="fold")

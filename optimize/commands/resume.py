@@ -1,14 +1,18 @@
 """`retouch resume`: a run continued from its checkpoint."""
 
 import argparse
+import sys
 from pathlib import Path
 
 from optimize.commands.optimize import STATUSES, finish
-from optimize.commands.options import add_variant, contact_errors_name
+from optimize.commands.options import add_talk, add_variant, contact_errors_name
 from relief.errors import InputError
 
 HELP = "continue a run that was interrupted or ended short of its target"
-DESCRIPTION = "Continues a run from its checkpoint, with the settings in its run.toml."
+DESCRIPTION = """\
+Continues a run from its checkpoint, with the settings in its run.toml. A run that has ended is not computed
+again: its summary is printed at once.
+"""
 EPILOG = f"""\
 example:
   retouch resume runs/stone
@@ -18,6 +22,10 @@ example:
 
 AFTER_INTERRUPT = "; retouch resume RUN_DIR goes on"
 """End of the line that an interrupt prints."""
+NOTHING_LEFT = (
+    "{run_dir}: this run has ended, and resuming it would change nothing. "
+    "To go further, raise descent.steps or verify.corrections in its run.toml."
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,14 +33,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "run_dir", type=Path, metavar="RUN_DIR", help="folder that retouch optimize has written"
     )
     add_variant(parser)
-    parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
+    add_talk(parser, "the content of result.json, with the files of the run,")
 
 
 def run(arguments: argparse.Namespace) -> int:
     if not arguments.run_dir.is_dir():
         raise InputError(f"{arguments.run_dir}: no such file or folder")
+    if (status := _finished(arguments)) is not None:
+        return status
     from optimize.runs import job
 
     with contact_errors_name(arguments.run_dir):
         result = job.resume(arguments.run_dir, variant=arguments.variant, quiet=arguments.quiet)
-    return finish(result, arguments.quiet)
+    return finish(result.summary, result.run_dir, arguments)
+
+
+def _finished(arguments: argparse.Namespace) -> int | None:
+    """Say so if the run is finished; returns its exit status, or None if there is something left to do."""
+    from optimize.runs.key import finished
+
+    result = finished(arguments.run_dir)
+    if result is None:
+        return None
+    try:
+        status = finish(result, arguments.run_dir, arguments)
+    except (LookupError, TypeError, ValueError, AttributeError):
+        # Not what a run writes: resuming writes it anew.
+        return None
+    if not arguments.quiet:
+        print(NOTHING_LEFT.format(run_dir=arguments.run_dir), file=sys.stderr)
+    return status

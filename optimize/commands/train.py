@@ -1,9 +1,10 @@
 """`retouch train`: training of nets on a data set."""
 
 import argparse
+from dataclasses import asdict
 from pathlib import Path
 
-from optimize.commands.options import seed, whole_number
+from optimize.commands.options import add_talk, print_json, seed, whole_number
 
 HELP = "train the learned models on a data set"
 DESCRIPTION = """\
@@ -35,7 +36,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--data", type=Path, required=True, metavar="FOLDER", help="folder of a data set of `retouch dataset`"
     )
     parser.add_argument("-o", dest="out", type=Path, required=True, metavar="DIR", help="results folder")
-    parser.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
     parser.add_argument("--resume", action="store_true", help="continue from the checkpoint in DIR")
     parser.add_argument("--seed", type=seed, default=0, metavar="S", help="random seed (default: 0)")
     parser.add_argument(
@@ -60,6 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--device", choices=("cpu", "cuda"), help="where to train (default: cuda if there is one)"
     )
+    add_talk(parser, "the card of the net")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -84,12 +85,10 @@ def run(arguments: argparse.Namespace) -> int:
         resume=arguments.resume,
         **({} if arguments.widths is None else {"widths": arguments.widths}),
     )
-    if arguments.quiet:
-        train_net(arguments.net, request)
-        return 0
     from rich.console import Console
 
-    console = Console(highlight=False, stderr=True)
+    # Nothing is printed if it is quiet.
+    console = Console(highlight=False, stderr=True, quiet=arguments.quiet)
     card = train_net(
         arguments.net,
         request,
@@ -97,6 +96,11 @@ def run(arguments: argparse.Namespace) -> int:
             f"epoch {e.number}: loss {e.loss:.4f}, validation {e.error:.4f}, {e.seconds:.0f} s"
         ),
     )
+    if arguments.json:
+        print_json({"folder": str(arguments.out), **asdict(card)})
+        return 0
+    if arguments.quiet:
+        return 0
     print(f"{arguments.out}: {card.training['ended']}")
     for name, value in card.errors.items():
         print(f"  {name.replace('_', ' ')}: {value:.4g}")

@@ -12,7 +12,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from optimize.descent.driver import DescentMethod, DescentResult, Iterate, StepRecord, StopReason, descend
+from optimize.descent.driver import DescentMethod, DescentResult, Iterate, StepRecord, descend
+from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets, Values
 from optimize.descent.touch_measures import TouchMeasures
 from relief.arrays import Array

@@ -4,11 +4,11 @@ import math
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from relief.arrays import Array
 from tactile import ContactError
@@ -22,24 +22,6 @@ samples. The verification measures the true change (`optimize.report.picture_cha
 
 HOPELESS_STEPS = 12
 """Steps without a smaller relative error after which a target counts as out of reach."""
-
-
-class StopReason(Enum):
-    """Why a descent stopped; the value is the sentence shown."""
-
-    CONVERGED = "The target is met and the pictures no longer get closer to the original."
-    STEP_LIMIT = "The step limit was reached with the target met; more steps may bring the pictures closer."
-    SHORT_OF_TARGET = "The step limit was reached before the target was met."
-    NOT_CONFIRMED = "The model that steered met the target, but the verification found it missed."
-    UNREACHABLE = "The target seems out of reach: the last steps came no closer to it."
-    NON_FINITE = "A value was not finite; the best relief before it is kept."
-    CONTACT_FAILED = "The contact of a step did not converge; the best relief before it is kept."
-    INTERRUPTED = "Interrupted; the best relief so far is kept."
-
-    @property
-    def met(self) -> bool:
-        """Whether the target was met."""
-        return self in (StopReason.CONVERGED, StopReason.STEP_LIMIT)
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Touch measures: what a finger gets from a relief, as numbers and maps, by one model of touch."""
 
+import logging
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -11,6 +12,8 @@ import tactile
 from optimize.descent.targets import QUANTITIES, Quantity
 from relief.arrays import Array
 from tactile.model import FEM_MESH, ModelName
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -60,12 +63,14 @@ def measure_touch(
         ContactError: the contact does not converge.
     """
     touch = tactile.press(torch.as_tensor(heights), size_mm, skin, model, mesh=mesh)
-    return touch_measures(
+    measures = touch_measures(
         touch,
         {quantity.name: float(quantity.value(touch, size_mm)) for quantity in quantities},
         model,
         mesh if model == "fem" else None,
     )
+    _log.info("pressed: %r", measures)
+    return measures
 
 
 def touch_measures(

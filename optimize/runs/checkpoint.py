@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
@@ -17,6 +16,7 @@ from optimize.descent.correction import CorrectionState, OuterIteration
 from optimize.descent.driver import Iterate
 from optimize.descent.targets import QUANTITIES, Target, Targets
 from optimize.runs.config import NotNegative, Positive, Run
+from optimize.runs.key import CHANGEABLE, FILES, run_key
 from relief.errors import InputError
 from relief.files import write_atomically
 from relief.limits import HEIGHT_LIMIT_MM
@@ -25,13 +25,6 @@ from relief.tensors import read_tensors, tensor_bytes
 Array = NDArray[np.float64]
 
 FILE = Path("checkpoint") / "descent.safetensors"
-
-BEGIN_ANEW = "begin anew (retouch optimize, --force or another -o)"
-"""What is left to do where a run cannot be resumed."""
-FILES = ("scene", "texture")
-"""Settings that name a file, which may be moved, but not changed, before a run is resumed."""
-CHANGEABLE = ("descent.steps", "verify.corrections", "verify.samples", "verify.distance_cm")
-"""Settings that may be changed before a run is resumed: how far the run goes, and how well it is measured."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +36,7 @@ class Checkpoint:
         best: of the current descent.
         state: of the outer iterations.
         seconds: taken so far.
-        key: of the run, as by `run_key`.
+        key: of the run, as by `optimize.runs.key.run_key`.
         history: digest of the history up to the last iterate (`optimize.runs.results.History`).
     """
 
@@ -105,13 +98,6 @@ class _Header:
 _HEADER = TypeAdapter(_Header)
 
 
-def run_key(settings: Run) -> dict[str, Any]:
-    """Everything that decides a run: its settings by dotted key, with the SHA-256 of a file for its place."""
-    key = _flat(settings.model_dump(mode="json"))
-    key |= {name: hashlib.sha256(getattr(settings, name).read_bytes()).hexdigest() for name in FILES}
-    return {name: value for name, value in key.items() if name not in CHANGEABLE}
-
-
 def check_key(settings_file: Path, settings: Run, key: Mapping[str, Any]) -> None:
     """Compare the settings of a run with the key of its checkpoint.
 
@@ -127,9 +113,15 @@ def check_key(settings_file: Path, settings: Run, key: Mapping[str, Any]) -> Non
                 else f"{now.get(name)}, but the run began with {key.get(name)}"
             )
             allowed = ", ".join(CHANGEABLE)
-            raise InputError(
-                f"{settings_file}: {name}: {fault}; put it back, or {BEGIN_ANEW}; only {allowed} may change"
-            )
+            raise stuck(f"{settings_file}: {name}: {fault}; put it back, or", f"; only {allowed} may change")
+
+
+def stuck(fault: str, after: str = "") -> InputError:
+    """The error of a run that cannot be resumed: the fault, and how to begin anew."""
+    return InputError(
+        f"{fault} begin anew (retouch.optimize, force=True or another out){after}",
+        f"{fault} begin anew (retouch optimize, --force or another -o){after}",
+    )
 
 
 def save_checkpoint(run_dir: Path, checkpoint: Checkpoint) -> None:
@@ -163,11 +155,11 @@ def load_checkpoint(run_dir: Path) -> Checkpoint:
     """
     path = run_dir / FILE
     if not path.is_file():
-        raise InputError(f"{path}: no such file; nothing to go on from; {BEGIN_ANEW}")
+        raise stuck(f"{path}: no such file; nothing to go on from;")
     try:
         tensors, text = read_tensors(path)
     except InputError as error:
-        raise InputError(f"{error}; not a checkpoint of this version; {BEGIN_ANEW}") from error
+        raise stuck(f"{error}; not a checkpoint of this version;") from error
     try:
         header = _HEADER.validate_json(text)
         current, best = (_iterate(name, getattr(header, name), tensors) for name in ("current", "best"))
@@ -202,11 +194,3 @@ def _iterate(name: str, numbers: _Iterate, tensors: Mapping[str, Array]) -> Iter
         raise ValueError(f"{name}.heights: are not a relief of 0 to {HEIGHT_LIMIT_MM:g} mm")
     values = {quantity: numbers.values[quantity] for quantity in QUANTITIES}
     return Iterate(**vars(numbers) | {"values": values}, heights=heights, memory=memory)
-
-
-def _flat(values: Mapping[str, Any], before: str = "") -> dict[str, Any]:
-    """Flatten nested mappings; keys are joined by dots."""
-    flat: dict[str, Any] = {}
-    for name, value in values.items():
-        flat |= _flat(value, f"{before}{name}.") if isinstance(value, Mapping) else {before + name: value}
-    return flat

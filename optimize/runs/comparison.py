@@ -17,6 +17,7 @@ from optimize.report.comparison import write_comparison
 from optimize.report.content import Comparison
 from optimize.runs import results
 from optimize.runs.config import Run, load_run
+from optimize.runs.key import SETTINGS
 from optimize.runs.progress import Progress, silent, terminal
 from relief.errors import InputError, naming
 from relief.heightmap import HeightMap, load_height_map
@@ -149,7 +150,7 @@ def _subject(path: str | Path, name: str, lengths: Mapping[str, float | None]) -
     if path.is_dir():
         run = _run_in(path)
         if run is None:
-            raise InputError(f"{path}: a folder without {results.SETTINGS}; not a run directory")
+            raise InputError(f"{path}: a folder without {SETTINGS}; not a run directory")
         return _result_of(path, run, name)
     file = find_texture(path)
     return Subject(name, file, load_height_map(file, **lengths), lengths, None)
@@ -157,7 +158,7 @@ def _subject(path: str | Path, name: str, lengths: Mapping[str, float | None]) -
 
 def _run_in(folder: Path) -> Run | None:
     """The settings of the run in a folder; None if there is no run."""
-    return load_run(folder / results.SETTINGS) if folder.is_dir() and results.holds_run(folder) else None
+    return load_run(folder / SETTINGS) if folder.is_dir() and results.holds_run(folder) else None
 
 
 def _result_of(folder: Path, run: Run, name: str) -> Subject:

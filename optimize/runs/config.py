@@ -317,21 +317,25 @@ def _override(values: dict[str, Any], override: str) -> None:
     name, equals, text = override.partition("=")
     keys = [key.strip() for key in name.split(".")]
     if not equals or not all(keys) or len(keys) > DEEPEST:
-        raise InputError(f"--set {override[:80]}: expected key=value, as in touch.roughness=0.07")
+        raise _in_override(override[:80], "expected key=value, as in touch.roughness=0.07")
     try:
         parsed = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):
         parsed = {"value": text.strip()}
     if parsed.keys() != {"value"}:
-        raise InputError(f"--set {override}: one value is expected")
+        raise _in_override(override, "one value is expected")
     section = values
     for key in keys[:-1]:
         section = section.setdefault(key, {})
         if not isinstance(section, dict):
-            raise InputError(f"--set {override}: {key} is not a section")
+            raise _in_override(override, f"{key} is not a section")
     section[keys[-1]] = parsed["value"]
     if len(keys) == 1:
         _anchor(section, Path.cwd())
+
+
+def _in_override(override: str, fault: str) -> InputError:
+    return InputError(f"overrides: {override}: {fault}", f"--set {override}: {fault}")
 
 
 def _first_fault(error: ValidationError) -> str:

@@ -3,8 +3,7 @@
 texture -> Problem (touch + sight) -> descend -> verification -> run directory
 """
 
-import os
-import shutil
+import logging
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -13,21 +12,26 @@ from pathlib import Path
 from typing import Any
 
 from optimize.descent.correction import CorrectionState, Segment, descend_with_correction
-from optimize.descent.driver import DescentResult, Iterate, StopReason
+from optimize.descent.driver import DescentResult, Iterate
 from optimize.descent.linear_scaling import linear_scaling
+from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import QUANTITIES
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.runs import results
 from optimize.runs.checkpoint import FILE as CHECKPOINT
-from optimize.runs.checkpoint import Checkpoint, check_key, load_checkpoint, run_key, save_checkpoint
+from optimize.runs.checkpoint import Checkpoint, check_key, load_checkpoint, save_checkpoint
 from optimize.runs.config import Run, load_run
+from optimize.runs.directory import check_vacant, clear
 from optimize.runs.interrupts import interruptible
+from optimize.runs.key import SETTINGS, run_key
 from optimize.runs.preparation import Prepared, prepare
 from optimize.runs.progress import Progress, silent, terminal
 from relief.arrays import Array
 from relief.errors import InputError
-from relief.files import partial_folders, remove_partial
+from relief.files import remove_partial
 from visual.noise import batched
+
+_log = logging.getLogger(__name__)
 
 INTERRUPTED = (
     "interrupted: the best relief so far is measured and written; "
@@ -87,7 +91,7 @@ def run(
     name = Path(run).stem if not isinstance(run, Run) else run.texture.stem
     settings = run if isinstance(run, Run) else load_run(run)
     run_dir = Path("runs") / name if out is None else Path(out)
-    _check_vacant(run_dir, force)
+    check_vacant(run_dir, force)
     began = time.perf_counter()
     with silent() if quiet else terminal() as show:
         prepared = prepare(settings, variant, show)
@@ -97,7 +101,7 @@ def run(
         with _telling_how_to_go_on(run_dir):
             # First, so that a folder with anything of a run in it is known by its run.toml.
             results.write_settings(run_dir, settings)
-            _clear(run_dir)
+            clear(run_dir)
             history = results.History(run_dir, state.surrogate_targets, 0, after=0)
             return _descend_and_write(prepared, state, segment, run_dir, history, began, 0.0, show)
 
@@ -107,13 +111,14 @@ def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = Tru
 
     Raises:
         InputError: the directory holds no run or no sound checkpoint; or scene, texture, or a setting other
-            than those of `optimize.runs.checkpoint.CHANGEABLE` has changed since the run began.
+            than those of `optimize.runs.key.CHANGEABLE` has changed since the run began.
     """
     run_dir = Path(run_dir)
-    settings = load_run(run_dir / results.SETTINGS)
+    settings = load_run(run_dir / SETTINGS)
     checkpoint = load_checkpoint(run_dir)
-    check_key(run_dir / results.SETTINGS, settings, checkpoint.key)
+    check_key(run_dir / SETTINGS, settings, checkpoint.key)
     current, state = checkpoint.current, checkpoint.state
+    _log.info("%s: goes on after step %d, %d verifications", run_dir, current.step, len(state.iterations))
     began = time.perf_counter()
     with _telling_how_to_go_on(run_dir), silent() if quiet else terminal() as show:
         remove_partial(run_dir)
@@ -207,6 +212,7 @@ def _descend_and_write(
     with interruptible(lambda: show.say(INTERRUPTED.format(run_dir=run_dir))):
         descent, verified, state = descend_with_correction(plan, state, segment, recorder)
         descent_seconds = recorder.seconds
+        _log.info("the descent has ended at step %d: %s", descent.last.step, descent.reason.value)
         results.write_relief(run_dir, descent.best.heights, problem.size_mm)
         unmeasured = descent.best.step == 0 or (verified is None and plan.verify is not None)
         if descent.reason is StopReason.INTERRUPTED and unmeasured:
@@ -236,6 +242,8 @@ def _measure(
     before, after = (batched(problem.scene, relief, samples, seed) for relief in (problem.heights, best))
     # Scaled to the surrogate goal, because the model that steers is cheap to ask.
     scaled = linear_scaling(replace(problem, targets=prepared.surrogate_targets))
+    if scaled is None:
+        _log.info("no scaling of the height reaches the target: no pictures to compare with")
     baseline = None if scaled is None else batched(problem.scene, scaled, samples, seed).mean
     return results.Outcome(
         descent=descent,
@@ -249,36 +257,6 @@ def _measure(
     )
 
 
-def _check_vacant(run_dir: Path, force: bool) -> None:
-    for path in (run_dir, *run_dir.absolute().parents):
-        if path.is_symlink() and not path.exists():
-            raise InputError(f"{path}: is a link that leads nowhere")
-    existing = next(path for path in (run_dir, *run_dir.absolute().parents) if path.exists())
-    if existing != run_dir and not (existing.is_dir() and os.access(existing, os.W_OK)):
-        raise InputError(f"{run_dir}: cannot be made; {existing} is not a folder that can be written")
-    if run_dir.exists() and not run_dir.is_dir():
-        raise InputError(f"{run_dir}: is a file; a run writes a folder")
-    if not run_dir.is_dir() or set(run_dir.iterdir()) <= set(partial_folders(run_dir)):
-        return
-    if not force:
-        raise InputError(f"{run_dir}: holds an earlier run; give --force to replace it, or another -o")
-    if not results.holds_run(run_dir):
-        raise InputError(f"{run_dir}: holds files that are not a run's; they are not replaced")
-
-
-def _clear(run_dir: Path) -> None:
-    """Take away what an earlier run has left beside run.toml, and nothing else."""
-    remove_partial(run_dir)
-    for name in results.WRITTEN:
-        path = run_dir / name
-        if name == results.SETTINGS:
-            continue
-        if path.is_dir():
-            shutil.rmtree(path)
-        else:
-            path.unlink(missing_ok=True)
-
-
 @contextmanager
 def _telling_how_to_go_on(run_dir: Path) -> Iterator[None]:
     """Add to an error of a file, such as a full disk, which command goes on once the error is mended."""
@@ -289,7 +267,7 @@ def _telling_how_to_go_on(run_dir: Path) -> Iterator[None]:
             raise
         command = "the same command goes on"
         if results.holds_run(run_dir):
-            command = "the same command with --force begins anew"
+            command = "the same with force=True (--force) begins anew"
         if (run_dir / CHECKPOINT).is_file():
             command = f"retouch resume {run_dir} goes on"
         message = f"{error.strerror}; when that is mended, {command}"

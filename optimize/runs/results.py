@@ -20,11 +20,11 @@ from optimize.report import metrics
 from optimize.report.content import Baseline, Report
 from optimize.report.page import write_report
 from optimize.report.pictures import write_pictures
-from optimize.runs.checkpoint import BEGIN_ANEW
 from optimize.runs.checkpoint import FILE as CHECKPOINT
+from optimize.runs.checkpoint import stuck
 from optimize.runs.config import Run, dump_resolved
+from optimize.runs.key import REPORT, RESULT, SETTINGS, described
 from relief.arrays import Array
-from relief.errors import InputError
 from relief.export import export_plate
 from relief.files import naming_errors, read_limited, write_atomically
 from relief.formats import PLATES
@@ -32,7 +32,6 @@ from relief.heightmap import save_heights_exr, save_heights_png
 from relief.limits import SMALLEST_RELIEF_MM
 from visual.noise import Batches
 
-SETTINGS = "run.toml"
 MARK = b"# The settings of the run in this folder, written by retouch optimize.\n"
 """First line of run.toml, the file that a run writes first and whole: the sign of a run directory."""
 HISTORY = "history.jsonl"
@@ -40,7 +39,7 @@ LARGEST_HISTORY = 1 << 28
 """Most bytes of a history: 100,000 steps, the most of a run, take a fifth."""
 WRITTEN = (
     *(SETTINGS, HISTORY, "checkpoint", "renders", "heights.exr", "heights.png"),
-    *(*PLATES, "result.json", "report.html"),
+    *(*PLATES, RESULT, REPORT),
 )
 """Files and folders that a run leaves in its directory."""
 PACKAGES = ("retouch", "mitsuba", "drjit", "torch", "numpy", "scipy")
@@ -97,11 +96,11 @@ class History:
                 rows = [json.loads(line) for line in lines]
                 self.rows = [row for row in rows if row["step"] <= after]
             except (ValueError, TypeError, LookupError, RecursionError) as error:
-                raise InputError(f"{self._path}: not a history of steps; {BEGIN_ANEW}") from error
+                raise stuck(f"{self._path}: not a history of steps;") from error
         content = "".join(map(_line, self.rows)).encode()
         self._digest.update(content)
         if digest not in (None, self.digest):
-            raise InputError(f"{self._path}: not the history of the checkpoint; {BEGIN_ANEW}")
+            raise stuck(f"{self._path}: not the history of the checkpoint;")
         if self._path.is_file():
             write_atomically(self._path, content)
 
@@ -183,7 +182,7 @@ def write(
     for stage, pictures in (("before", before), ("after", after)):
         write_pictures(run_dir / "renders", conditions, pictures, problem.scene.white, suffix=stage)
     summary = summarise(settings, problem, outcome, times)
-    write_atomically(run_dir / "result.json", (json.dumps(summary, indent=2) + "\n").encode())
+    write_atomically(run_dir / RESULT, (json.dumps(summary, indent=2) + "\n").encode())
     baseline = None
     if outcome.baseline_pictures is not None:
         goal = problem.targets.goals().get(ROUGHNESS.name)
@@ -272,6 +271,7 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
         "versions": {name: version(name) for name in PACKAGES},
         "variant": problem.scene.variant,
         "seed": settings.seed,
+        **described(settings),
     }
 
 

@@ -5,9 +5,10 @@ computed again if it exists: after any interruption the next run continues, and 
 """
 
 import hashlib
+import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -30,6 +31,8 @@ from surrogate.corpus.recipes import PROCEDURAL_SHARE, SAMPLES, Recipe
 from surrogate.data.field_set import FAILURES, SHARDS, open_fieldset, shard_path, text_of_failures
 from surrogate.data.request import DATASET_FILE, SHARD_SIZE, DatasetRequest, read_request, text_of_request
 from surrogate.data.shard import Failure, Shard, layout, open_shard
+
+_log = logging.getLogger(__name__)
 
 DIRECTIONS = 8
 """Random lights of each texture, where no other number is given."""
@@ -176,6 +179,8 @@ def make_dataset(
     Returns:
         The textures without fields, as failures.jsonl lists them.
 
+    A folder with the same data set and a smaller count is extended: its complete shards stay.
+
     Raises:
         InputError: The folder holds another data set or other files.
     """
@@ -189,6 +194,7 @@ def make_dataset(
         if shard is None:
             missing.append(number)
         else:
+            _log.info("%s: is there, not computed again", shard.path)
             observer(ShardResult(shard))
     # Closing ends the workers before this function returns or raises.
     with closing(runner(plan.job(number) for number in missing)) as results:
@@ -211,7 +217,7 @@ def make_dataset(
 
 
 def _claim_folder(folder: Path, request: DatasetRequest) -> None:
-    """Write the request into a new folder, or compare an existing folder's request with it."""
+    """Write the request into a new folder, or compare an existing folder's request with it, and extend it."""
     if not (folder / DATASET_FILE).is_file():
         if folder.is_dir() and not set(folder.iterdir()) <= set(partial_folders(folder)):
             raise InputError(f"{folder}: holds files that are not a data set's; choose another folder")
@@ -219,11 +225,27 @@ def _claim_folder(folder: Path, request: DatasetRequest) -> None:
             raise InputError(f"{folder}: is a file; a data set is a folder")
         write_atomically(folder / DATASET_FILE, text_of_request(request).encode())
         return
-    stored, requested = asdict(read_request(folder)), asdict(request)
-    for name, value in requested.items():
+    earlier = read_request(folder)
+    if (
+        earlier.count < request.count
+        and replace(earlier, count=request.count, total=request.total) == request
+    ):
+        _extend(folder, earlier, request)
+        return
+    stored, requested = asdict(earlier), asdict(request)
+    # The counts last: alone they would be no fault, unless they are smaller.
+    for name, value in sorted(requested.items(), key=lambda item: item[0] in ("count", "total")):
         if stored[name] != value:
             path, difference = folder / DATASET_FILE, _difference(stored[name], value)
             raise InputError(f"{path}: {name}: {difference}: another data set; choose another folder")
+
+
+def _extend(folder: Path, earlier: DatasetRequest, request: DatasetRequest) -> None:
+    """Make the folder that of a larger count; only shards full of the earlier corpus are the same in both."""
+    # Before the request: a kill between the two leaves the earlier data set, to be completed or extended.
+    for number in range(earlier.count // earlier.shard_size, earlier.shards):
+        shard_path(folder, number).unlink(missing_ok=True)
+    write_atomically(folder / DATASET_FILE, text_of_request(request).encode())
 
 
 def _difference(stored: Any, requested: Any) -> str:

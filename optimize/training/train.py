@@ -84,7 +84,8 @@ def train_net(
         raise InputError(f"{request.data}: samples: {side} is no multiple of {shape.multiple}")
     key = TrainingKey(kind, shape, request.settings, _checksum(request.data / DATASET_FILE))
     if not request.resume and (request.out / CHECKPOINT_FILE).exists():
-        raise InputError(f"{request.out / CHECKPOINT_FILE}: exists; give --resume, or choose another folder")
+        exists = f"{request.out / CHECKPOINT_FILE}: exists; {{}}, or choose another folder"
+        raise InputError(exists.format("resume=True goes on"), exists.format("--resume goes on"))
     start = load_training(request.out, key) if request.resume else None
     torch.manual_seed(request.settings.seed)
     net = UNet(shape).to(request.device)
@@ -98,7 +99,7 @@ def train_net(
     training = train(net, loss, setup.examples, setup.validation, request.settings, start, after_epoch)
     best = training.best_epoch
     if best is None or not math.isfinite(best.error):
-        raise InputError(f"{request.out}: the training diverged; try a smaller --learning-rate")
+        raise InputError(f"{request.out}: the training diverged; try a smaller learning rate")
     card = _card(setup, data, net.cpu().requires_grad_(False), key, training)
     save_net(request.out, net, card)
     return card

@@ -22,7 +22,7 @@ GIVEN_UP = f"its worker died {TRIES} times"
 """Reason of a shard that is abandoned."""
 ON_A_LOCAL_CLUSTER = "local"
 """Address that stands for a Dask cluster of processes here."""
-WITHOUT_DASK = "--dask: the package distributed is missing: pip install 'retouch[dask]'"
+WITHOUT_DASK = "dask: the package distributed is missing: pip install 'retouch[dask]'"
 
 Work = Callable[[ShardJob], bytes]
 """A function that computes the content of a shard's file."""
@@ -223,7 +223,7 @@ def run_on_dask(jobs: Iterable[ShardJob], address: str, workers: int, work: Work
     try:
         client = Client(address)
     except (OSError, ValueError) as error:
-        raise InputError(f"--dask: {address}: no scheduler answers: {error}") from error
+        raise InputError(f"dask: {address}: no scheduler answers: {error}") from error
     with client:
         yield from run_on_client(jobs, client, work)
 

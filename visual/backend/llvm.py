@@ -198,6 +198,7 @@ def _choose(requested: str | None) -> Path:
         _log.warning("%s: %s is not used: %s", VARIABLE, requested, verdict.fault)
     for library in candidates():
         if judge(library).usable:
+            _log.info("%s: this libLLVM compiles for Dr.Jit", library.path)
             return library.path
     raise LLVMMissing(f"no libLLVM on this machine works with Dr.Jit ({REMEDY})")
 

@@ -44,9 +44,8 @@ def check_scene(path: str | Path, defines: Mapping[str, str] | None = None) -> C
     text.read(path, ())
     for key in defines:
         if key not in text.parameters:
-            raise InputError(
-                f"{path}: -D {key}: the scene has no such parameter{nearest(key, text.parameters)}"
-            )
+            fault = f"the scene has no such parameter{nearest(key, text.parameters)}"
+            raise InputError(f"{path}: defines: {key}: {fault}", f"{path}: -D {key}: {fault}")
     mi = _mitsuba()
     state = _parse(mi, path, defines)
     NodeCheck(path, state.nodes, set(defines.values())).check()

@@ -1,5 +1,6 @@
 """`retouch dataset` makes what its help says, and tells what is wrong in one line."""
 
+import json
 import re
 from pathlib import Path
 
@@ -33,6 +34,8 @@ def test_it_makes_a_data_set_and_says_so(tmp_path: Path, capsys: pytest.CaptureF
     assert found.finished and found.request.touch == "layer" and found.request.samples == 128
     assert main(["dataset", "-o", str(out), "-q", *FEW]) == 0
     assert capsys.readouterr() == ("", "")
+    assert main(["dataset", "-o", str(out), "--json", *FEW]) == 0
+    assert json.loads(capsys.readouterr().out) == {"folder": str(out), "textures": 2, "failures": []}
 
 
 def test_textures_are_cut_from_the_users_pictures(tmp_path: Path) -> None:
@@ -86,8 +89,9 @@ def test_a_bad_picture_is_told_before_any_work(tmp_path: Path, capsys: pytest.Ca
 
 
 def test_another_data_set_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["dataset", "-o", str(tmp_path / "data"), "-q", *FEW, "--count", "1"]) == 0
-    assert "count: 1, not 2" in refusal(capsys, "-o", str(tmp_path / "data"), *FEW)
+    assert main(["dataset", "-o", str(tmp_path / "data"), "-q", *FEW]) == 0
+    assert "count: 2, not 1" in refusal(capsys, "-o", str(tmp_path / "data"), *FEW, "--count", "1")
+    assert "seed: 0, not 7" in refusal(capsys, "-o", str(tmp_path / "data"), *FEW, "--seed", "7")
 
 
 def test_without_dask_it_is_said_how_to_get_it(

@@ -22,10 +22,11 @@ from optimize.commands import main as cli
 from optimize.commands import optimize as cli_optimize
 from optimize.commands.main import main
 from optimize.commands.summary import summary
-from optimize.descent.driver import StopReason
+from optimize.descent.stop_reason import StopReason
 from optimize.report.formatting import between, number, percent, plus_minus
-from optimize.runs import config, job, preparation
+from optimize.runs import config, job, key, preparation
 from optimize.runs.results import write_relief
+from relief.errors import InputError
 from relief.heightmap import load_heights, save_heights_exr
 from visual.exact.view import View
 from visual.scene import Scene
@@ -236,10 +237,14 @@ def test_size_and_relief_come_along_with_the_heights_of_a_run(
     files = ("run/heights.png", "run/heights.exr", "waves.exr")
     assert output(capsys, "evaluate", *files).endswith("20 x 20 and 10 x 10 mm.\n")
     assert pressed == [(pytest.approx(heights.max()), size) for size in (20.0, 20.0, 10.0)]
-    (entry,) = json.loads(output(capsys, "evaluate", files[0], "--size-mm", "10", "--json"))
+    assert main(["evaluate", files[0], "--size-mm", "10", "--json"]) == 0
+    printed = capsys.readouterr()
+    (entry,) = json.loads(printed.out)
     assert entry["size_mm"] == pressed[-1][1] == 10.0
+    assert printed.err == "run/heights.png: size_mm: 10 replaces the 20 of the file's header\n"
     assert " 20 x 20 x " in output(capsys, "export", "run/heights.png", "-o", "plate.stl")
-    assert " 15 x 15 x " in output(capsys, "export", "run/heights.png", "-o", "a.stl", "--size-mm", "15")
+    assert main(["export", "run/heights.png", "-o", "a.stl", "--size-mm", "15"]) == 0
+    assert " 15 x 15 x " in capsys.readouterr().out
 
 
 # retouch render
@@ -423,6 +428,24 @@ def test_optimize_tells_everything_on_one_screen(waves: Path, capsys: pytest.Cap
         assert text in screen
     assert main(["resume", "runs/waves", "-q"]) == status
     assert capsys.readouterr().out == ""
+    # The run has ended: no need to load what computes.
+    again, packages = loaded("resume", "runs/waves")
+    assert again == status and packages & HEAVY == set()
+    assert main(["resume", "runs/waves", "--json"]) == status
+    printed = capsys.readouterr()
+    document = json.loads(printed.out)
+    assert result.items() <= document.items()
+    assert (document["run_dir"], document["exit_status"]) == ("runs/waves", status)
+    assert "runs/waves/plate.stl" in document["files"]
+    assert "this run has ended" in printed.err
+    settings = Path("runs/waves/run.toml")
+    settings.write_text(settings.read_text().replace("samples = 4", "samples = 5"))
+    assert key.finished(Path("runs/waves")) is None
+    settings.write_text(settings.read_text().replace("samples = 5", "samples = 4"))
+    for reason in ("interrupted", "\x1b[2J"):
+        damaged = result | {"stop": result["stop"] | {"reason": reason}}
+        Path("runs/waves/result.json").write_text(json.dumps(damaged))
+        assert key.finished(Path("runs/waves")) is None
 
 
 @pytest.mark.parametrize("method", ["gauss-newton", "adam"])
@@ -458,7 +481,10 @@ def test_an_earlier_run_is_replaced_only_by_force(capsys: pytest.CaptureFixture[
     capsys.readouterr()
     assert main(command) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("retouch: out: ") and "--force" in line
+    assert line.startswith("retouch: out: ") and "--force replaces it" in line
+    with pytest.raises(InputError, match=r"^out: holds an earlier run; force=True replaces it") as caught:
+        job.run("gravel", "out")
+    assert "--" not in str(caught.value)
     assert Path("out/result.json").read_text() == kept
     assert main([*command, "--force"]) == status
     assert Path("out/result.json").read_text() != kept
@@ -480,11 +506,12 @@ def test_the_status_says_how_a_run_ended(
     verb: str, stop: StopReason, status: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def ended(*_: object, **__: object) -> SimpleNamespace:
-        return SimpleNamespace(stop=stop)
+        return SimpleNamespace(summary={"stop": {"reason": stop.name.lower()}}, run_dir=Path("runs/gravel"))
 
     monkeypatch.setattr(job, "run", ended)
     monkeypatch.setattr(job, "resume", ended)
     Path("runs/gravel").mkdir(parents=True)
+    Path("runs/gravel/run.toml").write_text(config.dump_resolved(config.load_run("gravel")))
     source = STUDIO.with_name("gravel.toml") if verb == "optimize" else "runs/gravel"
     assert main([verb, str(source), "-q"]) == status
 

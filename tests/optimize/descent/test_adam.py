@@ -7,8 +7,9 @@ import pytest
 
 import tactile
 from optimize.descent.adam import AdamDescent
-from optimize.descent.driver import StopReason, descend
+from optimize.descent.driver import descend
 from optimize.descent.problem import Problem
+from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.descent.touch_measures import TouchMeasures
 from tests.optimize.conftest import ProblemWith

@@ -13,7 +13,8 @@ from optimize.descent.correction import (
     descend_with_correction,
     first_surrogate_targets,
 )
-from optimize.descent.driver import Iterate, StopReason
+from optimize.descent.driver import Iterate
+from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.descent.touch_measures import TouchMeasures
 

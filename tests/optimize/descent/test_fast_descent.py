@@ -9,10 +9,11 @@ import pytest
 
 import tactile
 from optimize.descent.adam import AdamDescent
-from optimize.descent.driver import DescentMethod, DescentResult, StopReason, descend
+from optimize.descent.driver import DescentMethod, DescentResult, descend
 from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
+from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.report.metrics import rms_change
 from optimize.training.look_setup import net_figures, studio_sky

@@ -11,10 +11,11 @@ import pytest
 
 import tactile
 from optimize.descent import gauss_newton
-from optimize.descent.driver import DescentResult, StopReason, descend
+from optimize.descent.driver import DescentResult, descend
 from optimize.descent.gauss_newton import GaussNewton, _distance
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
+from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.report.metrics import rms_change

@@ -12,8 +12,9 @@ from safetensors.numpy import load_file, save_file
 from optimize.descent.correction import CorrectionState, OuterIteration
 from optimize.descent.driver import Iterate
 from optimize.descent.targets import Targets
-from optimize.runs.checkpoint import FILE, Checkpoint, check_key, load_checkpoint, run_key, save_checkpoint
+from optimize.runs.checkpoint import FILE, Checkpoint, check_key, load_checkpoint, save_checkpoint
 from optimize.runs.config import Run, run_from_scene
+from optimize.runs.key import run_key
 from relief.errors import InputError
 from relief.tensors import Arrays, read_tensors, tensor_bytes
 
@@ -244,7 +245,9 @@ def test_a_setting_that_decides_the_run_is_refused_by_its_key(own: Path, change:
     check_key(Path("run.toml"), settings(own), key)
     with pytest.raises(InputError) as caught:
         check_key(Path("run.toml"), settings(own, change), key)
-    assert str(caught.value).startswith(f"run.toml: {CHANGED[change]}: ") and "--force" in str(caught.value)
+    assert str(caught.value).startswith(f"run.toml: {CHANGED[change]}: ") and "force=True" in str(
+        caught.value
+    )
 
 
 def test_a_changed_texture_is_refused_and_a_moved_one_is_not(own: Path) -> None:

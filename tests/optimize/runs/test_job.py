@@ -20,12 +20,13 @@ import trimesh
 from PIL import Image
 
 import tactile
-from optimize.descent.driver import StopReason
+from optimize.descent.stop_reason import StopReason
 from optimize.report import metrics
 from optimize.runs import job, results
 from optimize.runs.checkpoint import load_checkpoint
 from optimize.runs.config import Run, dump_resolved, load_run
 from optimize.runs.job import Result
+from optimize.runs.key import SETTINGS
 from relief.errors import InputError
 from relief.heightmap import load_heights, save_heights_exr
 from relief.limits import BASE_MM
@@ -251,7 +252,7 @@ def test_a_path_may_be_text_and_the_directory_has_a_default(
 
 def test_an_earlier_run_stays_unless_forced(finished: Result, run_file: RunFile) -> None:
     kept = (finished.run_dir / "result.json").read_bytes()
-    refused(run_file(), finished.run_dir, str(finished.run_dir), "earlier run", "--force")
+    refused(run_file(), finished.run_dir, str(finished.run_dir), "earlier run", "force=True")
     assert (finished.run_dir / "result.json").read_bytes() == kept
 
 
@@ -330,7 +331,7 @@ SHORT = "steps = 1\ntolerance = 0.001"
 
 def write_down(run_dir: Path, old: str, new: str) -> None:
     """Edit the run.toml of a run."""
-    path = run_dir / results.SETTINGS
+    path = run_dir / SETTINGS
     assert old in path.read_text()
     path.write_text(path.read_text().replace(old, new))
 
@@ -351,20 +352,20 @@ def copy(finished: Result, tmp_path: Path) -> Path:
 
 def test_another_target_in_the_settings_is_refused_and_nothing_is_touched(copy: Path) -> None:
     write_down(copy, "jnd = 1.0", "jnd = 5.0")
-    not_resumed(copy, "run.toml: touch.jnd: 5.0", "began with 1.0", "--force")
+    not_resumed(copy, "run.toml: touch.jnd: 5.0", "began with 1.0", "force=True")
 
 
 def test_the_checkpoint_of_another_run_is_refused(copy: Path, run_file: RunFile, tmp_path: Path) -> None:
     other = tmp_path / "other.exr"
     save_heights_exr(other, 0.5 * load_heights(load_run(copy / "run.toml").texture))
     results.write_settings(copy, load_run(run_file(texture=other)))
-    not_resumed(copy, "run.toml: texture: ", "other.exr", "--force")
+    not_resumed(copy, "run.toml: texture: ", "other.exr", "force=True")
 
 
 def test_a_history_that_was_tampered_with_is_refused(copy: Path) -> None:
     with (copy / results.HISTORY).open("a") as file:
         file.write("[1, 2]\n")
-    not_resumed(copy, results.HISTORY, "--force")
+    not_resumed(copy, results.HISTORY, "force=True")
 
 
 def test_more_steps_in_the_settings_are_taken(out: Path, run_file: RunFile) -> None:
@@ -405,8 +406,8 @@ def test_after_a_full_disk_the_command_that_is_told_goes_on(
         result = job.resume(out)
     else:
         if out.is_dir():
-            not_resumed(out, "--force")
-            refused(path, out, "--force")
+            not_resumed(out, "force=True")
+            refused(path, out, "force=True")
         result = job.run(path, out, force="--force" in told)
     assert result.summary["stop"]["steps"] == 1
     assert {path.name for path in out.iterdir()} == set(results.WRITTEN)
@@ -482,7 +483,7 @@ def test_a_killed_run_goes_on_to_the_same_end(
     out: Path, uninterrupted: Callable[[str], Result], method: str
 ) -> None:
     whole = uninterrupted(method)
-    path = whole.run_dir / results.SETTINGS
+    path = whole.run_dir / SETTINGS
     status = ended_after(3, signal.SIGKILL, ["optimize", str(path), "-o", str(out)], out)
     assert status == -signal.SIGKILL
     assert not (out / "result.json").exists()
@@ -517,7 +518,7 @@ def test_an_interrupted_run_writes_its_best_and_goes_on(
     out: Path, uninterrupted: Callable[[str], Result], by: signal.Signals
 ) -> None:
     whole = uninterrupted("gauss-newton")
-    assert ended_after(3, by, ["optimize", str(whole.run_dir / results.SETTINGS), "-o", str(out)], out) == 130
+    assert ended_after(3, by, ["optimize", str(whole.run_dir / SETTINGS), "-o", str(out)], out) == 130
     assert {file.name for file in out.iterdir()} == set(results.WRITTEN)
     result = json.loads((out / "result.json").read_text())
     assert result["stop"]["reason"] == "interrupted"

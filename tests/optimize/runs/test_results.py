@@ -10,8 +10,9 @@ import pytest
 
 import tactile
 from optimize.descent.correction import OuterIteration
-from optimize.descent.driver import DescentResult, Iterate, StopReason, record_of
+from optimize.descent.driver import DescentResult, Iterate, record_of
 from optimize.descent.problem import Problem
+from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.descent.touch_measures import measure_touch
 from optimize.report import metrics
@@ -133,7 +134,7 @@ def test_a_history_that_is_not_the_runs_is_refused_and_stays(tmp_path: Path, tam
     with pytest.raises(InputError) as caught:
         History(tmp_path, TARGETS, 0, after=2, digest=digest)
     (line,) = str(caught.value).splitlines()
-    assert line.startswith(f"{path}: not ") and "--force" in line
+    assert line.startswith(f"{path}: not ") and "force=True" in line
     assert path.read_bytes() == content
 
 

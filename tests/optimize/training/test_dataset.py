@@ -9,6 +9,7 @@ import time
 from collections.abc import Generator, Iterable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import psutil
@@ -116,6 +117,22 @@ def test_what_is_there_is_not_made_again(whole: Path, tmp_path: Path) -> None:
     make_dataset(small(), out, interrupted_never(done), results.append)
     assert done == [0, 1, 2, 3] and sum(made.textures for made in results) == 7
     assert files(out) == files(whole)
+
+
+@pytest.mark.parametrize("optimised", [False, True])
+def test_a_larger_count_extends_and_makes_complete_shards_no_more(tmp_path: Path, optimised: bool) -> None:
+    options: dict[str, Any] = {}
+    if optimised:
+        relief = np.random.default_rng(1).uniform(0, 1, (SIDE, SIDE)).astype(np.float32)
+        texture = store(tmp_path / "run", "plate", relief, "scikit-image/gravel")
+        manifest.write_manifest(tmp_path / "run" / manifest.MANIFEST_FILE, [manifest.entry(texture, relief)])
+        options = {"optimised": tmp_path / "run"}
+    out, done = tmp_path / "data", list[int]()
+    make_dataset(small(3, **options), out, in_process, ignore)
+    make_dataset(small(**options), out, interrupted_never(done), ignore)
+    assert done == [1, 2, 3]
+    make_dataset(small(**options), tmp_path / "anew", in_process, ignore)
+    assert files(out) == files(tmp_path / "anew")
 
 
 def interrupted_never(done: list[int]) -> partial[Generator[JobResult, None, None]]:
@@ -239,7 +256,8 @@ def test_pictures_that_cannot_be_read_are_told_before_any_work(
 @pytest.mark.parametrize(
     ("change", "field"),
     [
-        ({"count": 8}, "count: 7, not 8"),
+        ({"count": 6}, "count: 7, not 6"),
+        ({"count": 8, "touch": "fem"}, "touch: layer, not fem"),
         ({"touch": "fem"}, "touch: layer, not fem"),
         ({"skin": tactile.Skin(force_n=2.0)}, r"skin: force_n 10\.0, not 2\.0"),
     ],

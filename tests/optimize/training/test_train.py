@@ -146,7 +146,7 @@ def test_a_training_that_goes_astray_leaves_no_net(
 ) -> None:
     out = str(tmp_path / "astray")
     arguments = ["--widths", "4,4", "--epochs", "2", "--learning-rate", "1e30", "-q"]
-    assert "--learning-rate" in refusal(capsys, "--data", str(trained.data), "-o", out, *arguments)
+    assert "a smaller learning rate" in refusal(capsys, "--data", str(trained.data), "-o", out, *arguments)
     assert not weights_path("touch", Path(out)).exists()
 
 

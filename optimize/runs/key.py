@@ -1,0 +1,74 @@
+"""Key of a run: what decides its result. A run goes on, and counts as finished, under its own key only."""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from optimize.runs.config import Run, load_run
+from relief.errors import InputError
+from relief.files import read_limited
+from relief.formats import PLATES
+
+SETTINGS = "run.toml"
+RESULT = "result.json"
+REPORT = "report.html"
+LARGEST_RESULT = 1 << 24
+"""Most bytes of result.json: 100 times those of a run with 64 lights."""
+FILES = ("scene", "texture")
+"""Settings that name a file, which may be moved, but not changed, before a run is resumed."""
+CHANGEABLE = ("descent.steps", "verify.corrections", "verify.samples", "verify.distance_cm")
+"""Settings that may be changed before a run is resumed: how far the run goes, and how well it is measured."""
+
+
+def described(settings: Run) -> dict[str, Any]:
+    """The settings of a run and the SHA-256 of its files, as result.json has them."""
+    files = {name: hashlib.sha256(getattr(settings, name).read_bytes()).hexdigest() for name in FILES}
+    return {"settings": settings.model_dump(mode="json"), "sha256": files}
+
+
+def run_key(settings: Run) -> dict[str, Any]:
+    """Everything that decides a run: its settings by dotted key, with the SHA-256 of a file for its place."""
+    return {name: value for name, value in _key(described(settings)).items() if name not in CHANGEABLE}
+
+
+def finished(run_dir: Path) -> dict[str, Any] | None:
+    """The content of result.json if resuming the run would change nothing, else None.
+
+    A run is finished if it was not interrupted, its files are there, and run.toml, scene and texture are
+    those of the result. Nothing heavy is imported.
+
+    Raises:
+        InputError: there is no run.toml, or it is no run file.
+    """
+    settings = load_run(run_dir / SETTINGS)
+    if not all((run_dir / name).is_file() for name in (RESULT, REPORT, "heights.exr", *PLATES)):
+        return None
+    try:
+        result = json.loads(read_limited(run_dir / RESULT, LARGEST_RESULT))
+        same = _key(result) == _key(described(settings)) and all(map(str.isprintable, _texts(result)))
+        return result if same and result["stop"]["reason"] != "interrupted" else None
+    except (InputError, ValueError, TypeError, LookupError, AttributeError, RecursionError):
+        return None
+
+
+def _texts(content: Any) -> Iterator[str]:
+    """Every text in a JSON document but the names of its members."""
+    if isinstance(content, str):
+        yield content
+    elif isinstance(content, list | dict):
+        for value in content.values() if isinstance(content, dict) else content:
+            yield from _texts(value)
+
+
+def _key(description: Mapping[str, Any]) -> dict[str, Any]:
+    return _flat(description["settings"]) | dict(description["sha256"])
+
+
+def _flat(values: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """Flatten nested mappings; keys are joined by dots."""
+    flat: dict[str, Any] = {}
+    for name, value in values.items():
+        flat |= _flat(value, f"{before}{name}.") if isinstance(value, Mapping) else {before + name: value}
+    return flat
