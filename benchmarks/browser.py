@@ -7,11 +7,13 @@ Nothing but the browser itself is needed. It reads the messages of its DevTools 
 from __future__ import annotations
 
 import base64
+import contextlib
+import fcntl
 import json
 import os
 import select
 import shutil
-import subprocess
+import signal
 import tempfile
 import time
 from dataclasses import dataclass, field
@@ -35,6 +37,13 @@ COMPLAINTS = ("Log.entryAdded", "Runtime.exceptionThrown", "Runtime.consoleAPICa
 def chromium() -> str | None:
     """The browser's program; None if there is none."""
     return next(filter(None, map(shutil.which, NAMES)), None)
+
+
+def _moved(end: int) -> int:
+    """The end of a pipe under a number beyond those that a child expects."""
+    moved = fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 10)
+    os.close(end)
+    return moved
 
 
 @dataclass
@@ -61,26 +70,32 @@ class Browser:
         program = chromium()
         if program is None:
             raise RuntimeError(f"no browser: none of {', '.join(NAMES)} is on the path")
-        self._profile = tempfile.TemporaryDirectory(prefix="retouch-browser-")
-        ours, theirs = os.pipe(), os.pipe()
+        self._profile = tempfile.mkdtemp(prefix="retouch-browser-")
+        # Beyond 4, so that no end of a pipe is where the browser looks for the other.
+        (theirs_read, self._write), (self._read, theirs_write) = (map(_moved, os.pipe()) for _ in range(2))
         root = ["--no-sandbox"] if os.geteuid() == 0 else []
-        command = [program, *FLAGS, *root, f"--user-data-dir={self._profile.name}", "about:blank"]
-        # The shell moves the pipes to the file descriptors that the browser expects.
-        self._process = subprocess.Popen(
-            ["sh", "-c", f'exec "$@" 3<&{ours[0]} 4>&{theirs[1]}', "sh", *command],
-            pass_fds=(ours[0], theirs[1]),
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
+        self._process = os.posix_spawn(
+            program,
+            [program, *FLAGS, *root, f"--user-data-dir={self._profile}", "about:blank"],
+            os.environ,
+            file_actions=[
+                (os.POSIX_SPAWN_DUP2, theirs_read, 3),
+                (os.POSIX_SPAWN_DUP2, theirs_write, 4),
+                *((os.POSIX_SPAWN_OPEN, stream, os.devnull, os.O_WRONLY, 0) for stream in (1, 2)),
+            ],
         )
-        os.close(ours[0])
-        os.close(theirs[1])
-        self._write, self._read = ours[1], theirs[0]
+        os.close(theirs_read)
+        os.close(theirs_write)
         self._buffer, self._last, self._events = b"", 0, list[dict[str, Any]]()
         self._session: str | None = None
-        target = self._call("Target.createTarget", url="about:blank")["targetId"]
-        self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        for domain in ("Page", "Network", "Log", "Runtime"):
-            self._call(f"{domain}.enable")
+        try:
+            target = self._call("Target.createTarget", url="about:blank")["targetId"]
+            self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+            for domain in ("Page", "Network", "Log", "Runtime"):
+                self._call(f"{domain}.enable")
+        except BaseException:
+            self.close()
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -88,11 +103,17 @@ class Browser:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._process.terminate()
-        self._process.wait(10.0)
+        self.close()
+
+    def close(self) -> None:
+        """End the browser, and remove its files."""
         os.close(self._write)
         os.close(self._read)
-        shutil.rmtree(self._profile.name, ignore_errors=True)
+        # A browser whose pipes are closed ends by itself; one that hangs is ended.
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self._process, signal.SIGTERM)
+        os.waitpid(self._process, 0)
+        shutil.rmtree(self._profile, ignore_errors=True)
 
     def open(self, file: Path, width: int, *, dark: bool = False) -> Page:
         """Load a page in a window of this width in CSS pixels, and wait until all of the page is there."""
