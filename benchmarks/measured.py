@@ -1,4 +1,4 @@
-"""docs/measured.md and the table of the README, from the results of the other benchmarks.
+"""docs/measured.md, and the numbers of the README, from the results of the other benchmarks.
 
 python -m benchmarks.measured
 """
@@ -14,6 +14,7 @@ from benchmarks import (
     fast_look,
     fast_runs,
     gradients,
+    headlines,
     look,
     runs,
     touch_net,
@@ -21,8 +22,6 @@ from benchmarks import (
     views,
 )
 from benchmarks.common import load, table
-from benchmarks.unseen import spread
-from tactile.truncated import STEPS
 
 DOC = Path("docs/measured.md")
 README = Path("README.md")
@@ -64,7 +63,11 @@ MODELS = {
 
 def main() -> None:
     readme = README.read_text(encoding="utf-8")
-    summaries = (("runs", _summary()), ("gradients", _gradient_summary()), ("fast", _fast_summary()))
+    summaries = (
+        ("runs", headlines.runs_table()),
+        ("gradients", headlines.gradients_sentence()),
+        ("fast", headlines.fast_sentence()),
+    )
     for name, text in summaries:
         before, rest = readme.split(START.format(name), 1)
         _, after = rest.split(END.format(name), 1)
@@ -84,64 +87,6 @@ def main() -> None:
     ]
     DOC.write_text("\n".join(parts), encoding="utf-8")
     print(DOC)
-
-
-def _summary() -> str:
-    """One row for each texture and target: what a reader wants to know first."""
-    rows, checked, lines = load("runs")["rows"], load("verified")["rows"], []
-    for case in dict.fromkeys(key.split(", ", 1)[0] for key in rows):
-        line: list[Any] = [case.replace("+", " +").replace("-", " -") + " JND"]
-        for way in ("linear scaling", "gauss-newton, no edges", "gauss-newton"):
-            row = rows.get(f"{case}, {way}", {})
-            change = row.get("pictures", {}).get("128")
-            line.append(
-                row.get("reason")
-                if change is None
-                else f"{change['mean_percent_of_mean']:.1f} / {change['rms_percent_of_mean']:.1f}"
-            )
-        ours = rows[f"{case}, gauss-newton"]
-        texture, jnd = case[:-2], case[-2:]
-        truth = checked[f"{texture} {jnd} JND"]
-        lines.append([*line, f"{abs(truth['roughness_miss_percent']):.2f}", f"{ours['seconds']:.0f}"])
-    head = (
-        *("texture and target", "scaled in height", "without shadow edges", "Retouch"),
-        *("off target by finite elements, %", "seconds"),
-    )
-    return table(head, lines) + "\n"
-
-
-def _fast_summary() -> str:
-    """Errors of the fast models beside those of the paper's nets."""
-    touch, look = load("touch_net")["models"], load("fast_look")
-
-    def told(values: list[float]) -> str:
-        found = spread(values)
-        return f"{found['median']:.2f} / {found['mean']:.2f}"
-
-    lines: list[list[Any]] = [["the paper's nets", "5.3 / 8.0", "- / 2.7", "- / 2.2 to 2.4", None]]
-    for name, model in ((f"layer, {STEPS} steps", "`touch.model`: quick"), ("net", "`touch.model`: net")):
-        errors, times = touch[name]["unseen"], touch[name]["milliseconds"]["2"]
-        felt = (told(errors[what]) for what in ("roughness_percent", "contact_area_percent"))
-        lines.append([model, *felt, None, " / ".join(f"{t:.0f}" for t in times)])
-    shown = " / ".join(f"{t:.0f}" for t in look["milliseconds"]["2"])
-    lines.append(["`look.model`: fast", None, None, told(look["unseen"]["studio"]), shown])
-    head = ("model", "V off, %", "A off, %", "pixels off, %", "ms, with gradient")
-    return table(head, lines) + "\n"
-
-
-def _gradient_summary() -> str:
-    """Error of the picture gradient over gravel, ours beside Mitsuba's."""
-    names = {"Retouch": "explicit", "without moving boundaries": "explicit, no boundaries"}
-    names |= {"Mitsuba `direct`": "Mitsuba direct", "Mitsuba `prb`": "Mitsuba prb"}
-    lines = []
-    found = load("gradients")["cases"]
-    for case in gradients.cases():
-        of_gravel = (case.relief, case.material, case.bounces) == (gradients.GRAVEL, "plastic", 1)
-        if of_gravel and case.key in found:
-            measured = found[case.key]["methods"]
-            errors = (100.0 * measured[method]["error"] for method in names.values())
-            lines.append([case.camera, case.light, *(f"{error:.1f}" for error in errors)])
-    return table(("camera", "light", *names), lines) + "\n"
 
 
 def _machine() -> str:
@@ -197,6 +142,11 @@ def _gradients() -> str:
 
 `python -m benchmarks.gradients`. {gradients.NOTES}
 
+Error over gravel in % of the gradient, our method beside Mitsuba's own:
+
+{headlines.gradients_table()}
+Every case, in % of the gradient, with the seconds of a call:
+
 {gradients.as_table(in_order)}
 """
 
@@ -215,6 +165,10 @@ def _look() -> str:
 def _fast_models() -> str:
     return f"""## The fast models
 
+Errors on 320 textures that no net has seen, median / mean: touch against finite elements, three pictures of
+the studio against converged renders. Milliseconds of one texture on two cores, forward / with gradient:
+
+{headlines.fast_table()}
 ![Errors of the fast models, texture by texture](images/fast-models.png)
 
 `python -m benchmarks.touch_net`: the layer cut short after so many steps of its solver (the bold row is
