@@ -17,6 +17,10 @@ class InputError(ValueError):
         self.for_command = line if for_command is None else for_command
 
 
+class PictureError(InputError):
+    """A picture that is no height map, but of which `retouch prepare` makes one."""
+
+
 @contextmanager
 def naming(subject: object) -> Iterator[None]:
     """Put a file's name before every InputError of the block, which names a field alone.

@@ -26,5 +26,8 @@ FORMATS = {
 HEIGHT_MAPS = (".png", ".tif", ".tiff", ".exr", ".npy")
 """Suffixes of the files that `relief.heightmap` reads."""
 
+PICTURES = (".jpg", ".jpeg", ".jfif", ".webp", ".bmp", ".gif", ".pgm", ".ppm")
+"""Suffixes of more pictures, which `relief.preparing` makes height maps of."""
+
 PLATES = tuple(f"plate{suffix}" for suffix, kind in FORMATS.items() if kind.of_every_run)
 """Names of the plates that each run writes."""

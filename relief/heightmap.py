@@ -4,6 +4,7 @@ import errno
 import logging
 import math
 import os
+import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,24 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from relief.arrays import Array
-from relief.errors import InputError, naming
+from relief.errors import InputError, PictureError, naming
 from relief.files import partial_file
+from relief.formats import PICTURES
 from relief.lengths import header_of, in_range
-from relief.limits import (
-    HEIGHT_LIMIT_MM,
-    LARGEST_SIDE,
-    PATCH_SIDE_MM,
-    SMALLEST_SIDE,
-)
-from relief.readers import (
-    LARGEST_FIELD_SIDE,
-    Check,
-    Content,
-    damage_named,
-    read_exr,
-    read_npy,
-    read_picture,
-)
+from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
+from relief.readers import LARGEST_FIELD_SIDE, Check, Content, damage_named, read_exr, read_npy, read_picture
 
 _log = logging.getLogger(__name__)
 
@@ -91,7 +80,7 @@ def load_height_map(
             None if length is None else in_range(key, length) for key, length in lengths
         )
         unit = in_range("height_scale", 1.0 if height_scale is None else height_scale)
-    content = _reader(path)(path, _check_shape)
+    content = _read(path, _check_shape, relief_mm)
     if not content.holds_mm:
         white = _first(path, "relief_mm", relief_mm, content.relief_mm)
         white = default_relief_mm if white is None else white
@@ -137,7 +126,7 @@ def load_field(path: str | os.PathLike[str]) -> Array:
     Raises:
         InputError: The file is missing, damaged or larger than 8192 samples a side.
     """
-    return _reader(Path(path))(Path(path), _check_extent).values
+    return _read(Path(path), _check_extent).values
 
 
 def holds_mm(path: str | os.PathLike[str]) -> bool:
@@ -154,6 +143,17 @@ def holds_mm(path: str | os.PathLike[str]) -> bool:
         return False
 
 
+def _read(path: Path, check: Check, relief_mm: float | None = None) -> Content:
+    """Read a file; the refusal of a picture that is no height map names the command that makes one of it."""
+    try:
+        return _reader(path)(path, check)
+    except PictureError as error:
+        relief = "" if relief_mm is None else f" --relief-mm {relief_mm:g}"
+        out = path.with_name(f"{path.stem}-heights.png")
+        command = f"retouch prepare {shlex.quote(str(path))} -o {shlex.quote(str(out))}{relief}"
+        raise InputError(f"{error}; make a height map of it with: {command}") from error
+
+
 def _reader(path: Path) -> Callable[[Path, Check], Content]:
     """Return the function that reads a file of this name; InputError if there is none, or no such file."""
     readers = {
@@ -165,7 +165,8 @@ def _reader(path: Path) -> Callable[[Path, Check], Content]:
     }
     reader = readers.get(path.suffix.lower())
     if reader is None:
-        raise InputError(f"{path}: not a height map: expected one of {', '.join(readers)}")
+        kind = PictureError if path.suffix.lower() in PICTURES and os.path.isfile(path) else InputError
+        raise kind(f"{path}: not a height map: expected one of {', '.join(readers)}")
     if not os.path.isfile(path):
         raise InputError(f"{path}: no such file")
     return reader
@@ -243,14 +244,15 @@ def write_exr(path: Path, samples: ArrayLike, attributes: Mapping[str, Any] | No
 
 
 def save_heights_png(
-    path: str | os.PathLike[str], heights: ArrayLike, relief_mm: float, size_mm: float | None = None
+    path: str | os.PathLike[str], heights: ArrayLike, relief_mm: float | None, size_mm: float | None = None
 ) -> None:
     """Write heights as a 16 bit grey PNG; the file appears whole or not at all.
 
     Args:
         path: The file; missing folders are made.
         heights: (rows, cols) heights in [0, relief_mm] mm.
-        relief_mm: Height of white above black, mm; text ``retouch.relief_mm`` of the file.
+        relief_mm: Height of white above black, mm; text ``retouch.relief_mm`` of the file. None, if it is
+            unknown, leaves the text out and takes heights from 0 to 1.
         size_mm: Side of the plate, mm; text ``retouch.size_mm`` of the file.
 
     Raises:
@@ -264,6 +266,7 @@ def save_heights_png(
         text.add_text(key, repr(length))
     heights = np.asarray(heights, dtype=np.float64)
     low, high = heights.min(), heights.max()
+    relief_mm = 1.0 if relief_mm is None else relief_mm
     if not (low >= -TOLERANCE_MM and high <= relief_mm + TOLERANCE_MM):
         raise InputError(
             f"{path}: relief_mm: heights {low:g} to {high:g} mm do not fit in 0 to {relief_mm:g}"
@@ -275,16 +278,18 @@ def save_heights_png(
 
 def _check_shape(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
     if len(shape) != 2:
-        raise InputError(f"{name}: {len(shape)} dimensions; a height map has 2")
+        raise PictureError(f"{name}: {len(shape)} dimensions; a height map has 2")
     rows, cols = shape
     if rows != cols:
-        raise InputError(f"{name}: {cols} x {rows} samples; a height map is square")
+        raise PictureError(f"{name}: {cols} x {rows} samples; a height map is square")
     if rows < SMALLEST_SIDE:
         raise InputError(f"{name}: {cols} x {rows} samples; at least {SMALLEST_SIDE} a side are needed")
     if rows > LARGEST_SIDE:
-        raise InputError(f"{name}: {cols} x {rows} samples; at most {LARGEST_SIDE} a side are read")
+        raise PictureError(f"{name}: {cols} x {rows} samples; at most {LARGEST_SIDE} a side are read")
 
 
 def _check_extent(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
     if len(shape) != 2 or max(shape) > LARGEST_FIELD_SIDE:
-        raise InputError(f"{name}: shape {shape}; two sides of at most {LARGEST_FIELD_SIDE} samples are read")
+        raise PictureError(
+            f"{name}: shape {shape}; two sides of at most {LARGEST_FIELD_SIDE} samples are read"
+        )

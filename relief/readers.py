@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.arrays import Array
-from relief.errors import InputError
+from relief.errors import InputError, PictureError
 from relief.lengths import HEADER, lengths_of, shown
 from relief.limits import (
     LARGEST_SIDE,
@@ -86,13 +86,13 @@ def read_picture(path: Path, check: Check) -> Content:
             image = Image.open(path, formats=["PNG", "TIFF"])
         except Image.DecompressionBombError as error:
             largest = f"{LARGEST_SIDE} samples a side are read, {LARGEST_FIELD_SIDE} to cut textures from"
-            raise InputError(f"{path}: at most {largest}") from error
+            raise PictureError(f"{path}: at most {largest}") from error
         with image:
             check((image.height, image.width), path)
             if getattr(image, "is_animated", False):
-                raise InputError(f"{path}: holds several pictures; a height map is one")
+                raise PictureError(f"{path}: holds several pictures; a height map is one")
             if "transparency" in image.info:
-                raise InputError(f"{path}: has a transparent colour; a height map is opaque")
+                raise PictureError(f"{path}: has a transparent colour; a height map is opaque")
             if image.mode == "F":
                 return Content(np.asarray(image, dtype=np.float64), holds_mm=True)
             bits, white_is_zero = _encoding(image, path)
@@ -106,7 +106,7 @@ def read_picture(path: Path, check: Check) -> Content:
                 colours = len(image.mode.removesuffix("A"))
                 grey = _one_channel(channels[:colours], channels[colours:], path) / 255
             else:
-                raise InputError(
+                raise PictureError(
                     f"{path}: pixel format {image.mode} of {bits} bits is no grey of 1 to 16 bits"
                 )
             return Content(grey, holds_mm=False, **lengths_of(image.info, path))
@@ -130,14 +130,25 @@ def _encoding(image: Any, path: Path) -> tuple[int, bool]:
 def _one_channel(colours: Sequence[NDArray[Any]], alpha: Sequence[NDArray[Any]], path: Path) -> Array:
     """The grey (rows, cols) of channels of colour that agree, beside none or one of constant alpha."""
     if any(np.ptp(channel) != 0 for channel in alpha):
-        raise InputError(f"{path}: transparency varies; a height map is opaque")
+        raise PictureError(f"{path}: transparency varies; a height map is opaque")
     if not all(np.array_equal(colours[0], other, equal_nan=True) for other in colours[1:]):
-        raise InputError(f"{path}: is coloured; a height map is grey")
+        raise PictureError(f"{path}: is coloured; a height map is grey")
     return np.array(colours[0], dtype=np.float64)
 
 
 def read_exr(path: Path, check: Check) -> Content:
     """Read channel Y or Z of an EXR file, else R, G and B if these agree, else the only channel."""
+    pixels, lengths = exr_channels(path, check)
+    alpha = [pixels.pop("A")] if len(pixels) > 1 and "A" in pixels else []
+    return Content(_one_channel([*pixels.values()], alpha, path), holds_mm=True, **lengths)
+
+
+def exr_channels(path: Path, check: Check) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
+    """Read channel Y or Z of an EXR file, else R, G and B, else the only channel; and A, if it is there.
+
+    Returns:
+        The channels (rows, cols) by name, A last, and the lengths of the header.
+    """
     import OpenEXR
 
     with damage_named(path, "an EXR"):
@@ -166,15 +177,14 @@ def read_exr(path: Path, check: Check) -> Content:
         if len(names) > 1 and names[0] not in _COLOURS:
             said = shown(", ".join(names))
             raise InputError(f"{path}: channels {said}; expected Y, Z, equal R, G, B or a single one")
-        alpha = ["A"] if "A" in channels and names != ["A"] else []
+        names += ["A"] if "A" in channels and names != ["A"] else []
         if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in channels.values()):
             raise InputError(f"{path}: a channel lacks samples; every pixel of a height map has one")
         with OpenEXR.File(str(path), separate_channels=True) as file:
             if not file.parts:
                 raise InputError(f"{path}: damaged: its samples cannot be decoded")
             pixels = {name: channel.pixels for name, channel in file.parts[0].channels.items()}
-            heights = _one_channel([pixels[name] for name in names], [pixels[name] for name in alpha], path)
-        return Content(heights, holds_mm=True, **lengths_of(lengths, path))
+    return {name: pixels[name] for name in names}, lengths_of(lengths, path)
 
 
 def read_npy(path: Path, check: Check) -> Content:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from relief.errors import InputError
     from relief.export import export_plate
     from relief.heightmap import load_heights, save_heights_exr, save_heights_png
+    from relief.preparing.preparation import prepare
     from surrogate.data.field_set import open_fieldset
     from tactile.area import contact_area
     from tactile.contact import ContactError
@@ -44,6 +45,7 @@ __all__ = [
     "load_scene",
     "open_fieldset",
     "optimize",
+    "prepare",
     "press",
     "resume",
     "roughness",

@@ -15,6 +15,7 @@ PACKAGES = ("retouch", "optimize", "visual", "tactile", "surrogate", "relief", "
 RELIEF = {"relief", "mitsuba_scenes"}
 ALLOWED = {
     "relief": set(),
+    "relief.preparing": {"relief"},
     "mitsuba_scenes": {"relief"},
     "surrogate": {"relief"},
     "surrogate.families": RELIEF,
@@ -49,10 +50,10 @@ ALLOWED = {
     "optimize.commands": {
         *RELIEF,
         *("optimize.descent", "optimize.report", "optimize.runs", "optimize.training"),
-        *("tactile", "visual", "visual.backend", "surrogate.corpus", "surrogate.nets"),
+        *("relief.preparing", "tactile", "visual", "visual.backend", "surrogate.corpus", "surrogate.nets"),
     },
     "optimize": {*RELIEF, "optimize.commands", "optimize.runs"},
-    "retouch": {*RELIEF, "tactile", "visual", "surrogate.data", "optimize.runs"},
+    "retouch": {*RELIEF, "relief.preparing", "tactile", "visual", "surrogate.data", "optimize.runs"},
 }
 """Rooms that each room may import: what it builds on, and never what builds on it."""
 

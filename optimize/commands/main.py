@@ -15,7 +15,18 @@ import traceback
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-from optimize.commands import compare, dataset, doctor, evaluate, export, optimize, render, resume, train
+from optimize.commands import (
+    compare,
+    dataset,
+    doctor,
+    evaluate,
+    export,
+    optimize,
+    prepare,
+    render,
+    resume,
+    train,
+)
 from optimize.commands.options import INTERRUPTED, telling
 from optimize.commands.streams import standard_streams
 from optimize.runs.interrupts import interruptible
@@ -40,7 +51,7 @@ USERS_OWN = frozenset(
 
 VERBS = {
     verb.__name__.rpartition(".")[2]: verb
-    for verb in (optimize, resume, evaluate, compare, render, export, dataset, train, doctor)
+    for verb in (prepare, optimize, resume, evaluate, compare, render, export, dataset, train, doctor)
 }
 
 DESCRIPTION = "Changes how a surface texture feels while it keeps its look, and writes it for a 3-D printer."
@@ -48,6 +59,7 @@ DESCRIPTION = "Changes how a surface texture feels while it keeps its look, and 
 EPILOG = """\
 first steps:
   retouch doctor                                         is everything here?
+  retouch prepare stone.jpg -o stone.png                 a height map of any picture
   retouch evaluate stone.png --relief-mm 1.2             how rough does it feel now?
   retouch optimize stone.png --relief-mm 1.2 --jnd 2     two just-noticeable differences rougher, same look
 

@@ -1,0 +1,278 @@
+"""Preparation: a picture in, a height map out, with a sentence for each thing that was done."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.arrays import Array
+from relief.errors import InputError, naming
+from relief.heightmap import save_heights_exr, save_heights_png
+from relief.lengths import in_range
+from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
+from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS
+from relief.preparing.levels import AS_STORED, FULL, WHITE, Levels
+from relief.preparing.pictures import Picture, open_picture
+from relief.preparing.resampling import Box, resampled, square_in
+from relief.preparing.steps import smooth_steps
+from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, make_tile, period
+
+STEEP_PERCENTILE = 95.0
+"""Percentile of the slopes that is told beside the median."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A height map made of a picture.
+
+    Attributes:
+        heights: (samples, samples), row 0 at +y: mm if `relief_mm` is known, else 0 (lowest) to 1 (highest).
+        relief_mm: Height of white above black, mm; None if unknown.
+        size_mm: Side of the plate, mm; None if unknown.
+        done: What was done, a sentence for each subject, in order.
+        numbers: The same as numbers.
+        picture: The picture.
+        square: Part of the picture that became the plate, or a little more if it was made periodic.
+    """
+
+    heights: Array
+    relief_mm: float | None
+    size_mm: float | None
+    done: Mapping[str, str]
+    numbers: Mapping[str, Any]
+    picture: Picture
+    square: Box
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the height map as a 16 bit PNG, or as an EXR in mm, with the lengths that are known.
+
+        Raises:
+            InputError: The suffix is neither, or an EXR is asked for without a relief in mm.
+        """
+        path = check_output(path)
+        if path.suffix.lower() == ".png":
+            save_heights_png(path, self.heights, self.relief_mm, self.size_mm)
+        elif self.relief_mm is None:
+            raise InputError(f"{path}: relief_mm: missing; an EXR holds mm, a PNG may do without")
+        else:
+            save_heights_exr(path, self.heights, self.size_mm, self.relief_mm)
+
+
+def check_output(path: str | os.PathLike[str]) -> Path:
+    """Return the path of a height map to write; InputError if its suffix is not one of `OUTPUTS`."""
+    path = Path(path)
+    if path.suffix.lower() not in OUTPUTS:
+        raise InputError(f"{path}: a height map is written as {' or '.join(OUTPUTS)}")
+    return path
+
+
+def prepare(
+    path: str | os.PathLike[str],
+    *,
+    grey: str = "luminance",
+    crop: Box | None = None,
+    centre: int | None = None,
+    samples: int | None = None,
+    invert: bool = False,
+    levels: str | None = None,
+    keep_steps: bool = False,
+    tile: str | None = None,
+    relief_mm: float | None = None,
+    size_mm: float | None = None,
+) -> Prepared:
+    """Make a height map of a picture: square, grey, white is high.
+
+    Args:
+        path: PNG, JPEG, TIFF, WebP, BMP, GIF, PGM, EXR or NPY, of any colours and sides.
+        grey: What of a coloured picture is height: "luminance", "mean", "red", "green", "blue" or "alpha".
+        crop: Part of the picture: x and y of its upper left corner, width and height, pixels.
+        centre: Side of the square in the middle of the picture or part, pixels; None takes the largest.
+        samples: Samples a side; None takes one a pixel, at most 128.
+        invert: Whether dark is high.
+        levels: Values that become the lowest and the highest height, as `Levels.read` takes them. None takes
+            the lowest and the highest, or black and white of a picture whose header has a relief.
+        keep_steps: Whether the steps of 8-bit grey stay; else heights change by up to half a step.
+        tile: "blend", "cut" or "auto" make the height map periodic.
+        relief_mm: Height of white above black, mm; None takes the header's, or the numbers of a file of
+            numbers as mm.
+        size_mm: Side of the plate, mm; None takes the header's.
+
+    Raises:
+        InputError: The file or an argument cannot be used; the line names it.
+    """
+    path = Path(path)
+    with naming(path):
+        wanted = FULL if levels is None else Levels.read(levels)
+        for key, value, known in (("grey", grey, tuple(GREYS)), ("tile", tile, (None, AUTO, *METHODS))):
+            if value not in known:
+                raise InputError(
+                    f"{key}: {value!r} is not one of {', '.join(name for name in known if name)}"
+                )
+        asked = {"size_mm": size_mm, "relief_mm": relief_mm}
+        given = {key: in_range(key, length) for key, length in asked.items() if length is not None}
+    picture = open_picture(path)
+    lengths = dict(picture.lengths) | given
+    if picture.bits is None and relief_mm is None:
+        lengths.pop("relief_mm", None)
+    elif "relief_mm" in picture.lengths and relief_mm is None and levels is None:
+        wanted = AS_STORED
+    with naming(path):
+        work = _Work(picture)
+        values = work.part(crop, centre, grey)
+        heights = work.sampled(values, samples, keep_steps, tile)
+        heights, span = work.levelled(heights, wanted, invert)
+        if picture.bits is None and "relief_mm" not in lengths:
+            if span > HEIGHT_LIMIT_MM:
+                most = f"more than {HEIGHT_LIMIT_MM:g}"
+                raise InputError(f"relief_mm: missing; the numbers span {span:g}, {most} if they are mm")
+            lengths["relief_mm"] = span
+        work.lengths(heights, lengths)
+    return Prepared(
+        heights * lengths.get("relief_mm", 1.0),
+        lengths.get("relief_mm"),
+        lengths.get("size_mm"),
+        work.done,
+        work.numbers,
+        picture,
+        work.square,
+    )
+
+
+class _Work:
+    """A preparation while it goes on; each method does one thing, and tells and counts what it did."""
+
+    def __init__(self, picture: Picture) -> None:
+        self.picture = picture
+        bits = "" if picture.bits is None else f"{picture.bits} bits"
+        size = f"{picture.width} x {picture.height} pixels"
+        self.done = {
+            "picture": ", ".join(part for part in (size, picture.kind, bits, *picture.notes) if part)
+        }
+        self.numbers: dict[str, Any] = {
+            "picture": {"width": picture.width, "height": picture.height}
+            | {"kind": picture.kind, "bits": picture.bits, "notes": list(picture.notes)}
+        }
+        self.square: Box = (0, 0, 0, 0)
+
+    def part(self, crop: Box | None, centre: int | None, grey: str) -> NDArray[np.float32]:
+        """Grey values of the square that is taken."""
+        picture = self.picture
+        self.square = left, upper, right, _ = square_in(picture.width, picture.height, crop, centre)
+        side = right - left
+        if side < SMALLEST_SIDE:
+            raise InputError(f"{side} x {side} pixels; at least {SMALLEST_SIDE} a side are needed")
+        if side == picture.width == picture.height:
+            self.done["square"] = "the whole picture"
+        else:
+            where = "in the middle of the picture" if crop is None else "in the middle of the crop"
+            self.done["square"] = f"{side} x {side} pixels {where}, from ({left}, {upper})"
+        self.numbers["square"] = {"x": left, "y": upper, "side": side}
+        if picture.coloured or grey == "alpha":
+            parts = " + ".join(f"{weight:.4g} {name}" for name, weight in GREYS[grey].items())
+            self.done["grey"] = f"{grey}, {parts} as stored"
+            self.numbers["grey"] = grey
+        return picture.values(self.square, grey)
+
+    def sampled(
+        self, values: NDArray[np.float32], samples: int | None, keep_steps: bool, tile: str | None
+    ) -> Array:
+        """The values at the samples of the height map, without steps, periodic if asked for."""
+        side = float(len(values))
+        reach = 1.0
+        if tile is not None:
+            whole = resampled(values, min(len(values), PERIOD_SIDE))
+            side *= period(whole)
+            reach += OVERLAP
+        if samples is None:
+            samples = min(int(side), MOST_USUAL_SAMPLES)
+        if not SMALLEST_SIDE <= samples <= LARGEST_SIDE:
+            raise InputError(
+                f"samples: {samples} is not a whole number from {SMALLEST_SIDE} to {LARGEST_SIDE}"
+            )
+        count = round(samples * reach)
+        pixels = side / samples
+        self.done["samples"] = f"{samples} x {samples}, {_sampling(pixels)}"
+        self.numbers["samples"] = {"side": samples, "pixels_per_sample": pixels}
+        step = self.picture.step
+        smooth = None if keep_steps or step is None else step
+        if smooth is not None and pixels < 1.0:
+            values = self._smoothed(values.astype(np.float64), smooth).astype(np.float32)
+        heights = resampled(values, count, pixels * count)
+        if smooth is not None and pixels >= 1.0:
+            heights = self._smoothed(heights, smooth)
+        elif step is not None and keep_steps:
+            self.done["steps"] = f"kept, {self._grey(step)} each: terraces to finger and light"
+        if tile is None:
+            return heights
+        made = make_tile(heights, samples, None if tile == AUTO else tile)
+        error, other = (f"{100.0 * made.seam_errors[name]:.1f} %" for name in (made.method, made.other))
+        self.done["tile"] = (
+            f"{made.method}, {side:.0f} x {side:.0f} pixels repeat; steps at seams differ from the picture's "
+            f"by {error} ({made.other}: {other}), steps across the border are {made.border_ratio:.2f} times "
+            f"those inside, the histogram moves by {100.0 * made.histogram_change:.1f} %"
+        )
+        told = ("method", "seam_errors", "border_ratio", "histogram_change")
+        self.numbers["tile"] = {name: getattr(made, name) for name in told} | {"pixels": side}
+        return made.heights
+
+    def _smoothed(self, heights: Array, step: float) -> Array:
+        smooth = smooth_steps(heights, step)
+        most = float(np.abs(smooth - heights).max())
+        self.done["steps"] = (
+            f"of {self._grey(step)} smoothed to slopes; values changed by at most {self._grey(most)}"
+        )
+        self.numbers["steps"] = {"step": WHITE * step, "largest_change": WHITE * most}
+        return smooth
+
+    def levelled(self, heights: Array, wanted: Levels, invert: bool) -> tuple[Array, float]:
+        """Heights from 0 to 1, and the span that they had."""
+        low, high = wanted.values(heights, 1.0 if self.picture.bits is None else WHITE)
+        outside = float(np.mean((heights < low) | (heights > high)))
+        saturated = f"; {100.0 * outside:.2g} % lie outside and saturate" if outside > 0 else ""
+        lowest, highest = (low, high) if not invert else (high, low)
+        of = "" if self.picture.bits is None else f" of {WHITE:g}"
+        dark = ", dark is high" if invert else ""
+        self.done["levels"] = (
+            f"{self._grey(lowest)} is lowest, {self._grey(highest)} highest{of}{dark}{saturated}"
+        )
+        self.numbers["levels"] = {
+            "lowest": lowest * self._unit,
+            "highest": highest * self._unit,
+            "saturated_percent": 100.0 * outside,
+        }
+        level = np.clip((heights - low) / (high - low), 0.0, 1.0)
+        return 1.0 - level if invert else level, high - low
+
+    @property
+    def _unit(self) -> float:
+        """Levels that a person sees for white."""
+        return 1.0 if self.picture.bits is None else WHITE
+
+    def _grey(self, value: float) -> str:
+        return f"{self._unit * value:.3g}"
+
+    def lengths(self, heights: Array, lengths: Mapping[str, float]) -> None:
+        """Tell the lengths of the plate and the slopes that follow."""
+        relief_mm, size_mm = lengths.get("relief_mm"), lengths.get("size_mm", PATCH_SIDE_MM)
+        self.numbers |= {"relief_mm": relief_mm, "size_mm": lengths.get("size_mm")}
+        if relief_mm is None:
+            return
+        if relief_mm > HEIGHT_LIMIT_MM:
+            raise InputError(f"relief_mm: {relief_mm:g} is above {HEIGHT_LIMIT_MM:g}, the highest allowed")
+        rise = np.hypot(*np.gradient(relief_mm * heights, size_mm / len(heights)))
+        median, steep = np.degrees(np.arctan(np.percentile(rise, [50.0, STEEP_PERCENTILE])))
+        self.numbers["slopes_deg"] = {"median": median, f"percentile_{STEEP_PERCENTILE:g}": steep}
+        self.done["relief"] = (
+            f"{relief_mm:.3g} mm on {size_mm:g} x {size_mm:g} mm; slopes {median:.0f}° (median), "
+            f"{steep:.0f}° ({STEEP_PERCENTILE:g} % are flatter)"
+        )
+
+
+def _sampling(pixels: float) -> str:
+    if pixels == 1.0:
+        return "one a pixel"
+    return f"one every {pixels:.3g} pixels, " + ("a weighted mean" if pixels > 1.0 else "between the pixels")

@@ -1,0 +1,171 @@
+"""Preview: the picture, the height map and the relief under raking light on one sheet, with the numbers."""
+
+import io
+from collections.abc import Sequence
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from relief.arrays import Array
+from relief.limits import PATCH_SIDE_MM
+from relief.preparing.preparation import Prepared
+from relief.shading import facing, lit
+
+PANEL, GAP, MARGIN = 480, 24, 36
+"""Pixels of the side of a panel, between panels, and around the sheet."""
+WIDTH = 3 * PANEL + 2 * GAP + 2 * MARGIN
+"""Pixels of the sheet from left to right."""
+AZIMUTH_DEG, ELEVATION_DEG = 135.0, 25.0
+"""Direction of the raking light: from the top left, where people expect light, and low."""
+AMBIENT, SHADOW_SOFTNESS = 0.2, 0.15
+"""Share of the light that reaches shadows, and width of their edges as a part of how far they fall."""
+ASSUMED_SLOPE = 0.1
+"""Relief in sides of the plate that is shaded and drawn where no relief is known."""
+PROFILE_HEIGHT = 150
+"""Most pixels of the profile from its lowest to its highest point."""
+PAPER, INK, FAINT, ACCENT = (250, 248, 244), (38, 38, 42), (128, 124, 118), (196, 78, 40)
+"""Colours of the background, the text, the labels, and of what is marked."""
+DARK, BRIGHT = (22, 24, 32), (250, 238, 218)
+"""Colours of the relief without light and in full light."""
+GLYPHS = str.maketrans({"²": "2", "µ": "u", "–": "-", "−": "-", "×": "x"})
+"""Characters that the font lacks."""
+
+
+def preview(prepared: Prepared, figures: Sequence[tuple[str, str]] = ()) -> bytes:
+    """Draw the sheet.
+
+    Args:
+        prepared: A height map.
+        figures: Numbers to show large, each with what it means.
+
+    Returns:
+        A PNG in colour.
+    """
+    tile = "tile" in prepared.numbers
+    repeats = 2 if tile else 1
+    size_mm = prepared.size_mm or PATCH_SIDE_MM
+    span = float(np.ptp(prepared.heights)) or 1.0
+    unit = 1.0 if prepared.relief_mm is not None else ASSUMED_SLOPE * size_mm / span
+    heights = (prepared.heights - prepared.heights.min()) * unit
+    known = prepared.relief_mm is not None
+    light = f"{repeats} x {repeats} repeats under raking light" if tile else "under raking light"
+    panels = [
+        ("picture, and the square that was taken", _picture(prepared)),
+        ("height map, white is high", _grey(heights)),
+        (
+            light if known else f"{light}, relief assumed",
+            _shaded(np.tile(heights, (repeats, repeats)), repeats * size_mm),
+        ),
+    ]
+    lines = [(subject, text.translate(GLYPHS)) for subject, text in prepared.done.items()]
+    sheet = Image.new("RGB", (WIDTH, 4000), PAPER)
+    draw = ImageDraw.Draw(sheet)
+    y = MARGIN
+    for place, (label, panel) in enumerate(panels):
+        x = MARGIN + place * (PANEL + GAP)
+        draw.text((x, y), label, FAINT, _font(17))
+        sheet.paste(panel, (x, y + 28))
+    y += 28 + PANEL + GAP
+    y = _profile(draw, y, heights, size_mm, known)
+    y = _figures(draw, y, figures)
+    for subject, text in lines:
+        draw.text((MARGIN, y), subject, FAINT, _font(17))
+        for line in _wrapped(text, WIDTH - 2 * MARGIN - 110, 17):
+            draw.text((MARGIN + 110, y), line, INK, _font(17))
+            y += 25
+    content = io.BytesIO()
+    sheet.crop((0, 0, WIDTH, y + MARGIN - 8)).save(content, "PNG", optimize=True)
+    return content.getvalue()
+
+
+def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(size)
+
+
+def _wrapped(text: str, width: int, size: int) -> list[str]:
+    """Lines of a text no wider than so many pixels."""
+    font, lines = _font(size), [""]
+    for word in text.split(" "):
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and font.getlength(longer) > width:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines
+
+
+def _picture(prepared: Prepared) -> Image.Image:
+    """The picture in a panel, with a frame around the square that was taken."""
+    picture = prepared.picture
+    scale = PANEL / max(picture.width, picture.height)
+    size = max(1, round(scale * picture.width)), max(1, round(scale * picture.height))
+    names = "RGB" if picture.coloured else "YYY"
+    channels = np.stack([_shown(picture.bands[name], size, picture.white) for name in names], axis=-1)
+    if picture.bits is None:
+        low, high = np.percentile(channels, [0.5, 99.5])
+        channels = (channels - low) / ((high - low) or 1.0)
+    elif "A" in picture.bands:
+        alpha = _shown(picture.bands["A"], size, picture.white)[..., None]
+        channels = 1.0 - (1.0 - channels) * alpha
+    small = Image.fromarray(np.rint(np.clip(channels, 0.0, 1.0) * 255).astype(np.uint8))
+    panel = Image.new("RGB", (PANEL, PANEL), PAPER)
+    left, upper = (PANEL - small.width) // 2, (PANEL - small.height) // 2
+    panel.paste(small, (left, upper))
+    box = [round(scale * edge) for edge in prepared.square]
+    frame = (left + box[0], upper + box[1], left + box[2] - 1, upper + box[3] - 1)
+    ImageDraw.Draw(panel).rectangle(frame, outline=ACCENT, width=3)
+    return panel
+
+
+def _shown(band: Image.Image, size: tuple[int, int], white: float) -> Array:
+    """A channel at another size; white is 1."""
+    method = Image.Resampling.BILINEAR if band.width > size[0] else Image.Resampling.NEAREST
+    if band.mode.startswith("I;16"):
+        band = Image.fromarray(np.asarray(band).astype(np.float32))
+    return np.asarray(band.resize(size, method), dtype=np.float64) / white
+
+
+def _grey(heights: Array) -> Image.Image:
+    grey = np.rint(heights / (heights.max() or 1.0) * 255).astype(np.uint8)
+    return Image.fromarray(grey).resize((PANEL, PANEL), Image.Resampling.BICUBIC).convert("RGB")
+
+
+def _shaded(heights: Array, size_mm: float) -> Image.Image:
+    """A relief of any number of samples, in a panel, with shadows."""
+    smooth = Image.fromarray(heights.astype(np.float32)).resize((PANEL, PANEL), Image.Resampling.BICUBIC)
+    relief = np.asarray(smooth, dtype=np.float64)
+    faces = np.clip(facing(relief, size_mm, AZIMUTH_DEG, ELEVATION_DEG), 0.0, 1.0)
+    light = faces * lit(relief, size_mm, AZIMUTH_DEG, ELEVATION_DEG, SHADOW_SOFTNESS)
+    ambient = AMBIENT * np.clip(facing(relief, size_mm, 0.0, 90.0), 0.0, 1.0)
+    # The curve of a screen, about; the brightest per cent may be white.
+    radiance = ambient + (1.0 - AMBIENT) * light
+    level = np.clip(radiance / np.percentile(radiance, 99.0), 0.0, 1.0)[..., None] ** 0.6
+    colour = (1.0 - level) * np.array(DARK) + level * np.array(BRIGHT)
+    return Image.fromarray(np.rint(colour).astype(np.uint8))
+
+
+def _profile(draw: ImageDraw.ImageDraw, y: int, heights: Array, size_mm: float, known: bool) -> int:
+    """Draw a section through the middle row, to scale; returns where the next thing goes."""
+    across = WIDTH - 2 * MARGIN
+    scale = min(across / size_mm, PROFILE_HEIGHT / (heights.max() or 1.0))
+    row = heights[len(heights) // 2]
+    at = MARGIN + scale * size_mm * (np.arange(len(row)) + 0.5) / len(row)
+    foot = y + 26 + round(scale * heights.max())
+    said = f"section through the middle, to scale, {size_mm:g} mm wide"
+    draw.text((MARGIN, y), said if known else "section through the middle, relief assumed", FAINT, _font(17))
+    outline = [*zip(at.tolist(), (foot - scale * row).tolist(), strict=True)]
+    draw.polygon([(at[0], foot + 14), *outline, (at[-1], foot + 14)], fill=(226, 218, 204))
+    draw.line(outline, fill=INK, width=2)
+    return foot + 14 + GAP
+
+
+def _figures(draw: ImageDraw.ImageDraw, y: int, figures: Sequence[tuple[str, str]]) -> int:
+    """Draw numbers in a row, large; returns where the next thing goes."""
+    if not figures:
+        return y
+    step = (WIDTH - 2 * MARGIN) // len(figures)
+    for place, (value, meaning) in enumerate(figures):
+        x = MARGIN + place * step
+        draw.text((x, y), value.translate(GLYPHS), INK, _font(38))
+        draw.text((x, y + 48), meaning.translate(GLYPHS), FAINT, _font(17))
+    return y + 48 + 24 + GAP

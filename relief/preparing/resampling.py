@@ -1,0 +1,66 @@
+"""Resampling: the square of a picture that becomes the plate, at the samples of a height map."""
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from relief.arrays import Array
+from relief.errors import InputError
+
+Box = tuple[int, int, int, int]
+"""Four numbers of a part of a picture, in pixels from its upper left corner."""
+
+
+def square_in(width: int, height: int, crop: Box | None = None, centre: int | None = None) -> Box:
+    """The square that becomes the plate: the largest one in the middle of a part of a picture.
+
+    Args:
+        width: Of the picture, pixels.
+        height: Of the picture, pixels.
+        crop: x and y of the upper left corner, width and height of the part, in pixels; None is the whole.
+        centre: Side of a smaller square in the middle, pixels.
+
+    Returns:
+        Its left, upper, right and lower edge.
+
+    Raises:
+        InputError: The part reaches out of the picture, or the square is larger than the part.
+    """
+    left, upper, wide, high = (0, 0, width, height) if crop is None else crop
+    inside = 0 <= left <= left + wide <= width and 0 <= upper <= upper + high <= height
+    if not inside or min(wide, high) < 1:
+        said = ",".join(str(number) for number in (left, upper, wide, high))
+        raise InputError(f"crop: {said} is no part of a picture of {width} x {height} pixels")
+    side = min(wide, high)
+    if centre is not None:
+        if not 1 <= centre <= side:
+            raise InputError(f"centre: {centre} is no side of a square in {wide} x {high} pixels")
+        side = centre
+    left, upper = left + (wide - side) // 2, upper + (high - side) // 2
+    return left, upper, left + side, upper + side
+
+
+def resampled(values: NDArray[np.float32], samples: int, side: float | None = None) -> Array:
+    """Bring the square in the upper left corner of an array to another number of samples.
+
+    To fewer samples, each one is a mean weighted by a triangle two samples wide: detail too fine for the
+    samples fades and no sample leaves the range of its pixels. To more samples, by cubic interpolation.
+
+    Args:
+        values: (rows, cols).
+        samples: Samples a side of the result.
+        side: Side of the square in pixels, any number up to that of the array; all of it if None.
+
+    Returns:
+        (samples, samples).
+    """
+    side = float(min(values.shape)) if side is None else side
+    if side == samples:
+        return values[:samples, :samples].astype(np.float64)
+    low, high = float(values.min()), float(values.max())
+    # Pillow computes in single precision: numbers far from 0, such as elevations, keep their digits so.
+    unit = (high - low) or 1.0
+    image = Image.fromarray((values - np.float32(low)) / np.float32(unit))
+    method = Image.Resampling.BILINEAR if side > samples else Image.Resampling.BICUBIC
+    shrunk = image.resize((samples, samples), method, box=(0.0, 0.0, side, side))
+    return low + unit * np.asarray(shrunk, dtype=np.float64)

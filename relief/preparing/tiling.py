@@ -1,0 +1,240 @@
+"""Tiles: a square of a texture made periodic, by blending or by a cut, whichever has the smaller seam error.
+
+The picture reaches beyond the tile by an overlap on the right and below. There two copies of the texture lie
+on one another, and are joined in one of two ways.
+
+* Blend: the mean of the copies, with heights first mapped to a normal distribution and afterwards back, which
+  keeps their histogram. For stochastic textures. E. Heitz and F. Neyret, "High-Performance By-Example Noise
+  using a Histogram-Preserving Blending Operator" (2018), with the weights of B. Burley, "On
+  Histogram-Preserving Blending for Randomized Texture Tiling" (2019).
+* Cut: one copy on either side of the path where the copies differ least. For structured textures. A. Efros
+  and W. Freeman, "Image Quilting for Texture Synthesis and Transfer" (2001). Across the cut, heights follow
+  the mean slope of the two copies (P. Perez et al., "Poisson Image Editing", 2003).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.arrays import Array, Index
+from relief.preparing.choices import METHODS
+
+OVERLAP = 0.25
+"""Width of the overlap, in sides of the tile."""
+SMALLEST_TILE = 0.5
+"""Smallest side of a tile that is tried, in sides of the largest tile."""
+PERIOD_SIDE = 400
+"""Samples a side of the copy of the texture in which its period is looked for."""
+PERIODIC = 0.35
+"""Largest mismatch of a smaller tile, in parts of the largest tile's, for which the larger area is given up.
+
+Textures without a period vary by a tenth by chance, woven ones fall to a fifth.
+"""
+LAGS = (1, 2, 4)
+"""Distances, in samples, over which steps at a seam are compared with those of the picture."""
+SEAM_REACH = 4
+"""Samples on both sides of a cut that count as seam."""
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A texture that continues across its borders.
+
+    Attributes:
+        heights: (samples, samples), in the unit of the picture.
+        method: A member of `METHODS`.
+        seam_errors: By method: mean difference between the sizes of the steps where copies are joined and of
+            those in the copies at the same places, in mean steps (Wasserstein distance). 0 is perfect.
+        border_ratio: Root mean square of the steps across the border, in that of the steps inside.
+        histogram_change: Largest difference of the distribution functions of the tile's and the picture's
+            heights (Kolmogorov-Smirnov), 0 to 1.
+    """
+
+    heights: Array
+    method: str
+    seam_errors: dict[str, float]
+    border_ratio: float
+    histogram_change: float
+
+    @property
+    def other(self) -> str:
+        """The method that was not taken."""
+        return next(name for name in METHODS if name != self.method)
+
+
+def period(texture: Array) -> float:
+    """The side of the tile that suits a texture best, in sides of the texture.
+
+    Of a texture with a period that is the side at which the overlapping copies fit best, of any other the
+    largest possible.
+
+    Args:
+        texture: (side, side) heights.
+    """
+    side = len(texture)
+    largest = int(side / (1.0 + OVERLAP))
+    sides = range(max(2, int(SMALLEST_TILE * largest)), largest + 1)
+    mismatches = [_mismatch(texture, tile, round(tile * OVERLAP)) for tile in sides]
+    best = int(np.argmin(mismatches))
+    chosen = sides[best] if mismatches[best] < PERIODIC * mismatches[-1] else largest
+    return chosen / side if chosen < largest else 1.0 / (1.0 + OVERLAP)
+
+
+def _mismatch(texture: Array, tile: int, overlap: int) -> float:
+    """Mean squared difference of the overlapping copies in both directions, in variances of the texture."""
+    whole = texture[: tile + overlap, : tile + overlap]
+    off = [np.mean((part[:, :overlap] - part[:, tile:]) ** 2) for part in (whole, whole.T)]
+    return float(sum(off) / (2.0 * whole.var() or 1.0))
+
+
+def make_tile(texture: Array, samples: int, method: str | None = None) -> Tile:
+    """Make a texture periodic.
+
+    Args:
+        texture: (samples + overlap, samples + overlap) heights.
+        samples: Samples a side of the tile.
+        method: A member of `METHODS`; None takes the one with the smaller seam error.
+    """
+    from scipy.stats import ks_2samp
+
+    joined = {"blend": _blend(texture, samples), "cut": _cut(texture, samples)}
+    errors = {name: _seam_error(tile, texture, seam) for name, (tile, seam) in joined.items()}
+    method = method or min(METHODS, key=errors.__getitem__)
+    heights = joined[method][0]
+    change = float(ks_2samp(heights.ravel(), texture.ravel(), method="asymp").statistic)
+    return Tile(heights, method, errors, border_ratio(heights), change)
+
+
+def border_ratio(heights: Array) -> float:
+    """Root mean square of the steps across the border of a tile, in that of the steps inside."""
+    across = np.concatenate([heights[0] - heights[-1], heights[:, 0] - heights[:, -1]])
+    inside = np.concatenate([np.diff(heights, axis=axis).ravel() for axis in (0, 1)])
+    return float(np.sqrt(np.mean(across**2) / (np.mean(inside**2) or 1.0)))
+
+
+def _blend(texture: Array, samples: int) -> tuple[Array, NDArray[np.bool_]]:
+    """The blended tile, and where copies are blended."""
+    from scipy.special import ndtr, ndtri
+    from scipy.stats import rankdata
+
+    overlap = len(texture) - samples
+    ordered = np.sort(texture, axis=None)
+    normal = ndtri((rankdata(texture, axis=None) - 0.5) / texture.size).reshape(texture.shape)
+    first = np.ones(samples)
+    # The weight has no slope where the blend begins and ends.
+    first[:overlap] = 0.5 - 0.5 * np.cos(np.pi * (np.arange(overlap) + 0.5) / overlap)
+    second = 1.0 - first
+    total, squares = np.zeros((samples, samples)), np.zeros((samples, samples))
+    beyond = np.pad(normal, (0, samples - overlap))
+    for rows, down in ((slice(0, samples), first), (slice(samples, 2 * samples), second)):
+        for cols, right in ((slice(0, samples), first), (slice(samples, 2 * samples), second)):
+            weight = np.outer(down, right)
+            total += weight * beyond[rows, cols]
+            squares += weight**2
+    # Divided so, independent copies keep the variance of one; a plain mean of them would be flatter.
+    rank = ndtr(total / np.sqrt(squares)) * texture.size - 0.5
+    tile = np.interp(rank, np.arange(texture.size), ordered)
+    return tile, np.maximum.outer(second, second) > 0.0
+
+
+def _cut(texture: Array, samples: int) -> tuple[Array, NDArray[np.bool_]]:
+    """The tile joined along a cut, and where the cut is near."""
+    from scipy import fft, ndimage
+
+    row, col = _sources(texture, samples)
+    tile = texture[row, col]
+    slopes_out = np.zeros_like(tile)
+    seam = np.zeros(tile.shape, bool)
+    for axis, (down, right) in enumerate(((1, 0), (0, 1))):
+        next_row, next_col = np.roll(row, -1, axis), np.roll(col, -1, axis)
+        ahead, here = _step(texture, row, col, down, right)
+        back, there = _step(texture, next_row - down, next_col - right, down, right)
+        step = np.where(here & there, 0.5 * (ahead + back), np.where(here, ahead, back))
+        slopes_out += step - np.roll(step, 1, axis)
+        seam |= (next_row != row + down) | (next_col != col + right)
+    wave = 2.0 * np.cos(2.0 * np.pi * np.arange(samples) / samples) - 2.0
+    laplacian = np.add.outer(wave, wave)
+    laplacian[0, 0] = 1.0  # The mean has no slope.
+    heights = fft.ifft2(fft.fft2(slopes_out) / laplacian).real
+    near = ndimage.binary_dilation(np.pad(seam, SEAM_REACH, mode="wrap"), iterations=SEAM_REACH)
+    inner = slice(SEAM_REACH, -SEAM_REACH)
+    return heights - heights.mean() + tile.mean(), near[inner, inner]
+
+
+def _sources(texture: Array, samples: int) -> tuple[Index, Index]:
+    """Row and column of the texture that each sample of the tile is taken from."""
+    size, overlap = len(texture), len(texture) - samples
+    col = np.tile(np.arange(samples), (size, 1))
+    path = _path(_difference(texture[:, :overlap], texture[:, samples:]))
+    col[:, :overlap] += samples * (np.arange(overlap) < path[:, None])
+    joined = np.take_along_axis(texture, col, axis=1)
+    row = np.tile(np.arange(samples)[:, None], (1, samples))
+    path = _closed_path(_difference(joined[:overlap].T, joined[samples:].T))
+    row[:overlap] += samples * (np.arange(overlap)[:, None] < path)
+    return row, col[row, np.arange(samples)]
+
+
+def _step(texture: Array, row: Index, col: Index, down: int, right: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Steps of the texture from samples to the next ones, and where the texture has both."""
+    inside = (row >= 0) & (col >= 0) & (row + down < len(texture)) & (col + right < len(texture))
+    row, col = np.where(inside, row, 0), np.where(inside, col, 0)
+    return texture[row + down, col + right] - texture[row, col], inside
+
+
+def _difference(first: Array, second: Array) -> Array:
+    """Squared difference of two copies between columns, where a cut may lie: (length, overlap + 1)."""
+    padded = np.pad((first - second) ** 2, ((0, 0), (1, 1)), mode="edge")
+    return 0.5 * (padded[:, 1:] + padded[:, :-1])
+
+
+def _path(costs: Array) -> Index:
+    """Column of the cheapest path through (length, width) costs for each row, by dynamic programming."""
+    total = costs.copy()
+    for row in range(1, len(costs)):
+        before = np.pad(total[row - 1], 1, constant_values=np.inf)
+        total[row] += np.minimum(np.minimum(before[:-2], before[1:-1]), before[2:])
+    path = [int(total[-1].argmin())]
+    for row in range(len(costs) - 2, -1, -1):
+        lowest = max(path[-1] - 1, 0)
+        path.append(lowest + int(total[row, lowest : path[-1] + 2].argmin()))
+    return np.array(path[::-1])
+
+
+def _closed_path(costs: Array) -> Index:
+    """Column of a cheap path that ends where it begins, for each row.
+
+    The path begins where the free path through two repeats of the costs is in its middle, far from both ends.
+    """
+    length = len(costs)
+    middle = length // 2
+    start = _path(np.concatenate([costs, costs]))[middle]
+    around = np.roll(costs, -middle, axis=0)
+    around = np.concatenate([around, around[:1]])
+    fixed = np.arange(costs.shape[1]) == start
+    around[[0, -1]] = np.where(fixed, around[[0, -1]], np.inf)
+    return np.roll(_path(around)[:-1], middle)
+
+
+def _seam_error(tile: Array, texture: Array, seam: NDArray[np.bool_]) -> float:
+    """`Tile.seam_errors` of one tile; ``seam`` is where its copies are joined."""
+    from scipy.stats import wasserstein_distance
+
+    samples, size = len(tile), len(texture)
+    row, col = np.nonzero(seam)
+    errors = []
+    for lag in LAGS:
+        made: list[Array] = []
+        own: list[Array] = []
+        for down, right in ((lag, 0), (0, lag)):
+            ahead = tile[(row + down) % samples, (col + right) % samples]
+            made.append(np.abs(ahead - tile[row, col]))
+            for below in (0, samples):
+                for beside in (0, samples):
+                    r, c = row + below, col + beside
+                    inside = (r + down < size) & (c + right < size)
+                    r, c = r[inside], c[inside]
+                    own.append(np.abs(texture[r + down, c + right] - texture[r, c]))
+        before = np.concatenate(own)
+        errors.append(wasserstein_distance(np.concatenate(made), before) / (before.mean() or 1.0))
+    return float(np.mean(errors))
