@@ -131,11 +131,11 @@ def run(arguments: argparse.Namespace) -> int:
     from relief.preparing.preparation import check_output, prepare
 
     out: Path = arguments.out
-    shown = out.with_name(f"{out.stem}-preview.png")
     if not out.parent.is_dir():
         raise InputError(f"{out}: -o: there is no folder {out.parent}")
     if out.is_dir():
         raise InputError(f"{out}: -o: is a folder")
+    shown = out.with_name(f"{out.stem}-preview.png")
     for path in (out, shown):
         if path.exists() and arguments.picture.exists() and path.samefile(arguments.picture):
             raise InputError(f"{path}: -o: is the picture, or its preview would be; choose another name")

@@ -211,9 +211,9 @@ class _Work:
         made = make_tile(heights, samples, None if tile == AUTO else tile)
         error, other = (f"{100.0 * made.seam_errors[name]:.1f} %" for name in (made.method, made.other))
         self.done["tile"] = (
-            f"{made.method}, {side:.0f} x {side:.0f} pixels repeat; steps at seams differ from the picture's "
-            f"by {error} ({made.other}: {other}), steps across the border are {made.border_ratio:.2f} times "
-            f"those inside, the histogram moves by {100.0 * made.histogram_change:.1f} %"
+            f"{made.method}, {side:.0f} x {side:.0f} pixels repeat; seam error {error} "
+            f"({made.other}: {other}); steps across the border {made.border_ratio:.2f} times those inside; "
+            f"heights differ from the picture's by {100.0 * made.histogram_change:.1f} % of their range"
         )
         told = ("method", "seam_errors", "border_ratio", "histogram_change")
         self.numbers["tile"] = {name: getattr(made, name) for name in told} | {"pixels": side}
