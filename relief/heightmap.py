@@ -148,10 +148,14 @@ def _read(path: Path, check: Check, relief_mm: float | None = None) -> Content:
     try:
         return _reader(path)(path, check)
     except PictureError as error:
-        relief = "" if relief_mm is None else f" --relief-mm {relief_mm:g}"
-        out = path.with_name(f"{path.stem}-heights.png")
-        command = f"retouch prepare {shlex.quote(str(path))} -o {shlex.quote(str(out))}{relief}"
-        raise InputError(f"{error}; make a height map of it with: {command}") from error
+        out = str(path.with_name(f"{path.stem}-heights.png"))
+        option, argument = "", ""
+        if relief_mm is not None:
+            option, argument = f" --relief-mm {relief_mm:g}", f", relief_mm={relief_mm:g}"
+        for_python = f"retouch.prepare({str(path)!r}{argument}).save({out!r})"
+        for_command = f"retouch prepare {shlex.quote(str(path))} -o {shlex.quote(out)}{option}"
+        mended = [f"{error}; make a height map of it with: {call}" for call in (for_python, for_command)]
+        raise InputError(*mended) from error
 
 
 def _reader(path: Path) -> Callable[[Path, Check], Content]:

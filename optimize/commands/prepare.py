@@ -1,11 +1,10 @@
 """`retouch prepare`: a height map made of any picture, and a preview of it."""
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from optimize.commands.options import console, contact_errors_name, whole_number
+from optimize.commands.options import add_talk, console, contact_errors_name, print_json, whole_number
 from optimize.descent.targets import QUANTITIES, ROUGHNESS
 from optimize.report.formatting import number
 from relief.errors import InputError, naming
@@ -124,7 +123,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="make the height map periodic: blend (for stochastic textures), cut (for structured ones), or "
         "auto, the one with the smaller seam error (default with --tile: auto)",
     )
-    parser.add_argument("--json", action="store_true", help="print the numbers as JSON")
+    add_talk(parser, "the numbers", quiet=False)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -148,7 +147,7 @@ def run(arguments: argparse.Namespace) -> int:
     prepared.save(out)
     write_atomically(shown, preview(prepared, _figures(prepared, touch)))
     if arguments.json:
-        print(json.dumps(_entry(prepared, touch, arguments.picture, out, shown), indent=2))
+        print_json(_entry(prepared, touch, arguments.picture, out, shown))
         return 0
     lines = dict(prepared.done) | _feel(prepared, touch)
     bits = "16 bits" if out.suffix.lower() == ".png" else "mm"
