@@ -67,7 +67,8 @@ def test_v_tells_steps_and_warnings_are_always_told(capsys: pytest.CaptureFixtur
 def test_an_unknown_option_is_answered_with_the_nearest_and_the_verbs_own_help(
     verb: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    required = {"dataset": "-o data --count 1", "train": "touch --data d -o n", "export": "a.exr -o a.stl"}
+    required = {"dataset": "-o data --count 1", "train": "touch --data d -o n"}
+    required |= {"export": "a.exr -o a.stl", "prepare": "a.jpg -o a.png"}
     arguments = required.get(verb, "" if verb == "doctor" else "wave.exr").split()
     assert main([verb, *arguments, "--verbse"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
