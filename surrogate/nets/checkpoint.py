@@ -6,15 +6,15 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
+import torch
 from pydantic import ConfigDict, Field, TypeAdapter
-from safetensors import SafetensorError, safe_open
-from safetensors.torch import save
 
 from relief.errors import InputError
 from relief.files import write_atomically
+from relief.tensors import read_tensors, tensor_bytes
 from surrogate.nets.training import Epoch, Settings, Training
 from surrogate.nets.unet import Shape, UNet
-from surrogate.nets.weights import read_tensors
+from surrogate.nets.weights import check_tensors
 from surrogate.validation import parse_json
 
 CHECKPOINT_FILE, CURVES = "training.safetensors", "curves.jsonl"
@@ -57,11 +57,9 @@ _HEADER = TypeAdapter(_Header)
 
 def save_training(folder: Path, key: TrainingKey, training: Training) -> None:
     """Write the checkpoint and the curves (one epoch a line) of a training into a folder."""
-    tensors = {f"{part}.{k}": v.contiguous() for part in _PARTS for k, v in getattr(training, part).items()}
+    tensors = {f"{part}.{k}": v.numpy() for part in _PARTS for k, v in getattr(training, part).items()}
     header = json.dumps(asdict(_Header(key, training.epochs)), sort_keys=True)
-    # Tensors that share memory (the best weights are often the last) are refused by safetensors.
-    content = save({name: values.clone() for name, values in sorted(tensors.items())}, {"training": header})
-    write_atomically(folder / CHECKPOINT_FILE, content)
+    write_atomically(folder / CHECKPOINT_FILE, tensor_bytes(tensors, header))
     write_atomically(folder / CURVES, "".join(json.dumps(asdict(e)) + "\n" for e in training.epochs).encode())
 
 
@@ -76,27 +74,30 @@ def load_training(folder: Path, key: TrainingKey) -> Training:
         The state of the training.
 
     Raises:
-        InputError: There is no checkpoint, it is damaged, or it has another key.
+        InputError: There is no checkpoint, it is damaged, it has another key, or a number in it is out of
+            range.
     """
     path = folder / CHECKPOINT_FILE
     if not path.is_file():
         raise InputError(f"{path}: no such file; nothing to go on from")
     if path.stat().st_size > LARGEST_FILE:
         raise InputError(f"{path}: is longer than {LARGEST_FILE} bytes")
-    try:
-        with safe_open(path, framework="pt") as file:
-            text = (file.metadata() or {}).get("training", "")
-    except (SafetensorError, OSError) as error:
-        raise InputError(f"{path}: {' '.join(str(error).split())}") from error
+    arrays, text = read_tensors(path)
     header = parse_json(_HEADER, text, f"{path}: training")
     stored, requested = _flat(asdict(header.begun)), _flat(asdict(key))
     for name, value in requested.items():
         if stored[name] != value:
             raise InputError(f"{path}: {name}: begun with {stored[name]}, cannot resume with {value}")
+    if [epoch.number for epoch in header.epochs] != [*range(1, len(header.epochs) + 1)]:
+        raise InputError(f"{path}: training: epochs: are not numbered from 1")
     names = UNet(key.shape).state_dict()
     expected = {f"{part}.{name}": values for part in _PARTS for name, values in names.items()}
-    tensors = read_tensors(path, path.read_bytes(), expected)
+    tensors = {name: torch.tensor(array) for name, array in arrays.items()}
+    check_tensors(path, tensors, expected)
     parts = {part: {name: tensors[f"{part}.{name}"] for name in names} for part in _PARTS}
+    for name, squares in parts["second"].items():
+        if bool((squares < 0).any()):
+            raise InputError(f"{path}: second.{name}: is negative; means of squares are not")
     return Training(**parts, epochs=header.epochs)
 
 

@@ -88,12 +88,12 @@ class Epoch:
         seconds: Seconds since the beginning.
     """
 
-    number: int
-    steps: int
+    number: Annotated[int, Field(ge=1)]
+    steps: Annotated[int, Field(ge=1)]
     loss: float
     error: float
-    learning_rate: float
-    seconds: float
+    learning_rate: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+    seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
 @dataclass(frozen=True)

@@ -162,7 +162,12 @@ def load_net(kind: str, folder: Path = FOLDER) -> tuple[UNet, Card]:
     with torch.device("meta"):
         # The net needs no memory yet: the values come from the file, after the check of their shapes.
         net = UNet(card.shape)
-    net.load_state_dict(read_tensors(path, content, net.state_dict()), assign=True)
+    try:
+        tensors = load(content)
+    except (SafetensorError, KeyError, ValueError) as error:
+        raise InputError(f"{path}: {' '.join(str(error).split())}") from error
+    check_tensors(path, tensors, net.state_dict())
+    net.load_state_dict(tensors, assign=True)
     return net.requires_grad_(False).eval(), card
 
 
@@ -190,24 +195,17 @@ def load_net_for(option: str, kind: str, channels: int, folder: Path = FOLDER) -
     return net, card
 
 
-def read_tensors(path: Path, content: bytes, expected: Mapping[str, Tensor]) -> dict[str, Tensor]:
-    """Read the tensors of a safetensors file, and check their names, shapes, types and values.
+def check_tensors(path: Path, tensors: Mapping[str, Tensor], expected: Mapping[str, Tensor]) -> None:
+    """Check the names, shapes, types and values of the tensors of a file.
 
     Args:
         path: The file, for messages.
-        content: Its bytes.
+        tensors: Tensors by name.
         expected: Tensors by name with the right shapes; their values do not matter.
 
-    Returns:
-        The tensors by name, finite and in single precision.
-
     Raises:
-        InputError: The tensors are not as expected.
+        InputError: The tensors are not as expected, not in single precision or not finite.
     """
-    try:
-        tensors = load(content)
-    except (SafetensorError, KeyError, ValueError) as error:
-        raise InputError(f"{path}: {' '.join(str(error).split())}") from error
     for name in sorted(expected.keys() | tensors.keys()):
         if name not in tensors:
             raise InputError(f"{path}: {name}: missing")
@@ -220,4 +218,3 @@ def read_tensors(path: Path, content: bytes, expected: Mapping[str, Tensor]) -> 
             )
         if not bool(torch.isfinite(values).all()):
             raise InputError(f"{path}: {name}: not every value is finite")
-    return tensors

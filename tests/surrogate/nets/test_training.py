@@ -2,16 +2,19 @@
 
 import itertools
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import torch
-from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 from torch.nn import functional
 
 from relief.errors import InputError
+from relief.tensors import Arrays, read_tensors, tensor_bytes
 from surrogate.nets.augmentation import transformed
 from surrogate.nets.checkpoint import CHECKPOINT_FILE, CURVES, TrainingKey, load_training, save_training
 from surrogate.nets.training import Epoch, Examples, Settings, Training, beginning, errors, train
@@ -169,9 +172,33 @@ def test_a_damaged_checkpoint_is_refused(kept: Path) -> None:
         with pytest.raises(InputError, match=CHECKPOINT_FILE):
             load_training(kept, KEY)
     path.write_bytes(whole)
-    save_file(load_file(path), path)
-    with pytest.raises(InputError, match="training: "):
-        load_training(kept, KEY)
+    for place in range(0, len(whole), 499):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 1 << place % 8]) + whole[place + 1 :])
+        with pytest.raises(InputError, match="damaged"):
+            load_training(kept, KEY)
     path.unlink()
     with pytest.raises(InputError, match="nothing to go on from"):
+        load_training(kept, KEY)
+
+
+FORGERIES: dict[str, tuple[Callable[[Arrays, dict[str, Any]], object], str]] = {
+    "a weight of no number": (lambda a, _: a["weights.leave.bias"].fill(np.nan), "weights.leave.bias"),
+    "a mean of squares below zero": (lambda a, _: a["second.leave.bias"].fill(-1.0), "second.leave.bias"),
+    "another shape": (lambda a, _: a.update({"best.leave.bias": np.zeros(3, np.float32)}), "best.leave.bias"),
+    "another type": (lambda a, _: a.update({"best.leave.bias": np.zeros(1)}), "best.leave.bias"),
+    "a tensor too few": (lambda a, _: a.pop("first.leave.bias"), "first.leave.bias"),
+    "a tensor too many": (lambda a, _: a.update({"third": np.zeros(1, np.float32)}), "third"),
+    "less than no time": (lambda _, h: h["epochs"][0].update(seconds=-1.0), "epochs.0.seconds"),
+    "a missing epoch": (lambda _, h: h["epochs"].pop(0), "epochs"),
+}
+
+
+@pytest.mark.parametrize("forgery", FORGERIES)
+def test_numbers_out_of_range_are_refused_by_their_name(kept: Path, forgery: str) -> None:
+    change, named = FORGERIES[forgery]
+    arrays, text = read_tensors(kept / CHECKPOINT_FILE)
+    arrays, header = {name: array.copy() for name, array in arrays.items()}, json.loads(text)
+    change(arrays, header)
+    (kept / CHECKPOINT_FILE).write_bytes(tensor_bytes(arrays, json.dumps(header)))
+    with pytest.raises(InputError, match=rf"{CHECKPOINT_FILE}: (training: )?{named}"):
         load_training(kept, KEY)
