@@ -18,6 +18,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from relief.errors import InputError
+from relief.limits import HEIGHT_LIMIT_MM
 from surrogate.corpus.manifest import Entry, parse_entry, text_of
 from surrogate.corpus.splits import Split
 from surrogate.data.request import MOST_TEXTURES, DatasetRequest
@@ -26,6 +27,13 @@ from surrogate.validation import parse_json
 Array = NDArray[Any]
 
 SINGLE, DOUBLE = np.dtype("<f4"), np.dtype("<f8")
+RANGES = {
+    "heights": (0.0, HEIGHT_LIMIT_MM),
+    "contact_fraction": (0.0, 1.0),
+    **dict.fromkeys(("roughness", "contact_area_mm2", "pictures", "ambient"), (0.0, np.inf)),
+    "toward": (-1.0, 1.0),
+}
+"""Least and greatest value of tensors, both allowed; what is not listed may be any finite number."""
 REMEDY = "the same retouch dataset command computes this shard anew"
 """What to do about a damaged shard."""
 _NAMES = {SINGLE: "F32", DOUBLE: "F64"}
@@ -159,7 +167,7 @@ class Shard:
 
         Raises:
             KeyError: The data set has no such tensor.
-            InputError: The file is damaged: a value is not as it was written, or not finite.
+            InputError: The file is damaged: a value is not as it was written, not finite or out of range.
         """
         if name not in layout(self.request, 0):
             raise KeyError(name)
@@ -174,6 +182,9 @@ class Shard:
             raise InputError(f"{self.path}: {name}: {' '.join(str(error).split())}; {REMEDY}") from error
         if not np.isfinite(values).all():
             raise InputError(f"{self.path}: {name}: not every value is finite; {REMEDY}")
+        low, high = RANGES.get(name, (-np.inf, np.inf))
+        if values.size and not low <= values.min() <= values.max() <= high:
+            raise InputError(f"{self.path}: {name}: not every value is from {low:g} to {high:g}; {REMEDY}")
         expected = np.array(self.checksums[name], dtype=np.int64)[places]
         if _checksums(values) != tuple(expected):
             raise InputError(f"{self.path}: {name}: damaged: values are not as written; {REMEDY}")

@@ -192,6 +192,18 @@ def test_values_that_are_not_finite_are_refused_when_read(folder: Path) -> None:
         shard.read("gap")
 
 
+@pytest.mark.parametrize(
+    ("name", "value"), [("heights", 500.0), ("heights", -0.1), ("contact_fraction", 1.5), ("toward", 2.0)]
+)
+def test_values_out_of_range_are_refused_whoever_sealed_them(folder: Path, name: str, value: float) -> None:
+    path, (shard, _) = shard_path(folder, 0), open_fieldset(folder).shards
+    tensors = load_file(path)
+    tensors[name].flat[0] = value
+    path.write_bytes(shard_bytes(REQUEST, 0, shard.rows, shard.failures, tensors))
+    with pytest.raises(InputError, match=f"{name}: not every value is from"):
+        open_fieldset(folder).shards[0].read(name)
+
+
 def test_a_flipped_bit_is_found_where_it_is_read(folder: Path) -> None:
     path = shard_path(folder, 0)
     whole = path.read_bytes()
