@@ -18,6 +18,8 @@ from relief.tensors import Arrays, read_tensors, tensor_bytes
 
 _log = logging.getLogger(__name__)
 
+Layout = Mapping[str, tuple[tuple[int, ...], str]]
+"""Shape and type, as numpy's ``dtype.str`` without byte order, by name of the array; -1 is any length."""
 ABANDONED_S = 3600.0
 """Age of a temporary folder, s, after which no process is writing to it any more."""
 _IMPORT = re.compile(r"^\s*(?:from|import) (\w+(?:\.\w+)*)(?= import| as|$)", re.MULTILINE)
@@ -43,17 +45,20 @@ def fingerprint(module: str) -> str:
     return hashlib.sha256(json.dumps(sources, sort_keys=True).encode()).hexdigest()
 
 
-def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], Arrays]) -> Arrays:
+def cached(
+    kind: str, key: Mapping[str, float | int | str], build: Callable[[], Arrays], layout: Layout
+) -> Arrays:
     """Return the arrays of `build()`, from disk if the same key was built before.
 
     Several processes may call this at once: files are written atomically, and two processes that build the
-    same key write the same numbers. A file that is damaged, has another key or holds a number that is not
-    finite is built anew and replaced. A folder that cannot be written costs only the time of building.
+    same key write the same numbers. A file that is damaged, has another key or layout, or holds a number that
+    is not finite is built anew and replaced. A folder that cannot be written costs only the time of building.
 
     Args:
         kind: First part of the file's name, for people.
         key: Everything that the arrays depend on, the `fingerprint` of the code that builds them included.
         build: Computes the arrays.
+        layout: Of the arrays that `build` gives.
 
     Returns:
         The arrays by name.
@@ -63,7 +68,7 @@ def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], 
     if path.exists():
         with suppress(InputError):
             arrays, stored = read_tensors(path)
-            if stored == text and all(np.isfinite(array).all() for array in arrays.values()):
+            if stored == text and _has_layout(arrays, layout) and _are_finite(arrays):
                 _log.info("%s: %s read from the cache, not built", path, kind)
                 return arrays
     _log.info("%s: not in the cache, is built", kind)
@@ -72,3 +77,20 @@ def cached(kind: str, key: Mapping[str, float | int | str], build: Callable[[], 
         remove_partial(path.parent, ABANDONED_S)
         write_atomically(path, tensor_bytes(arrays, text))
     return arrays
+
+
+def _has_layout(arrays: Arrays, layout: Layout) -> bool:
+    if arrays.keys() != layout.keys():
+        return False
+    for name, (shape, kind) in layout.items():
+        array = arrays[name]
+        lengths = zip(array.shape, shape, strict=False)
+        if array.ndim != len(shape) or any(length not in (found, -1) for found, length in lengths):
+            return False
+        if array.dtype != np.dtype(kind):
+            return False
+    return True
+
+
+def _are_finite(arrays: Arrays) -> bool:
+    return all(np.isfinite(array).all() for array in arrays.values())

@@ -71,5 +71,5 @@ def read_tensors(path: Path) -> tuple[Arrays, str]:
     try:
         header = json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")])
         return load(content), header["__metadata__"][_KEY][len(_BLANK) :]
-    except (SafetensorError, KeyError, TypeError, ValueError) as error:
+    except (SafetensorError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: damaged: {' '.join(str(error).split())}") from error

@@ -153,9 +153,12 @@ def _free_sides(skin: Skin, n: int, size: float, coarse: int) -> FreeSides:
         "size": size,
         "coarse": coarse,
     }
-    difference = cached("free-sides", key, lambda: _free_minus_sliding(skin, size, coarse))
-    area, position = (size / n) ** 2, (np.arange(n) + 0.5) / n
     names = [_parity_name(parity) for parity in PARITIES]
+    nodes, elements = (coarse // 2 + 1) ** 2, (coarse // 2) ** 2
+    layout = {f"compliance_{name}": ((nodes, nodes), "f8") for name in names}
+    layout |= {f"strain_{name}": ((len(STRAIN_COMPONENTS) * elements, nodes), "f8") for name in names}
+    difference = cached("free-sides", key, lambda: _free_minus_sliding(skin, size, coarse), layout)
+    area, position = (size / n) ** 2, (np.arange(n) + 0.5) / n
     hats, interpolation = (
         np.concatenate([make(position, coarse, odd) for odd in (False, True)], axis=1)
         for make in (mirrored_hats, mirrored_centres)

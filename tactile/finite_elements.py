@@ -212,15 +212,21 @@ def _elements(skin: Skin, nodes: int, size: float) -> tuple[CosineLayer, dict[st
         "size": size,
         "nodes": nodes,
     }
-    stored = cached("finite-elements", key, lambda: _build(skin, nodes, size))
+    modes = {parity: _modes(nodes, size, skin.depth_mm, parity) for parity in PARITIES}
+    quarter, components = (nodes // 2) ** 2, len(STRAIN_COMPONENTS)
+    layout = {"layer_surface": ((nodes, nodes), "f8"), "layer_strain": ((components, nodes, nodes), "f8")}
+    for name, parity in STORED.items():
+        layout[f"compliance_{name}"] = (quarter, quarter), "f4"
+        layout[f"strain_{name}"] = (components, quarter, len(modes[parity])), "f4"
+    stored = cached("finite-elements", key, lambda: _build(skin, nodes, size), layout)
     arrays = {name: torch.as_tensor(array) for name, array in stored.items()}
     reaching = torch.zeros(nodes * nodes, dtype=torch.float64)
-    for parity in PARITIES:
-        reaching[torch.as_tensor(_modes(nodes, size, skin.depth_mm, parity))] = 1.0
+    for places in modes.values():
+        reaching[torch.as_tensor(places)] = 1.0
     blocks = {}
     for name, parity in STORED.items():
-        modes = torch.as_tensor(_modes(nodes, size, skin.depth_mm, parity))
-        block = ParityBlock(parity, arrays[f"compliance_{name}"], arrays[f"strain_{name}"], modes)
+        of_parity = torch.as_tensor(modes[parity])
+        block = ParityBlock(parity, arrays[f"compliance_{name}"], arrays[f"strain_{name}"], of_parity)
         blocks[name] = block.to(torch.float64)
     strain = arrays["layer_strain"] * reaching.view(nodes, nodes)
     cosines, sines = map(torch.as_tensor, modes_at_centres(nodes))

@@ -112,7 +112,8 @@ def tetrahedralise(surface: Surface, sizing: Sizing | None = None, time_limit_s:
         cells = np.where((signed_volumes(vertices, cells) < 0.0)[:, None], cells[:, [0, 1, 3, 2]], cells)
         return {"vertices": _put_back(surface, vertices, cells), "cells": cells}
 
-    arrays = cached("tetrahedra", key, build)
+    layout = {"vertices": ((-1, 3), "f8"), "cells": ((-1, 4), "i8")}
+    arrays = cached("tetrahedra", key, build, layout)
     return Tetrahedra(arrays["vertices"], arrays["cells"])
 
 

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +12,14 @@ from safetensors.numpy import save
 
 import tactile.elastic_layer
 from relief.cache import cached, fingerprint
+from relief.errors import InputError
 from relief.files import cache_folder
 from relief.tensors import Arrays, read_tensors, tensor_bytes
 from tactile import Skin
 
 REPOSITORY = Path(__file__).parents[2]
 KEY = {"version": 1, "nu": 0.48}
+LAYOUT = {"values": ((100, 10), "f8")}
 
 
 class Builder:
@@ -42,8 +45,8 @@ def assert_right(arrays: Arrays) -> None:
 
 def test_the_second_time_comes_from_disk(folder: Path) -> None:
     build = Builder()
-    assert_right(cached("thing", KEY, build))
-    assert_right(cached("thing", KEY, build))
+    assert_right(cached("thing", KEY, build, LAYOUT))
+    assert_right(cached("thing", KEY, build, LAYOUT))
     assert build.times == 1
     assert [path.suffix for path in folder.iterdir()] == [".safetensors"]
 
@@ -51,20 +54,20 @@ def test_the_second_time_comes_from_disk(folder: Path) -> None:
 def test_another_key_is_built_anew(folder: Path) -> None:
     build = Builder()
     for key in (KEY, {**KEY, "nu": 0.4800001}, {**KEY, "version": 2}):
-        cached("thing", key, build)
-    cached("other", KEY, build)
-    cached("thing", dict(reversed(KEY.items())), build)
+        cached("thing", key, build, LAYOUT)
+    cached("other", KEY, build, LAYOUT)
+    cached("thing", dict(reversed(KEY.items())), build, LAYOUT)
     assert build.times == 4
 
 
 @pytest.mark.parametrize("damage", [b"", b"not a cache file", "half"])
 def test_a_corrupt_file_is_rebuilt(folder: Path, damage: bytes | str) -> None:
     build = Builder()
-    cached("thing", KEY, build)
+    cached("thing", KEY, build, LAYOUT)
     (path,) = folder.iterdir()
     whole = path.read_bytes()
     path.write_bytes(damage if isinstance(damage, bytes) else whole[: len(whole) // 2])
-    assert_right(cached("thing", KEY, build))
+    assert_right(cached("thing", KEY, build, LAYOUT))
     assert build.times == 2
     assert path.read_bytes() == whole
 
@@ -75,13 +78,13 @@ def assert_rebuilt(folder: Path, content: bytes) -> None:
     whole, build = path.read_bytes(), Builder()
     path.write_bytes(content)
     for _ in range(2):
-        assert_right(cached("thing", KEY, build))
+        assert_right(cached("thing", KEY, build, LAYOUT))
         assert build.times == 1
         assert path.read_bytes() == whole
 
 
 def test_any_flipped_bit_is_found_and_mended(folder: Path) -> None:
-    cached("thing", KEY, Builder())
+    cached("thing", KEY, Builder(), LAYOUT)
     (path,) = folder.iterdir()
     whole = path.read_bytes()
     for place in (*range(0, 200, 7), *np.linspace(200, len(whole) - 1, 20).astype(int)):
@@ -90,9 +93,13 @@ def test_any_flipped_bit_is_found_and_mended(folder: Path) -> None:
         assert_rebuilt(folder, bytes(flipped))
 
 
-@pytest.mark.parametrize("bad", ["zeros", "other names", "other shapes", "not finite", "other key", "empty"])
+BAD = ("zeros", "other names", "other shapes", "not finite", "other key", "empty")
+SEALED = ("another name", "another shape", "another type", "one dimension more", "a name too many")
+
+
+@pytest.mark.parametrize("bad", [*BAD, *SEALED])
 def test_arrays_that_were_not_built_for_this_key_are_not_believed(folder: Path, bad: str) -> None:
-    cached("thing", KEY, Builder())
+    cached("thing", KEY, Builder(), LAYOUT)
     (path,) = folder.iterdir()
     arrays, text = read_tensors(path)
     values = arrays["values"]
@@ -106,8 +113,25 @@ def test_arrays_that_were_not_built_for_this_key_are_not_believed(folder: Path, 
         "not finite": tensor_bytes({"values": np.full_like(values, np.nan)}, text),
         "other key": tensor_bytes({"values": np.zeros_like(values)}, text.replace("0.48", "0.49")),
         "empty": save({}, None),
+        "another name": tensor_bytes({"other": values}, text),
+        "another shape": tensor_bytes({"values": values.T}, text),
+        "another type": tensor_bytes({"values": values.astype(np.float32)}, text),
+        "one dimension more": tensor_bytes({"values": values[None]}, text),
+        "a name too many": tensor_bytes({"values": values, "more": values}, text),
     }
     assert_rebuilt(folder, content[bad])
+
+
+def test_a_text_nested_without_end_is_refused(tmp_path: Path) -> None:
+    whole = tensor_bytes({"values": np.zeros(2)}, "")
+    header = b'{"__metadata__":{"checked":"00000000"},"x":' + b"[" * 100_000
+    content = len(header).to_bytes(8, "little") + header
+    sealed = content.replace(b"00000000", b"%08x" % zlib.crc32(content), 1)
+    for name, file in (("whole", whole), ("deep", sealed)):
+        (tmp_path / name).write_bytes(file)
+    read_tensors(tmp_path / "whole")
+    with pytest.raises(InputError, match="deep: damaged"):
+        read_tensors(tmp_path / "deep")
 
 
 def test_the_key_follows_the_code_that_builds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -141,6 +165,7 @@ def test_the_key_follows_the_code_that_builds(tmp_path: Path, monkeypatch: pytes
 def test_a_user_without_a_home_has_a_folder_that_goes_with_the_process() -> None:
     script = """
 import os, pwd, pathlib
+from relief.errors import InputError
 from relief.files import cache_folder
 
 def no_entry(_: int) -> None:
@@ -173,7 +198,7 @@ def test_a_folder_that_cannot_be_made_costs_only_time(
     monkeypatch.setenv("RETOUCH_CACHE", str(tmp_path / "file" / "cache"))
     build = Builder()
     for _ in range(2):
-        assert_right(cached("thing", KEY, build))
+        assert_right(cached("thing", KEY, build, LAYOUT))
     assert build.times == 2
 
 
@@ -181,7 +206,7 @@ def test_a_folder_that_cannot_be_made_costs_only_time(
 def test_a_read_only_folder_costs_only_time(folder: Path) -> None:
     folder.mkdir(parents=True)
     folder.chmod(0o500)
-    assert_right(cached("thing", KEY, Builder()))
+    assert_right(cached("thing", KEY, Builder(), LAYOUT))
     assert list(folder.iterdir()) == []
 
 
@@ -198,7 +223,7 @@ def test_a_full_disk_costs_only_time(folder: Path) -> None:
     allowed, most = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, most))
     try:
-        arrays = cached("thing", KEY, build)
+        arrays = cached("thing", KEY, build, LAYOUT)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (allowed, most))
     assert_right(arrays)
@@ -213,7 +238,7 @@ from relief.cache import cached
 def build():
     time.sleep(0.5)
     return {"values": np.arange(1000.0).reshape(10, 100).T}
-arrays = cached("thing", {"version": 1, "nu": 0.48}, build)
+arrays = cached("thing", {"version": 1, "nu": 0.48}, build, {"values": ((100, 10), "f8")})
 assert arrays["values"][3, 2] == 203.0
 """
     processes = [run(script, folder) for _ in range(2)]
@@ -222,7 +247,7 @@ assert arrays["values"][3, 2] == 203.0
         assert process.returncode == 0, errors
     assert len(list(folder.iterdir())) == 1
     build = Builder()
-    assert_right(cached("thing", KEY, build))
+    assert_right(cached("thing", KEY, build, LAYOUT))
     assert build.times == 0
 
 

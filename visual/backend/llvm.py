@@ -150,7 +150,7 @@ def _remembered(memory: Path) -> dict[str, str]:
     """Faults by key, empty for a usable library; no entries from a file that is missing or damaged."""
     try:
         content = json.loads(memory.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return {}
     if not isinstance(content, dict):
         return {}

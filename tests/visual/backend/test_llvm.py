@@ -118,7 +118,7 @@ def test_a_library_that_changed_is_tried_again(machine: Callable[..., list[Path]
     assert probes == ["a", "a"]
 
 
-@pytest.mark.parametrize("content", ["", "{", "[1]", '{"a": 1}'])
+@pytest.mark.parametrize("content", ["", "{", "[1]", '{"a": 1}', "[" * 100_000])
 def test_a_damaged_memory_is_ignored(
     machine: Callable[..., list[Path]], probes: list[str], content: str
 ) -> None:
