@@ -6,12 +6,13 @@ so that steps overshoot the target; cosine decay of the learning rate makes the 
 """
 
 import math
+from collections.abc import Mapping
 
 import torch
 from torch import Tensor
 
 from optimize.descent import energies
-from optimize.descent.driver import Iterate
+from optimize.descent.driver import Iterate, Remembered
 from optimize.descent.problem import Problem, change_percent
 from relief.arrays import Array
 from relief.limits import HEIGHT_LIMIT_MM
@@ -34,6 +35,13 @@ class AdamDescent:
         self._heights = torch.nn.Parameter(torch.as_tensor(problem.heights).clone())
         self._adam = torch.optim.Adam([self._heights], lr=learning_rate)
         self._energy: Tensor | None = None
+
+    @staticmethod
+    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
+        """The pressure, and after the first step the means of gradient and square; see the protocol."""
+        pressure, mean, square = (Remembered(heights.shape, low, math.inf) for low in (0.0, -math.inf, 0.0))
+        begun = {"mean": mean, "square": square} if {"mean", "square"} & memory.keys() else {}
+        return {"pressure": pressure, **begun}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights; see the protocol."""

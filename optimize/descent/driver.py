@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -11,6 +11,7 @@ import numpy as np
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from relief.arrays import Array
+from relief.errors import InputError
 from tactile import ContactError
 
 STALL = 0.02
@@ -51,6 +52,34 @@ class Iterate:
         return all(math.isfinite(n) for n in numbers) and bool(np.isfinite(self.heights).all())
 
 
+class Remembered(NamedTuple):
+    """What an array of `Iterate.memory` may be: its shape, and its least and greatest value."""
+
+    shape: tuple[int, ...]
+    least: float
+    greatest: float
+
+
+def check_memory(memory: Mapping[str, Array], expected: Mapping[str, Remembered]) -> None:
+    """Compare the memory of an iterate that was read back with what its method remembers.
+
+    Args:
+        memory: finite arrays by name.
+        expected: of the method.
+
+    Raises:
+        InputError: an array is missing, surplus, of another shape or out of range; the line names the array.
+    """
+    for name in sorted(memory.keys() ^ expected.keys()):
+        raise InputError(f"memory.{name}: {'missing' if name in expected else 'not that of the method'}")
+    for name, (shape, least, greatest) in expected.items():
+        array = memory[name]
+        if array.shape != shape:
+            raise InputError(f"memory.{name}: {array.shape} numbers, expected {shape}")
+        if not (least <= array.min() and array.max() <= greatest):
+            raise InputError(f"memory.{name}: numbers are not from {least:g} to {greatest:g}")
+
+
 class DescentMethod(Protocol):
     """A method that makes the steps.
 
@@ -60,6 +89,10 @@ class DescentMethod(Protocol):
     """
 
     patience: int | None
+
+    @staticmethod
+    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
+        """What a memory with such names has to be, for iterates of these heights (rows, cols)."""
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights, number `step`; `memory` is empty, or an earlier iterate's."""

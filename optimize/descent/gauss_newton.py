@@ -12,13 +12,14 @@ side more for each target.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
-from optimize.descent.driver import Iterate
+from optimize.descent.driver import Iterate, Remembered
 from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.touch_measures import TouchMeasures
 from relief.arrays import Array
@@ -127,6 +128,12 @@ class GaussNewton:
         self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
         self._plate = problem.scene.plate_weights(max(target.shape[1:]))
         self._current: _Evaluation | None = None
+
+    @staticmethod
+    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
+        """Trust, and the pressure as a start of the next contact; see the protocol."""
+        trust = Remembered((2,), LEAST_SHARE, MOST_DAMPING)
+        return {"trust": trust, "pressure": Remembered(heights.shape, 0.0, np.inf)}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights; see the protocol."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from optimize.descent.correction import CorrectionState, Segment, descend_with_correction
-from optimize.descent.driver import DescentResult, Iterate
+from optimize.descent.driver import DescentResult, Iterate, check_memory
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import QUANTITIES
@@ -24,10 +24,10 @@ from optimize.runs.config import Run, load_run
 from optimize.runs.directory import check_vacant, clear
 from optimize.runs.interrupts import interruptible
 from optimize.runs.key import SETTINGS, run_key
-from optimize.runs.preparation import Prepared, prepare
+from optimize.runs.preparation import METHODS, Prepared, prepare
 from optimize.runs.progress import Progress, silent, terminal
 from relief.arrays import Array
-from relief.errors import InputError
+from relief.errors import InputError, naming
 from relief.files import remove_partial
 from visual.noise import batched
 
@@ -118,6 +118,9 @@ def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = Tru
     checkpoint = load_checkpoint(run_dir)
     check_key(run_dir / SETTINGS, settings, checkpoint.key)
     current, state = checkpoint.current, checkpoint.state
+    with naming(run_dir / CHECKPOINT):
+        remembered = METHODS[settings.descent.method].remembered(current.heights, current.memory)
+        check_memory(current.memory, remembered)
     _log.info("%s: goes on after step %d, %d verifications", run_dir, current.step, len(state.iterations))
     began = time.perf_counter()
     with _telling_how_to_go_on(run_dir), silent() if quiet else terminal() as show:
@@ -133,10 +136,7 @@ def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = Tru
             )
         limit = prepared.plan.step_limit(len(state.iterations))
         method = prepared.plan.method_for(state.surrogate_targets, limit)
-        try:
-            start = method.begin(current.step, current.heights, current.memory)
-        except (KeyError, TypeError) as error:
-            raise InputError(f"{run_dir / CHECKPOINT}: memory: not that of the method") from error
+        start = method.begin(current.step, current.heights, current.memory)
         segment = Segment(method, start, checkpoint.best)
         return _descend_and_write(prepared, state, segment, run_dir, history, began, checkpoint.seconds, show)
 

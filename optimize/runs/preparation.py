@@ -1,5 +1,6 @@
 """Preparation of a run: scene loaded, original pressed, targets in numbers; nothing is written yet."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +19,8 @@ from relief.errors import InputError, naming
 from tactile.model import ModelName
 from visual.scene import load_scene
 
+METHODS: Mapping[str, type[AdamDescent | GaussNewton]] = {"gauss-newton": GaussNewton, "adam": AdamDescent}
+"""Descent methods by the names that `descent.method` has."""
 ADAM_SAMPLES = 16
 """Samples a pixel of the pictures that Adam's gradient comes from."""
 BLACK = 1e-3

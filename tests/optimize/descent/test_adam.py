@@ -7,7 +7,7 @@ import pytest
 
 import tactile
 from optimize.descent.adam import AdamDescent
-from optimize.descent.driver import descend
+from optimize.descent.driver import check_memory, descend
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
@@ -81,6 +81,8 @@ def test_an_iterate_is_not_changed_by_later_steps(quick: Problem) -> None:
     method = AdamDescent(quick, 6, PAPER_RATE)
     start = method.begin(0, quick.heights, {})
     first = method.advance(start)
+    for reached in (start, first):
+        check_memory(reached.memory, method.remembered(reached.heights, reached.memory))
     kept = {name: value.copy() for name, value in first.memory.items()}
     method.advance(first)
     np.testing.assert_array_equal(start.heights, quick.heights)

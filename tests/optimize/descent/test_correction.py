@@ -1,6 +1,6 @@
 """The verification corrects the goals of the descent, and the descent goes on from its best relief."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from optimize.descent.correction import (
     descend_with_correction,
     first_surrogate_targets,
 )
-from optimize.descent.driver import Iterate
+from optimize.descent.driver import Iterate, Remembered
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.descent.touch_measures import TouchMeasures
@@ -41,6 +41,10 @@ class Straight:
 
     def __init__(self, targets: Targets) -> None:
         self.goals = targets.goals()
+
+    @staticmethod
+    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
+        return {}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         return iterate(step, *heights[0])

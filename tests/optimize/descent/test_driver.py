@@ -1,6 +1,6 @@
 """The descent loop keeps the best relief rather than the last, and says truly why it stopped."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,13 +9,16 @@ import pytest
 from optimize.descent.driver import (
     HOPELESS_STEPS,
     Iterate,
+    Remembered,
     StepRecord,
     StopReason,
     better,
+    check_memory,
     descend,
     record_of,
 )
 from optimize.descent.targets import Targets
+from relief.errors import InputError
 from tactile import ContactError
 
 Array = np.ndarray
@@ -34,6 +37,10 @@ class Scripted:
     def __init__(self, visits: Sequence[tuple[float, float] | None], patience: int | None = 2) -> None:
         self.visits, self.patience = visits, patience
 
+    @staticmethod
+    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
+        return {}
+
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         return iterate(step, FAR, 0.0)
 
@@ -42,6 +49,27 @@ class Scripted:
         if visit is None:
             raise KeyboardInterrupt
         return iterate(current.step + 1, *visit)
+
+
+BOUNDS = {"trust": Remembered((2,), 0.0, 1.0), "pressure": Remembered((2, 2), 0.0, np.inf)}
+SOUND = {"trust": np.array([0.5, 1.0]), "pressure": np.zeros((2, 2))}
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("trust", np.zeros(3)),
+        ("trust", np.array([0.5, 1.5])),
+        ("pressure", -np.ones((2, 2))),
+        ("x", np.ones(1)),
+    ],
+)
+def test_a_memory_that_is_not_that_of_the_method_is_refused(name: str, value: Array) -> None:
+    check_memory(SOUND, BOUNDS)
+    with pytest.raises(InputError, match=rf"^memory\.{name}: "):
+        check_memory({**SOUND, name: value}, BOUNDS)
+    with pytest.raises(InputError, match=r"^memory\.trust: missing"):
+        check_memory({"pressure": SOUND["pressure"]}, BOUNDS)
 
 
 START = iterate(0, FAR, 0.0)

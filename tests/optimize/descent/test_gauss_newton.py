@@ -11,7 +11,7 @@ import pytest
 
 import tactile
 from optimize.descent import gauss_newton
-from optimize.descent.driver import DescentResult, descend
+from optimize.descent.driver import DescentResult, check_memory, descend
 from optimize.descent.gauss_newton import GaussNewton, _distance
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
@@ -141,6 +141,7 @@ def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(
     problem = problem_with(rougher(original, 1))
     first = GaussNewton(problem)
     middle = first.advance(first.begin(0, problem.heights, {}))
+    check_memory(middle.memory, first.remembered(middle.heights, middle.memory))
     second = GaussNewton(problem)
     resumed = second.advance(second.begin(1, middle.heights, middle.memory))
     straight = first.advance(middle)

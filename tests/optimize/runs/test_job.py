@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -23,7 +24,7 @@ import tactile
 from optimize.descent.stop_reason import StopReason
 from optimize.report import metrics
 from optimize.runs import job, results
-from optimize.runs.checkpoint import load_checkpoint
+from optimize.runs.checkpoint import load_checkpoint, save_checkpoint
 from optimize.runs.config import Run, dump_resolved, load_run
 from optimize.runs.job import Result
 from optimize.runs.key import SETTINGS
@@ -360,6 +361,14 @@ def test_the_checkpoint_of_another_run_is_refused(copy: Path, run_file: RunFile,
     save_heights_exr(other, 0.5 * load_heights(load_run(copy / "run.toml").texture))
     results.write_settings(copy, load_run(run_file(texture=other)))
     not_resumed(copy, "run.toml: texture: ", "other.exr", "force=True")
+
+
+@pytest.mark.parametrize("name", ["trust", "pressure"])
+def test_a_memory_of_another_shape_is_refused(copy: Path, name: str) -> None:
+    checkpoint = load_checkpoint(copy)
+    memory = checkpoint.current.memory | {name: np.zeros((3, 3))}
+    save_checkpoint(copy, replace(checkpoint, current=replace(checkpoint.current, memory=memory)))
+    not_resumed(copy, f"descent.safetensors: memory.{name}: (3, 3) numbers")
 
 
 def test_a_history_that_was_tampered_with_is_refused(copy: Path) -> None:
