@@ -41,7 +41,7 @@ def find_file(path: str | os.PathLike[str], *suffixes: str) -> Path:
         InputError: there is neither; the line lists the bundled names.
     """
     path = Path(path)
-    file = path if path.is_file() else bundled(path, *suffixes)
+    file = path if os.path.isfile(path) else bundled(path, *suffixes)
     if file is not None:
         return file
     if path.name != os.fspath(path):

@@ -7,14 +7,22 @@ from contextlib import contextmanager
 class InputError(ValueError):
     """Bad input, in one line that names file and field; the command line prints it and exits with 2.
 
+    A line may repeat what a hostile file holds: line breaks become spaces, and characters that a terminal
+    would obey become question marks.
+
     Attributes:
         for_command: The line as the command prints it. It differs from ``str(error)``, which is for Python,
             where the one names an option and the other an argument of a function.
     """
 
     def __init__(self, line: str = "", for_command: str | None = None) -> None:
-        super().__init__(line)
-        self.for_command = line if for_command is None else for_command
+        super().__init__(_printable(line))
+        self.for_command = _printable(line if for_command is None else for_command)
+
+
+def _printable(line: str) -> str:
+    """The text in one line of printable characters."""
+    return "".join(sign if sign.isprintable() else "?" for sign in " ".join(line.splitlines()))
 
 
 class PictureError(InputError):

@@ -299,7 +299,7 @@ def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
         raise InputError(f"{path}: {_first_fault(error)}") from error
     for key in ("scene", "texture"):
         file = getattr(run, key)
-        if not file.is_file():
+        if not os.path.isfile(file):
             raise InputError(f"{path}: {key}: {file}: no such file")
     return run
 

@@ -69,7 +69,9 @@ def _whole(low: int, high: int) -> Kind:
 
 
 def _choice(*names: str) -> Kind:
-    return Kind(f"one of {', '.join(names)}", lambda value: value in names)
+    words = f"one of {', '.join(names)}"
+    # A colour does not compare with a text, it raises.
+    return Kind(words, lambda value: isinstance(value, str) and value in names)
 
 
 def _text(pattern: str, words: str) -> Kind:

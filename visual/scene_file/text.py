@@ -1,6 +1,7 @@
 """Scene files as text: the files that Mitsuba's parser would open, and the files that a scene may name."""
 
 import difflib
+import os
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Collection, Mapping
@@ -155,7 +156,7 @@ def file_of_user(folder: Path, name: str, where: str) -> Path:
         InputError: there is no such file.
     """
     for file in (folder / name, Path(name)):
-        if file.is_file():
+        if os.path.isfile(file):
             return file.resolve()
     raise InputError(f"{where}: filename: {name!r}: no such file")
 

@@ -191,6 +191,20 @@ def test_an_unknown_key_is_answered_with_the_nearest(
     assert line.endswith(f"{wrong}: no such key; the nearest is {right}")
 
 
+@pytest.mark.parametrize("key", ["scene", "texture"])
+def test_a_path_that_no_file_system_takes_is_no_such_file(run_file: Path, key: str) -> None:
+    with pytest.raises(InputError, match=rf"{key}: .*xxx: no such file"):
+        config.load_run(run_file, [f"{key}={'x' * 300}"])
+    with pytest.raises(InputError, match="no such file"):
+        config.load_run("x" * 300 + ".toml")
+
+
+def test_a_value_of_two_lines_is_told_in_one(run_file: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        config.load_run(run_file, ['look.model="two\\nlines\\u001b[2J"'])
+    assert str(caught.value).isprintable()
+
+
 def test_what_is_missing_is_named(run_file: Path) -> None:
     run_file.write_text('scene = "studio.xml"\n[touch]\njnd = 1\n')
     assert fault(run_file).endswith("texture: missing")

@@ -136,6 +136,8 @@ def test_nonsense_is_refused(folder: Path, more: str, named: str) -> None:
         ('<rfilter type="lanczos"><integer name="lobes" value="1000000"/></rfilter>', "lobes"),
         ('<rfilter type="tent"><float name="radius" value="nan"/></rfilter>', "radius"),
         ('<rfilter type="tent"><float name="radius" value="0.1"/></rfilter>', "radius"),
+        ('<rgb name="file_format" value="0.5"/>', "file_format"),
+        ('<vector name="pixel_format" value="1, 2, 3"/>', "pixel_format"),
         ('<integer name="crop_width" value="8"/>', "crop_width"),
         ('<string name="pixel_format" value="xyzzy"/>', "pixel_format"),
         ('<integer name="width" value="0"/>', "width"),
