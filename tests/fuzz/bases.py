@@ -1,0 +1,170 @@
+"""Bases: sound inputs of every kind, which the fuzzing tampers with. They are made by Retouch itself."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from relief.heightmap import save_heights_exr
+
+SIDE = 16
+RUNS = {"gauss": "gauss-newton", "adam": "adam"}
+"""Folders of runs, with their methods."""
+DATA, NETS, CACHE = "data", "nets", "cache"
+"""Folders of a data set, of a training on it, and of cached operators."""
+
+SCENE = """<scene version="3.9.1">
+    <default name="resolution" value="16"/>
+    <integrator type="path"><integer name="max_depth" value="2"/></integrator>
+    <sensor type="orthographic" id="above">
+        <transform name="to_world">
+            <scale x="5" y="5"/><lookat origin="0, 0, 20" target="0, 0, 0" up="0, 1, 0"/>
+        </transform>
+        <sampler type="multijitter"><integer name="sample_count" value="4"/></sampler>
+        <film type="hdrfilm">
+            <integer name="width" value="$resolution"/><integer name="height" value="$resolution"/>
+            <string name="pixel_format" value="luminance"/><string name="component_format" value="float32"/>
+            <rfilter type="box"/>
+        </film>
+    </sensor>
+    <emitter type="directional" id="sun">
+        <vector name="direction" x="-1" y="0.2" z="-1"/><rgb name="irradiance" value="3"/>
+    </emitter>
+    <emitter type="constant" id="sky"><rgb name="radiance" value="0.2"/></emitter>
+    <shape type="heightfield" id="plate">
+        <string name="filename" value="plate.exr"/><float name="size_mm" value="10"/>
+        <bsdf type="diffuse"><rgb name="reflectance" value="0.5"/></bsdf>
+    </shape>
+</scene>
+"""
+RUN = """scene = "../scene.xml"
+texture = "../plate.exr"
+touch.jnd = 1
+descent = { method = "METHOD", steps = STEPS }
+verify = { model = "none", samples = 4 }
+look.samples = 4
+"""
+MESH = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+MESH += "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+
+
+def make(folder: Path, learning: bool) -> dict[str, dict[str, bytes]]:
+    """Make the sound inputs in an empty folder.
+
+    Args:
+        folder: The folder, which is left with them.
+        learning: Whether whole trainings follow, which take the finite elements; these are built and kept.
+
+    Returns:
+        Files by kind of input.
+    """
+    from PIL import Image
+
+    from relief.heightmap import write_exr
+
+    if learning:
+        from optimize.descent.touch_measures import measure_touch
+        from tactile.skin import Skin
+
+        measure_touch(waves(), 10.0, Skin(), "fem")
+    save_heights_exr(folder / "plate.exr", waves())
+    (folder / "scene.xml").write_text(SCENE)
+    run_files = _files(folder)
+    Image.fromarray(np.arange(48, dtype=np.uint8).reshape(4, 4, 3)).save(folder / "picture.png")
+    write_exr(folder / "sky.exr", np.full((4, 8), 0.3))
+    (folder / "mesh.ply").write_text(MESH)
+    (folder / "light.spd").write_text("400 0.5\n700 0.6\n")
+    scenes = _files(folder)
+    return {
+        "height maps": {},
+        "run files": run_files,
+        "scenes": scenes,
+        "checkpoints": run_files | _runs(folder),
+        **_learning(folder),
+        "caches": {"plate.exr": run_files["plate.exr"], **_cache(folder)},
+    }
+
+
+def waves() -> np.ndarray:
+    """(16, 16) heights of crossing waves, mm, 0 to 1."""
+    at = np.arange(SIDE) / SIDE
+    heights = np.sin(2 * np.pi * 3 * at)[:, None] + np.sin(2 * np.pi * (5 * at[None, :] + 2 * at[:, None]))
+    return np.asarray((heights - heights.min()) / np.ptp(heights))
+
+
+def _files(folder: Path, *below: str) -> dict[str, bytes]:
+    """Contents of the files in a folder, or in some folders below."""
+    places: Iterable[Path] = [folder / name for name in below] or [folder]
+    paths = [path for place in places for path in sorted(place.rglob("*")) if path.is_file()]
+    return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
+
+
+def _runs(folder: Path) -> dict[str, bytes]:
+    """Run directories of both methods that stopped after one of two steps."""
+    from optimize.runs import job
+
+    for name, method in RUNS.items():
+        (folder / name).mkdir()
+        path = folder / name / "begin.toml"
+        path.write_text(RUN.replace("METHOD", method).replace("STEPS", "1"))
+        job.run(path, folder / name / "out")
+        # As in a folder that was moved: the files are beside the run directory, wherever that lies.
+        settings = (folder / name / "out" / "run.toml").read_text()
+        settings = settings.replace(f'"{folder}/', '"../').replace("steps = 1", "steps = 2")
+        (folder / name / "run.toml").write_text(settings)
+        (folder / name / "out" / "run.toml").unlink()
+        for kept in ("history.jsonl", "checkpoint"):
+            os.replace(folder / name / "out" / kept, folder / name / kept)
+    found = _files(folder, *RUNS)
+    return {
+        path: content
+        for path, content in found.items()
+        if path.split("/")[1] in ("run.toml", "history.jsonl", "checkpoint")
+    }
+
+
+def _learning(folder: Path) -> dict[str, dict[str, bytes]]:
+    """A data set of 24 textures, and a training on it that stopped after one of two epochs."""
+    from optimize.training.dataset import make_dataset, plan_dataset
+    from optimize.training.shard_jobs import run_shard
+    from optimize.training.train import TrainingRequest, train_net
+    from optimize.training.workers import JobResult
+    from surrogate.nets.training import Settings
+
+    plan = plan_dataset(5, 24, (), touch="layer", lights="none", samples=SIDE)
+    make_dataset(
+        plan, folder / DATA, lambda jobs: (JobResult(job, run_shard(job)) for job in jobs), lambda made: None
+    )
+
+    def stop(epoch: object) -> None:
+        raise KeyboardInterrupt
+
+    request = TrainingRequest(
+        folder / DATA, folder / NETS, Settings(epochs=2), widths=(4, 4), reference="layer"
+    )
+    with contextlib.suppress(KeyboardInterrupt):
+        train_net("touch", request, stop)
+    data, nets = _files(folder, DATA), _files(folder, NETS)
+    training = {name: content for name, content in nets.items() if name.endswith(".safetensors")}
+    return {"trainings": data | training, "data sets": data | training}
+
+
+def _cache(folder: Path) -> dict[str, bytes]:
+    """A small cached operator, in a folder of its own, and the operator that `evaluate` takes."""
+    import tactile.elastic_layer as layer
+    from tactile.skin import Skin
+
+    before = os.environ.get("RETOUCH_CACHE")
+    os.environ["RETOUCH_CACHE"] = str(folder / CACHE)
+    try:
+        layer._operator.cache_clear()
+        layer.elastic_layer_operator(Skin(), SIDE, 10.0, coarse=2)
+    finally:
+        layer._operator.cache_clear()
+        if before is not None:
+            os.environ["RETOUCH_CACHE"] = before
+    return _files(folder, CACHE)
