@@ -4,15 +4,20 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import OpenEXR
 import pytest
 
-from mitsuba_scenes import FOLDER, bundled, find_file, find_texture
+from mitsuba_scenes import FOLDER, bundled, find_file, find_texture, sky
 from optimize.commands import main as command
 from optimize.commands import optimize as optimize_command
 from optimize.runs.config import Run, load_run, run_from_scene
 from relief.errors import InputError
 from relief.formats import HEIGHT_MAPS
 from relief.heightmap import load_height_map
+from visual.explain import explain_scene
+from visual.lights.parallel import LUMINANCE
+from visual.scene import load_scene
 from visual.scene_file.check import check_scene
 
 
@@ -130,3 +135,23 @@ def test_a_missing_file_is_told_before_anything_heavy_is_loaded(verb: str) -> No
         [sys.executable, "-c", script], cwd=FOLDER.parent, capture_output=True, text=True, check=True
     )
     assert child.stdout.split() == ["2"]
+
+
+def test_the_sky_of_the_evening_is_what_its_code_makes() -> None:
+    with OpenEXR.File(str(sky.FILE)) as file:
+        np.testing.assert_array_equal(file.channels()["RGB"].pixels, sky.evening())
+
+
+def test_the_evening_is_in_colour_seen_from_the_side() -> None:
+    """The camera sees the ground beside the plate, and `optimize` can keep this look."""
+    scene = load_scene("evening", {"resolution": "32"})
+    lines = dict(explain_scene("evening"))
+    assert "environment map" in lines["evening"] and "three channels" in lines["colour"]
+    assert "can keep the look" in lines["gradients"]
+    shown = scene.plate_weights() > 0.0
+    assert 0.5 < shown.mean() < 0.7
+    picture = scene.render(samples=16).numpy()
+    ground = LUMINANCE @ np.array(sky.GROUND)
+    # A ray may meet the rim of the plate in a pixel that counts as beside it.
+    assert np.isclose(picture[~shown], ground, rtol=1e-3).mean() > 0.98
+    assert 2.0 * ground < picture[shown].mean() < 0.9 * scene.white

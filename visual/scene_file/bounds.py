@@ -117,6 +117,7 @@ def _is_placement(value: Any) -> bool:
 
 
 FLAG = Kind("true or false", lambda value: isinstance(value, bool))
+NEVER = Kind("false; light behind the plate is always shown", lambda value: value is False)
 FILE = Kind("the name of a file", lambda value: isinstance(value, str))
 POINT = Kind(f"a point within {FARTHEST:g} mm", lambda v: _is_triple(v) and _within(v, -FARTHEST, FARTHEST))
 DIRECTION = Kind("a direction that is not zero", _is_direction)
@@ -172,7 +173,7 @@ _CONDUCTOR = {
 }
 _SPECTRUM = {"wavelength_min": WAVELENGTH, "wavelength_max": WAVELENGTH}
 _INTEGRATOR = {
-    **{"max_depth": _whole(-1, 1024), "rr_depth": _whole(1, 1024), "hide_emitters": FLAG},
+    **{"max_depth": _whole(-1, 1024), "rr_depth": _whole(1, 1024), "hide_emitters": NEVER},
     **{"samples_per_pass": _whole(1, MOST_SAMPLES), "block_size": _whole(0, 1024)},
     "timeout": _number(-1.0, 1e6),
 }

@@ -168,7 +168,7 @@ class NodeCheck:
             smallest = SMALLEST_MAP if plugin in KINDS else (1, 1)
             values = np.asarray(read_bitmap(file, f"{file}: {plugin}", smallest))
             (low, high), floats = of_value or ANY_VALUE, values.dtype.kind == "f"
-            least, most = values.min(), values.max()
+            least, most = float(values.min()), float(values.max())
             if floats and not low <= least <= most <= high:
                 said = f"values from {least:g} to {most:g} are outside [{low:g}, {high:g}]"
                 raise InputError(f"{file}: {plugin}: {said}")

@@ -58,6 +58,33 @@ def every_parameter() -> Iterator[tuple[str, str, str, Kind]]:
             yield from ((kind, plugin, key, bound) for key, bound in parameters.items())
 
 
+def test_the_docs_list_the_plugins_that_a_scene_may_use() -> None:
+    kinds = {
+        **{"shape": "Shape", "bsdf": "BSDF", "texture": "Texture", "emitter": "Emitter", "sensor": "Sensor"},
+        **{
+            "film": "Film",
+            "rfilter": "ReconstructionFilter",
+            "sampler": "Sampler",
+            "integrator": "Integrator",
+        },
+    }
+    page = (FOLDER.parent / "docs" / "scenes.md").read_text(encoding="utf-8")
+    table = page.split("The plugins that a scene may use:")[1].split("Every number has a range")[0]
+    listed = {}
+    for line in table.strip().splitlines()[2:]:
+        tag, *names = re.findall(r"`([\w]+)`", line.replace("`texture`, `spectrum`", "`texture`"))
+        listed[kinds.pop(tag)] = set(names)
+    assert not kinds
+    assert listed == {kind: set(plugins(kind)) for kind in listed}
+    assert {*PARAMETERS, "Emitter"} == {*listed, "Scene"}
+
+
+def test_a_map_of_half_precision_is_read_without_a_warning(folder: Path) -> None:
+    radiance = np.full((4, 8, 3), 2.0, dtype=np.float16)
+    OpenEXR.File({"type": OpenEXR.scanlineimage}, {"RGB": radiance}).write(str(folder / "sky.exr"))
+    check(folder, more='<emitter type="envmap"><string name="filename" value="sky.exr"/></emitter>')
+
+
 def test_no_parameter_of_any_plugin_takes_nonsense() -> None:
     for (kind, plugin, key, bound), value in itertools.product(every_parameter(), map(float, NONSENSE)):
         if bound.words != "true or false":
@@ -147,6 +174,14 @@ def test_nonsense_is_refused(folder: Path, more: str, named: str) -> None:
 )
 def test_a_film_is_bounded(folder: Path, film: str, named: str) -> None:
     refused(folder, named, film=film)
+
+
+def test_an_integrator_that_hides_lights_is_refused(folder: Path) -> None:
+    hiding = '<integrator type="path"><boolean name="hide_emitters" value="true"/></integrator>'
+    scene = SCENE.format(plate="", film="", sensor="", more="").replace('<integrator type="path"/>', hiding)
+    (folder / "scene.xml").write_text(scene)
+    with pytest.raises(InputError, match="hide_emitters: True is not false; light behind the plate"):
+        check_scene(folder / "scene.xml")
 
 
 @pytest.mark.parametrize("samples", ["0", "1000000000", "-4"])
