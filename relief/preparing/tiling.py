@@ -5,8 +5,8 @@ on one another, and are joined in one of two ways.
 
 * Blend: the mean of the copies, with heights first mapped to a normal distribution and afterwards back, which
   keeps their histogram. For stochastic textures. E. Heitz and F. Neyret, "High-Performance By-Example Noise
-  using a Histogram-Preserving Blending Operator" (2018), with the weights of B. Burley, "On
-  Histogram-Preserving Blending for Randomized Texture Tiling" (2019).
+  using a Histogram-Preserving Blending Operator" (2018); B. Burley, "On Histogram-Preserving Blending for
+  Randomized Texture Tiling" (2019).
 * Cut: one copy on either side of the path where the copies differ least. For structured textures. A. Efros
   and W. Freeman, "Image Quilting for Texture Synthesis and Transfer" (2001). Across the cut, heights follow
   the mean slope of the two copies (P. Perez et al., "Poisson Image Editing", 2003).
