@@ -4,8 +4,8 @@ python -m benchmarks.first_mile           # every picture that is not in the res
 python -m benchmarks.first_mile --sheet   # only draws docs/images/first-mile.png again
 
 For each picture `retouch prepare`, `retouch evaluate` and `retouch optimize --jnd 2`, by the real command
-line, with one thread. Photographs are those of scikit-image that are not bundled textures; drawings are made by
-this module.
+line, with one thread. Photographs are those of scikit-image that are not bundled textures; drawings are made
+by this module.
 """
 
 from __future__ import annotations
