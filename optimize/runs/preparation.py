@@ -10,7 +10,7 @@ from optimize.descent.correction import Plan, first_surrogate_targets
 from optimize.descent.driver import DescentMethod
 from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.problem import Problem
-from optimize.descent.targets import Target, Targets, Values
+from optimize.descent.targets import GoalKey, Quantity, Target, Targets, Values
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.runs.config import Run, too_large
 from optimize.runs.progress import Progress
@@ -64,6 +64,10 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
         height_scale=settings.height_scale,
     )
     touch, descent = settings.touch, settings.descent
+    for quantity, goal_key, number in touch.goals():
+        if not goal_key.relative:
+            # Before the operators of the skin are built, which can take many seconds.
+            _check_goal(settings, quantity, goal_key, number, scene.size_mm)
     if np.ptp(scene.heights) == 0.0:
         key = next(iter(touch.numbers()))
         raise InputError(
@@ -130,8 +134,14 @@ def _targets(settings: Run, size_mm: float, original: Values) -> Targets:
     targets = []
     for quantity, key, number in settings.touch.goals():
         goal = key.goal(number, original[quantity.name])
-        if goal > quantity.largest(size_mm):
-            fault = too_large(quantity, goal, size_mm)
-            raise InputError(f"{settings.texture}: touch.{key.key}: {number:g}: {fault}")
+        _check_goal(settings, quantity, key, goal, size_mm)
         targets.append(Target(quantity, goal, settings.descent.tolerance))
     return Targets(tuple(targets))
+
+
+def _check_goal(settings: Run, quantity: Quantity, key: GoalKey, goal: float, size_mm: float) -> None:
+    """Raise InputError if the plate has no room for a goal."""
+    if goal > quantity.largest(size_mm):
+        number = settings.touch.numbers()[key.key]
+        fault = too_large(quantity, goal, size_mm)
+        raise InputError(f"{settings.texture}: touch.{key.key}: {number:g}: {fault}")

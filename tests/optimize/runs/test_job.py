@@ -308,6 +308,15 @@ def test_a_contact_area_beyond_the_plate_is_refused(out: Path, run_file: RunFile
     assert not out.exists()
 
 
+def test_a_goal_beyond_the_plate_is_refused_before_any_operator_is_built(
+    out: Path, run_file: RunFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RETOUCH_CACHE", str(tmp_path / "cache"))
+    path = run_file("contact_area_mm2 = 101\npoisson_ratio = 0.321")
+    refused(path, out, "touch.contact_area_mm2", "101", "100.0 mm² of the plate")
+    assert not [*(tmp_path / "cache").glob("f*.safetensors")]
+
+
 def test_a_plate_of_another_size_than_the_scenes_is_refused(out: Path, run_file: RunFile) -> None:
     path = run_file()
     path.write_text("size_mm = 12.0\n" + path.read_text())
