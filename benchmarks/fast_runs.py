@@ -32,7 +32,6 @@ from optimize.descent.gauss_newton import GaussNewton
 from optimize.report.metrics import rms_change
 from optimize.runs.config import load_run
 from optimize.runs.preparation import prepare
-from optimize.runs.progress import silent
 from surrogate.nets.weights import has_weights
 from visual.noise import batched
 
@@ -80,8 +79,7 @@ def mixed(path: str, target: str) -> dict[str, float]:
     fast = [f'{key}="{model}"' for key, model in WAYS[FASTEST].items()]
     with tempfile.TemporaryDirectory() as folder:
         heights = optimize.run(load_run(path, [target, *fast]), Path(folder) / "out").heights
-    with silent() as show:
-        prepared = prepare(load_run(path, [target]), None, show)
+    prepared = prepare(load_run(path, [target]), None)
     problem = replace(prepared.problem, targets=prepared.surrogate_targets)
     began = time.perf_counter()
     way = GaussNewton(problem)

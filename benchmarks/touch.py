@@ -1,13 +1,16 @@
 """Run times of the touch model, and its error against its own finest setting.
 
-    python -m benchmarks.touch
+    python -m benchmarks.touch [--sizes]
 
 Reliefs: random fields from fine to coarse and from 0.1 to 3 mm high, 128 x 128. Medians of several repeats,
-on one thread and on all.
+on one thread and on all. With --sizes only what `retouch evaluate` does is measured, once on each of several
+numbers of samples; the other results are kept.
 """
 
 from __future__ import annotations
 
+import argparse
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -17,21 +20,30 @@ from scipy.ndimage import gaussian_filter
 from torch import Tensor
 
 import tactile
-from benchmarks.common import machine, median_seconds, save, table
+from benchmarks.common import load, machine, median_seconds, save, table
 from tactile.contact import solve_contact
 from tactile.elastic_layer import elastic_layer_operator
+from tactile.pair_variation import _PairVariation, every_offset
 
 SIDE, SIZE_MM, REPEATS = 128, 10.0, 9
 SMOOTHNESS, RELIEFS_MM = (0.5, 1.5, 3.0, 8.0), (0.1, 1.0, 3.0)
 COARSE = (8, 16, 24, 32, 48)
+SIZES = (128, 256, 512, 1024)
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sizes", action="store_true", help="measure by number of samples only")
+    if parser.parse_args().sizes:
+        rows = sizes()
+        save("touch", load("touch") | {"sizes": rows})
+        print(table(tuple(rows[0]), [list(row.values()) for row in rows]))
+        return
     reliefs = {(s, r): random_relief(s, r) for s in SMOOTHNESS for r in RELIEFS_MM}
     rows = [*times(reliefs[1.5, 1.0])]
     steps = solver_steps(reliefs)
     coarse = coarse_errors(reliefs)
-    save("touch", {"machine": machine(), "times_ms": rows, "steps": steps, "coarse": coarse})
+    save("touch", load("touch") | {"machine": machine(), "times_ms": rows, "steps": steps, "coarse": coarse})
     print(table(("what", "threads", "float32 ms", "float64 ms"), [list(r.values()) for r in rows]))
     print(
         table(
@@ -42,9 +54,10 @@ def main() -> None:
     print(table(("elements a side", "V off median %", "V off worst %"), [list(c.values()) for c in coarse]))
 
 
-def random_relief(smoothness: float, relief_mm: float) -> Tensor:
+def random_relief(smoothness: float, relief_mm: float, samples: int = SIDE) -> Tensor:
     """A smoothed random field, float64, mm."""
-    field = gaussian_filter(np.random.default_rng(0).standard_normal((SIDE, SIDE)), smoothness, mode="wrap")
+    noise = np.random.default_rng(0).standard_normal((samples, samples))
+    field = gaussian_filter(noise, smoothness, mode="wrap")
     return torch.as_tensor(relief_mm * (field - field.min()) / np.ptp(field))
 
 
@@ -61,6 +74,38 @@ def times(heights: Tensor) -> list[dict[str, Any]]:
         ]
     torch.set_num_threads(all_threads)
     return rows
+
+
+def sizes() -> list[dict[str, Any]]:
+    """CPU seconds on one thread of pressing and of V, as it is and by the sum over every offset."""
+    torch.set_num_threads(1)
+    rows = []
+    for samples in SIZES:
+        heights = random_relief(1.5 * samples / SIDE, 1.0, samples)
+        tactile.press(torch.zeros_like(heights))  # what is built once is built
+        offsets = every_offset(samples, SIZE_MM)
+        touch, pressing = timed(tactile.press, heights)
+        bounded, seconds = timed(tactile.roughness, touch.strain)
+        every, before = timed(_PairVariation.apply, touch.strain, offsets, lambda: None)
+        off = 100.0 * abs(float(bounded / every) - 1.0)
+        rows.append(
+            {
+                "samples": samples,
+                "press s": pressing,
+                "V s": seconds,
+                "offsets in all": len(offsets),
+                "V over all s": before,
+                "V off %": off,
+            }
+        )
+    return rows
+
+
+def timed(work: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:
+    """What a call returns, and its CPU seconds, which other processes do not lengthen by much."""
+    began = time.process_time()
+    result = work(*arguments)
+    return result, time.process_time() - began
 
 
 def parts(heights: Tensor) -> dict[str, float]:

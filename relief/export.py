@@ -11,6 +11,7 @@ from relief.files import write_atomically
 from relief.formats import FORMATS
 from relief.grid import grid_faces, grid_vertices, pad_index
 from relief.limits import BASE_MM, LARGEST_PLATE_MM, SMALLEST_PLATE_MM
+from relief.progress import stage
 
 
 def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> trimesh.Trimesh:
@@ -42,6 +43,7 @@ def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) 
     return mesh
 
 
+@stage("writing a plate")
 def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> Path:
     """Write a plate as binary STL, 3MF (which states its unit, mm) or binary PLY, chosen by the suffix.
 

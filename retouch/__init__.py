@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from relief.export import export_plate
     from relief.heightmap import load_heights, save_heights_exr, save_heights_png
     from relief.preparing.preparation import prepare
+    from relief.progress import Progress, progress
     from surrogate.data.field_set import open_fieldset
     from tactile.area import contact_area
     from tactile.contact import ContactError
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ContactError",
     "InputError",
+    "Progress",
     "Result",
     "Run",
     "Scene",
@@ -47,6 +49,7 @@ __all__ = [
     "optimize",
     "prepare",
     "press",
+    "progress",
     "resume",
     "roughness",
     "run_from_scene",

@@ -13,6 +13,8 @@ from typing import Any, Protocol
 import torch
 from torch import Tensor
 
+from relief.progress import stage, this_stage
+
 MAX_STEPS = 1000
 """Conjugate gradient steps after which a contact counts as not converged; reliefs of 3 mm take about 100."""
 
@@ -94,6 +96,7 @@ def solve_contact(
     return state
 
 
+@stage("pressing", total=1.0)
 def approach_contact(
     body: Compliance,
     heights: Tensor,
@@ -127,7 +130,10 @@ def approach_contact(
         inside = (_sum(gap.square() * p) / _sum(p)).sqrt()
         outside = -torch.where(contact, torch.zeros_like(gap), gap).amin((-2, -1), keepdim=True)
         allowed = torch.maximum(tol * _mean(displacement), rounding)
-        finished = (torch.maximum(inside, outside) <= allowed).view(-1)
+        off = torch.maximum(inside, outside)
+        cut_short = steps / (max_steps + 1) if max_steps < MAX_STEPS else 0.0
+        this_stage().fallen((off / allowed).max(), cut_short)
+        finished = (off <= allowed).view(-1)
         leaving = torch.ones_like(finished) if steps == max_steps else finished
         if bool(leaving.any()):
             where = items[leaving]
@@ -226,6 +232,7 @@ def press(
     return pressure, gap, approach
 
 
+@stage("gradient of the touch", total=1.0)
 def adjoint_pressure(
     body: Compliance, load: Tensor, contact: Tensor, total: Tensor, tolerance: float | None = None
 ) -> Tensor:
@@ -258,6 +265,7 @@ def adjoint_pressure(
         error = _sum(residual.square()).sqrt()
         size = error if step == 0 else size
         unfinished = (error > tolerance * size).to(load.dtype)
+        this_stage().fallen((error / size).max() / tolerance)
         if not bool(unfinished.any()):
             return x
         z = _projected_preconditioner(body, residual, contact)

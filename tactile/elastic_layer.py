@@ -18,6 +18,7 @@ import torch
 from torch import Tensor
 
 from relief.cache import Arrays, cached, fingerprint
+from relief.progress import stage
 from tactile.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd, sliding_layer
 from tactile.interpolation import mirrored_centres, mirrored_hats
 from tactile.skin import Skin
@@ -178,10 +179,14 @@ def _free_minus_sliding(skin: Skin, size: float, coarse: int) -> Arrays:
     from tactile.structured.block import depth_levels, quarter_responses
 
     levels = depth_levels(skin.depth_mm, skin.thickness_mm, COARSE_LAYER_MM)
-    free, sliding = (
-        quarter_responses(size / 2.0, coarse // 2, levels, skin.depth_mm, skin.poisson_ratio, sides)
-        for sides in ("free", "sliding")
-    )
+    both = []
+    with stage("building the elastic layer (kept on disk)", 2) as advance:
+        for sides in ("free", "sliding"):
+            both.append(
+                quarter_responses(size / 2.0, coarse // 2, levels, skin.depth_mm, skin.poisson_ratio, sides)
+            )
+            advance()
+    free, sliding = both
     arrays: Arrays = {}
     for parity in PARITIES:
         # A pattern of one parity stores four times the energy of its quarter: hence 1/4 per unit of the load

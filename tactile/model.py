@@ -11,6 +11,7 @@ from torch import Tensor
 
 from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
+from relief.progress import stage
 from tactile.contact import Compliance, Solver, solve_contact
 from tactile.contact import press as press_contact
 from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
@@ -124,6 +125,7 @@ class TouchModel:
 
 
 @lru_cache(maxsize=8)
+@stage("preparing the skin")
 def touch_model(
     skin: Skin,
     samples: int,

@@ -2,6 +2,7 @@
 
 import cmath
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, Literal
 
@@ -10,6 +11,7 @@ from torch import Tensor
 
 from relief.errors import InputError
 from relief.limits import PATCH_SIDE_MM
+from relief.progress import stage
 
 PAIR_DISTANCE_MM = 2.2
 """Mean distance d of a pair of receptors, mm (paper section 4.2)."""
@@ -55,14 +57,16 @@ def roughness(strain: Tensor, size_mm: float = PATCH_SIDE_MM, quadrature: Quadra
     Raises:
         InputError: the patch is too small for the widest pairs, or too coarse for any; an unknown quadrature.
     """
-    return _PairVariation.apply(strain, _offsets(strain.shape[-1], size_mm, quadrature))
+    offsets = _offsets(strain.shape[-1], size_mm, quadrature)
+    with stage("measuring roughness", len(offsets)) as advance:
+        return _PairVariation.apply(strain, offsets, advance)
 
 
 class _PairVariation(torch.autograd.Function):
     """Value and sign-gradient in one pass over the offsets."""
 
     @staticmethod
-    def forward(ctx: Any, strain: Tensor, offsets: Offsets) -> Tensor:
+    def forward(ctx: Any, strain: Tensor, offsets: Offsets, advance: Callable[[], object]) -> Tensor:
         n = strain.shape[-1]
         s = strain.detach()
         value = s.new_zeros(s.shape[:-2])
@@ -84,14 +88,15 @@ class _PairVariation(torch.autograd.Function):
                 value += weight * torch.linalg.vecdot(difference.flatten(-2), sign.flatten(-2))
                 gradient[(..., *here)].add_(sign, alpha=weight)
                 gradient[(..., *there)].sub_(sign, alpha=weight)
+            advance()
         if gradient is not None:
             ctx.save_for_backward(gradient / pairs)
         return value / pairs
 
     @staticmethod
-    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None]:
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None, None]:
         (gradient,) = ctx.saved_tensors
-        return gradient * gradients[0][..., None, None], None
+        return gradient * gradients[0][..., None, None], None, None
 
 
 def every_offset(n: int, size_mm: float) -> Offsets:

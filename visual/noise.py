@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from relief.arrays import Array
+from relief.progress import stage
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -100,10 +101,12 @@ def batched(
         raise ValueError(f"{batches} batches; an even number, 4 or more, is needed")
     each = -(-(samples or scene.samples) // batches)
     seeds = np.random.SeedSequence(seed).generate_state(batches)
-    pictures = [
-        scene.render(heights, samples=each, seed=int(s), resolution=resolution).detach().numpy()
-        for s in seeds
-    ]
+    pictures = []
+    with stage("rendering", batches) as advance:
+        for s in seeds:
+            rendered = scene.render(heights, samples=each, seed=int(s), resolution=resolution)
+            pictures.append(rendered.detach().numpy())
+            advance()
     return Batches(np.array(pictures, dtype=np.float64), each * batches)
 
 

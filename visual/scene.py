@@ -15,6 +15,7 @@ from torch import Tensor
 
 from relief.arrays import Array
 from relief.errors import InputError
+from relief.progress import stage
 from visual.backend import variants
 from visual.backend.plate import plate_bsdf
 from visual.exact.background import black_background, scene_background
@@ -364,6 +365,7 @@ def plate_size_mm(path: str | Path, defines: Mapping[str, str] | None = None) ->
     return describe(check_scene(path, defines)).plate.size_mm
 
 
+@stage("loading the scene")
 def load_scene(
     path: str | Path,
     defines: Mapping[str, str] | None = None,

@@ -4,15 +4,14 @@ import argparse
 import math
 import os
 import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from optimize.commands.options import add_talk, print_json, seed, whole_number
+from relief.progress import stage, this_stage
 
 if TYPE_CHECKING:
     from optimize.training.dataset import ShardResult
@@ -146,8 +145,8 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.dask is None
         else partial(run_on_dask, address=arguments.dask, workers=workers)
     )
-    with nullcontext(_ignore) if arguments.quiet else _progress(plan.request.total) as observer:
-        failures = make_dataset(plan, arguments.out, runner, observer)
+    with stage("data set"):
+        failures = make_dataset(plan, arguments.out, runner, _teller(plan.request.total))
     status = WITH_FAILURES if failures else COMPLETE
     if arguments.json:
         print_json(
@@ -173,33 +172,14 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _ignore(result: "ShardResult") -> None:
-    """Show nothing of a shard."""
-
-
-@contextmanager
-def _progress(total: int) -> Iterator[Callable[["ShardResult"], None]]:
-    """Show a progress bar on a terminal, or print a line for each shard into a file or pipe."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    console = Console(highlight=False, stderr=True)
-    if not console.is_terminal:
-        yield _progress_lines(total, console.print)
-        return
-    columns = TextColumn("textures"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=console) as progress:
-        bar = progress.add_task("textures", total=total)
-        yield lambda result: progress.advance(bar, result.textures)
-
-
-def _progress_lines(total: int, show: Callable[[str], None]) -> Callable[["ShardResult"], None]:
-    start, count = time.monotonic(), 0
+def _teller(total: int) -> Callable[["ShardResult"], None]:
+    """An observer that tells of each shard how many textures are done."""
+    count = 0
 
     def observer(result: "ShardResult") -> None:
         nonlocal count
         count += result.textures
         shard = "a shard abandoned" if result.shard is None else f"shard {result.shard.number}"
-        show(f"{shard}: {count} of {total} textures, {time.monotonic() - start:.0f} s")
+        this_stage().tell(f"{shard}: {count} of {total} textures")
 
     return observer

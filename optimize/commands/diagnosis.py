@@ -17,6 +17,7 @@ from rich.text import Text
 from optimize.commands.options import print_json
 from relief.errors import InputError
 from relief.files import cache_folder
+from relief.progress import stage
 from tactile.sparse import has_pardiso
 from visual.backend import llvm
 from visual.backend.variants import choose_variant, is_differentiable
@@ -51,7 +52,12 @@ class Finding:
 def diagnose() -> list[Finding]:
     """Check everything that an optimisation uses on this machine; a fault is a finding, not an exception."""
     checks = (_python, _packages, _llvm, _variants, _pardiso, _weights, _cache, _machine)
-    return [check() for check in checks]
+    findings = []
+    with stage("checking this machine", len(checks)) as advance:
+        for check in checks:
+            findings.append(check())
+            advance()
+    return findings
 
 
 def can_run(findings: list[Finding]) -> bool:

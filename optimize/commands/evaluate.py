@@ -19,6 +19,7 @@ from optimize.commands.options import (
 from optimize.descent.targets import QUANTITIES, ROUGHNESS
 from optimize.report.formatting import MODEL_NAMES, model_name, number
 from relief.errors import naming
+from relief.progress import stage
 from tactile.skin import Skin
 
 if TYPE_CHECKING:
@@ -88,10 +89,11 @@ def run(arguments: argparse.Namespace) -> int:
     lengths = {key: getattr(arguments, key) for key in RANGES}
     read = [load_height_map(texture, **lengths) for texture in arguments.textures]
     sizes = [height_map.side_mm for height_map in read]
-    measured = [
-        measure(texture, height_map.heights, size_mm, skin, arguments.model)
-        for texture, height_map, size_mm in zip(arguments.textures, read, sizes, strict=True)
-    ]
+    measured = []
+    with stage("evaluating", len(read)) as advance:
+        for texture, height_map, size_mm in zip(arguments.textures, read, sizes, strict=True):
+            measured.append(measure(texture, height_map.heights, size_mm, skin, arguments.model))
+            advance()
     entries = described(arguments.textures, measured)
     if arguments.json:
         setting = {"skin": asdict(skin), "model": arguments.model}

@@ -30,6 +30,7 @@ from optimize.commands import (
 from optimize.commands.options import INTERRUPTED, telling
 from optimize.commands.streams import standard_streams
 from optimize.runs.interrupts import interruptible
+from optimize.runs.progress import shown
 from relief.errors import InputError
 
 BAD_INPUT = 2
@@ -117,7 +118,11 @@ def _main(argv: Sequence[str]) -> int:
             sys.stdout.flush()
         after_interrupt = getattr(VERBS[arguments.verb], "AFTER_INTERRUPT", "")
         run: Callable[[argparse.Namespace], int] = VERBS[arguments.verb].run
-        with interruptible(), telling(getattr(arguments, "verbose", False)):
+        with (
+            interruptible(),
+            telling(getattr(arguments, "verbose", False)),
+            shown(getattr(arguments, "quiet", False)),
+        ):
             status = run(arguments)
         sys.stdout.flush()
     except InputError as error:

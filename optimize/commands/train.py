@@ -5,6 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from optimize.commands.options import add_talk, print_json, seed, whole_number
+from relief.progress import this_stage
 
 HELP = "train the learned models on a data set"
 DESCRIPTION = """\
@@ -85,15 +86,12 @@ def run(arguments: argparse.Namespace) -> int:
         resume=arguments.resume,
         **({} if arguments.widths is None else {"widths": arguments.widths}),
     )
-    from rich.console import Console
-
-    # Nothing is printed if it is quiet.
-    console = Console(highlight=False, stderr=True, quiet=arguments.quiet)
     card = train_net(
         arguments.net,
         request,
-        lambda e: console.print(
-            f"epoch {e.number}: loss {e.loss:.4f}, validation {e.error:.4f}, {e.seconds:.0f} s"
+        lambda e: this_stage().tell(
+            f"epoch {e.number} of at most {settings.epochs}: loss {e.loss:.4f}, validation {e.error:.4f}, "
+            f"{e.seconds:.0f} s"
         ),
     )
     if arguments.json:

@@ -17,6 +17,7 @@ from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets, Values
 from optimize.descent.touch_measures import TouchMeasures
 from relief.arrays import Array
+from relief.progress import stage
 
 STEPS_AN_ITERATION = 25
 """Steps that each further outer iteration may add to those of the run."""
@@ -122,8 +123,8 @@ class Observer(Protocol):
     def verifying(self, best: Iterate) -> None:
         """Called before a verification of the best iterate begins."""
 
-    def corrected(self, state: CorrectionState, start: Iterate, steps: int) -> None:
-        """Called before a further descent, with its first iterate and its largest step number."""
+    def corrected(self, state: CorrectionState, start: Iterate) -> None:
+        """Called before a further descent, with its first iterate."""
 
 
 def descend_with_correction(
@@ -139,20 +140,13 @@ def descend_with_correction(
     while True:
         number = len(state.iterations)
         limit = plan.step_limit(number)
-        descent = descend(
-            segment.method,
-            state.surrogate_targets,
-            segment.start,
-            limit,
-            segment.best,
-            observer.step,
-            segment.trace,
-        )
+        descent = _descend(state.surrogate_targets, segment, limit, observer)
         if plan.verify is None:
             return descent, None, state
         observer.verifying(descent.best)
         try:
-            verified = plan.verify(descent.best.heights)
+            with stage("verifying"):
+                verified = plan.verify(descent.best.heights)
         except KeyboardInterrupt:
             return replace(descent, reason=StopReason.INTERRUPTED), None, state
         last = OuterIteration(
@@ -178,7 +172,20 @@ def descend_with_correction(
         method = plan.method_for(surrogate, limit)
         start = method.begin(descent.last.step, descent.best.heights, descent.best.memory)
         segment = Segment(method, start)
-        observer.corrected(state, start, limit)
+        observer.corrected(state, start)
+
+
+def _descend(targets: Targets, segment: Segment, limit: int, observer: Observer) -> DescentResult:
+    """One descent, at most to step `limit`, and its progress."""
+    name = f"descending to {targets.sentence}"
+    with stage(name, limit - segment.start.step, at_most=True) as advance:
+        advance.tell(f"{name}, at most to step {limit}")
+
+        def on_step(current: Iterate, best: Iterate, seconds: float) -> None:
+            advance()
+            observer.step(current, best, seconds)
+
+        return descend(segment.method, targets, segment.start, limit, segment.best, on_step, segment.trace)
 
 
 def _judged(descent: DescentResult, targets: Targets, verified: TouchMeasures) -> DescentResult:

@@ -23,6 +23,7 @@ from optimize.descent.driver import Iterate, Remembered
 from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.touch_measures import TouchMeasures
 from relief.arrays import Array
+from relief.progress import stage
 from tactile.sparse import factorised
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures, View
@@ -229,6 +230,7 @@ class GaussNewton:
             {"trust": np.array(trust), "pressure": touch.pressure},
         )
 
+    @stage("collecting the equations of a step")
     def _system(self, heights: Array, look: tuple[Pictures, ...]) -> _System:
         """The undamped least squares of the look, and the matrix of the damping."""
         problem, shape = self._problem, heights.shape
@@ -256,6 +258,7 @@ def _views(problem: Problem) -> tuple[View | FastView, ...]:
     return problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
 
 
+@stage("solving for a step")
 def _response(system: _System, damping: float, gradients: Array) -> _Response:
     """The least squares of the look solved: alone, and for a unit force along each target's gradient."""
     solved = factorised(system.matrix + damping * system.damping)(np.column_stack((system.load, gradients.T)))

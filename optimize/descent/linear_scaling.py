@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 from optimize.descent.problem import Problem
 from relief.arrays import Array
 from relief.limits import HEIGHT_LIMIT_MM
+from relief.progress import stage
 
 STRIDE = 1.25
 """Factor between the scales tried, outward from 1, until the goal lies between two of them."""
@@ -16,6 +17,7 @@ FLATTEST = 0.02
 """Smallest scale tried."""
 
 
+@stage("scaling the original for comparison")
 def linear_scaling(problem: Problem) -> Array | None:
     """The original scaled in height until its first target is met (paper section 5.1.1).
 

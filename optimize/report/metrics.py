@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from optimize.report.colour_maps import srgb
 from optimize.report.picture_change import change
 from relief.limits import EYE_DISTANCE_CM
+from relief.progress import stage
 from visual.noise import Batches
 
 Array = NDArray[np.floating[Any]]
@@ -65,6 +66,7 @@ def flip(before: Array, after: Array, white: float, pixels_per_degree: float) ->
     return float(mean)
 
 
+@stage("comparing the pictures")
 def look(
     before: Batches,
     after: Batches,

@@ -18,10 +18,11 @@ from optimize.report.content import Comparison
 from optimize.runs import results
 from optimize.runs.config import Run, load_run
 from optimize.runs.key import SETTINGS
-from optimize.runs.progress import Progress, silent, terminal
+from optimize.runs.progress import followed
 from relief.errors import InputError, naming
 from relief.heightmap import HeightMap, load_height_map
 from relief.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
+from relief.progress import stage
 from tactile.model import ModelName
 from tactile.skin import Skin
 from visual.noise import Batches, batched
@@ -76,7 +77,7 @@ def compare(
     size_mm: float | None = None,
     relief_mm: float | None = None,
     height_scale: float | None = None,
-    quiet: bool = True,
+    quiet: bool | None = None,
 ) -> dict[str, Any]:
     """Compare two reliefs, and write a page that shows them side by side.
 
@@ -92,7 +93,7 @@ def compare(
         seed: of the pictures; by default that of the run's own pictures, else 0.
         distance_cm: from the eye to the plate, for FLIP.
         size_mm, relief_mm, height_scale: of the height maps, as in `load_height_map`; not of runs.
-        quiet: show no progress.
+        quiet: as in `optimize.runs.job.run`.
 
     Returns:
         What `retouch compare --json` prints; docs/python.md says what each key means.
@@ -116,13 +117,12 @@ def compare(
     scene_file = find_file(run.scene if run is not None and own else scene or SCENE, ".xml")
     known = dict(run.define) if run is not None and own else {}
     look = _Look(scene_file, known | dict(defines or {}), variant, samples, seed, distance_cm)
-    with silent() if quiet else terminal() as show:
+    with followed(None, quiet):
         touches = []
         for subject in (one, other):
-            show.note(f"pressing on {subject.name}: {subject.file}")
-            with naming(subject.file):
+            with naming(subject.file), stage(f"pressing on {subject.name}"):
                 touches.append(measure_touch(subject.read.heights, subject.size_mm, skin, model))
-        seen = look.of(one, other, show)
+        seen = look.of(one, other)
     found = _summary(one, other, touches, seen, skin, model, scene_file)
     if page is not None:
         write_comparison(Path(page), _content(one, other, touches, seen, found))
@@ -197,7 +197,7 @@ class _Look:
     seed: int
     distance_cm: float
 
-    def of(self, one: Subject, other: Subject, show: Progress) -> Seen:
+    def of(self, one: Subject, other: Subject) -> Seen:
         """Render both reliefs under the scene's conditions. Raises InputError."""
         if not _alike(one.size_mm, other.size_mm):
             sizes = f"{one.name} is {one.size_mm:g} mm wide and {other.name} {other.size_mm:g} mm"
@@ -210,9 +210,9 @@ class _Look:
         same_grid = one.read.heights.shape == other.read.heights.shape
         pictures = []
         for subject in (one, other):
-            show.note(f"rendering {subject.name} in {self.scene.name}, {self.samples} samples a pixel")
             shown = scene if same_grid or subject is one else self._loaded(subject)
-            pictures.append(batched(shown, subject.read.heights, self.samples, self.seed))
+            with stage(f"pictures of {subject.name}"):
+                pictures.append(batched(shown, subject.read.heights, self.samples, self.seed))
         before, after = pictures
         plate = scene.plate_weights()
         numbers = metrics.look(

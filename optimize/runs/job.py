@@ -5,7 +5,7 @@ texture -> Problem (touch + sight) -> descend -> verification -> run directory
 
 import logging
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,10 +25,11 @@ from optimize.runs.directory import check_vacant, clear
 from optimize.runs.interrupts import interruptible
 from optimize.runs.key import SETTINGS, run_key
 from optimize.runs.preparation import METHODS, Prepared, prepare
-from optimize.runs.progress import Progress, silent, terminal
+from optimize.runs.progress import followed, step_line
 from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.files import remove_partial
+from relief.progress import Progress, say, stage, this_stage
 from visual.noise import batched
 
 _log = logging.getLogger(__name__)
@@ -72,7 +73,8 @@ def run(
     *,
     variant: str | None = None,
     force: bool = False,
-    quiet: bool = True,
+    quiet: bool | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> Result:
     """Optimise one texture and write its run directory.
 
@@ -81,7 +83,8 @@ def run(
         out: the run directory; default `runs/<name of the run file or texture>`.
         variant: Mitsuba's.
         force: replace an earlier run in `out`.
-        quiet: show no progress.
+        quiet: False shows progress on stderr, True nothing; None, a bar in a notebook and nothing elsewhere.
+        progress: called with the progress of the run, in place of showing it.
 
     Raises:
         InputError: what is wrong with the input, in one line; nothing is written then.
@@ -93,8 +96,8 @@ def run(
     run_dir = Path("runs") / name if out is None else Path(out)
     check_vacant(run_dir, force)
     began = time.perf_counter()
-    with silent() if quiet else terminal() as show:
-        prepared = prepare(settings, variant, show)
+    with followed(progress, quiet):
+        prepared = prepare(settings, variant)
         state = CorrectionState(prepared.surrogate_targets)
         method = prepared.plan.method_for(state.surrogate_targets, prepared.plan.steps)
         segment = Segment(method, method.begin(0, prepared.problem.heights, {}))
@@ -103,11 +106,19 @@ def run(
             results.write_settings(run_dir, settings)
             clear(run_dir)
             history = results.History(run_dir, state.surrogate_targets, 0, after=0)
-            return _descend_and_write(prepared, state, segment, run_dir, history, began, 0.0, show)
+            return _descend_and_write(prepared, state, segment, run_dir, history, began, 0.0)
 
 
-def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = True) -> Result:
+def resume(
+    run_dir: Path | str,
+    *,
+    variant: str | None = None,
+    quiet: bool | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Result:
     """Go on with a run from its checkpoint; ends as the uninterrupted run would, within tolerance.
+
+    Arguments are as in `run`.
 
     Raises:
         InputError: the directory holds no run or no sound checkpoint; or scene, texture, or a setting other
@@ -123,12 +134,12 @@ def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = Tru
         check_memory(current.memory, remembered)
     _log.info("%s: goes on after step %d, %d verifications", run_dir, current.step, len(state.iterations))
     began = time.perf_counter()
-    with _telling_how_to_go_on(run_dir), silent() if quiet else terminal() as show:
+    with _telling_how_to_go_on(run_dir), followed(progress, quiet):
         remove_partial(run_dir)
         history = results.History(
             run_dir, state.surrogate_targets, len(state.iterations), current.step, checkpoint.history
         )
-        prepared = prepare(settings, variant, show)
+        prepared = prepare(settings, variant)
         if current.heights.shape != prepared.problem.heights.shape:
             raise InputError(
                 f"{run_dir / CHECKPOINT}: {current.heights.shape} heights, "
@@ -138,7 +149,7 @@ def resume(run_dir: Path | str, *, variant: str | None = None, quiet: bool = Tru
         method = prepared.plan.method_for(state.surrogate_targets, limit)
         start = method.begin(current.step, current.heights, current.memory)
         segment = Segment(method, start, checkpoint.best)
-        return _descend_and_write(prepared, state, segment, run_dir, history, began, checkpoint.seconds, show)
+        return _descend_and_write(prepared, state, segment, run_dir, history, began, checkpoint.seconds)
 
 
 class _Recorder:
@@ -153,16 +164,13 @@ class _Recorder:
         segment: Segment,
         size_mm: float,
         earlier_seconds: float,
-        steps: int,
-        show: Progress,
     ) -> None:
         self._size_mm, self._key, self.history = size_mm, key, history
-        self._run_dir, self._state, self._earlier_seconds, self._show = run_dir, state, earlier_seconds, show
+        self._run_dir, self._state, self._earlier_seconds = run_dir, state, earlier_seconds
         self._began = time.perf_counter()
         if segment.best is None:
             self.history.add(segment.start, earlier_seconds)
             self._save(segment.start, segment.start)
-        show.descent(state.surrogate_targets, steps)
 
     @property
     def seconds(self) -> float:
@@ -172,20 +180,18 @@ class _Recorder:
     def step(self, current: Iterate, best: Iterate, seconds: float) -> None:
         self.history.add(current, self.seconds)
         self._save(current, best)
-        self._show.step(current, seconds)
+        this_stage().tell(step_line(self._state.surrogate_targets, current, seconds))
 
     def verifying(self, best: Iterate) -> None:
         # Before the slow part, so that an interrupt leaves something to print.
         results.write_relief(self._run_dir, best.heights, self._size_mm)
-        self._show.note("verifying")
 
-    def corrected(self, state: CorrectionState, start: Iterate, steps: int) -> None:
+    def corrected(self, state: CorrectionState, start: Iterate) -> None:
         error = 100.0 * state.iterations[-1].relative_error
-        self._show.note(f"the verification is {error:.2f} % off the target: corrected, going on")
+        say(f"the verification is {error:.2f} % off the target: corrected, going on")
         self._state = state
         self.history.targets, self.history.iteration = state.surrogate_targets, len(state.iterations)
         self._save(start, start)
-        self._show.descent(state.surrogate_targets, steps)
 
     def _save(self, current: Iterate, best: Iterate) -> None:
         checkpoint = Checkpoint(current, best, self._state, self.seconds, self._key, self.history.digest)
@@ -200,16 +206,14 @@ def _descend_and_write(
     history: results.History,
     began: float,
     earlier_seconds: float,
-    show: Progress,
 ) -> Result:
     settings, problem, plan = prepared.settings, prepared.problem, prepared.plan
-    limit = plan.step_limit(len(state.iterations))
     recorder = _Recorder(
-        run_dir, history, run_key(settings), state, segment, problem.size_mm, earlier_seconds, limit, show
+        run_dir, history, run_key(settings), state, segment, problem.size_mm, earlier_seconds
     )
     segment = replace(segment, trace=history.trace())
     descent_began = time.perf_counter()
-    with interruptible(lambda: show.say(INTERRUPTED.format(run_dir=run_dir))):
+    with interruptible(lambda: say(INTERRUPTED.format(run_dir=run_dir))):
         descent, verified, state = descend_with_correction(plan, state, segment, recorder)
         descent_seconds = recorder.seconds
         _log.info("the descent has ended at step %d: %s", descent.last.step, descent.reason.value)
@@ -217,9 +221,9 @@ def _descend_and_write(
         unmeasured = descent.best.step == 0 or (verified is None and plan.verify is not None)
         if descent.reason is StopReason.INTERRUPTED and unmeasured:
             raise KeyboardInterrupt
-        show.note("rendering the pictures")
         verify_began = time.perf_counter()
-        outcome = _measure(prepared, descent, verified, state)
+        with stage("rendering the final pictures"):
+            outcome = _measure(prepared, descent, verified, state)
         finished = time.perf_counter()
         times = {
             "total": earlier_seconds + finished - began,
@@ -227,8 +231,8 @@ def _descend_and_write(
             "descent": descent_seconds,
             "verify": finished - verify_began,
         }
-        show.note("writing")
-        summary = results.write(run_dir, settings, problem, outcome, times, history.rows)
+        with stage("writing the results and the report"):
+            summary = results.write(run_dir, settings, problem, outcome, times, history.rows)
     return Result(descent.best.heights, descent.reason, summary, run_dir)
 
 

@@ -13,9 +13,9 @@ from optimize.descent.problem import Problem
 from optimize.descent.targets import GoalKey, Quantity, Target, Targets, Values
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.runs.config import Run, too_large
-from optimize.runs.progress import Progress
 from relief.arrays import Array
 from relief.errors import InputError, naming
+from relief.progress import stage
 from tactile.model import ModelName
 from visual.scene import load_scene
 
@@ -48,7 +48,7 @@ class Prepared:
     surrogate_targets: Targets
 
 
-def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
+def prepare(settings: Run, variant: str | None) -> Prepared:
     """Load and check everything that a run needs, and press on the original.
 
     Raises:
@@ -88,17 +88,13 @@ def prepare(settings: Run, variant: str | None, show: Progress) -> Prepared:
             touch=touch.model,
             look=settings.look.model,
         )
-    glimpse = scene.render(samples=1, seed=settings.seed)
+    with stage("rendering a first picture"):
+        glimpse = scene.render(samples=1, seed=settings.seed)
     if float(glimpse.mean()) < BLACK * scene.white:
         raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
     mesh = settings.verify.resolution
     verifier: ModelName | None = "fem" if settings.verify.model == "fem" else None
-    if verifier:
-        show.note(
-            f"pressing on the original with finite elements, {mesh} nodes a side "
-            "(built once per skin, then kept)"
-        )
-    with naming(settings.texture):
+    with naming(settings.texture), stage("pressing on the original"):
         original = measure_touch(scene.heights, scene.size_mm, untargeted.skin, verifier or touch.model, mesh)
     targets = _targets(settings, scene.size_mm, original.values)
     problem = replace(untargeted, targets=targets)

@@ -22,6 +22,7 @@ from optimize.training.workers import Runner
 from relief.errors import InputError
 from relief.files import partial_folders, remove_partial, write_atomically
 from relief.limits import PATCH_SIDE_MM
+from relief.progress import stage
 from surrogate.corpus import manifest
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import Entry
@@ -197,9 +198,14 @@ def make_dataset(
             _log.info("%s: is there, not computed again", shard.path)
             observer(ShardResult(shard))
     # Closing ends the workers before this function returns or raises.
-    with closing(runner(plan.job(number) for number in missing)) as results:
+    left = sum(len(request.places(number)) for number in missing)
+    with (
+        stage("computing fields of textures", left) as advance,
+        closing(runner(plan.job(number) for number in missing)) as results,
+    ):
         for result in results:
             number = result.job.number
+            advance(len(request.places(number)))
             if isinstance(result.content, bytes):
                 path = shard_path(folder, number)
                 write_atomically(path, result.content)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from relief.errors import InputError
+from relief.progress import stage
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset
@@ -77,10 +78,12 @@ def examples_from(
         InputError: The split has no texture, or a shard is damaged.
     """
     parts = []
-    for shard in data.shards:
-        places = shard.places(split)
-        if len(places):
-            parts.append(prepare(*(torch.from_numpy(shard.read(name, places)) for name in names)))
+    with stage(f"reading the {split} split", len(data.shards)) as advance:
+        for shard in data.shards:
+            places = shard.places(split)
+            if len(places):
+                parts.append(prepare(*(torch.from_numpy(shard.read(name, places)) for name in names)))
+            advance()
     if not parts:
         raise InputError(f"{data.folder}: the {split} split has no texture with fields")
     return {name: torch.cat([part[name] for part in parts]) for name in parts[0]}

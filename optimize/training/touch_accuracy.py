@@ -10,6 +10,7 @@ from torch import Tensor
 
 import tactile
 from optimize.training.setup import error_statistics
+from relief.progress import stage, this_stage
 from tactile.model import Touch
 
 Press = Callable[[Tensor], Touch]
@@ -34,6 +35,7 @@ class TextureMeasures:
     gradients: NDArray[np.float64]
 
 
+@stage("measuring on textures", total=1.0)
 def measure_textures(
     press: Press, reliefs: NDArray[np.float32], size_mm: float, dtype: torch.dtype, grads: int
 ) -> TextureMeasures:
@@ -58,6 +60,7 @@ def measure_textures(
         if number < grads:
             value = tactile.roughness(touch.strain, size_mm, "polar")
             gradients.append(torch.autograd.grad(value, heights)[0].double().numpy())
+        this_stage()(1.0 / len(reliefs))
     side = reliefs.shape[-2:]
     return TextureMeasures(np.array(roughness), np.array(area), np.reshape(gradients, (-1, *side)))
 

@@ -15,6 +15,7 @@ import torch
 from pydantic import ConfigDict, Field
 from torch import Tensor, nn
 
+from relief.progress import stage, this_stage
 from surrogate.nets.augmentation import SYMMETRIES
 
 Examples = Mapping[str, Tensor]
@@ -175,9 +176,11 @@ def train(
     training = beginning(net) if start is None else start
     net.load_state_dict(dict(training.weights))
     optimiser = _optimiser(net, training, settings, _steps(examples, settings))
-    while training.ended(settings) is None:
-        training = _one_epoch(net, loss, examples, validation, settings, optimiser, training)
-        observer(training)
+    left = (settings.epochs - len(training.epochs)) * _steps(examples, settings)
+    with stage("training", left, at_most=True):
+        while training.ended(settings) is None:
+            training = _one_epoch(net, loss, examples, validation, settings, optimiser, training)
+            observer(training)
     net.load_state_dict(dict(training.best))
     net.eval()
     return training
@@ -225,6 +228,7 @@ def _one_epoch(
         optimiser.step()
         losses.append(value.detach())
         steps += 1
+        this_stage()()
         if settings.minutes is not None and part >= 1.0:
             break
     error = float(errors(net, loss, validation, settings.batch).double().mean())

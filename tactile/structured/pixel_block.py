@@ -9,6 +9,7 @@ back, and a quarter of the block stands for the whole.
 Axes are (row, column, depth) as in `tactile.structured.block`. Young's modulus is 1 throughout.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial, reduce
 from operator import add
@@ -67,7 +68,14 @@ class FaceResponse:
     strain: Array
 
 
-def face_response(block: PixelBlock, parity: Parity, loads: Array, *, portable: bool = False) -> FaceResponse:
+def face_response(
+    block: PixelBlock,
+    parity: Parity,
+    loads: Array,
+    *,
+    portable: bool = False,
+    advance: Callable[[], object] = lambda: None,
+) -> FaceResponse:
     """Condense one parity block onto the contact face.
 
     Args:
@@ -75,6 +83,7 @@ def face_response(block: PixelBlock, parity: Parity, loads: Array, *, portable: 
         parity: whether the forces are odd in (row, column).
         loads: (half², loads) forces (N) on the pixels of the quarter, one set for each column of strains.
         portable: use SuperLU even where Pardiso is installed.
+        advance: called after either half of the work.
     """
     matrix = folded_stiffness(block, parity)
     face = np.arange((block.half + 1) ** 2) * (len(block.levels) - 1)
@@ -82,7 +91,9 @@ def face_response(block: PixelBlock, parity: Parity, loads: Array, *, portable: 
     body = condensed(matrix, face, portable=portable)
     spread = _force_of_pixels(block)
     compliance = spread.T @ (spread.T @ body.compliance).T
+    advance()
     solution = body.solution(spread @ loads)
+    advance()
     return FaceResponse(0.5 * (compliance + compliance.T), _strain_at_depth(block, parity, solution))
 
 

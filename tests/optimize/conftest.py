@@ -50,3 +50,9 @@ def original(problem_with: ProblemWith) -> TouchMeasures:
     """What the finger gets from the waves."""
     problem = problem_with(Targets())
     return problem.press(problem.heights, gradients=False)
+
+
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No stage lasts long enough to be shown, however slow the machine."""
+    monkeypatch.setattr("optimize.runs.progress.PATIENCE_S", 1e9)

@@ -16,6 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from relief.arrays import Array
+from relief.progress import stage
 from visual.exact.background import Background, black_background
 from visual.exact.discontinuities import EdgeSamples, Jitter, discontinuity_entries, edge_jitter
 from visual.exact.pair_radiance import of_faces, of_samples
@@ -132,10 +133,11 @@ class View:
         shining = (*self._alone, *(() if self._ambient is None else (self._ambient,)))
         many = [len(light.lights) > 1 for light in shining]
         samples = {which: self._samples(mesh, which, jacobian and edges) for which in set(many)}
-        conditions = [
-            self._lit_by(light, samples[which], mesh, jacobian, edges)
-            for light, which in zip(shining, many, strict=True)
-        ]
+        conditions = []
+        with stage("pictures of a step", len(shining)) as advance:
+            for light, which in zip(shining, many, strict=True):
+                conditions.append(self._lit_by(light, samples[which], mesh, jacobian, edges))
+                advance()
         if self._ambient is not None:
             picture, entries = conditions.pop()
             conditions = [(p + picture, d + entries if jacobian else None) for p, d in conditions] or [

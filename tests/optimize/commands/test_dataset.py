@@ -1,7 +1,6 @@
 """`retouch dataset` makes what its help says, and tells what is wrong in one line."""
 
 import json
-import re
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +28,7 @@ def test_it_makes_a_data_set_and_says_so(tmp_path: Path, capsys: pytest.CaptureF
     assert main(["dataset", "-o", str(out), *FEW]) == 0
     told, shown = capsys.readouterr()
     assert told == f"{out}: 2 textures with their fields, 0 without\n"
-    assert re.fullmatch(r"shard 0: 2 of 2 textures, \d+ s\n", shown)
+    assert "shard 0: 2 of 2 textures\n" in shown
     found = open_fieldset(out)
     assert found.finished and found.request.touch == "layer" and found.request.samples == 128
     assert main(["dataset", "-o", str(out), "-q", *FEW]) == 0

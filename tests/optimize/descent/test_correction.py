@@ -76,8 +76,7 @@ class Recorder:
     def verifying(self, best: Iterate) -> None:
         self.verified = best.step
 
-    def corrected(self, state: CorrectionState, start: Iterate, steps: int) -> None:
-        assert steps == FIRST_STEPS + len(state.iterations) * STEPS_AN_ITERATION
+    def corrected(self, state: CorrectionState, start: Iterate) -> None:
         self.states.append(state)
 
 
@@ -93,8 +92,13 @@ def verification(roughness: Callable[[float], float], area: Callable[[float], fl
 
 
 def descend(targets: Targets, verify, corrections: int = 3, method: type[Straight] = Straight):
-    plan = Plan(targets, FIRST_STEPS, corrections, lambda surrogate, _: method(surrogate), verify)
     recorder = Recorder()
+
+    def method_for(surrogate: Targets, steps: int) -> Straight:
+        assert steps == FIRST_STEPS + (1 + len(recorder.states)) * STEPS_AN_ITERATION
+        return method(surrogate)
+
+    plan = Plan(targets, FIRST_STEPS, corrections, method_for, verify)
     segment = Segment(method(targets), iterate(0, 0.05, 60.0))
     return *descend_with_correction(plan, CorrectionState(targets), segment, recorder), recorder
 

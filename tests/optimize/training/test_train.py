@@ -136,7 +136,7 @@ def test_the_command_trains_and_tells(
     arguments = ["--data", str(trained.data), "-o", str(tmp_path), "--epochs", "1", "--widths", "4,4"]
     assert main(["train", "touch", *arguments]) == 0
     told, shown = capsys.readouterr()
-    assert shown.startswith("epoch 1: loss ") and "all of 1 epochs are done" in told
+    assert shown.startswith("epoch 1 of at most 1: loss ") and "all of 1 epochs are done" in told
     assert "roughness median percent: " in told
     assert json.loads((tmp_path / "touch.json").read_text(encoding="utf-8"))["versions"]["reference"] == "fem"
 
