@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from optimize.descent.targets import QUANTITIES
-from optimize.report.formatting import between, duration, number, percent, plus_minus, tries_of_100
+from optimize.report.formatting import between, duration, number, percent, plus_minus, rounded, tries_of_100
 from relief.formats import PLATES
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
     if (jnd := touch["jnd_from_original"]) is not None:
         sense = "rougher" if jnd > 0 else "smoother"
         apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
-        yield "feel", f"{number(abs(jnd))} JND {sense} than the original, {apart}"
+        yield "feel", f"{number(abs(jnd), 2)} JND {sense} than the original, {apart}"
     yield from _pictures(look)
     yield "heights", _heights(result["heights"])
     times = dict(result["time_s"])
@@ -84,8 +84,8 @@ def _less_noise(change: Mapping[str, float]) -> str:
 
 def _heights(heights: Mapping[str, float]) -> str:
     change, lift = (1000.0 * heights[key] for key in ("rms_change_mm", "lift_mm"))
-    lifted = f"; {'lifted' if lift > 0 else 'lowered'} by {number(abs(lift))} µm, which is not felt"
-    return f"changed by {number(change)} µm (rms about the mean){lifted if abs(lift) >= 0.5 else ''}"
+    lifted = f"; {'lifted' if lift > 0 else 'lowered'} by {rounded(abs(lift))} µm, which is not felt"
+    return f"changed by {rounded(change)} µm (rms about the mean){lifted if abs(lift) >= 0.5 else ''}"
 
 
 def _listed(values: list[tuple[str, float | None]]) -> str:

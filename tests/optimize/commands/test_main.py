@@ -557,7 +557,7 @@ def test_the_screen_leaves_out_what_there_is_not() -> None:
     screen = lines(RESULT)
     assert "step 3 of 4" in screen
     assert "original 0.0500, achieved 0.0400 " in screen and "verified" not in screen
-    assert "1.28 JND smoother" in screen and "told apart in 89 of 100 tries" in screen
+    assert "1.3 JND smoother" in screen and "told apart in 89 of 100 tries" in screen
     assert "original 40.0, target 45.0, achieved 45.1 mm²" in screen and "31 % of the plate" in screen
     change = f"{percent(2.04)} of the mean picture (mean over the pixels that show the plate)"
     assert f"changed by at most {change}" in screen
