@@ -3,6 +3,7 @@
 python -m benchmarks.stability            # every row that is not in the results yet, then picture and tables
 python -m benchmarks.stability --draw     # picture and tables alone
 python -m benchmarks.stability --again
+python -m benchmarks.stability --model quick    # that model of touch anew in every row
 
 One thread. The first run builds the operators of every skin and plate (half a GB in the cache folder).
 """
@@ -124,6 +125,7 @@ def main() -> None:
     )
     parser.add_argument("--again", action="store_true", help="measure every row anew")
     parser.add_argument("--only", default="", help="rows whose names begin so, as in touch, waves, samples")
+    parser.add_argument("--model", default="", help="one model of touch anew in the rows that it is in")
     parser.add_argument("--draw", action="store_true", help="measure nothing")
     arguments = parser.parse_args()
     if arguments.again:
@@ -134,8 +136,11 @@ def main() -> None:
         torch.set_num_threads(1)
         drjit.set_thread_count(1)
         for key, work in works():
-            if key.startswith(arguments.only) and key not in kept_rows():
-                row = work()
+            kept = kept_rows().get(key)
+            if key.startswith(arguments.only) and (
+                arguments.model in kept.get("models", {}) if arguments.model and kept else not kept
+            ):
+                row = with_model(arguments.model, kept, *work.args) if kept else work()
                 save("stability", {"machine": machine(), "rows": kept_rows() | {key: row}})
                 print(key, row, flush=True)
     from benchmarks.stability_figure import as_text, draw, write_table
@@ -151,7 +156,13 @@ def kept_rows() -> dict[str, Row]:
     return rows
 
 
-def works() -> Iterator[tuple[str, Callable[[], Row]]]:
+def with_model(name: str, row: Row, case: "Case", texture: str) -> Row:
+    """A row of touch with one of its models measured anew."""
+    truth = pressed(converged("layer", case), case, texture)
+    return row | {"models": row["models"] | against_truth(case, texture, truth, (name,))["models"]}
+
+
+def works() -> Iterator[tuple[str, "partial[Row]"]]:
     """Every row: its name, and what measures it."""
     singly: tuple[tuple[str, Case, Mapping[str, tuple[float, ...]], Measure], ...] = (
         ("touch", Case(), TOUCH_AXES, touch),

@@ -19,7 +19,7 @@ from tactile.finite_elements import FiniteElementOperator, finite_element_operat
 from tactile.limits import FEM_MESH, MAX_MESH, MAX_SAMPLES, MIN_MESH, MIN_SAMPLES
 from tactile.skin import Skin
 from tactile.strain import smallest_eigenvalue
-from tactile.truncated import GRADIENT_TOLERANCE, TruncatedSolver
+from tactile.truncated import GRADIENT_TOLERANCE, quick_solver
 
 ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)
@@ -163,7 +163,7 @@ def touch_model(
         )
     solver: Solver | None = None
     if model == "quick":
-        solver = TruncatedSolver(elastic_layer_operator(skin, samples, size_mm, torch.float32))
+        solver = quick_solver(elastic_layer_operator(skin, samples, size_mm, torch.float32))
     elif model == "net":
         # Imported here: the other models need no net. A net that does not hold is refused before any operator
         # is built, which may take seconds.

@@ -5,8 +5,9 @@ import torch
 
 import tactile
 from tactile import Skin
+from tactile.contact import approach_contact
 from tactile.elastic_layer import elastic_layer_operator
-from tactile.truncated import STEPS, TruncatedSolver
+from tactile.truncated import STEPS, TruncatedSolver, quick_solver, steps_on
 from tests.tactile.reliefs import SIZE, grating, waves
 
 SAMPLES = 32
@@ -47,6 +48,42 @@ def test_the_gradient_is_close_to_the_layers() -> None:
         value = tactile.roughness(tactile.press(heights, SIZE, SKIN, model).strain, SIZE)
         gradients.append(torch.autograd.grad(value, heights)[0].flatten())
     assert float(torch.cosine_similarity(gradients[0], gradients[1], dim=0)) > 0.95
+
+
+def error(relief: torch.Tensor, skin: Skin) -> tuple[float, float]:
+    """Relative errors of V and A against the converged layer."""
+    quick, layer = (tactile.press(relief, SIZE, skin, model) for model in ("quick", "layer"))
+    rough = tactile.roughness(quick.strain, SIZE) / tactile.roughness(layer.strain, SIZE)
+    area = tactile.contact_area(quick.gap, SIZE) / tactile.contact_area(layer.gap, SIZE)
+    return abs(float(rough) - 1.0), abs(float(area) - 1.0)
+
+
+@pytest.mark.parametrize("force_n", [0.1, 1.0])
+def test_a_contact_of_few_points_takes_more_steps(force_n: float) -> None:
+    skin, relief = Skin(force_n=force_n), waves(64, 1.2, seed=4)
+    assert max(error(relief, skin)) < 0.02
+    operator = elastic_layer_operator(skin, 64, SIZE, torch.float32)
+    mean = skin.mean_pressure_mpa(SIZE) / skin.young_modulus_mpa
+    assert quick_solver(operator)(operator, relief, mean, None).steps > STEPS
+
+
+def test_a_usual_contact_takes_as_many_steps_as_ever_beside_one_of_few_points() -> None:
+    light = Skin(force_n=0.3)
+    operator = elastic_layer_operator(light, SAMPLES, SIZE, torch.float32)
+    mean = light.mean_pressure_mpa(SIZE) / light.young_modulus_mpa
+    reliefs = torch.stack((waves(SAMPLES, 0.03), waves(SAMPLES, 3.0, seed=2))).float()
+    solver = quick_solver(operator)
+    assert solver.steps == STEPS
+    both = solver(operator, reliefs, mean, None)
+    six = approach_contact(operator, reliefs, mean, None, STEPS)
+    torch.testing.assert_close(both.pressure[0], six.pressure[0], rtol=1e-5, atol=1e-6 * mean)
+    assert float((both.pressure[1] - six.pressure[1]).abs().max()) > mean
+    assert both.steps > STEPS
+
+
+@pytest.mark.parametrize(("pitch_mm", "steps"), [(0.08, 6), (0.0625, 6), (0.04, 15), (0.01, 24)])
+def test_a_fine_grid_takes_more_steps(pitch_mm: float, steps: int) -> None:
+    assert steps_on(pitch_mm) == steps
 
 
 def test_what_was_pressed_before_changes_nothing() -> None:
