@@ -136,11 +136,10 @@ def main() -> None:
         torch.set_num_threads(1)
         drjit.set_thread_count(1)
         for key, work in works():
-            kept = kept_rows().get(key)
-            if key.startswith(arguments.only) and (
-                arguments.model in kept.get("models", {}) if arguments.model and kept else not kept
-            ):
-                row = with_model(arguments.model, kept, *work.args) if kept else work()
+            kept, name = kept_rows().get(key), arguments.model
+            wanted = name in (kept or {}).get("models", {}) if name else kept is None
+            if key.startswith(arguments.only) and wanted:
+                row = with_model(name, kept, *work.args) if kept else work()
                 save("stability", {"machine": machine(), "rows": kept_rows() | {key: row}})
                 print(key, row, flush=True)
     from benchmarks.stability_figure import as_text, draw, write_table

@@ -158,8 +158,9 @@ def touch_model(
     mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
     if not MIN_LOAD <= mean <= MAX_LOAD:
         raise InputError(
-            f"skin.force_n: {skin.force_n:g} N on a side of {size_mm:g} mm is a pressure of {mean:g} Young's "
-            f"moduli, outside [{MIN_LOAD:g}, {MAX_LOAD:g}]"
+            f"skin: force_n {skin.force_n:g} N on a side of {size_mm:g} mm with young_modulus_mpa "
+            f"{skin.young_modulus_mpa:g} is a pressure of {mean:g} Young's moduli, outside "
+            f"[{MIN_LOAD:g}, {MAX_LOAD:g}]"
         )
     solver: Solver | None = None
     if model == "quick":

@@ -1,6 +1,6 @@
 """Explanation of a scene: what rendering takes, what is left out, and which models can show the scene.
 
-Nothing of the scene is loaded.
+Nothing of the scene is loaded, but for shapes that may hide the plate.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -10,12 +10,13 @@ import numpy as np
 
 from relief.arrays import Array
 from visual.backend import variants
+from visual.geometry.film_samples import hidden_plate
 from visual.lights.kind import Light
 from visual.lights.parallel import angles
 from visual.lights.quadrature import kind_of
-from visual.models import BOX_RADIUS, MODELS, obstacles
-from visual.needs import Needs, camera_name, needs_of
-from visual.scene_file.check import check_scene
+from visual.models import BOX_RADIUS, HIDDEN, MODELS, obstacles
+from visual.needs import Needs, camera_name, check_effort, needs_of
+from visual.scene_file.check import check_scene, instantiate
 from visual.scene_file.describe import describe, plate_heights
 from visual.scene_file.parsed import Camera, CheckedScene, Description, Plate
 
@@ -73,6 +74,11 @@ def explain(
     needs = needs_of(description)
     chosen = variants.choose_variant(needs.colour, variant)
     exact, step, fast = (obstacles(model, description, needs, heights.shape) for model in MODELS)
+    for number in needs.cameras:
+        camera = description.cameras[number]
+        check_effort(checked.path, (camera.rows, camera.cols), samples or camera.samples)
+    if not (exact or step) and _hidden(checked, description, needs, heights, chosen.name):
+        exact = (HIDDEN,)
     missing = variants.without_gradients(chosen.name)
     reasons, unseen = (
         list(filter(None, dict.fromkeys((missing, *every)))) for every in ((*exact, *step), fast)
@@ -93,6 +99,17 @@ def explain(
         ("gradients", NO_GRADIENTS + "; ".join(reasons) if reasons else GRADIENTS),
         ("fast look", NO_FAST + "; ".join(unseen) if unseen else FAST + (IF_TRAINED if needs.around else "")),
     ]
+
+
+def _hidden(
+    checked: CheckedScene, description: Description, needs: Needs, heights: Array, variant: str
+) -> bool:
+    """Whether another shape hides the plate from a camera that looks straight down, by rays."""
+    if description.shapes == 1 or not all(needs.top_view):
+        return False
+    variants.load_mitsuba(colour=needs.colour, variant=variant)
+    camera = description.cameras[needs.cameras[0]]
+    return hidden_plate(instantiate(checked, heights, lights=[]), needs.cameras, camera.rows, camera.cols)
 
 
 def _plate(plate: Plate, file: str | Path | None, relief: str) -> str:

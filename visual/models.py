@@ -18,6 +18,8 @@ PictureModel = Literal["exact", "step", "fast"]
 """Gradients of rendered pictures (`visual.exact.render`), pictures with explicit Jacobians for Gauss-Newton
 steps (`visual.exact.view`), and the fast look (`visual.fast`)."""
 MODELS: tuple[PictureModel, ...] = get_args(PictureModel)
+HIDDEN = "shape: one stands between camera and plate; gradients need a clear view"
+"""Obstacle that rays find, not the description."""
 BOX_RADIUS = 0.5
 """Radius of a film's box filter, pixels; Mitsuba takes every filter of this radius for a box."""
 WIDEST_FILTER = 3.0

@@ -1,15 +1,19 @@
 """Needs of a scene: what its pictures take, decided once from the description. Nothing else is computed."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from relief.errors import InputError
 from visual.lights.kind import Light, shines
 from visual.lights.quadrature import kind_of
 from visual.scene_file.parsed import Camera, Description
 
 DIRECT_DEPTH = 2
 """Path length (`max_depth`) of light that goes from lamp to plate to camera."""
+MOST_SAMPLES = 2**36
+"""Most samples of one picture, pixels times samples a pixel: half a day and more on two cores."""
 MATTE = ("diffuse", "twosided")
 """Materials without a highlight, by Mitsuba's names."""
 
@@ -81,6 +85,20 @@ def needs_of(description: Description) -> Needs:
         matte=set(description.plate.material) <= set(MATTE),
         top_view=top_view,
     )
+
+
+def check_effort(path: Path, resolution: tuple[int, int], samples: int) -> None:
+    """Check that a picture (rows, cols) with so many samples a pixel ends within a day or two.
+
+    Raises:
+        InputError: too many samples; the line names the scene's `path`.
+    """
+    rows, cols = resolution
+    if rows * cols * samples > MOST_SAMPLES:
+        raise InputError(
+            f"{path}: samples: {samples} on each of {cols} x {rows} pixels are {rows * cols * samples:.3g}, "
+            f"more than {MOST_SAMPLES:.3g}; take fewer"
+        )
 
 
 def _name(light: Light, number: int) -> str:

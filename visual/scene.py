@@ -26,14 +26,13 @@ from visual.exact.view import Illumination, View
 from visual.explain import explain
 from visual.fast.conversion import fast_renderer
 from visual.fast.renderer import FastRenderer, FilmWeights
-from visual.geometry.film_samples import plate_pixels
-from visual.geometry.projection import projection_of
+from visual.geometry.film_samples import hidden_plate, plate_pixels
 from visual.lights.kind import Light
 from visual.lights.parallel import LUMINANCE, ParallelLights
 from visual.lights.quadrature import Quadrature, kind_of, parallel_obstacle, prepare
 from visual.loading import Lights, load_light_scene
-from visual.models import LookModel, PictureModel, look_model, obstacles
-from visual.needs import Needs, camera_name, needs_of
+from visual.models import HIDDEN, LookModel, PictureModel, look_model, obstacles
+from visual.needs import Needs, camera_name, check_effort, needs_of
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import check_size, describe, plate_heights
 from visual.scene_file.parsed import CheckedScene, Description
@@ -43,6 +42,9 @@ _log = logging.getLogger(__name__)
 FIXED_DIRECTIONS = 24
 """Parallel lights that stand for each light that is not directional, in `Scene.views`. Under ambient light
 gradients of gravel in bronze are 6.9 % off with 16, 4.1 with 24, 2.8 with 64; in plastic 2.1 with 16."""
+MOST_FIXED_SAMPLES = 2**24
+"""Most samples of the pictures of `Scene.views`, those of a step on a film of 1024 x 1024 pixels: at some
+0.2 kB each these take 3 GB."""
 DIRECTIONS = 8
 """Parallel lights for each such light where the gradient of `Scene.render` follows shadows. These are drawn
 anew for each gradient, so that fewer suffice."""
@@ -130,6 +132,7 @@ class Scene:
         suns = tuple(self._light_scene((light,), resolution) for light in self._needs.alone)
         around = self._needs.around
         ambient = self._light_scene(around, resolution) if around else None
+        self.check_samples(samples, resolution)
         settings = RenderSettings(samples or self.samples, seed, shadow_edges)
         reliefs = field.reshape(-1, *field.shape[-2:])
         each = [pictures(suns, ambient, relief, self.size_mm, settings) for relief in reliefs]
@@ -160,6 +163,13 @@ class Scene:
         variants.use(self.variant)
         variants.require_gradients()
         self._require("step")
+        rows, cols = _scaled(self.resolution, resolution)
+        if rows * cols * strata**2 > MOST_FIXED_SAMPLES:
+            raise InputError(
+                f"{self._checked.path}: film: {self.resolution[1]} x {self.resolution[0]} pixels; steps keep "
+                f"{rows * cols * strata**2:.3g} samples in memory, more than {MOST_FIXED_SAMPLES:.3g}; take "
+                "fewer pixels"
+            )
 
         def lit(lights: Lights) -> Illumination:
             seen = any(kind_of(light).surrounds for light in lights)
@@ -250,6 +260,14 @@ class Scene:
         """Fixed parallel lights that stand for a light of the scene."""
         return self._quadrature((light,), directions).lights()
 
+    def check_samples(self, samples: int | None, resolution: int | None = None) -> None:
+        """Check that a picture with so many samples a pixel can be rendered; arguments as of `render`.
+
+        Raises:
+            InputError: it would take days.
+        """
+        check_effort(self._checked.path, _scaled(self.resolution, resolution), samples or self.samples)
+
     def check_size(self, size_mm: float | None) -> None:
         """Compare a size with the plate's.
 
@@ -282,8 +300,7 @@ class Scene:
             remedy = '; use look.model = "exact"' if model == "fast" else ""
             raise InputError(f"{self._checked.path}: {obstacle}{remedy}")
         if model != "fast" and self._hidden:
-            where = f"{self._checked.path}: shape"
-            raise InputError(f"{where}: one stands between camera and plate; gradients need a clear view")
+            raise InputError(f"{self._checked.path}: {HIDDEN}")
 
     @cached_property
     def _hidden(self) -> bool:
@@ -291,8 +308,7 @@ class Scene:
         if self._description.shapes == 1 or not all(self._needs.top_view):
             return False
         loaded = self._light_scene(self._groups[0], None)
-        sensors = (loaded.scene.sensors()[number] for number in loaded.sensors)
-        return not all(plate_pixels(loaded.scene, projection_of(s, *self.resolution)).all() for s in sensors)
+        return hidden_plate(loaded.scene, loaded.sensors, *self.resolution)
 
     def _light_scene(self, lights: Lights, resolution: int | None) -> LightScene:
         """A scene with these lights only, loaded once."""

@@ -88,6 +88,8 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             touch=touch.model,
             look=settings.look.model,
         )
+    # Refused now, not after the descent.
+    scene.check_samples(max(settings.verify.samples, untargeted.samples))
     with stage("rendering a first picture"):
         glimpse = scene.render(samples=1, seed=settings.seed)
     if float(glimpse.mean()) < BLACK * scene.white:

@@ -150,7 +150,9 @@ def test_a_bad_skin_is_refused_in_one_line(field: str, value: float) -> None:
     [Skin(force_n=1e12), Skin(force_n=1e-300), Skin(young_modulus_mpa=1e-4), Skin(young_modulus_mpa=1e9)],
 )
 def test_a_load_beyond_what_numbers_hold_is_refused_in_one_line(skin: Skin) -> None:
-    assert line_of(waves(16, 1.0), skin=skin).startswith("skin.force_n:")
+    line = line_of(waves(16, 1.0), skin=skin)
+    assert line.startswith(f"skin: force_n {skin.force_n:g} N on a side of 10 mm")
+    assert f"young_modulus_mpa {skin.young_modulus_mpa:g}" in line
 
 
 @pytest.mark.parametrize("model", ["layer", "quick", "fem"])

@@ -28,6 +28,8 @@ from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.topology import plate_topology
 from visual.lights.parallel import LUMINANCE
 
+LARGEST_PASS = 2**26
+"""Most samples of a picture that are rendered at once, which bounds the memory; Dr.Jit takes at most 2^32."""
 FILTER_PARTS = 4
 """Parts of a pixel's side for the weights of a filter that is no box, where edges move: pictures of gravel
 by such weights are 0.24 % off with a Gaussian, 0.5 with Lanczos."""
@@ -132,9 +134,10 @@ def _to_numpy(tensor: Tensor) -> Array:
     return np.array(tensor.detach().cpu().numpy(), dtype=np.float64)
 
 
-def _seed(settings: RenderSettings, index: PictureIndex, purpose: int) -> int:
-    """Seed of one purpose (0: picture, 1: gradient) of one picture."""
-    return int(np.random.SeedSequence((settings.seed, purpose, *index)).generate_state(1)[0])
+def _seed(settings: RenderSettings, index: PictureIndex, purpose: int, number: int = 0) -> int:
+    """Seed of one purpose (0: picture, 1: gradient) of one picture, in the pass of this number."""
+    key = (settings.seed, purpose, *index, *((number,) if number else ()))
+    return int(np.random.SeedSequence(key).generate_state(1)[0])
 
 
 def _render(light: LightScene, heights: Array, settings: RenderSettings, index: PictureIndex) -> Array:
@@ -142,15 +145,26 @@ def _render(light: LightScene, heights: Array, settings: RenderSettings, index: 
     import mitsuba as mi
 
     light.set_heights(heights)
-    with dr.suspend_grad():
-        picture = mi.render(
-            light.scene,
-            sensor=light.sensors[index.camera],
-            integrator=light.integrator,
-            spp=settings.samples,
-            seed=mi.UInt32(_seed(settings, index, 0)),
-        )
-    return _grey(np.array(picture, dtype=np.float64))
+    camera = light.cameras[index.camera]
+    total = np.zeros((camera.rows, camera.cols))
+    for number, samples in enumerate(_passes(settings.samples, camera.pixels)):
+        with dr.suspend_grad():
+            picture = mi.render(
+                light.scene,
+                sensor=light.sensors[index.camera],
+                integrator=light.integrator,
+                spp=samples,
+                seed=mi.UInt32(_seed(settings, index, 0, number)),
+            )
+        total += samples / settings.samples * _grey(np.array(picture, dtype=np.float64))
+    return total
+
+
+def _passes(samples: int, pixels: int) -> list[int]:
+    """Samples a pixel of each pass over a picture."""
+    most = max(1, LARGEST_PASS // pixels)
+    whole, rest = divmod(samples, most)
+    return [most] * whole + [rest] * bool(rest)
 
 
 def _grey(picture: Array) -> Array:
@@ -183,24 +197,27 @@ def interior_gradient(
     variants.use(light.variant)
     integrator = light.gradient_integrator or light.integrator
     key = buffers.heights_key(light.params)
-    value = mi.Float(heights.astype(np.float32).ravel())
-    dr.enable_grad(value)
-    light.params[key] = value
-    light.params.update()
     sensor = light.sensors[index.camera]
     channels = light.scene.sensors()[sensor].film().base_channels_count()
     spread = np.repeat(adjoint[:, :, None], channels, axis=2) / channels
     if channels == 3:
         spread = adjoint[:, :, None] * LUMINANCE
-    integrator.render_backward(
-        light.scene,
-        light.params,
-        mi.TensorXf(np.ascontiguousarray(spread, dtype=np.float32)),
-        sensor=sensor,
-        seed=_seed(settings, index, 1),
-        spp=settings.samples,
-    )
-    gradient = np.array(dr.grad(value), dtype=np.float64).reshape(heights.shape)
+    gradient = np.zeros_like(heights)
+    for number, samples in enumerate(_passes(settings.samples, adjoint.size)):
+        # Heights for each pass: the backward pass takes the way from heights to scene apart.
+        value = mi.Float(heights.astype(np.float32).ravel())
+        dr.enable_grad(value)
+        light.params[key] = value
+        light.params.update()
+        integrator.render_backward(
+            light.scene,
+            light.params,
+            mi.TensorXf(np.ascontiguousarray(samples / settings.samples * spread, dtype=np.float32)),
+            sensor=sensor,
+            seed=_seed(settings, index, 1, number),
+            spp=samples,
+        )
+        gradient += np.array(dr.grad(value), dtype=np.float64).reshape(heights.shape)
     light.set_heights(heights)  # the scene is kept: no trace of this gradient may stay in it
     return gradient
 

@@ -1,5 +1,6 @@
 """Film samples: the points of the plate that camera rays through jittered film points meet."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from relief.arrays import Array, Index
 from visual.backend.rays import first_hits
 from visual.geometry.placed_mesh import PlacedMesh
-from visual.geometry.projection import Projection
+from visual.geometry.projection import Projection, projection_of
 from visual.geometry.top_view import face_at
 from visual.geometry.topology import PlateTopology
 
@@ -92,6 +93,12 @@ def plate_pixels(scene: Any, camera: Projection) -> NDArray[np.bool_]:
     face, _ = first_hits(scene, *camera.rays(film))
     shown = (face >= 0).reshape(camera.rows, SHOWN_STRATA, camera.cols, SHOWN_STRATA)
     return np.asarray(shown.any(axis=(1, 3)))
+
+
+def hidden_plate(scene: Any, sensors: Iterable[int], rows: int, cols: int) -> bool:
+    """Whether another shape hides a plate that fills the pictures (rows, cols) of these sensors."""
+    cameras = (projection_of(scene.sensors()[number], rows, cols) for number in sensors)
+    return not all(plate_pixels(scene, camera).all() for camera in cameras)
 
 
 def _paired(
