@@ -129,9 +129,7 @@ class Scene:
         if field.requires_grad:
             variants.require_gradients()
             self._require("exact")
-        suns = tuple(self._light_scene((light,), resolution) for light in self._needs.alone)
-        around = self._needs.around
-        ambient = self._light_scene(around, resolution) if around else None
+        suns, ambient = self.lit_scenes(resolution)
         self.check_samples(samples, resolution)
         settings = RenderSettings(samples or self.samples, seed, shadow_edges)
         reliefs = field.reshape(-1, *field.shape[-2:])
@@ -236,6 +234,11 @@ class Scene:
     def light_scenes(self, resolution: int | None = None) -> tuple[LightScene, ...]:
         """The light scenes whose pictures `render` adds: each light alone, then all ambient light."""
         return tuple(self._light_scene(lights, resolution) for lights in self._groups)
+
+    def lit_scenes(self, resolution: int | None = None) -> tuple[tuple[LightScene, ...], LightScene | None]:
+        """The same light scenes: of each light alone, and of all ambient light, None if there is none."""
+        each = self.light_scenes(resolution)
+        return (each[:-1], each[-1]) if self._needs.around else (each, None)
 
     def fast_renderer(self) -> FastRenderer:
         """The fast renderer of this scene, converted once; its pictures and gradients take no Mitsuba.

@@ -32,6 +32,7 @@ class Problem:
         samples: a pixel, of pictures rendered by Mitsuba during descent.
         seed: of everything random.
         touch, look: the models that steer the descent.
+        precision: of touch; None for that of its model.
     """
 
     heights: Array
@@ -46,11 +47,12 @@ class Problem:
     seed: int = 0
     touch: ModelName = "layer"
     look: LookModel = "exact"
+    precision: torch.dtype | None = None
     model: tactile.TouchModel = field(init=False)
 
     def __post_init__(self) -> None:
         # The fast models find contact in single precision; the rest of them then gains nothing by double.
-        dtype = torch.float32 if self.fast_touch else torch.float64
+        dtype = self.precision or (torch.float32 if self.fast_touch else torch.float64)
         model = tactile.touch_model(self.skin, self.heights.shape[0], self.size_mm, dtype, self.touch)
         object.__setattr__(self, "model", model)
         object.__setattr__(self, "look", look_model(self.look))

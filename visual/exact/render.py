@@ -9,6 +9,7 @@ Between torch and Dr.Jit numbers are copied: zero-copy exchange aliases, and a p
 in place between forward and backward would silently change the gradient.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -93,19 +94,11 @@ class _Pictures(torch.autograd.Function):
         settings: RenderSettings,
     ) -> Tensor:
         values = _to_numpy(heights)
-        rendered = []
-        for camera in range(_camera_count(lights, ambient)):
-            alone = [
-                _render(light, values, settings, PictureIndex(camera, number))
-                for number, light in enumerate(lights)
-            ]
-            if ambient is not None:
-                around = _render(ambient, values, settings, PictureIndex(camera, len(lights)))
-                alone = [picture + around for picture in alone] or [around]
-            rendered += alone
+        alone = [light_pictures(light, values, settings, number) for number, light in enumerate(lights)]
+        around = None if ambient is None else light_pictures(ambient, values, settings, len(lights))
         ctx.heights, ctx.lights, ctx.ambient = values, lights, ambient
         ctx.size_mm, ctx.settings = size_mm, settings
-        return torch.as_tensor(np.stack(rendered)).to(heights.dtype)
+        return torch.as_tensor(condition_pictures(alone, around)).to(heights.dtype)
 
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None, None, None, None]:
@@ -138,6 +131,41 @@ def _seed(settings: RenderSettings, index: PictureIndex, purpose: int, number: i
     """Seed of one purpose (0: picture, 1: gradient) of one picture, in the pass of this number."""
     key = (settings.seed, purpose, *index, *((number,) if number else ()))
     return int(np.random.SeedSequence(key).generate_state(1)[0])
+
+
+def light_pictures(light: LightScene, heights: Array, settings: RenderSettings, number: int) -> Array:
+    """Pictures of one light by all cameras.
+
+    Args:
+        light: renders the pictures; it holds `heights` afterwards.
+        heights: (rows, cols) mm.
+        settings: of every picture.
+        number: of the light, which decides its random numbers.
+
+    Returns:
+        (cameras, rows, cols) radiance.
+    """
+    cameras = range(len(light.cameras))
+    return np.stack([_render(light, heights, settings, PictureIndex(camera, number)) for camera in cameras])
+
+
+def condition_pictures(alone: Sequence[Array], ambient: Array | None) -> Array:
+    """Pictures of all conditions from those of each light: light is linear.
+
+    Args:
+        alone: of each light that makes a condition, (..., cameras, rows, cols); with none, ambient light
+            alone is the one condition.
+        ambient: added to every condition, of the same shape; None if there is none.
+
+    Returns:
+        (..., conditions, rows, cols), those of the first camera first.
+    """
+    if ambient is None:
+        each = list(alone)
+    else:
+        each = [picture + ambient for picture in alone] or [ambient]
+    by_camera = np.stack(each, axis=-3)
+    return by_camera.reshape(*by_camera.shape[:-4], -1, *by_camera.shape[-2:])
 
 
 def _render(light: LightScene, heights: Array, settings: RenderSettings, index: PictureIndex) -> Array:
