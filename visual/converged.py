@@ -15,7 +15,7 @@ from visual.exact.render import RenderSettings, condition_pictures, light_pictur
 from visual.noise import BATCHES, Batches
 from visual.scene import Scene
 
-LEAST_SAMPLES, MOST_SAMPLES = 32, 256
+LEAST_SAMPLES, MOST_SAMPLES = 64, 256
 """Samples a pixel of the first pictures, and most; docs/decisions.md has the error of a change by samples."""
 WORTH = 0.5
 """Share of the largest gain from which on a light gets more samples. The gain is the variance of a light's
@@ -41,19 +41,18 @@ def converged(
         Pictures before and after; batch n of both has the same random numbers. Their number of samples is
         that of the light with fewest.
     """
-    suns, ambient = scene.lit_scenes()
-    lights = [
-        _Part(light, number, seed, (before, after)) for number, light in enumerate(scene.light_scenes())
-    ]
+    suns = len(scene.lit_scenes()[0])
+    reliefs = before, after
+    lights = [_Part(light, number, seed, reliefs) for number, light in enumerate(scene.light_scenes())]
     for light in lights:
         light.render(LEAST_SAMPLES)
     while True:
-        pair = _pictures(lights, len(suns), 0), _pictures(lights, len(suns), 1)
+        pair = _pictures(lights, suns, 0), _pictures(lights, suns, 1)
         growing = [light for light in lights if 2 * light.samples <= most]
         if not growing or known(*pair):
             return pair
         # Each sun lights one of the conditions, ambient light lights them all.
-        shares = [1.0 / len(suns) if light.number < len(suns) else 1.0 for light in growing]
+        shares = [1.0 / suns if light.number < suns else 1.0 for light in growing]
         gains = [share * light.variance / light.samples for share, light in zip(shares, growing, strict=True)]
         for light, gain in zip(growing, gains, strict=True):
             if gain >= WORTH * max(gains):
@@ -91,7 +90,7 @@ class _Part:
         """Add samples, evenly over the batches, with random numbers of their own."""
         seeds = np.random.SeedSequence((self.seed, self.samples)).generate_state(BATCHES)
         each = [RenderSettings(samples // BATCHES, int(seed), shadow_edges=False) for seed in seeds]
-        # The relief that the light scene holds goes first: a change of the relief takes as long as some samples.
+        # The relief that the light scene holds goes first: another relief takes as long as some samples.
         order = (0, 1) if self.pictures is None else (1, 0)
         self._rendered(each, order, samples)
 

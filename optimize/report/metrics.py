@@ -10,7 +10,9 @@ from optimize.report.colour_maps import srgb
 from optimize.report.picture_change import change
 from relief.limits import EYE_DISTANCE_CM
 from relief.progress import stage
+from visual.converged import Known
 from visual.noise import Batches
+from visual.scene import Scene
 
 Array = NDArray[np.floating[Any]]
 Weights = NDArray[np.float64]
@@ -122,6 +124,12 @@ def look(
             "conditions_percent_of_white": [one.percent_of(white) for one in each],
         },
     }
+
+
+def known(scene: Scene) -> Known:
+    """Whether the change between pictures of a scene is known, as a function of the pictures."""
+    weights = pixel_weights(scene.plate_weights(), scene.weights)
+    return lambda before, after: change(before, after, weights=weights).certainty.settled
 
 
 def pixel_weights(plate: Weights, cameras: Weights) -> Weights:

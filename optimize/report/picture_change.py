@@ -17,7 +17,7 @@ from visual.noise import Batches, jackknife_error
 DETECTION_ERRORS = 2.0
 """Standard errors that a mean square must exceed to count as a change: 98 % confidence of a normal error."""
 
-PRECISION = 0.1
+PRECISION = 0.15
 """Largest uncertainty of a change that counts as known, relative to the change."""
 
 
@@ -28,6 +28,11 @@ class Certainty(Enum):
     KNOWN = "The noise of the pictures is small beside their change."
     COARSE = "The noise of the pictures blurs their change by more than a tenth."
     WITHIN_NOISE = "The change of the pictures is no larger than their noise."
+
+    @property
+    def settled(self) -> bool:
+        """Whether more samples would change no digit that is shown."""
+        return self in (Certainty.SAME, Certainty.KNOWN)
 
 
 @dataclass(frozen=True)

@@ -178,15 +178,17 @@ class Verify(_Section):
         resolution: nodes along a side of the finite elements, which are built once for each skin.
         corrections: largest number of times that the goal of the descent is corrected where verification
             finds the target missed.
-        samples: a pixel, of the pictures before and after.
+        samples: a pixel, of the pictures before and after; None: until their change is known.
         distance_cm: from the eye to the plate, for FLIP.
+        baseline: whether the report shows the original scaled in height to the same target.
     """
 
     model: Literal["fem", "layer", "none"] = "fem"
     resolution: Annotated[int, Field(ge=MIN_MESH, le=MAX_MESH, multiple_of=2)] = FEM_MESH
     corrections: Annotated[int, Field(ge=0, le=20)] = 3
-    samples: Samples = 256
+    samples: Samples | None = None
     distance_cm: Annotated[float, Field(ge=NEAREST_EYE_CM, le=FARTHEST_EYE_CM)] = EYE_DISTANCE_CM
+    baseline: bool = True
 
 
 class Run(_Section):

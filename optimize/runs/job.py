@@ -17,6 +17,7 @@ from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import QUANTITIES
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
+from optimize.report.metrics import known
 from optimize.runs import results
 from optimize.runs.checkpoint import FILE as CHECKPOINT
 from optimize.runs.checkpoint import Checkpoint, check_key, load_checkpoint, save_checkpoint
@@ -30,6 +31,7 @@ from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.files import remove_partial
 from relief.progress import Progress, say, stage, this_stage
+from visual.converged import converged
 from visual.noise import batched
 
 _log = logging.getLogger(__name__)
@@ -39,6 +41,8 @@ INTERRUPTED = (
     "again: heights and plates alone. To go on: retouch resume {run_dir}"
 )
 """Line that is shown at Ctrl-C or a polite kill."""
+BASELINE_SAMPLES = 32
+"""Samples a pixel of the baseline's pictures: noise of 5 % beside a change of 10 to 60 %."""
 
 
 @dataclass(frozen=True)
@@ -249,6 +253,7 @@ def _measure(
     if scaled is None:
         _log.info("no scaling of the height reaches the target: no pictures to compare with")
     baseline = None if scaled is None else batched(problem.scene, scaled, samples, seed).mean
+from visual.converged import converged
     return results.Outcome(
         descent=descent,
         steering_values=prepared.steering_values,

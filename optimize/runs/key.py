@@ -18,7 +18,10 @@ LARGEST_RESULT = 1 << 24
 """Most bytes of result.json: 100 times those of a run with 64 lights."""
 FILES = ("scene", "texture")
 """Settings that name a file, which may be moved, but not changed, before a run is resumed."""
-CHANGEABLE = ("descent.steps", "verify.corrections", "verify.samples", "verify.distance_cm")
+CHANGEABLE = (
+    *("descent.steps", "verify.corrections", "verify.samples"),
+    *("verify.distance_cm", "verify.baseline"),
+)
 """Settings that may be changed before a run is resumed: how far the run goes, and how well it is measured."""
 
 

@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 
 import numpy as np
-import trimesh
 
 from relief.errors import InputError
 from visual.backend.messages import last_line
@@ -22,6 +21,9 @@ def check_ply(path: Path) -> None:
         InputError: a file that is too large or damaged, vertices that are not finite, or faces of vertices
             that are not there; in one line.
     """
+    # Imported here, because few scenes have meshes and trimesh takes half a second.
+    import trimesh
+
     where, size = f"{path}: ply", path.stat().st_size
     if size > LARGEST_FILE:
         raise InputError(f"{where}: larger than {LARGEST_FILE} bytes; not read as a mesh")

@@ -160,10 +160,7 @@ def condition_pictures(alone: Sequence[Array], ambient: Array | None) -> Array:
     Returns:
         (..., conditions, rows, cols), those of the first camera first.
     """
-    if ambient is None:
-        each = list(alone)
-    else:
-        each = [picture + ambient for picture in alone] or [ambient]
+    each = list(alone) if ambient is None else [picture + ambient for picture in alone] or [ambient]
     by_camera = np.stack(each, axis=-3)
     return by_camera.reshape(*by_camera.shape[:-4], -1, *by_camera.shape[-2:])
 
