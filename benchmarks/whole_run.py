@@ -225,7 +225,7 @@ meet a light by chance, are asked of the integrator."""
 
 
 def rules() -> list[dict[str, Any]]:
-    """CPU seconds of pictures (64 samples) and of a step's pictures with Jacobians, with and without each rule."""
+    """CPU seconds of pictures (64 samples) and of a step's Jacobians, with and without each rule."""
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for name, path in rule_scenes(Path(folder)).items():
@@ -233,14 +233,19 @@ def rules() -> list[dict[str, Any]]:
                 if rule == "view from straight above" and name == "five views":
                     continue
                 with without(rule):
-                    scene = load_scene(path)
-                    row = {"scene": name, "without": rule or "-"}
-                    row["render_cpu_s"] = median_cpu(lambda: scene.render(samples=64))
-                    views = scene.views(2 * max(scene.resolution), strata=2)
-                    row["step_cpu_s"] = median_cpu(lambda: [view.evaluate(scene.heights) for view in views])
+                    row = {"scene": name, "without": rule or "-", **picture_seconds(load_scene(path))}
                 rows.append(row)
                 print(row, flush=True)
     return rows
+
+
+def picture_seconds(scene: Scene) -> dict[str, float]:
+    """CPU seconds of all pictures, and of all with their Jacobians as in a step."""
+    views = scene.views(2 * max(scene.resolution), strata=2)
+    return {
+        "render_cpu_s": median_cpu(lambda: scene.render(samples=64)),
+        "step_cpu_s": median_cpu(lambda: [view.evaluate(scene.heights) for view in views]),
+    }
 
 
 def median_cpu(work: Callable[[], object]) -> float:

@@ -1,7 +1,7 @@
 """Figures of two reliefs: pictures and their difference, strain and contact, heights and their change."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +25,10 @@ PROFILE_SIDE = 256
 """Samples a side of the heights that the page carries for its profile."""
 PERCENTILE = 99.5
 """Percentile of a map's values where its colour scale ends, so that single pixels do not set the scale."""
+
+
+LESS_NOISE = ("estimate", "rms_less_noise")
+"""Keys of a change in result.json that are shown: mean absolute and root mean square, both less noise."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,20 @@ def change_percent(before: Array, after: Array, white: float, weights: Array | f
     changes = mean_change(before, after, weights), rms_change(before, after, weights)
     level = max(float(np.mean(weights * before)), np.finfo(np.float64).tiny)
     return ChangePercent(*(100.0 * change / unit for unit in (white, level) for change in changes))
+
+
+def measured_changes(look: Mapping[str, Any]) -> tuple[ChangePercent, list[ChangePercent]] | None:
+    """The change of all pictures and of each condition, less noise; None if no noise was measured."""
+    noise = look.get("noise") or {}
+    if "conditions_percent_of_mean" not in noise:
+        return None
+
+    def less_noise(of_white: Mapping[str, float], of_mean: Mapping[str, float]) -> ChangePercent:
+        return ChangePercent(*(part[key] for part in (of_white, of_mean) for key in LESS_NOISE))
+
+    conditions = zip(noise["conditions_percent_of_white"], noise["conditions_percent_of_mean"], strict=True)
+    whole = less_noise(noise["change_percent_of_white"], noise["change_percent_of_mean"])
+    return whole, [less_noise(*each) for each in conditions]
 
 
 def odds(jnd: float | None) -> dict[str, Any]:
@@ -97,7 +115,7 @@ def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None 
     # Relief under a raking light is dark; one exposure for all makes the brightest parts nearly white.
     exposed = min(white, max(float(np.percentile(before, PERCENTILE)), 1e-3 * white))
 
-    def rows(pictures: Array) -> list[dict[str, Any]]:
+    def rows(pictures: Array, changes: Sequence[ChangePercent]) -> list[dict[str, Any]]:
         return [
             {
                 "name": name,
@@ -106,14 +124,20 @@ def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None 
                 "difference": colour_maps.map_uri(
                     100.0 * (new - old) / white, -limit, limit, colour_maps.PURPLE_ORANGE, side
                 ),
-                "change": change_percent(old, new, white, shown),
+                "change": change,
             }
-            for name, old, new, shown in zip(pair.conditions, before, pictures, plate, strict=True)
+            for name, old, new, change in zip(pair.conditions, before, pictures, changes, strict=True)
         ]
 
+    def as_read(pictures: Array) -> tuple[ChangePercent, list[ChangePercent]]:
+        each = zip(before, pictures, plate, strict=True)
+        conditions = [change_percent(old, new, white, shown) for old, new, shown in each]
+        return change_percent(before, pictures, white, weights), conditions
+
+    whole, conditions = measured_changes(look) or as_read(after)
     context: dict[str, Any] = {
-        "change": change_percent(before, after, white, weights),
-        "looks": rows(after),
+        "change": whole,
+        "looks": rows(after, conditions),
         "filled": bool((plate > 0.0).all()),
         **{key: look.get(key) or [None] * len(before) for key in ("dssim", "flip", "pixels_per_degree")},
         **{key: look.get(key) for key in ("noise", "samples", "distance_cm")},
@@ -125,8 +149,8 @@ def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None 
         "baseline_change": None,
     }
     if baseline is not None:
-        context["baseline_looks"] = rows(baseline.pictures)
-        context["baseline_change"] = change_percent(before, baseline.pictures, white, weights)
+        context["baseline_change"], of_baseline = as_read(baseline.pictures)
+        context["baseline_looks"] = rows(baseline.pictures, of_baseline)
     return context
 
 

@@ -1,6 +1,7 @@
 """Metrics of picture change: mean, root mean square, DSSIM and FLIP, with their noise."""
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -91,26 +92,33 @@ def look(
         distance_cm: from the eye to the plate, for FLIP.
     """
     sharpness = [pixels_per_degree(float(one), distance_cm) for one in pixels_per_mm]
-    pairs = list(zip(before.mean, after.mean, strict=True))
+    # (conditions) pairs of (batches, rows, cols).
+    pairs = list(zip(*(np.swapaxes(one.pictures, 0, 1) for one in (before, after)), strict=True))
     weights = pixel_weights(plate, cameras)
     mean = float((weights * before.mean).mean())
     whole = change(before, after, weights=weights)
     each = [change(before.condition(n), after.condition(n), weights=plate[n]) for n in range(len(pairs))]
     of_mean, of_white = whole.percent_of(mean), whole.percent_of(white)
-    difference = (after.pictures - before.pictures).mean(axis=0)
+    film = change(before, after)
+    films = [change(before.condition(n), after.condition(n)) for n in range(len(pairs))]
     film_mean = float(before.mean.mean())
+    # A black picture has no level, and its change counts as 0 % of it.
+    levels = [float((plate[n] * picture).mean()) or np.inf for n, picture in enumerate(before.mean)]
     return {
-        "change_percent": of_mean["mean"],
-        "change_rms_percent": of_mean["rms"],
-        "change_percent_of_white": of_white["mean"],
-        "change_rms_percent_of_white": of_white["rms"],
+        "change_percent": of_mean["estimate"],
+        "change_rms_percent": of_mean["rms_less_noise"],
+        "change_percent_of_white": of_white["estimate"],
+        "change_rms_percent_of_white": of_white["rms_less_noise"],
         "plate_share": [float(np.mean(one > 0.0)) for one in plate],
-        "pixel_change_percent": [100.0 * float(np.abs(one).mean()) / white for one in difference],
-        "rms_change_percent": [100.0 * float(np.sqrt(np.square(one).mean())) / white for one in difference],
-        "mean_change_percent_of_mean": 100.0 * float(np.abs(difference).mean()) / film_mean,
-        "rms_change_percent_of_mean": 100.0 * float(np.sqrt(np.square(difference).mean())) / film_mean,
-        "dssim": [dssim(b, a, white) for b, a in pairs],
-        "flip": [flip(b, a, white, one) for (b, a), one in zip(pairs, sharpness, strict=True)],
+        "pixel_change_percent": [100.0 * one.estimate / white for one in films],
+        "rms_change_percent": [100.0 * one.rms_less_noise / white for one in films],
+        "mean_change_percent_of_mean": 100.0 * film.estimate / film_mean,
+        "rms_change_percent_of_mean": 100.0 * film.rms_less_noise / film_mean,
+        "dssim": [less_noise(lambda b, a: dssim(b, a, white), b, a) for b, a in pairs],
+        "flip": [
+            less_noise(lambda b, a, one=one: flip(b, a, white, one), b, a)
+            for (b, a), one in zip(pairs, sharpness, strict=True)
+        ],
         "pixels_per_degree": sharpness,
         "distance_cm": distance_cm,
         "samples": before.samples,
@@ -121,9 +129,29 @@ def look(
             "standard_error_percent": [100.0 * float(error) for error in after.relative_error(plate)],
             "change_percent_of_mean": of_mean,
             "change_percent_of_white": of_white,
+            "conditions_percent_of_mean": [
+                one.percent_of(level) for one, level in zip(each, levels, strict=True)
+            ],
             "conditions_percent_of_white": [one.percent_of(white) for one in each],
         },
     }
+
+
+def less_noise(difference: Callable[[Array, Array], float], before: Array, after: Array) -> float:
+    """A difference of two mean pictures, less the part of the noise that falls as 1 over the samples.
+
+    Half of the batches have twice the noise's square, so that twice the difference by all less that by half
+    has none of it (Richardson's extrapolation).
+
+    Args:
+        difference: of two pictures (rows, cols), not negative.
+        before, after: (batches, rows, cols) radiance, an even number of batches.
+    """
+    half = len(before) // 2
+    halves = [
+        difference(before[part].mean(0), after[part].mean(0)) for part in (slice(half), slice(half, None))
+    ]
+    return max(0.0, 2.0 * difference(before.mean(0), after.mean(0)) - float(np.mean(halves)))
 
 
 def known(scene: Scene) -> Known:
