@@ -125,6 +125,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="compute each step with the fast models (touch quick, look fast); the verification stays exact",
     )
     details.add_argument(
+        "--no-baseline",
+        dest="baseline",
+        action="store_false",
+        help="leave out the comparison with the relief scaled in height from the report",
+    )
+    details.add_argument(
         "--seed", type=seed, metavar="N", help="seed of all random numbers (default: the run file's, or 0)"
     )
     add_distance(details)
@@ -198,6 +204,8 @@ def overrides(arguments: argparse.Namespace) -> Sequence[str]:
     settings += [f"define.{key}={_quoted(value)}" for key, value in arguments.defines]
     if arguments.fast:
         settings += FAST
+    if not arguments.baseline:
+        settings.append("verify.baseline=false")
     return [*settings, *arguments.settings]
 
 

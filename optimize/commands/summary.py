@@ -62,22 +62,22 @@ def _pictures(look: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "pictures", noise["message"]
         return
     of_mean, of_white = noise["change_percent_of_mean"], noise["change_percent_of_white"]
-    change = f"{percent(look['change_percent'])} of the mean picture"
     if noise["certainty"] == "within_noise":
         yield "pictures", f"{noise['message']} It is at most"
-        yield "", f"{change}, {percent(of_white['mean'])} of white"
+        yield "", f"{percent(of_mean['mean'])} of the mean picture, {percent(of_white['mean'])} of white"
     else:
-        bound = "at most " if noise["certainty"] == "coarse" else ""
-        yield "pictures", f"changed by {bound}{change} (mean over the pixels that show the plate)"
-        yield "", f"less noise {_less_noise(of_mean)}"
-        yield "", f"of white {percent(of_white['mean'])}; less noise {_less_noise(of_white)}"
+        about = "about " if noise["certainty"] == "coarse" else ""
+        change = f"{percent(of_mean['estimate'])} of the mean picture"
+        yield "pictures", f"changed by {about}{change} (mean over the pixels that show the plate)"
+        yield "", f"bounds {_bounds(of_mean)}"
+        yield "", f"of white {percent(of_white['estimate'])}; bounds {_bounds(of_white)}"
     if noise["certainty"] == "coarse":
         yield "", noise["message"]
     if noise["certainty"] != "known":
         yield "", f"{look['samples']} samples a pixel; more make it clearer (verify.samples)"
 
 
-def _less_noise(change: Mapping[str, float]) -> str:
+def _bounds(change: Mapping[str, float]) -> str:
     mean = between(max(0.0, change["mean_at_least"]), change["mean"])
     return f"{mean}, rms {plus_minus(change['rms_less_noise'], change['rms_error'])} %"
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from optimize.descent.correction import CorrectionState, Segment, descend_with_correction
 from optimize.descent.driver import DescentResult, Iterate, check_memory
 from optimize.descent.linear_scaling import linear_scaling
@@ -247,13 +249,10 @@ def _measure(
     best = descent.best.heights
     # The same random numbers before and after: what differs between the pictures is the relief, not noise.
     samples, seed = settings.verify.samples, settings.seed + 1
-    before, after = (batched(problem.scene, relief, samples, seed) for relief in (problem.heights, best))
-    # Scaled to the surrogate goal, because the model that steers is cheap to ask.
-    scaled = linear_scaling(replace(problem, targets=prepared.surrogate_targets))
-    if scaled is None:
-        _log.info("no scaling of the height reaches the target: no pictures to compare with")
-    baseline = None if scaled is None else batched(problem.scene, scaled, samples, seed).mean
-from visual.converged import converged
+    if samples is None:
+        before, after = converged(problem.scene, problem.heights, best, known(problem.scene), seed)
+    else:
+        before, after = (batched(problem.scene, relief, samples, seed) for relief in (problem.heights, best))
     return results.Outcome(
         descent=descent,
         steering_values=prepared.steering_values,
@@ -262,8 +261,19 @@ from visual.converged import converged
         iterations=state.iterations,
         pictures_before=before,
         pictures_after=after,
-        baseline_pictures=baseline,
+        baseline_pictures=_baseline(prepared, seed) if settings.verify.baseline else None,
     )
+
+
+def _baseline(prepared: Prepared, seed: int) -> Array | None:
+    """Pictures (conditions, rows, cols) of the original scaled in height to the targets; None if none fits."""
+    problem = prepared.problem
+    # Scaled to the surrogate goal, because the model that steers is cheap to ask.
+    scaled = linear_scaling(replace(problem, targets=prepared.surrogate_targets))
+    if scaled is None:
+        _log.info("no scaling of the height reaches the target: no pictures to compare with")
+        return None
+    return np.asarray(problem.scene.render(scaled, samples=BASELINE_SAMPLES, seed=seed).numpy())
 
 
 @contextmanager

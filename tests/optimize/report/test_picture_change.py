@@ -124,7 +124,7 @@ def estimated(size: float, sigma: float, seed: int = 0) -> Change:
         (0.0, 0.0, Certainty.SAME),
         (0.1, 0.0, Certainty.KNOWN),
         (0.1, SIGMA / 4.0, Certainty.KNOWN),
-        (0.1, SIGMA, Certainty.COARSE),  # the square is known to 1 %, the mean to a quarter
+        (0.1, 2.0 * SIGMA, Certainty.COARSE),  # the mean lies within a quarter
         (0.01, 0.3, Certainty.COARSE),
         (0.0001, SIGMA, Certainty.WITHIN_NOISE),
     ],
@@ -138,7 +138,7 @@ def test_a_change_in_percent_is_a_share_of_a_level() -> None:
     percent = estimate.percent_of(0.5)
     assert percent["rms_less_noise"] == pytest.approx(200.0 * estimate.rms_less_noise)
     assert set(percent) == {
-        *("mean", "mean_error", "mean_at_least", "noise_floor"),
+        *("estimate", "mean", "mean_error", "mean_at_least", "noise_floor"),
         *("rms", "rms_less_noise", "rms_error"),
     }
 
@@ -160,3 +160,8 @@ def test_few_samples_tell_the_change_that_many_show(scene: Scene) -> None:
     assert Certainty.WITHIN_NOISE not in [one.certainty for one in few]
     lower, upper = (np.mean([getattr(one, name) for one in few]) for name in ("mean_at_least", "mean"))
     assert lower < reference.mean_at_least < reference.mean < upper
+    # The middle of the bounds is nearer to the truth than either.
+    middle = np.mean([one.estimate for one in few])
+    assert abs(middle - reference.estimate) < 0.2 * min(
+        upper - reference.mean, reference.mean_at_least - lower
+    )

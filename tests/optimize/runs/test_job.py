@@ -199,7 +199,10 @@ def test_renders_show_what_the_result_tells(finished: Result, condition: int) ->
     )
     assert before.shape == after.shape == (SAMPLES, SAMPLES)
     change = 100.0 * metrics.mean_change(before, after)
-    assert change == pytest.approx(finished.summary["look"]["pixel_change_percent"][condition], rel=1e-4)
+    look = finished.summary["look"]
+    read = look["noise"]["conditions_percent_of_white"][condition]["mean"]
+    assert change == pytest.approx(read, rel=1e-4)
+    assert 0.9 * read < look["pixel_change_percent"][condition] < read
     assert 0.0 < change < 5.0
 
 

@@ -215,12 +215,13 @@ def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, set
 def test_changes_of_the_look_are_in_percent_of_white_and_of_the_mean(problem: Problem, settings: Run) -> None:
     measured = outcome(problem, False)
     look = results.summarise(settings, problem, measured, {})["look"]
+    # The pictures of this outcome have noise; the change without noise lies below what they read.
     change = np.abs(measured.pictures_after.mean - measured.pictures_before.mean)
-    np.testing.assert_allclose(
-        look["pixel_change_percent"], 100.0 * change.mean((1, 2)) / problem.scene.white
-    )
+    read = 100.0 * change.mean((1, 2)) / problem.scene.white
+    assert (np.array(look["pixel_change_percent"]) < read).all()
+    np.testing.assert_allclose(look["pixel_change_percent"], read, rtol=0.1)
     assert look["mean_change_percent_of_mean"] == pytest.approx(
-        100.0 * change.mean() / measured.pictures_before.mean.mean()
+        100.0 * change.mean() / measured.pictures_before.mean.mean(), rel=0.1
     )
     assert [len(look[key]) for key in ("rms_change_percent", "dssim", "flip", "conditions")] == [3] * 4
 
@@ -235,15 +236,15 @@ def test_the_noise_of_the_pictures_and_of_their_change_stands_beside_them(
     # Noise of a batch is 0.01, of the mean of four half of that, of their difference 2 ** 0.5 as much.
     level = measured.pictures_before.mean.mean()
     np.testing.assert_allclose(noise["standard_error_percent"], 0.5 / level, rtol=0.1)
-    assert of_mean["mean"] == look["mean_change_percent_of_mean"]
-    assert of_mean["rms"] == look["rms_change_percent_of_mean"]
+    assert of_mean["estimate"] == look["mean_change_percent_of_mean"]
+    assert of_mean["rms_less_noise"] == look["rms_change_percent_of_mean"]
     lost = of_mean["rms"] ** 2 - of_mean["rms_less_noise"] ** 2
     assert lost == pytest.approx(2.0 * (0.5 / level) ** 2, rel=0.1)
-    assert of_mean["mean_at_least"] < of_mean["mean"]
+    assert of_mean["mean_at_least"] < of_mean["estimate"] < of_mean["mean"]
     assert noise["change_percent_of_white"]["rms"] == pytest.approx(
         of_mean["rms"] * level / problem.scene.white
     )
-    each = [one["mean"] for one in noise["conditions_percent_of_white"]]
+    each = [one["estimate"] for one in noise["conditions_percent_of_white"]]
     assert each == look["pixel_change_percent"]
 
 
@@ -266,7 +267,7 @@ def test_the_headline_is_the_mean_over_the_plate_in_percent_of_the_mean_picture(
     look = results.summarise(settings, problem, measured, {})["look"]
     assert look["change_percent"] == look["mean_change_percent_of_mean"]
     assert look["change_rms_percent"] == look["rms_change_percent_of_mean"]
-    assert look["change_percent_of_white"] == pytest.approx(np.mean(look["pixel_change_percent"]))
+    assert look["change_percent_of_white"] == pytest.approx(np.mean(look["pixel_change_percent"]), rel=0.01)
     assert look["plate_share"] == [1.0, 1.0, 1.0]
 
 
@@ -298,7 +299,8 @@ def test_what_is_seen_beside_the_plate_dilutes_no_number_of_the_plate() -> None:
     np.testing.assert_allclose(4.0 * whole, alone["pixel_change_percent"])
     means = plate.mean(axis=1)
     change, level = np.abs(means[1] - means[0]).mean((1, 2)), means[0].mean((1, 2))
-    assert alone["change_percent"] == pytest.approx(100.0 * (cameras @ change) / (cameras @ level))
+    read = expected["change_percent_of_mean"]["mean"]
+    assert read == pytest.approx(100.0 * (cameras @ change) / (cameras @ level))
 
 
 def test_the_documentation_lists_every_key_of_look_and_heights(problem: Problem, settings: Run) -> None:
