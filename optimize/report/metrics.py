@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -114,9 +115,9 @@ def look(
         "rms_change_percent": [100.0 * one.rms_less_noise / white for one in films],
         "mean_change_percent_of_mean": 100.0 * film.estimate / film_mean,
         "rms_change_percent_of_mean": 100.0 * film.rms_less_noise / film_mean,
-        "dssim": [less_noise(lambda b, a: dssim(b, a, white), b, a) for b, a in pairs],
+        "dssim": [less_noise(partial(dssim, white=white), b, a) for b, a in pairs],
         "flip": [
-            less_noise(lambda b, a, one=one: flip(b, a, white, one), b, a)
+            less_noise(partial(flip, white=white, pixels_per_degree=one), b, a)
             for (b, a), one in zip(pairs, sharpness, strict=True)
         ],
         "pixels_per_degree": sharpness,

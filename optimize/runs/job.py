@@ -266,7 +266,7 @@ def _measure(
 
 
 def _baseline(prepared: Prepared, seed: int) -> Array | None:
-    """Pictures (conditions, rows, cols) of the original scaled in height to the targets; None if none fits."""
+    """Pictures (conditions, rows, cols) of the original scaled in height to its target; None if none does."""
     problem = prepared.problem
     # Scaled to the surrogate goal, because the model that steers is cheap to ask.
     scaled = linear_scaling(replace(problem, targets=prepared.surrogate_targets))
