@@ -41,6 +41,7 @@ WAYS = {
     "nets alone": {"touch.model": "net", "look.model": "fast"},
 }
 FASTEST, MIXED_STEPS = "quick touch, fast look", 10
+FINAL_SAMPLES = 256
 
 
 def main() -> None:
@@ -85,7 +86,7 @@ def mixed(path: str, target: str) -> dict[str, float]:
     way = GaussNewton(problem)
     found = descend(way, problem.targets, way.begin(0, heights, {}), MIXED_STEPS)
     seconds = time.perf_counter() - began
-    samples = prepared.settings.verify.samples
+    samples = prepared.settings.verify.samples or FINAL_SAMPLES
     original, *both = (
         batched(problem.scene, relief, samples, 1).mean
         for relief in (problem.heights, heights, found.best.heights)
