@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relief.arrays import Array
+from relief.progress import stage
 from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, condition_pictures, light_pictures
 from visual.noise import BATCHES, Batches
@@ -44,8 +45,9 @@ def converged(
     suns = len(scene.lit_scenes()[0])
     reliefs = before, after
     lights = [_Part(light, number, seed, reliefs) for number, light in enumerate(scene.light_scenes())]
-    for light in lights:
-        light.render(LEAST_SAMPLES)
+    with stage("rendering", 2 * BATCHES * len(lights)) as advance:
+        for light in lights:
+            light.render(LEAST_SAMPLES, advance)
     while True:
         pair = _pictures(lights, suns, 0), _pictures(lights, suns, 1)
         growing = [light for light in lights if 2 * light.samples <= most]
@@ -54,9 +56,10 @@ def converged(
         # Each sun lights one of the conditions, ambient light lights them all.
         shares = [1.0 / suns if light.number < suns else 1.0 for light in growing]
         gains = [share * light.variance / light.samples for share, light in zip(shares, growing, strict=True)]
-        for light, gain in zip(growing, gains, strict=True):
-            if gain >= WORTH * max(gains):
-                light.render(light.samples)
+        noisy = [light for light, gain in zip(growing, gains, strict=True) if gain >= WORTH * max(gains)]
+        with stage("rendering with more samples", 2 * BATCHES * len(noisy)) as advance:
+            for light in noisy:
+                light.render(light.samples, advance)
 
 
 @dataclass
@@ -86,21 +89,23 @@ class _Part:
         change = self.pictures[1] - self.pictures[0]
         return float(change.var(axis=0, ddof=1).mean()) / len(change)
 
-    def render(self, samples: int) -> None:
-        """Add samples, evenly over the batches, with random numbers of their own."""
+    def render(self, samples: int, advance: Callable[[], None]) -> None:
+        """Add samples, evenly over the batches, with random numbers of their own.
+
+        Args:
+            samples: a pixel, of all batches together.
+            advance: called after each of the 2 x batches pictures.
+        """
         seeds = np.random.SeedSequence((self.seed, self.samples)).generate_state(BATCHES)
         each = [RenderSettings(samples // BATCHES, int(seed), shadow_edges=False) for seed in seeds]
         # The relief that the light scene holds goes first: another relief takes as long as some samples.
-        order = (0, 1) if self.pictures is None else (1, 0)
-        self._rendered(each, order, samples)
-
-    def _rendered(self, settings: Sequence[RenderSettings], order: Sequence[int], samples: int) -> None:
-        new = {
-            n: [light_pictures(self.light, self.reliefs[n], one, self.number) for one in settings]
-            for n in order
-        }
-        added = np.array([new[0], new[1]])
-        total = self.samples + samples
+        new: dict[int, list[Array]] = {}
+        for relief in (0, 1) if self.pictures is None else (1, 0):
+            new[relief] = []
+            for settings in each:
+                new[relief].append(light_pictures(self.light, self.reliefs[relief], settings, self.number))
+                advance()
+        added, total = np.array([new[0], new[1]]), self.samples + samples
         if self.pictures is not None:
             added = (self.samples * self.pictures + samples * added) / total
         self.pictures, self.samples = added, total
