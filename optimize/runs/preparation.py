@@ -17,6 +17,7 @@ from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.progress import stage
 from tactile.model import ModelName
+from visual.converged import MOST_SAMPLES
 from visual.scene import load_scene
 
 METHODS: Mapping[str, type[AdamDescent | GaussNewton]] = {"gauss-newton": GaussNewton, "adam": AdamDescent}
@@ -89,7 +90,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             look=settings.look.model,
         )
     # Refused now, not after the descent.
-    scene.check_samples(max(settings.verify.samples, untargeted.samples))
+    scene.check_samples(max(settings.verify.samples or MOST_SAMPLES, untargeted.samples))
     with stage("rendering a first picture"):
         glimpse = scene.render(samples=1, seed=settings.seed)
     if float(glimpse.mean()) < BLACK * scene.white:
