@@ -16,6 +16,8 @@ RESULT = "result.json"
 REPORT = "report.html"
 LARGEST_RESULT = 1 << 24
 """Most bytes of result.json: 100 times those of a run with 64 lights."""
+LARGEST_NUMBER = 1e300
+"""Largest number of result.json; NaN, which Python's reader of JSON takes, is not within."""
 FILES = ("scene", "texture")
 """Settings that name a file, which may be moved, but not changed, before a run is resumed."""
 CHANGEABLE = (
@@ -50,19 +52,26 @@ def finished(run_dir: Path) -> dict[str, Any] | None:
         return None
     try:
         result = json.loads(read_limited(run_dir / RESULT, LARGEST_RESULT))
-        same = _key(result) == _key(described(settings)) and all(map(str.isprintable, _texts(result)))
+        same = _key(result) == _key(described(settings)) and all(map(_sound, _values(result)))
         return result if same and result["stop"]["reason"] != "interrupted" else None
     except (InputError, ValueError, TypeError, LookupError, AttributeError, RecursionError):
         return None
 
 
-def _texts(content: Any) -> Iterator[str]:
-    """Every text in a JSON document but the names of its members."""
-    if isinstance(content, str):
-        yield content
-    elif isinstance(content, list | dict):
+def _values(content: Any) -> Iterator[str | float | None]:
+    """Every text, number, truth value and null of a JSON document, but not the names of its members."""
+    if isinstance(content, list | dict):
         for value in content.values() if isinstance(content, dict) else content:
-            yield from _texts(value)
+            yield from _values(value)
+    else:
+        yield content
+
+
+def _sound(value: str | float | None) -> bool:
+    """Whether a value may be shown: a text without control characters, a number that is one."""
+    if isinstance(value, str):
+        return value.isprintable()
+    return value is None or abs(value) <= LARGEST_NUMBER
 
 
 def _key(description: Mapping[str, Any]) -> dict[str, Any]:

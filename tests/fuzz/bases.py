@@ -14,8 +14,8 @@ from relief.heightmap import save_heights_exr
 SIDE = 16
 RUNS = {"gauss": "gauss-newton", "adam": "adam"}
 """Folders of runs, with their methods."""
-DATA, NETS, CACHE = "data", "nets", "cache"
-"""Folders of a data set, of a training on it, and of cached operators."""
+RESULTS, DATA, NETS, CACHE = "finished", "data", "nets", "cache"
+"""Folders of a finished run, of a data set, of a training on it, and of cached operators."""
 
 SCENE = """<scene version="3.9.1">
     <default name="resolution" value="16"/>
@@ -79,11 +79,14 @@ def make(folder: Path, learning: bool) -> dict[str, dict[str, bytes]]:
     (folder / "mesh.ply").write_text(MESH)
     (folder / "light.spd").write_text("400 0.5\n700 0.6\n")
     scenes = _files(folder)
+    runs = _runs(folder)
     return {
         "height maps": {},
+        "pictures": {},
+        "results": run_files | _files(folder, RESULTS),
         "run files": run_files,
         "scenes": scenes,
-        "checkpoints": run_files | _runs(folder),
+        "checkpoints": run_files | runs,
         **_learning(folder),
         "caches": {"plate.exr": run_files["plate.exr"], **_cache(folder)},
     }
@@ -107,6 +110,12 @@ def _runs(folder: Path) -> dict[str, bytes]:
     """Run directories of both methods that stopped after one of two steps."""
     from optimize.runs import job
 
+    (folder / "begin.toml").write_text(
+        RUN.replace("../", "").replace("METHOD", "gauss-newton").replace("STEPS", "1")
+    )
+    job.run(folder / "begin.toml", folder / RESULTS)
+    settings = (folder / RESULTS / "run.toml").read_text()
+    (folder / RESULTS / "run.toml").write_text(settings.replace(f'"{folder}/', '"../'))
     for name, method in RUNS.items():
         (folder / name).mkdir()
         path = folder / name / "begin.toml"

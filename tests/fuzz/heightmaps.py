@@ -197,5 +197,5 @@ def height_maps(draw: st.DrawFn, whole: bool) -> Case:
         return Case("height maps", {name: content}, [name, *options])
     flags = ("--size-mm", "--relief-mm", "--height-scale")
     given = [f"{flag}={value}" for flag, value in zip(flags, options, strict=True) if value is not None]
-    verb = draw(st.sampled_from((("evaluate", name, "--json"), ("export", name, "-o", "out/plate.stl"))))
+    verb = draw(st.sampled_from((("evaluate", name, "--json"), ("export", name, "-o", "plate.stl"))))
     return Case("height maps", {name: content}, [], (*verb, *given))

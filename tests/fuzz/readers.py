@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
-from tests.fuzz.bases import CACHE, DATA, NETS, SIDE
+from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, SIDE
 
 Reader = Callable[[Path, Sequence[Any]], None]
 """A function that reads the files of a folder, with the arguments of the case.
@@ -212,8 +213,33 @@ def check_results(folder: Path, printed: str) -> None:
                     assert np.isfinite(channel.pixels).all(), f"{path.name} is not finite"
 
 
+def read_picture(folder: Path, arguments: Sequence[Any]) -> None:
+    from relief.preparing.preparation import prepare
+
+    name, asked = arguments
+    prepared = prepare(folder / name, **asked)
+    heights = prepared.heights
+    assert heights.shape[0] == heights.shape[1] >= SMALLEST_SIDE, f"{heights.shape} samples"
+    assert np.isfinite(heights).all() and 0.0 <= heights.min() <= heights.max() <= HEIGHT_LIMIT_MM
+    _all_finite(dict(prepared.numbers))
+
+
+def read_result(folder: Path, arguments: Sequence[Any]) -> None:
+    from optimize.commands.summary import summary
+    from optimize.runs.key import finished
+
+    result = finished(folder / RESULTS)
+    if result is not None:
+        _all_finite(result)
+        with contextlib.suppress(LookupError, TypeError, ValueError, AttributeError):
+            # As the command, which then goes on with the run.
+            summary(result, folder / RESULTS)
+
+
 READERS: Mapping[str, Reader] = {
     "height maps": read_height_map,
+    "pictures": read_picture,
+    "results": read_result,
     "run files": read_run_file,
     "scenes": read_scene,
     "checkpoints": read_checkpoint,

@@ -15,7 +15,7 @@ from safetensors.numpy import load, save
 from relief.tensors import Arrays
 from surrogate.data.shard import _HEADER
 from surrogate.validation import parse_json
-from tests.fuzz.bases import CACHE, DATA, NETS, RUNS
+from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, RUNS
 from tests.fuzz.case import Case, chance, edited, edits, several_edits
 from tests.fuzz.tampered import json_changed, resealed, sealed_tensors, tampered
 
@@ -54,6 +54,20 @@ def checkpoints(draw: st.DrawFn, base: Mapping[str, bytes], whole: bool) -> Case
     else:
         files[path] = edited(files[path], draw(several_edits()))
     return Case("checkpoints", files, [method], ("resume", method, "-q") if whole else ())
+
+
+@st.composite
+def results(draw: st.DrawFn, base: Mapping[str, bytes], whole: bool) -> Case:
+    """A finished run whose result.json was tampered with; the paths in the file are those of the base."""
+    files = dict(base)
+    path = f"{RESULTS}/result.json"
+    content = json.loads(files[path])
+    for _ in range(draw(st.integers(0, 2))):
+        content = draw(json_changed(content)) if isinstance(content, dict) and content else content
+    text = json.dumps(content).replace("1e+300", draw(st.sampled_from(("1e+300", "1e999"))))
+    files[path] = edited(text.encode(), draw(several_edits()) if chance(draw, 3) else [])
+    options = draw(st.sampled_from(((), ("--json",))))
+    return Case("results", files, [], ("resume", RESULTS, *options) if whole else ())
 
 
 @st.composite

@@ -26,7 +26,9 @@ from tests.fuzz.engine import (
 from tests.fuzz.worker import Outcome
 
 SEED = 12
-OF_READERS = dict.fromkeys(KINDS, 160) | {"caches": 40}
+NEVER_REFUSED = ("caches", "results")
+"""Kinds of which a bad file is as good as none: the operator is built anew, the run goes on."""
+OF_READERS = dict.fromkeys(KINDS, 125) | {"caches": 30, "results": 30}
 """Cases of each kind by readers alone: a thousand in all."""
 OF_COMMANDS = 4
 """Cases of each kind that go through the whole command, about one in fifty."""
@@ -68,7 +70,7 @@ def test_hostile_input_is_sound_or_refused_in_one_line(
     verdicts = outcomes(Batch(kind, SEED, OF_READERS[kind], whole=False), bases, worker)
     # A generator whose cases all end at the first check would find nothing.
     assert verdicts["accepted"] >= 0.05 * OF_READERS[kind]
-    assert kind == "caches" or verdicts["refused"] >= 0.2 * OF_READERS[kind]
+    assert kind in NEVER_REFUSED or verdicts["refused"] >= 0.2 * OF_READERS[kind]
 
 
 @pytest.mark.slow

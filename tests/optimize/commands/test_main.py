@@ -447,6 +447,10 @@ def test_optimize_tells_everything_on_one_screen(waves: Path, capsys: pytest.Cap
         damaged = result | {"stop": result["stop"] | {"reason": reason}}
         Path("runs/waves/result.json").write_text(json.dumps(damaged))
         assert key.finished(Path("runs/waves")) is None
+    for bad in (float("nan"), float("inf"), 10**400):
+        damaged = result | {"look": result["look"] | {"change_percent": bad}}
+        Path("runs/waves/result.json").write_text(json.dumps(damaged))
+        assert key.finished(Path("runs/waves")) is None
 
 
 @pytest.mark.parametrize("method", ["gauss-newton", "adam"])
