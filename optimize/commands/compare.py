@@ -167,7 +167,9 @@ def lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _feel(found: Mapping[str, Any]) -> str:
-    jnd, (one, other) = found["jnd_apart"], (found["first"]["name"], found["second"]["name"])
+    jnd, names = found["jnd_apart"], (found["first"]["name"], found["second"]["name"])
+    # "A" and "B", but "the result".
+    one, other = (f"the {name}" if name.islower() else name for name in names)
     if jnd is None:
         return "one of the two is smooth; ratios to it mean nothing"
     sense = "rougher" if jnd > 0 else "smoother"

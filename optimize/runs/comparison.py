@@ -9,18 +9,16 @@ from typing import Any
 import numpy as np
 
 import tactile
-from mitsuba_scenes import find_file, find_texture
+from mitsuba_scenes import find_file
 from optimize.descent.targets import ROUGHNESS
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.report import metrics
 from optimize.report.comparison import write_comparison
 from optimize.report.content import Comparison
-from optimize.runs import results
-from optimize.runs.config import Run, load_run
-from optimize.runs.key import SETTINGS
+from optimize.runs.preparation import BLACK
 from optimize.runs.progress import followed
+from optimize.runs.subjects import RESULT, Subject, read_subjects
 from relief.errors import InputError, naming
-from relief.heightmap import HeightMap, load_height_map
 from relief.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.progress import stage
 from tactile.model import ModelName
@@ -34,32 +32,6 @@ SAMPLES = 256
 """Samples a pixel: as many as a run takes for its pictures before and after."""
 SMOOTH = 1e-6
 """Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
-RESULT = "heights.exr"
-"""File of a run directory that holds its result."""
-
-
-@dataclass(frozen=True)
-class Subject:
-    """One of the two reliefs.
-
-    Attributes:
-        name: as the page calls it.
-        file: of the heights.
-        read: the heights and the size of their plate.
-        lengths: keywords of `load_height_map` with which the file was read.
-        run: settings of the run that the relief comes from, if any.
-    """
-
-    name: str
-    file: Path
-    read: HeightMap
-    lengths: Mapping[str, float | None]
-    run: Run | None
-
-    @property
-    def size_mm(self) -> float:
-        """Side of the plate, mm."""
-        return self.read.side_mm
 
 
 def compare(
@@ -130,44 +102,6 @@ def compare(
     return found
 
 
-def read_subjects(
-    first: str | Path, second: str | Path | None, lengths: Mapping[str, float | None]
-) -> tuple[Subject, Subject]:
-    """Read the heights of both reliefs; see `compare`. Raises InputError."""
-    if second is None:
-        folder = Path(first)
-        run = _run_in(folder)
-        if run is None:
-            raise InputError(f"{folder}: not a run directory; a texture needs another one to compare with")
-        own = {key: getattr(run, key) for key in lengths}
-        before = Subject("original", run.texture, load_height_map(run.texture, **own), own, run)
-        return before, _result_of(folder, run, "result")
-    return _subject(first, "A", lengths), _subject(second, "B", lengths)
-
-
-def _subject(path: str | Path, name: str, lengths: Mapping[str, float | None]) -> Subject:
-    path = Path(path)
-    if path.is_dir():
-        run = _run_in(path)
-        if run is None:
-            raise InputError(f"{path}: a folder without {SETTINGS}; not a run directory")
-        return _result_of(path, run, name)
-    file = find_texture(path)
-    return Subject(name, file, load_height_map(file, **lengths), lengths, None)
-
-
-def _run_in(folder: Path) -> Run | None:
-    """The settings of the run in a folder; None if there is no run."""
-    return load_run(folder / SETTINGS) if folder.is_dir() and results.holds_run(folder) else None
-
-
-def _result_of(folder: Path, run: Run, name: str) -> Subject:
-    file = folder / RESULT
-    if not file.is_file():
-        raise InputError(f"{file}: no such file; the run has no result yet")
-    return Subject(name, file, load_height_map(file), {}, run)
-
-
 @dataclass(frozen=True)
 class Seen:
     """Pictures of both reliefs, or why there are none.
@@ -214,6 +148,8 @@ class _Look:
             with stage(f"pictures of {subject.name}"):
                 pictures.append(batched(shown, subject.read.heights, self.samples, self.seed))
         before, after = pictures
+        if before.mean.mean() < BLACK * scene.white:
+            raise InputError(f"{self.scene}: its pictures are black; no light reaches the plate from above")
         plate = scene.plate_weights()
         numbers = metrics.look(
             before, after, scene.white, plate, scene.weights, scene.pixels_per_mm(), self.distance_cm

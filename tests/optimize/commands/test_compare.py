@@ -16,6 +16,7 @@ from optimize.runs.config import run_from_scene
 from relief.errors import InputError
 from relief.heightmap import save_heights_exr
 from tests.optimize.report.outline import Outline
+from tests.visual.scenes import sun, write_scene
 
 SMALL = ("-D", "resolution=32", "-D", "texture=waves.exr", "--samples", "4")
 
@@ -170,3 +171,16 @@ def test_a_run_without_a_result_is_named(tmp_path: Path) -> None:
     (finished(tmp_path / "run") / "heights.exr").unlink()
     with pytest.raises(InputError, match=r"heights\.exr: no such file; the run has no result yet"):
         retouch.compare(tmp_path / "run")
+
+
+def test_a_scene_whose_pictures_are_black_is_refused(tmp_path: Path) -> None:
+    write_scene(tmp_path, relief(32, 0.6), [sun(-40)])
+    with pytest.raises(InputError, match=r"scene\.xml: its pictures are black"):
+        retouch.compare("waves.exr", "taller.exr", scene="scene.xml", samples=4)
+
+
+def test_the_name_of_a_file_stays_a_name() -> None:
+    hostile = "<img src=x onerror=alert(1)>.exr"
+    save_heights_exr(hostile, relief(32, 0.6), 5.0)
+    retouch.compare("waves.exr", hostile, "page.html")
+    assert hostile in page(Path("page.html"))[0]
