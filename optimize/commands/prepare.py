@@ -10,6 +10,7 @@ from optimize.report.formatting import number
 from relief.errors import InputError, naming
 from relief.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES
+from relief.progress import stage
 
 if TYPE_CHECKING:
     from optimize.descent.touch_measures import TouchMeasures
@@ -145,7 +146,8 @@ def run(arguments: argparse.Namespace) -> int:
     from relief.preparing.preview import preview
 
     prepared.save(out)
-    write_atomically(shown, preview(prepared, _figures(prepared, touch)))
+    with stage("drawing the preview"):
+        write_atomically(shown, preview(prepared, _figures(prepared, touch)))
     if arguments.json:
         print_json(_entry(prepared, touch, arguments.picture, out, shown))
         return 0
@@ -163,7 +165,7 @@ def _touch(prepared: "Prepared", picture: Path) -> "TouchMeasures | None":
     from optimize.descent.touch_measures import measure_touch
     from tactile.skin import Skin
 
-    with naming(picture), contact_errors_name(picture):
+    with naming(picture), contact_errors_name(picture), stage("pressing the skin on the relief"):
         return measure_touch(prepared.heights, prepared.size_mm or PATCH_SIDE_MM, Skin(), "layer")
 
 

@@ -20,6 +20,7 @@ from relief.preparing.pictures import Picture, open_picture
 from relief.preparing.resampling import Box, resampled, square_in
 from relief.preparing.steps import smooth_steps
 from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, make_tile, period
+from relief.progress import stage
 
 STEEP_PERCENTILE = 95.0
 """Percentile of the slopes that is told beside the median."""
@@ -114,7 +115,8 @@ def prepare(
                 )
         asked = {"size_mm": size_mm, "relief_mm": relief_mm}
         given = {key: in_range(key, length) for key, length in asked.items() if length is not None}
-    picture = open_picture(path)
+    with stage(f"reading {path}"):
+        picture = open_picture(path)
     lengths = dict(picture.lengths) | given
     if picture.bits is None and relief_mm is None:
         lengths.pop("relief_mm", None)
@@ -184,8 +186,8 @@ class _Work:
         side = float(len(values))
         reach = 1.0
         if tile is not None:
-            whole = resampled(values, min(len(values), PERIOD_SIDE))
-            side *= period(whole)
+            with stage("looking for a period"):
+                side *= period(resampled(values, min(len(values), PERIOD_SIDE)))
             reach += OVERLAP
         if samples is None:
             samples = min(int(side), MOST_USUAL_SAMPLES)
@@ -208,7 +210,8 @@ class _Work:
             self.done["steps"] = f"kept, {self._grey(step)} each: terraces to finger and light"
         if tile is None:
             return heights
-        made = make_tile(heights, samples, None if tile == AUTO else tile)
+        with stage("joining the borders"):
+            made = make_tile(heights, samples, None if tile == AUTO else tile)
         error, other = (f"{100.0 * made.seam_errors[name]:.1f} %" for name in (made.method, made.other))
         self.done["tile"] = (
             f"{made.method}, {side:.0f} x {side:.0f} pixels repeat; seam error {error} "

@@ -9,6 +9,7 @@ edges, which the picture shows clearly, stay.
 import numpy as np
 
 from relief.arrays import Array
+from relief.progress import Stage, stage
 
 ROUNDING_PRECISION = 12.0
 """Inverse variance of the rounding to whole steps, in steps**-2: errors are uniform over one step."""
@@ -39,9 +40,10 @@ def smooth_steps(grey: Array, step: float) -> Array:
 
     stored = grey / step
     smooth, blurred = stored, ndimage.gaussian_filter(stored, NEARBY[0], mode="nearest")
-    for nearby in NEARBY:
-        smooth = _estimate(stored, smooth, _squared_curvature(blurred, nearby))
-        blurred = smooth
+    with stage("smoothing the steps of grey", len(NEARBY) * ITERATIONS, at_most=True) as advance:
+        for nearby in NEARBY:
+            smooth = _estimate(stored, smooth, _squared_curvature(blurred, nearby), advance)
+            blurred = smooth
     within = np.clip(smooth * step, grey - 0.5 * step, grey + 0.5 * step)
     return np.clip(within, grey.min(), grey.max())
 
@@ -64,7 +66,7 @@ def _squared_curvature(heights: Array, nearby: float) -> Array:
     return ndimage.gaussian_filter(squares, nearby, mode="nearest") / 3.0
 
 
-def _estimate(stored: Array, start: Array, squared_curvature: Array) -> Array:
+def _estimate(stored: Array, start: Array, squared_curvature: Array, advance: Stage) -> Array:
     """The most likely heights within half a step of the stored ones, in steps."""
     from scipy.optimize import minimize
 
@@ -92,5 +94,13 @@ def _estimate(stored: Array, start: Array, squared_curvature: Array) -> Array:
 
     bounds = np.stack([stored.ravel() - 0.5, stored.ravel() + 0.5], axis=1)
     options = {"maxiter": ITERATIONS, "maxcor": REMEMBERED, "ftol": 1e-7}
-    result = minimize(energy, start.ravel(), jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    result = minimize(
+        energy,
+        start.ravel(),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=bounds,
+        callback=lambda _: advance(),
+        options=options,
+    )
     return np.asarray(result.x).reshape(stored.shape)
