@@ -165,7 +165,12 @@ def travel(name: str, make: Callable[[Path], Path]) -> dict[str, Any]:
     WORK.mkdir(parents=True, exist_ok=True)
     picture = make(WORK).name
     texture, seconds = f"{Path(picture).stem}-heights.png", dict[str, float]()
-    row: dict[str, Any] = {"file": picture, "heights": texture, "seconds": seconds}
+    row: dict[str, Any] = {
+        "file": picture,
+        "heights": texture,
+        "load": os.getloadavg()[0],
+        "seconds": seconds,
+    }
     relief = ["--relief-mm", str(RELIEF_MM)]
     status, said, error, seconds["prepare"] = retouch("prepare", picture, "-o", texture, *relief, "--json")
     if status == 0:
@@ -255,7 +260,7 @@ def sheet(rows: dict[str, dict[str, Any]]) -> bytes:
             at = x + column * (PANEL + GAP) + (PANEL - panel.width) // 2
             canvas.paste(panel, (at, y + LABEL + (PANEL - panel.height) // 2))
     content = io.BytesIO()
-    canvas.save(content, "PNG", optimize=True)
+    canvas.quantize(256).save(content, "PNG", optimize=True)
     return content.getvalue()
 
 
