@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from relief.shading import facing
+
 Array = NDArray[np.floating]
 Table = NDArray[np.uint8]
 
@@ -70,11 +72,7 @@ def contact_uri(pressure: Array, high: float, side: int) -> str:
 
 def hillshade(heights: Array, size_mm: float) -> Array:
     """Lambert shading in [0, 1] of heights, mm, both (rows, cols); light from the top left, 45 degrees up."""
-    rows, cols = heights.shape
-    toward_top, toward_right = -_slope(heights, 0, size_mm / rows), _slope(heights, 1, size_mm / cols)
-    light = np.array([-0.5, 0.5, np.sqrt(0.5)])
-    facing = light[2] - light[0] * toward_right - light[1] * toward_top
-    return np.clip(facing / np.sqrt(1.0 + toward_top**2 + toward_right**2), 0.0, 1.0)
+    return np.clip(facing(heights, size_mm, 135.0, 45.0), 0.0, 1.0)
 
 
 def shrunk(values: Array, side: int) -> Array:
@@ -91,10 +89,6 @@ def shrunk(values: Array, side: int) -> Array:
 def bar_uri(table: Table) -> str:
     """A picture of a table's colours from left to right, one pixel high."""
     return _png(np.arange(256.0)[None, :], table)
-
-
-def _slope(heights: Array, axis: int, pitch: float) -> Array:
-    return np.gradient(heights, pitch, axis=axis) if heights.shape[axis] > 1 else np.zeros_like(heights)
 
 
 def _png(indices: Array, table: Table) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from relief.files import write_atomically
 from relief.limits import PATCH_SIDE_MM
+from relief.shading import facing
 from surrogate.corpus.photographs import FILES
 from surrogate.corpus.recipes import Recipe, heights
 from surrogate.families import FAMILIES
@@ -44,15 +45,8 @@ def shaded(heights_mm: NDArray[np.floating]) -> NDArray[np.float64]:
     Returns:
         Grey values (size, size) in [0, 1].
     """
-    pitch = PATCH_SIDE_MM / len(heights_mm)
-    downward, rightward = np.gradient(heights_mm.astype(np.float64), pitch)
-    elevation, azimuth = np.radians(ELEVATION_DEG), np.radians(AZIMUTH_DEG)
-    facing = (
-        np.sin(elevation)
-        - np.cos(elevation) * np.cos(azimuth) * rightward
-        + np.cos(elevation) * np.sin(azimuth) * downward
-    ) / np.sqrt(1 + downward**2 + rightward**2)
-    return AMBIENT + (1 - AMBIENT) * np.maximum(facing, 0.0)
+    toward = facing(heights_mm, PATCH_SIDE_MM, AZIMUTH_DEG, ELEVATION_DEG)
+    return AMBIENT + (1 - AMBIENT) * np.maximum(toward, 0.0)
 
 
 def examples() -> dict[str, list[Recipe]]:
