@@ -72,7 +72,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scene", type=Path, metavar="SCENE", help="Mitsuba scene (default: that of the run, or studio)"
     )
     pictures.add_argument(
-        "--samples", type=count, default=256, metavar="N", help="samples a pixel, 4 to 65536 (default: 256)"
+        "--samples",
+        type=count,
+        metavar="N",
+        help="samples a pixel, 4 to 65536 (default: as many as the change of the pictures needs)",
     )
     pictures.add_argument(
         "--seed",

@@ -23,13 +23,14 @@ from relief.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.progress import stage
 from tactile.model import ModelName
 from tactile.skin import Skin
+from visual.converged import converged
 from visual.noise import Batches, batched
 from visual.scene import Scene, load_scene, plate_size_mm
 
 SCENE = "studio"
 """Scene of the pictures where neither the caller nor a run names one."""
 SAMPLES = 256
-"""Samples a pixel: as many as a run takes for its pictures before and after."""
+"""Samples a pixel where none are given and the grids differ: the most that a run takes for its pictures."""
 SMOOTH = 1e-6
 """Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
 
@@ -43,7 +44,7 @@ def compare(
     defines: Mapping[str, str] | None = None,
     variant: str | None = None,
     model: ModelName = "layer",
-    samples: int = SAMPLES,
+    samples: int | None = None,
     seed: int | None = None,
     distance_cm: float = EYE_DISTANCE_CM,
     size_mm: float | None = None,
@@ -61,7 +62,7 @@ def compare(
         defines: values of the scene's parameters.
         variant: Mitsuba's.
         model: of touch.
-        samples: a pixel.
+        samples: a pixel; by default as many as the change of the pictures needs, or 256 if the grids differ.
         seed: of the pictures; by default that of the run's own pictures, else 0.
         distance_cm: from the eye to the plate, for FLIP.
         size_mm, relief_mm, height_scale: of the height maps, as in `load_height_map`; not of runs.
@@ -127,7 +128,7 @@ class _Look:
     scene: Path
     defines: Mapping[str, str]
     variant: str | None
-    samples: int
+    samples: int | None
     seed: int
     distance_cm: float
 
@@ -141,13 +142,16 @@ class _Look:
             fault = f"the plate of {self.scene.name} is {plate_mm:g} mm wide, the reliefs are"
             return Seen(reason=f"{fault} {one.size_mm:g} mm; --scene names another scene.")
         scene = self._loaded(one)
-        same_grid = one.read.heights.shape == other.read.heights.shape
-        pictures = []
-        for subject in (one, other):
-            shown = scene if same_grid or subject is one else self._loaded(subject)
-            with stage(f"pictures of {subject.name}"):
-                pictures.append(batched(shown, subject.read.heights, self.samples, self.seed))
-        before, after = pictures
+        heights = (one.read.heights, other.read.heights)
+        same_grid = heights[0].shape == heights[1].shape
+        if same_grid and self.samples is None:
+            before, after = converged(scene, *heights, metrics.known(scene), self.seed)
+        else:
+            scenes = (scene, scene if same_grid else self._loaded(other))
+            samples = self.samples or SAMPLES
+            before, after = (
+                batched(*shown, samples, self.seed) for shown in zip(scenes, heights, strict=True)
+            )
         if before.mean.mean() < BLACK * scene.white:
             raise InputError(f"{self.scene}: its pictures are black; no light reaches the plate from above")
         plate = scene.plate_weights()

@@ -145,6 +145,9 @@ def test_a_script_compares_without_a_page(tmp_path: Path) -> None:
     found = retouch.compare("waves.exr", "smaller.exr")
     assert found["look"] is None and "page" not in found
     assert not list(tmp_path.glob("*.html"))
+    small = {"resolution": "32", "texture": "waves.exr"}
+    look = retouch.compare("waves.exr", "taller.exr", defines=small)["look"]
+    assert look["samples"] >= 64 and look["noise"]["certainty"] in ("known", "coarse")
 
 
 @pytest.mark.parametrize(
