@@ -84,7 +84,9 @@ class Picture:
         return total
 
     def _band(self, name: str, box: tuple[int, int, int, int]) -> NDArray[np.float32]:
-        return np.asarray(self.bands[name].crop(box), dtype=np.float32) / np.float32(self.white)
+        left, upper, right, lower = box
+        part = np.asarray(self.bands[name])[upper:lower, left:right]
+        return part.astype(np.float32) / np.float32(self.white)
 
 
 def open_picture(path: str | os.PathLike[str]) -> Picture:

@@ -181,6 +181,17 @@ def test_bombs_and_foreign_files_take_one_line(tmp_path: Path) -> None:
         assert "a.npy" in fault(tmp_path / "a.npy")
 
 
+def test_a_large_picture_is_read_without_a_warning(
+    tmp_path: Path, colours: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pillow warns of a bomb at half the pixels that it refuses."""
+    Image.fromarray(colours).save(tmp_path / "a.png")
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", HIGH * WIDE * 2 // 3)
+    grey(open_picture(tmp_path / "a.png"))
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", HIGH * WIDE // 3)
+    assert "million pixels" in fault(tmp_path / "a.png")
+
+
 def test_the_first_of_several_pictures_counts(tmp_path: Path, colours: NDArray[np.uint8]) -> None:
     first, second = Image.fromarray(colours[..., 0]), Image.fromarray(colours[..., 1])
     for suffix in ("gif", "tif", "png"):
