@@ -18,6 +18,7 @@ import torch
 from torch import Tensor
 
 from relief.arrays import Array
+from relief.progress import stage, this_stage
 from visual.backend import buffers, variants
 from visual.backend.plate import plate_bsdf
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
@@ -165,6 +166,7 @@ def condition_pictures(alone: Sequence[Array], ambient: Array | None) -> Array:
     return by_camera.reshape(*by_camera.shape[:-4], -1, *by_camera.shape[-2:])
 
 
+@stage("rendering a picture", total=1.0)
 def _render(light: LightScene, heights: Array, settings: RenderSettings, index: PictureIndex) -> Array:
     import drjit as dr
     import mitsuba as mi
@@ -182,6 +184,7 @@ def _render(light: LightScene, heights: Array, settings: RenderSettings, index: 
                 seed=mi.UInt32(_seed(settings, index, 0, number)),
             )
         total += samples / settings.samples * _grey(np.array(picture, dtype=np.float64))
+        this_stage()(samples / settings.samples)
     return total
 
 
