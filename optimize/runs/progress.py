@@ -44,7 +44,7 @@ class Surface(Protocol):
 
 
 class Shown(NamedTuple):
-    """What is to be seen of the stages under way: a sentence, the innermost stage's number, a fraction."""
+    """What is to be seen of the stages under way: a sentence, the outermost stage's number, a fraction."""
 
     text: str
     stage: int
@@ -133,7 +133,7 @@ class _Watch:
         rests = [_rest(progress, now - began - progress.seconds) for progress, began, _ in lasting]
         text += next(filter(None, rests), f", {_time(now - lasting[0][1])} so far")
         fractions = [progress.fraction for progress, *_ in lasting if progress.fraction is not None]
-        return Shown(text, lasting[-1][2], fractions[0] if fractions else None)
+        return Shown(text, lasting[0][2], fractions[0] if fractions else None)
 
 
 def _rest(progress: Progress, since: float = 0.0) -> str:
@@ -189,7 +189,7 @@ def _console() -> Any:
 
 
 class _Pipe:
-    """A line for each stage that lasts, and every few seconds; a line for each detail."""
+    """A line for each outermost stage that lasts, and every ten seconds; a line for each detail."""
 
     def __init__(self) -> None:
         self._stage, self._printed = 0, -PERIOD_S
