@@ -14,8 +14,8 @@ from relief.heightmap import save_heights_exr
 SIDE = 16
 RUNS = {"gauss": "gauss-newton", "adam": "adam"}
 """Folders of runs, with their methods."""
-RESULTS, DATA, NETS, CACHE = "finished", "data", "nets", "cache"
-"""Folders of a finished run, of a data set, of a training on it, and of cached operators."""
+RESULTS, DATA, NETS, WEIGHTS, CACHE = "finished", "data", "nets", "weights", "cache"
+"""Folders of a finished run, of a data set, of a training on it, of a net, and of cached operators."""
 
 SCENE = """<scene version="3.9.1">
     <default name="resolution" value="16"/>
@@ -88,6 +88,7 @@ def make(folder: Path, learning: bool) -> dict[str, dict[str, bytes]]:
         "scenes": scenes,
         "checkpoints": run_files | runs,
         **_learning(folder),
+        "weights": _net(folder),
         "caches": {"plate.exr": run_files["plate.exr"], **_cache(folder)},
     }
 
@@ -160,6 +161,22 @@ def _learning(folder: Path) -> dict[str, dict[str, bytes]]:
     data, nets = _files(folder, DATA), _files(folder, NETS)
     training = {name: content for name, content in nets.items() if name.endswith(".safetensors")}
     return {"trainings": data | training, "data sets": data | training}
+
+
+def _net(folder: Path) -> dict[str, bytes]:
+    """A small net of touch, untrained, with its card."""
+    import hashlib
+
+    from surrogate.nets.unet import Shape, UNet
+    from surrogate.nets.weights import Card, Sample, save_net, weights_bytes
+
+    net = UNet(Shape(3, 1, (4, 4)))
+    digest = hashlib.sha256(weights_bytes(net)).hexdigest()
+    numbers: dict[str, float] = {"samples": 16, "poisson_ratio": 0.48}
+    sample = (Sample(0, 1, {"roughness": 0.1}),)
+    card = Card("touch", net.shape, digest, numbers, {"seed": 0.0}, {}, {}, {"torch": "2"}, sample)
+    save_net(folder / WEIGHTS, net, card)
+    return _files(folder, WEIGHTS)
 
 
 def _cache(folder: Path) -> dict[str, bytes]:

@@ -37,6 +37,7 @@ KINDS: Mapping[str, Strategy] = {
     "results": saved.results,
     "trainings": saved.trainings,
     "data sets": saved.data_sets,
+    "weights": saved.weights,
     "caches": saved.caches,
 }
 """Strategies by kind of input; each takes sound inputs, and whether its cases are for the whole command."""
@@ -44,8 +45,8 @@ KINDS: Mapping[str, Strategy] = {
 
 LEARNING = ("trainings", "data sets")
 """Kinds whose whole commands train a net, and measure the net by finite elements."""
-READERS_ALONE = ("caches",)
-"""Kinds that have no whole command: the operators that commands take have 17 MB."""
+READERS_ALONE = ("weights", "caches")
+"""Kinds that have no whole command: no option names a net, and operators for a command have 17 MB."""
 
 
 class Base(dict[str, bytes]):

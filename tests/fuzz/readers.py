@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
-from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, SIDE
+from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, SIDE, WEIGHTS
 
 Reader = Callable[[Path, Sequence[Any]], None]
 """A function that reads the files of a folder, with the arguments of the case.
@@ -236,7 +236,20 @@ def read_result(folder: Path, arguments: Sequence[Any]) -> None:
             summary(result, folder / RESULTS)
 
 
+def read_weights(folder: Path, arguments: Sequence[Any]) -> None:
+    from dataclasses import asdict
+
+    import torch
+
+    from surrogate.nets.weights import load_net
+
+    net, card = load_net("touch", folder / WEIGHTS)
+    assert all(bool(torch.isfinite(values).all()) for values in net.state_dict().values())
+    _all_finite(asdict(card))
+
+
 READERS: Mapping[str, Reader] = {
+    "weights": read_weights,
     "height maps": read_height_map,
     "pictures": read_picture,
     "results": read_result,

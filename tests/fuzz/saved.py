@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import zlib
 from collections.abc import Mapping
@@ -15,9 +16,9 @@ from safetensors.numpy import load, save
 from relief.tensors import Arrays
 from surrogate.data.shard import _HEADER
 from surrogate.validation import parse_json
-from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, RUNS
+from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, RUNS, WEIGHTS
 from tests.fuzz.case import Case, chance, edited, edits, several_edits
-from tests.fuzz.tampered import json_changed, resealed, sealed_tensors, tampered
+from tests.fuzz.tampered import arrays_changed, json_changed, resealed, sealed_tensors, tampered
 
 CHECKPOINT = "checkpoint/descent.safetensors"
 SHARD = f"{DATA}/shards/00000.safetensors"
@@ -114,6 +115,24 @@ def data_sets(draw: st.DrawFn, base: Mapping[str, bytes], whole: bool) -> Case:
             files[path] = edited(files[path], draw(several_edits()))
     del files[TRAINING]
     return Case("data sets", files, [], TRAIN[:-1] if whole else ())
+
+
+@st.composite
+def weights(draw: st.DrawFn, base: Mapping[str, bytes], whole: bool) -> Case:
+    """A net and its card, of which one or both were tampered with; mostly the card has the right checksum."""
+    files, net, card = dict(base), f"{WEIGHTS}/touch.safetensors", f"{WEIGHTS}/touch.json"
+    if draw(st.booleans()):
+        arrays = draw(arrays_changed(load(files[net])))
+        files[net] = save({name: np.ascontiguousarray(array) for name, array in arrays.items()})
+    else:
+        files[net] = edited(files[net], draw(several_edits()))
+    content = json.loads(files[card])
+    if draw(st.booleans()):
+        content = draw(json_changed(content))
+    if not chance(draw, 5):
+        content["sha256"] = hashlib.sha256(files[net]).hexdigest()
+    files[card] = edited(json.dumps(content).encode(), draw(several_edits()) if chance(draw, 4) else [])
+    return Case("weights", files)
 
 
 @st.composite
