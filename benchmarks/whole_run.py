@@ -47,8 +47,17 @@ TEXTURES = ("gravel", "brick", "grass")
 CASES = [(texture, jnd) for texture in TEXTURES for jnd in (-2, 2)]
 KINDS = {"exact": (), "fast": ("--fast",)}
 FINE = 256
-PARTS = ("set_up", "descent", "pictures", "baseline", "report")
-"""Parts of a run in `time_s` of result.json, where the version of the run tells them."""
+PARTS = ("set_up", "descent", "verify")
+"""Parts of a run in `time_s` of result.json. What they leave of the wall seconds goes to imports and files."""
+PAGE = ROOT / "docs" / "speed.md"
+START, END = "<!-- {0}, made by python -m benchmarks.whole_run {0} -->\n", "<!-- end of {0} -->"
+HEADINGS = {
+    **{"wall_s": "seconds", "cpu_s": "CPU seconds", "peak_mb": "peak MB", "set_up_s": "set-up, s"},
+    **{"descent_s": "descent, s", "verify_s": "final pictures, s", "off_target_percent": "off target, %"},
+    **{"change_percent": "pictures, %", "change_rms_percent": "rms, %"},
+    **{"render_cpu_s": "pictures, CPU s", "step_cpu_s": "with Jacobians, CPU s"},
+}
+"""Column headings of keys that are not their own."""
 
 
 def main() -> None:
@@ -71,7 +80,12 @@ def main() -> None:
     }[arguments.what]()
     results[arguments.what] = rows
     save("whole_run", results)
-    print(as_text(rows))
+    text = as_text(rows)
+    print(text)
+    start, end = START.format(arguments.what), END.format(arguments.what)
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(start)
+    after = rest.partition(end)[2]
+    PAGE.write_text(f"{before}{start}{text}\n{end}{after}", encoding="utf-8")
 
 
 @contextmanager
@@ -329,7 +343,12 @@ def memory() -> list[dict[str, Any]]:
 def as_text(rows: Sequence[Mapping[str, Any]]) -> str:
     """A table of rows that may differ in their columns."""
     head = list(dict.fromkeys(key for row in rows for key in row))
-    return table(head, [[row.get(key) for key in head] for row in rows])
+    cells = [[_short(row.get(key)) for key in head] for row in rows]
+    return table([HEADINGS.get(key, key) for key in head], cells)
+
+
+def _short(value: Any) -> Any:
+    return round(value) if isinstance(value, float) and abs(value) >= 100.0 else value
 
 
 if __name__ == "__main__":
