@@ -70,10 +70,12 @@ class _Case:
         return self.description.shapes == 1 + len(shining)
 
     @property
-    def pixel_per_sample(self) -> bool:
-        """Whether the one camera looks straight down and has a pixel at each height sample."""
-        camera = self.description.cameras[self.needs.cameras[0]]
-        return self.needs.top_view == (True,) and self.samples == (camera.rows, camera.cols)
+    def box_or_pixel_per_sample(self) -> bool:
+        """Whether every film has a box filter, or a pixel at each height sample."""
+        return all(
+            camera.filter_radius <= BOX_RADIUS or self.samples == (camera.rows, camera.cols)
+            for camera in self.cameras
+        )
 
 
 Obstacle = Callable[[_Case], Iterable[str]]
@@ -118,8 +120,12 @@ OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
     "step": _GRADIENTS,
     "fast": (
         _unless(
-            lambda case: case.pixel_per_sample,
-            "sensor: the fast look looks from straight above, with one pixel at each of "
+            lambda case: case.needs.top_view == (True,),
+            "sensor: the fast look has one camera that looks straight down on a plate that fills the picture",
+        ),
+        _unless(
+            lambda case: case.box_or_pixel_per_sample,
+            "film: rfilter: but for a box the fast look has one pixel at each of "
             "{case.samples[0]} x {case.samples[1]} height samples",
         ),
         _unless(lambda case: case.needs.direct, "integrator: max_depth: the fast look has direct light only"),

@@ -25,7 +25,7 @@ from visual.exact.render import RenderSettings, pictures
 from visual.exact.view import Illumination, View
 from visual.explain import explain
 from visual.fast.conversion import fast_renderer
-from visual.fast.renderer import FastRenderer, FilmWeights
+from visual.fast.renderer import FastRenderer, FilmWeights, box_weights
 from visual.geometry.film_samples import hidden_plate, plate_pixels
 from visual.lights.kind import Light
 from visual.lights.parallel import LUMINANCE, ParallelLights
@@ -254,7 +254,9 @@ class Scene:
             lights = [self.illumination(light) for light in self._needs.alone]
             ambient, samples = self._description.ambient, self.heights.shape[0]
             reconstruction, film = self.light_scenes()[0].cameras[0].filter, None
-            if reconstruction is not None:
+            if self.resolution[0] != samples:
+                film = box_weights(self.resolution[0], samples)
+            elif reconstruction is not None:
                 film = FilmWeights(reconstruction.along(samples, 2), reconstruction.along(2 * samples, 1))
             self._fast = fast_renderer(samples, self.size_mm, bsdf, lights, ambient, film)
         return self._fast

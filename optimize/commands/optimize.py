@@ -64,7 +64,7 @@ _SETTINGS = {
 }
 """Key in the run file of each option that takes a number."""
 
-FAST = ('touch.model="quick"', 'look.model="fast"')
+FAST = ('touch.model="quick"', 'look.model="auto"')
 """Settings of `--fast`, which `--set` overrides."""
 
 
@@ -122,7 +122,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     details.add_argument(
         "--fast",
         action="store_true",
-        help="compute each step with the fast models (touch quick, look fast); the verification stays exact",
+        help="compute each step with the fast models (touch quick; look fast, or exact light in a scene that "
+        "the fast look cannot show); the verification stays exact",
     )
     details.add_argument(
         "--no-baseline",

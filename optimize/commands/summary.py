@@ -47,6 +47,9 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
         apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
         yield "feel", f"{number(abs(jnd), 2)} JND {sense} than the original, {apart}"
     yield from _pictures(look)
+    steered = touch.get("model"), look.get("model")
+    if steered not in ((None, None), ("layer", "exact")):
+        yield "steered by", f"touch {steered[0]}, pictures {steered[1]}"
     yield "heights", _heights(result["heights"])
     times = dict(result["time_s"])
     total = duration(times.pop("total"))

@@ -61,6 +61,7 @@ def _context(report: Report) -> dict[str, Any]:
         "touch": touch,
         "quantities": [_quantity(quantity, touch) for quantity in QUANTITIES.values()],
         "verified_by": model_name(touch["verified_by"]),
+        "steering": [report.result[sense].get("model") for sense in ("touch", "look")],
         "verification": verification,
         "rounds": verification["rounds"] or [],
         "total_s": total,

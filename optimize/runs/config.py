@@ -130,12 +130,12 @@ class Look(_Section):
     """`[look]`: the pictures that are kept.
 
     Attributes:
-        model: of the pictures, for the descent.
+        model: of the pictures, for the descent; "auto": fast where it can show the scene, else exact.
         weight: w1.
         samples: a pixel, of pictures by Mitsuba during the descent; None: the method's own number.
     """
 
-    model: Literal["exact", "fast"] = "exact"
+    model: Literal["exact", "fast", "auto"] = "exact"
     weight: NotNegative = 1.0
     samples: Samples | None = None
 

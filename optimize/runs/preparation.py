@@ -1,5 +1,6 @@
 """Preparation of a run: scene loaded, original pressed, targets in numbers; nothing is written yet."""
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -18,7 +19,10 @@ from relief.errors import InputError, naming
 from relief.progress import stage
 from tactile.model import ModelName
 from visual.converged import MOST_SAMPLES
-from visual.scene import load_scene
+from visual.models import LookModel
+from visual.scene import Scene, load_scene
+
+_log = logging.getLogger(__name__)
 
 METHODS: Mapping[str, type[AdamDescent | GaussNewton]] = {"gauss-newton": GaussNewton, "adam": AdamDescent}
 """Descent methods by the names that `descent.method` has."""
@@ -65,6 +69,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         height_scale=settings.height_scale,
     )
     touch, descent = settings.touch, settings.descent
+    look = steering_look(settings, scene)
     for quantity, goal_key, number in touch.goals():
         if not goal_key.relative:
             # Before the operators of the skin are built, which can take many seconds.
@@ -87,7 +92,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             samples=settings.look.samples or ADAM_SAMPLES,
             seed=settings.seed,
             touch=touch.model,
-            look=settings.look.model,
+            look=look,
         )
     # Refused now, not after the descent.
     scene.check_samples(max(settings.verify.samples or MOST_SAMPLES, untargeted.samples))
@@ -126,6 +131,26 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         original,
         first_surrogate_targets(targets, steering, original.values),
     )
+
+
+def steering_look(settings: Run, scene: Scene) -> LookModel:
+    """The model of pictures that steers, checked before anything is pressed.
+
+    A warning is logged where "auto" becomes "exact".
+
+    Raises:
+        InputError: the fast look is asked for and cannot show the scene.
+    """
+    if settings.look.model == "exact":
+        return "exact"
+    try:
+        scene.fast_renderer()
+    except InputError as obstacle:
+        if settings.look.model == "fast":
+            raise
+        _log.warning("steps take exact light: %s", str(obstacle).partition("; use look.model")[0])
+        return "exact"
+    return "fast"
 
 
 def _targets(settings: Run, size_mm: float, original: Values) -> Targets:

@@ -232,6 +232,7 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
             "best_step": best.step,
         },
         "touch": {
+            "model": problem.touch,
             **_by_prefix("target", problem.targets.goals()),
             **_by_prefix("initial", first.values),
             **best.values,
@@ -250,6 +251,7 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
         },
         "look": {
             "conditions": list(problem.scene.conditions),
+            "model": problem.look,
             **metrics.look(
                 outcome.pictures_before,
                 outcome.pictures_after,

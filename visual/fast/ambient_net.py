@@ -103,6 +103,9 @@ class AmbientLight:
     def visibility(self, heights: Tensor, size_mm: float, unoccluded: Tensor) -> Tensor:
         """Share of the unoccluded radiance that reaches each pixel.
 
+        The net sees lengths in units of the distance between samples, so that one net serves every grid. A
+        side that is no multiple of the net's blocks is filled up by zeros, with which the net pads anyway.
+
         Args:
             heights: (n, n) mm.
             size_mm: side of the plate.
@@ -111,8 +114,11 @@ class AmbientLight:
         Returns:
             (n, n), not negative, differentiable by `heights` and `unoccluded`.
         """
+        n = heights.shape[-1]
         maps = inputs(heights[None].float(), size_mm, unoccluded[None].float())
-        return sky_visibility(self.net, maps)[0].to(heights.dtype)
+        if missing := -n % self.net.shape.multiple:
+            maps = functional.pad(maps, (0, missing, 0, missing))
+        return sky_visibility(self.net, maps)[0, :n, :n].to(heights.dtype)
 
 
 def material_figures(table: BsdfTable) -> dict[str, float]:
@@ -128,18 +134,17 @@ def validity(table: BsdfTable, samples: int) -> dict[str, float]:
     return {"samples": float(samples), **material_figures(table)}
 
 
-def trained_ambient_light(table: BsdfTable, samples: int, folder: Path = FOLDER) -> AmbientLight:
+def trained_ambient_light(table: BsdfTable, folder: Path = FOLDER) -> AmbientLight:
     """Load the trained net of a folder.
 
     Args:
         table: of the material under the whole sky.
-        samples: height samples a side.
 
     Raises:
-        InputError: there is no such net, or it holds for another material or another number of samples.
+        InputError: there is no such net, or it holds for another material.
     """
     net, card = load_net_for("look.model", KIND, CHANNELS, folder)
-    _check(card.valid, validity(table, samples))
+    _check(card.valid, material_figures(table))
     return AmbientLight(table, net)
 
 
@@ -147,8 +152,8 @@ def _check(trained: Mapping[str, float], requested: Mapping[str, float]) -> None
     for name, value in requested.items():
         if name not in trained:
             raise InputError(f"look.model: the net's card does not tell its {name}")
-        if abs(trained[name] - value) > (MATERIAL_TOLERANCE if name != "samples" else 0.0):
-            what = "height samples a side" if name == "samples" else f"a material with {name}"
+        if abs(trained[name] - value) > MATERIAL_TOLERANCE:
             raise InputError(
-                f'look.model: the net is trained for {what} {trained[name]:.3g}, not {value:.3g}; use "exact"'
+                f"look.model: the net is trained for a material with {name} {trained[name]:.3g}, "
+                f'not {value:.3g}; use "exact"'
             )

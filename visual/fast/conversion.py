@@ -26,15 +26,15 @@ def fast_renderer(
     """The fast renderer of a plate seen from straight above.
 
     Args:
-        samples: height samples a side, and pixels.
+        samples: height samples a side.
         size_mm: side of the plate.
         bsdf: the plate's material in Mitsuba's current variant.
         lights: what shines in each condition; with none, the one condition is ambient light alone.
         ambient: radiance from all around, added to every condition; red, green and blue.
-        film: weights of the film's filter; None for a box.
+        film: weights of the film; None for a box and one pixel at each sample.
 
     Raises:
-        InputError: there is no net for ambient light on this material and grid.
+        InputError: there is no net for ambient light on this material.
     """
     toward, irradiance = (
         np.concatenate([getattr(alone, name) for alone in lights]) if lights else np.zeros((0, 3))
@@ -42,7 +42,7 @@ def fast_renderer(
     )
     around = None
     if max(ambient) > LEAST_RADIANCE:
-        around = trained_ambient_light(ambient_table(bsdf, np.array(ambient)), samples)
+        around = trained_ambient_light(ambient_table(bsdf, np.array(ambient)))
     return FastRenderer(
         samples,
         size_mm,

@@ -70,7 +70,7 @@ class FastView:
                 for of_slope, change in zip(by_slope, tilted, strict=True):
                     of_slope += visibility * on_triangles(change)
         shown, film = pictures.numpy(), None
-        if renderer.film is not None:
+        if renderer.film is not None and renderer.film.between_quarters is not None:
             along = renderer.film.between_quarters
             film = sp.csr_matrix(sp.kron(along, along))
             shown = (film @ shown.reshape(len(shown), -1).T).T.reshape(shown.shape)

@@ -2,14 +2,15 @@
 
 In torch alone, a picture of 128 x 128 pixels takes milliseconds, and so does its gradient, shadows included
 (docs/learned.md has errors and times). Lights are parallel or quadratures of parallel ones, ambient light is
-of constant radiance, light is direct, and every pixel is centred on a height sample. A film's filter that is
-no box weighs quarters of pixels.
+of constant radiance, and light is direct. Where a pixel is not centred on each height sample, and where the
+film's filter is no box, a picture weighs quarters of samples.
 """
 
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
 import scipy.sparse as sp
 import torch
 from torch import Tensor
@@ -30,15 +31,23 @@ from visual.lights.parallel import OVERHEAD
 
 
 class FilmWeights(NamedTuple):
-    """Weights of quarters of pixels along one side of a picture, by a film's filter; each row has the sum 1.
+    """Weights of half samples along one side of a picture, by a film; each row has the sum 1.
 
     Attributes:
-        of_quarters: (n, 2n), for pixels.
-        between_quarters: (2n, 2n), for pictures in which quarters are pixels.
+        of_quarters: (pixels, 2n), for pixels.
+        between_quarters: (2n, 2n), for pictures in which quarters of samples are pixels; None for a box.
     """
 
     of_quarters: sp.csr_matrix
-    between_quarters: sp.csr_matrix
+    between_quarters: sp.csr_matrix | None
+
+
+def box_weights(pixels: int, samples: int) -> FilmWeights:
+    """Weights of a box filter on so many pixels a side over so many height samples."""
+    start, end = np.arange(pixels)[:, None], np.arange(pixels)[:, None] + 1.0
+    quarter = np.arange(2 * samples) * (pixels / (2 * samples))
+    overlap = np.minimum(end, quarter + pixels / (2 * samples)) - np.maximum(start, quarter)
+    return FilmWeights(sp.csr_matrix(np.maximum(overlap, 0.0)), None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +55,14 @@ class FastRenderer:
     """A plate under lights that shine one condition at a time, each with the ambient light.
 
     Attributes:
-        samples: height samples a side, n, and pixels.
+        samples: height samples a side, n.
         size_mm: side of the plate.
         toward: unit vectors toward parallel lights.
         condition: for each of these lights the number of the picture in which the light shines.
         conditions: number of pictures.
         table: radiance of faces under each light; None without lights.
         ambient: light from all around; None without.
-        film: weights of the film's filter; None for a box.
+        film: weights of the film; None for a box and one pixel at each sample.
     """
 
     samples: int
@@ -72,7 +81,7 @@ class FastRenderer:
             heights: (..., n, n) mm.
 
         Returns:
-            (..., conditions, n, n) radiance.
+            (..., conditions, pixels, pixels) radiance.
         """
         flat = heights.reshape(-1, *heights.shape[-2:])
         show = self._pictures if self.film is None else self._filtered
@@ -102,7 +111,7 @@ class FastRenderer:
         return torch.stack([sum(shining, dark) for shining in parts])
 
     def _filtered(self, heights: Tensor) -> Tensor:
-        """The same through the film's filter, by way of quarters of pixels."""
+        """The same by the weights of the film, by way of quarters of samples."""
         assert self.film is not None
         slopes = face_slopes(heights, self.size_mm)
         side = 2 * self.samples

@@ -381,7 +381,7 @@ def options(*argv: str) -> config.Run:
 def test_fast_chooses_the_fast_models_and_set_wins_over_it() -> None:
     gravel = str(ROOT / "mitsuba_scenes" / "gravel.toml")
     run = options(gravel, "--fast")
-    assert (run.touch.model, run.look.model) == ("quick", "fast")
+    assert (run.touch.model, run.look.model) == ("quick", "auto")
     mixed = options(gravel, "--fast", "--set", "look.model=exact")
     assert (mixed.touch.model, mixed.look.model) == ("quick", "exact")
 

@@ -48,7 +48,8 @@ def test_pictures_under_parallel_lights_are_those_of_mitsuba(
 @pytest.mark.parametrize(
     ("written", "message"),
     [
-        ({"rows": 2 * SIDE, "cols": 2 * SIDE}, "one pixel at each"),
+        ({"rows": 2 * SIDE, "cols": 2 * SIDE, "rfilter": "tent"}, "film: rfilter: .* one pixel at each"),
+        ({"rows": 2 * SIDE}, "looks straight down"),
         ({"max_depth": 3}, "direct light only"),
         ({"more": FLOOR}, "shape: the fast look knows no shape but the plate"),
         ({"more": CUBE}, "shape: the fast look knows no shape but the plate"),
