@@ -255,6 +255,9 @@ def _touch() -> str:
         table(
             ("elements a side", "median off %", "worst off %"), [list(c.values()) for c in touch["coarse"]]
         ),
+        "\n`python -m benchmarks.touch --sizes`: what `retouch evaluate` does, once, in CPU seconds of one "
+        "thread; beside V its sum over every offset:\n",
+        table(tuple(touch["sizes"][0]), [list(row.values()) for row in touch["sizes"]]),
         "",
     ]
     return "\n".join(parts)

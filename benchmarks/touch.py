@@ -36,7 +36,6 @@ def main() -> None:
     parser.add_argument("--sizes", action="store_true", help="measure by number of samples only")
     if parser.parse_args().sizes:
         rows = sizes()
-        save("touch", load("touch") | {"sizes": rows})
         print(table(tuple(rows[0]), [list(row.values()) for row in rows]))
         return
     reliefs = {(s, r): random_relief(s, r) for s in SMOOTHNESS for r in RELIEFS_MM}
@@ -98,6 +97,8 @@ def sizes() -> list[dict[str, Any]]:
                 "V off %": off,
             }
         )
+        # After each, because the last takes minutes.
+        save("touch", load("touch") | {"sizes": rows})
     return rows
 
 
