@@ -124,6 +124,33 @@ class TouchModel:
         return Touch(strain, gap, pressure * modulus, approach, fraction)
 
 
+def check_model(skin: Skin, samples: int, size_mm: float, model: ModelName, mesh: int = FEM_MESH) -> float:
+    """Check what `touch_model` takes, before anything is built; the same arguments.
+
+    Returns:
+        Mean pressure on the patch in units of Young's modulus.
+
+    Raises:
+        InputError: as `touch_model`, but for a net that is missing.
+    """
+    if model not in MODELS:
+        raise InputError(f'touch.model: "{model}" is not one of {", ".join(MODELS)}')
+    if not MIN_SAMPLES <= samples <= MAX_SAMPLES:
+        raise InputError(f"heights: {samples} samples a side are outside [{MIN_SAMPLES}, {MAX_SAMPLES}]")
+    if not 1.0 <= size_mm <= 100.0:
+        raise InputError(f"size_mm: {size_mm} is outside [1, 100]")
+    if not MIN_MESH <= mesh <= MAX_MESH or mesh % 2:
+        raise InputError(f"mesh: {mesh} is not an even number in [{MIN_MESH}, {MAX_MESH}]")
+    mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
+    if not MIN_LOAD <= mean <= MAX_LOAD:
+        raise InputError(
+            f"skin: force_n {skin.force_n:g} N on a side of {size_mm:g} mm with young_modulus_mpa "
+            f"{skin.young_modulus_mpa:g} is a pressure of {mean:g} Young's moduli, outside "
+            f"[{MIN_LOAD:g}, {MAX_LOAD:g}]"
+        )
+    return mean
+
+
 @lru_cache(maxsize=8)
 @stage("preparing the skin")
 def touch_model(
@@ -147,21 +174,7 @@ def touch_model(
     Raises:
         InputError: an unknown model; `samples`, `size_mm` or `mesh` out of range; no net for them.
     """
-    if model not in MODELS:
-        raise InputError(f'touch.model: "{model}" is not one of {", ".join(MODELS)}')
-    if not MIN_SAMPLES <= samples <= MAX_SAMPLES:
-        raise InputError(f"heights: {samples} samples a side are outside [{MIN_SAMPLES}, {MAX_SAMPLES}]")
-    if not 1.0 <= size_mm <= 100.0:
-        raise InputError(f"size_mm: {size_mm} is outside [1, 100]")
-    if not MIN_MESH <= mesh <= MAX_MESH or mesh % 2:
-        raise InputError(f"mesh: {mesh} is not an even number in [{MIN_MESH}, {MAX_MESH}]")
-    mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
-    if not MIN_LOAD <= mean <= MAX_LOAD:
-        raise InputError(
-            f"skin: force_n {skin.force_n:g} N on a side of {size_mm:g} mm with young_modulus_mpa "
-            f"{skin.young_modulus_mpa:g} is a pressure of {mean:g} Young's moduli, outside "
-            f"[{MIN_LOAD:g}, {MAX_LOAD:g}]"
-        )
+    mean = check_model(skin, samples, size_mm, model, mesh)
     solver: Solver | None = None
     if model == "quick":
         solver = quick_solver(elastic_layer_operator(skin, samples, size_mm, torch.float32))

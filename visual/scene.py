@@ -231,6 +231,11 @@ class Scene:
         scales = [np.linalg.norm(camera.jacobian(np.zeros((1, 3)))[0], ord=2) for camera in cameras]
         return np.repeat(np.array(scales), len(self._needs.lights))
 
+    @property
+    def passes(self) -> int:
+        """Pictures to render for one relief."""
+        return self._needs.passes
+
     def light_scenes(self, resolution: int | None = None) -> tuple[LightScene, ...]:
         """The light scenes whose pictures `render` adds: each light alone, then all ambient light."""
         return tuple(self._light_scene(lights, resolution) for lights in self._groups)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from mitsuba_scenes import find_file, find_texture
 from optimize.commands.options import (
     INTERRUPTED,
+    SCENE,
     TEXTURE,
     add_distance,
     add_mitsuba,
@@ -28,8 +29,6 @@ from relief.formats import HEIGHT_MAPS
 if TYPE_CHECKING:
     from optimize.runs.config import Run
 
-SCENE = "studio"
-"""Scene of a texture that comes without one."""
 REACHED = 0
 SHORT_OF_TARGET = 3
 """Exit status of a run that ended before the target was reached."""
@@ -49,6 +48,7 @@ EPILOG = f"""\
 examples:
   retouch optimize stone.png --relief-mm 1.2 --jnd 2
   retouch optimize stone.exr --contact-area-scale 0.7 --scene scene.xml -o runs/cold
+  retouch optimize stone.png --relief-mm 1.2 --jnd 2 --dry-run
   retouch optimize gravel
   retouch optimize gravel --jnd 1 --fast --set descent.tolerance=0.005 -o runs/gravel-1
 
@@ -87,6 +87,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder to write to (default: runs/<name of the run file or texture>)",
     )
     parser.add_argument("--force", action="store_true", help="replace an earlier run in RUN_DIR")
+    parser.add_argument(
+        "--dry-run",
+        action="store_true",
+        help="only check everything, and tell about how much time and memory the run takes; write nothing",
+    )
     add_talk(parser, "the content of result.json, with the files written,")
 
     target = parser.add_argument_group("the feel to reach")
@@ -145,6 +150,8 @@ def run(arguments: argparse.Namespace) -> int:
     name = arguments.source if _is_run_file(arguments.source) else settings.texture
     out = arguments.out or Path("runs") / name.stem
     _refuse_inputs_in(out, (arguments.source, settings.scene, settings.texture))
+    if arguments.dry_run:
+        return _forecast(settings, out, arguments)
     from optimize.runs import job
 
     with contact_errors_name(settings.texture):
@@ -230,6 +237,27 @@ def finish(result: Mapping[str, Any], run_dir: Path, arguments: argparse.Namespa
 
         console().print(summary(result, run_dir))
     return status
+
+
+def _forecast(settings: "Run", out: Path, arguments: argparse.Namespace) -> int:
+    """Check a run and tell what it takes; returns the status of success. Raises InputError."""
+    from rich.table import Table
+    from rich.text import Text
+
+    from optimize.runs.directory import check_vacant
+    from optimize.runs.forecast import forecast
+
+    check_vacant(out, arguments.force)
+    found = forecast(settings, out, arguments.variant)
+    if arguments.json:
+        print_json({"run_dir": str(out), **found.as_json()})
+    elif not arguments.quiet:
+        rows = Table.grid(padding=(0, 2, 0, 0))
+        for name, text in found.lines():
+            rows.add_row(Text(name, "bold"), Text(text))
+        rows.add_row(Text("folder", "bold"), Text(f"{out}, nothing written yet"))
+        console().print(rows)
+    return REACHED
 
 
 def _read_texture(settings: "Run") -> None:

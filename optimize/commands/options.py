@@ -26,6 +26,8 @@ TEXTURE = (
     "height map: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm); a bundled one goes by its name"
 )
 """What a texture is, in the help of every verb that takes one."""
+SCENE = "studio"
+"""Scene of a texture that comes without one."""
 LONGEST_NUMBER = 40
 """Most characters of a whole number."""
 PACKAGES = ("relief", "tactile", "visual", "surrogate", "optimize", "mitsuba_scenes")

@@ -24,6 +24,8 @@ Values = Mapping[str, float]
 
 LARGEST_JND = 10.0
 """Largest roughness change, JND: a factor of 1.19 ** 10 = 5.7, more than any relief up to 3 mm gives."""
+LIMIT_PERCENT = 2.0
+"""Change of the pictures up to which a look counts as kept, mean in % of white: the paper's."""
 STEERING_GAP_WEIGHT_PER_MM = 20.0
 """Gap weight of the contact area whose gradient gives a step its direction, 1/mm. At the paper's 80 a slope
 holds over 0.01 mm; the softer area has a slope over longer steps, whose length is found by pressing."""

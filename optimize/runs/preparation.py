@@ -53,11 +53,11 @@ class Prepared:
     surrogate_targets: Targets
 
 
-def prepare(settings: Run, variant: str | None) -> Prepared:
-    """Load and check everything that a run needs, and press on the original.
+def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel]:
+    """The scene of a run, checked as far as it can be without pressing, and the look that steers.
 
     Raises:
-        InputError: what is wrong with the input, in one line.
+        InputError: what is wrong with scene, texture or targets, in one line.
     """
     scene = load_scene(
         settings.scene,
@@ -68,17 +68,33 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         relief_mm=settings.relief_mm,
         height_scale=settings.height_scale,
     )
-    touch, descent = settings.touch, settings.descent
     look = steering_look(settings, scene)
-    for quantity, goal_key, number in touch.goals():
+    for quantity, goal_key, number in settings.touch.goals():
         if not goal_key.relative:
             # Before the operators of the skin are built, which can take many seconds.
             _check_goal(settings, quantity, goal_key, number, scene.size_mm)
     if np.ptp(scene.heights) == 0.0:
-        key = next(iter(touch.numbers()))
+        key = next(iter(settings.touch.numbers()))
         raise InputError(
             f"{settings.texture}: touch.{key}: the texture is flat; there is no relief to change"
         )
+    # Refused now, not after the descent.
+    scene.check_samples(max(settings.verify.samples or MOST_SAMPLES, settings.look.samples or ADAM_SAMPLES))
+    with stage("rendering a first picture"):
+        glimpse = scene.render(samples=1, seed=settings.seed)
+    if float(glimpse.mean()) < BLACK * scene.white:
+        raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
+    return scene, look
+
+
+def prepare(settings: Run, variant: str | None) -> Prepared:
+    """Load and check everything that a run needs, and press on the original.
+
+    Raises:
+        InputError: what is wrong with the input, in one line.
+    """
+    touch, descent = settings.touch, settings.descent
+    scene, look = checked_scene(settings, variant)
     with naming(settings.texture):
         untargeted = Problem(
             scene.heights,
@@ -94,12 +110,6 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             touch=touch.model,
             look=look,
         )
-    # Refused now, not after the descent.
-    scene.check_samples(max(settings.verify.samples or MOST_SAMPLES, untargeted.samples))
-    with stage("rendering a first picture"):
-        glimpse = scene.render(samples=1, seed=settings.seed)
-    if float(glimpse.mean()) < BLACK * scene.white:
-        raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
     mesh = settings.verify.resolution
     verifier: ModelName | None = "fem" if settings.verify.model == "fem" else None
     with naming(settings.texture), stage("pressing on the original"):

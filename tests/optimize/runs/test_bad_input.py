@@ -187,7 +187,7 @@ BAD: Sequence[tuple[str, Sequence[str]]] = [
     ("export plate.exr -o plate.stl --size-mm 1e300", ["size_mm"]),
     ("export plate.exr -o plate.stl --base-mm 1e300", ["base_mm"]),
     ("evaluate plate.exr --force-n 1e300", ["force_n"]),
-    ("evaluate plate.exr --young-modulus-mpa 1e300", ["skin."]),
+    ("evaluate plate.exr --young-modulus-mpa 1e300", ["skin", "young_modulus_mpa"]),
     ("evaluate plate.png --relief-mm 1e300", ["relief_mm"]),
     ("render scene.xml -m gpu", ["variant", "gpu"]),
     ("render scene.xml -o plate.exr", ["plate.exr", "-o"]),
