@@ -184,7 +184,7 @@ def _pictures(look: Mapping[str, Any]) -> str:
     noise = look["noise"]
     if noise["certainty"] == "same":
         return str(noise["message"])
-    bound = "" if noise["certainty"] == "known" else "at most "
+    about = "" if noise["certainty"] == "known" else "about "
     of_mean = f"{percent(look['change_percent'])} of the mean picture"
     of_white = f"{percent(look['change_percent_of_white'])} of white"
-    return f"{bound}{of_mean} apart (rms {percent(look['change_rms_percent'])}); {of_white}"
+    return f"{about}{of_mean} apart (rms {percent(look['change_rms_percent'])}); {of_white}"

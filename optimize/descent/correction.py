@@ -178,7 +178,9 @@ def descend_with_correction(
 def _descend(targets: Targets, segment: Segment, limit: int, observer: Observer) -> DescentResult:
     """One descent, at most to step `limit`, and its progress."""
     name = f"descending to {targets.sentence}"
-    with stage(name, limit - segment.start.step, at_most=True) as advance:
+    # Most descents end long before their limit; only a schedule says how long it takes.
+    total = limit - segment.start.step if segment.method.patience is None else None
+    with stage(name, total) as advance:
         advance.tell(f"{name}, at most to step {limit}")
 
         def on_step(current: Iterate, best: Iterate, seconds: float) -> None:
