@@ -225,11 +225,11 @@ def save_heights_exr(
 
 
 def write_exr(path: Path, samples: ArrayLike, attributes: Mapping[str, Any] | None = None) -> None:
-    """Write samples (rows, cols) as a float32 EXR, channel Y.
+    """Write samples (rows, cols) as a float32 EXR, channel Y; (rows, cols, 3) as red, green and blue.
 
     Args:
         path: The file.
-        samples: (rows, cols) values.
+        samples: (rows, cols) or (rows, cols, 3) values.
         attributes: More attributes of the header, by name.
 
     Raises:
@@ -239,7 +239,8 @@ def write_exr(path: Path, samples: ArrayLike, attributes: Mapping[str, Any] | No
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage} | dict(attributes or {})
     try:
-        OpenEXR.File(header, {"Y": np.ascontiguousarray(samples, dtype=np.float32)}).write(str(path))
+        values = np.ascontiguousarray(samples, dtype=np.float32)
+        OpenEXR.File(header, {"Y" if values.ndim == 2 else "RGB": values}).write(str(path))
     except RuntimeError as error:
         # OpenEXR tells the system's error only at the end of its message.
         said = str(error).rstrip(".")

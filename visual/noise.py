@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from relief.arrays import Array
 from relief.progress import stage
+from visual.lights.parallel import LUMINANCE
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -108,6 +109,15 @@ def batched(
             pictures.append(rendered.detach().numpy())
             advance()
     return Batches(np.array(pictures, dtype=np.float64), each * batches)
+
+
+def batched_colour(scene: Any, samples: int | None = None, seed: int = 0) -> tuple[Batches, Array]:
+    """The same of a scene's own relief, with the mean pictures in colour, (conditions, rows, cols, 3)."""
+    each = -(-(samples or scene.samples) // BATCHES)
+    seeds = np.random.SeedSequence(seed).generate_state(BATCHES)
+    colours = np.array([scene.render_colour(each, int(s)) for s in seeds])
+    grey = Batches(np.tensordot(colours, LUMINANCE, (1, 0)), each * BATCHES)
+    return grey, np.moveaxis(colours.mean(axis=0), 0, -1)
 
 
 def jackknife_error(statistic: Callable[..., float], *batched: Array) -> float:

@@ -21,7 +21,7 @@ from visual.backend.plate import plate_bsdf
 from visual.exact.background import black_background, scene_background
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.light_scene import LightScene
-from visual.exact.render import RenderSettings, pictures
+from visual.exact.render import RenderSettings, condition_pictures, light_pictures, pictures
 from visual.exact.view import Illumination, View
 from visual.explain import explain
 from visual.fast.conversion import fast_renderer
@@ -135,6 +135,21 @@ class Scene:
         reliefs = field.reshape(-1, *field.shape[-2:])
         each = [pictures(suns, ambient, relief, self.size_mm, settings) for relief in reliefs]
         return torch.stack(each).reshape(*field.shape[:-2], *each[0].shape)
+
+    @property
+    def colour(self) -> bool:
+        """Whether pictures have colours that differ: those of a coloured scene in a variant with channels."""
+        return self._needs.colour and "mono" not in self.variant
+
+    def render_colour(self, samples: int | None = None, seed: int = 0) -> Array:
+        """Pictures of the scene's own relief in colour, (3, conditions, rows, cols); as `render`."""
+        variants.use(self.variant)
+        self.check_samples(samples)
+        settings = RenderSettings(samples or self.samples, seed, shadow_edges=False, colour=True)
+        alone, ambient = self.lit_scenes()
+        pictures_of = [light_pictures(light, self.heights, settings, i) for i, light in enumerate(alone)]
+        around = None if ambient is None else light_pictures(ambient, self.heights, settings, len(alone))
+        return condition_pictures(pictures_of, around)
 
     def views(
         self,

@@ -109,7 +109,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"{out}: -o: is a file, not a folder")
     from optimize.report.pictures import write_pictures
     from optimize.runs.preparation import BLACK
-    from visual.noise import batched
+    from visual.noise import batched, batched_colour
     from visual.scene import load_scene
 
     scene = load_scene(
@@ -122,14 +122,18 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.height_scale,
     )
     start = time.perf_counter()
-    batches = batched(scene, samples=arguments.samples, seed=arguments.seed)
+    if scene.colour:
+        batches, shown = batched_colour(scene, arguments.samples, arguments.seed)
+    else:
+        batches = batched(scene, samples=arguments.samples, seed=arguments.seed)
+        shown = batches.mean
     seconds = time.perf_counter() - start
     pictures = batches.mean
     levels = dict(zip(scene.conditions, pictures.mean(axis=(1, 2)).tolist(), strict=True))
     for condition, level in levels.items():
         if not math.isfinite(level):
             raise InputError(f"{arguments.scene}: {condition}: pixels are not finite")
-    files = write_pictures(out, scene.conditions, pictures, scene.white)
+    files = write_pictures(out, scene.conditions, shown, scene.white)
     rows, cols = pictures.shape[1:]
     black = [condition for condition, level in levels.items() if level < BLACK * scene.white]
     if arguments.json:

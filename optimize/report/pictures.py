@@ -44,7 +44,7 @@ def write_pictures(
 
     Args:
         conditions: names of the conditions, any text.
-        pictures: (conditions, rows, cols) linear radiance.
+        pictures: (conditions, rows, cols) linear radiance, or (conditions, rows, cols, 3) in colour.
         white: radiance shown as full white in the PNG files.
         suffix: end of each file name, such as "before".
 

@@ -69,6 +69,8 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel]
         height_scale=settings.height_scale,
     )
     look = steering_look(settings, scene)
+    if scene.colour:
+        _log.warning("%s: has colour; the descent keeps luminance", settings.scene)
     for quantity, goal_key, number in settings.touch.goals():
         if not goal_key.relative:
             # Before the operators of the skin are built, which can take many seconds.

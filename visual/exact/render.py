@@ -52,11 +52,13 @@ class RenderSettings:
         samples: in each pixel.
         seed: of the random numbers; the same seed gives the same picture.
         shadow_edges: whether gradients follow moving shadows and faces.
+        colour: whether red, green and blue are kept; such pictures have no gradients.
     """
 
     samples: int
     seed: int
     shadow_edges: bool
+    colour: bool = False
 
 
 def pictures(
@@ -144,10 +146,11 @@ def light_pictures(light: LightScene, heights: Array, settings: RenderSettings, 
         number: of the light, which decides its random numbers.
 
     Returns:
-        (cameras, rows, cols) radiance.
+        (cameras, rows, cols) radiance, in colour (3, cameras, rows, cols).
     """
     cameras = range(len(light.cameras))
-    return np.stack([_render(light, heights, settings, PictureIndex(camera, number)) for camera in cameras])
+    each = [_render(light, heights, settings, PictureIndex(camera, number)) for camera in cameras]
+    return np.stack(each, axis=-3)
 
 
 def condition_pictures(alone: Sequence[Array], ambient: Array | None) -> Array:
@@ -173,7 +176,7 @@ def _render(light: LightScene, heights: Array, settings: RenderSettings, index: 
 
     light.set_heights(heights)
     camera = light.cameras[index.camera]
-    total = np.zeros((camera.rows, camera.cols))
+    total = np.zeros((*((3,) if settings.colour else ()), camera.rows, camera.cols))
     for number, samples in enumerate(_passes(settings.samples, camera.pixels)):
         with dr.suspend_grad():
             picture = mi.render(
@@ -183,7 +186,8 @@ def _render(light: LightScene, heights: Array, settings: RenderSettings, index: 
                 spp=samples,
                 seed=mi.UInt32(_seed(settings, index, 0, number)),
             )
-        total += samples / settings.samples * _grey(np.array(picture, dtype=np.float64))
+        shown = np.array(picture, dtype=np.float64)
+        total += samples / settings.samples * (_colour(shown) if settings.colour else _grey(shown))
         this_stage()(samples / settings.samples)
     return total
 
@@ -193,6 +197,13 @@ def _passes(samples: int, pixels: int) -> list[int]:
     most = max(1, LARGEST_PASS // pixels)
     whole, rest = divmod(samples, most)
     return [most] * whole + [rest] * bool(rest)
+
+
+def _colour(picture: Array) -> Array:
+    """(3, rows, cols) of a picture (rows, cols[, channels]); three alike of one channel."""
+    if picture.ndim == 2 or picture.shape[2] < 3:
+        return np.repeat(_grey(picture[..., :1])[None], 3, axis=0)
+    return np.ascontiguousarray(np.moveaxis(picture[:, :, :3], 2, 0))
 
 
 def _grey(picture: Array) -> Array:
