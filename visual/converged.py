@@ -62,6 +62,22 @@ def converged(
                 light.render(light.samples, advance)
 
 
+def colour_pictures(scene: Scene, before: Array, after: Array, seed: int = 0) -> tuple[Array, Array]:
+    """Pictures of two reliefs in linear RGB, each (conditions, rows, cols, 3), to be looked at.
+
+    Args:
+        scene: has colour.
+        before, after: (rows, cols) mm.
+        seed: of the random numbers, the same for both.
+    """
+    with stage("rendering in colour", 2) as advance:
+        pictures = []
+        for relief in (before, after):
+            pictures.append(np.moveaxis(scene.render_colour(relief, LEAST_SAMPLES, seed), 0, -1))
+            advance()
+    return pictures[0], pictures[1]
+
+
 @dataclass
 class _Part:
     """Pictures of two reliefs under one light.

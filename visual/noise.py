@@ -115,7 +115,7 @@ def batched_colour(scene: Any, samples: int | None = None, seed: int = 0) -> tup
     """The same of a scene's own relief, with the mean pictures in colour, (conditions, rows, cols, 3)."""
     each = -(-(samples or scene.samples) // BATCHES)
     seeds = np.random.SeedSequence(seed).generate_state(BATCHES)
-    colours = np.array([scene.render_colour(each, int(s)) for s in seeds])
+    colours = np.array([scene.render_colour(samples=each, seed=int(s)) for s in seeds])
     grey = Batches(np.tensordot(colours, LUMINANCE, (1, 0)), each * BATCHES)
     return grey, np.moveaxis(colours.mean(axis=0), 0, -1)
 

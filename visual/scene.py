@@ -141,14 +141,17 @@ class Scene:
         """Whether pictures have colours that differ: those of a coloured scene in a variant with channels."""
         return self._needs.colour and "mono" not in self.variant
 
-    def render_colour(self, samples: int | None = None, seed: int = 0) -> Array:
-        """Pictures of the scene's own relief in colour, (3, conditions, rows, cols); as `render`."""
+    def render_colour(
+        self, heights: ArrayLike | None = None, samples: int | None = None, seed: int = 0
+    ) -> Array:
+        """Pictures in linear RGB, (3, conditions, rows, cols) radiance; arguments as of `render`."""
         variants.use(self.variant)
         self.check_samples(samples)
         settings = RenderSettings(samples or self.samples, seed, shadow_edges=False, colour=True)
         alone, ambient = self.lit_scenes()
-        pictures_of = [light_pictures(light, self.heights, settings, i) for i, light in enumerate(alone)]
-        around = None if ambient is None else light_pictures(ambient, self.heights, settings, len(alone))
+        relief = self.heights if heights is None else np.asarray(heights, dtype=np.float64)
+        pictures_of = [light_pictures(light, relief, settings, i) for i, light in enumerate(alone)]
+        around = None if ambient is None else light_pictures(ambient, relief, settings, len(alone))
         return condition_pictures(pictures_of, around)
 
     def views(

@@ -53,8 +53,14 @@ def srgb(radiance: Array, white: float) -> Array:
 
 
 def picture_uri(radiance: Array, white: float, side: int) -> str:
-    """A picture (rows, cols) of linear radiance, at most `side` pixels long; `white` is full white."""
-    return _png(srgb(shrunk(radiance, side), white) * 255.0, GREY)
+    """A picture of linear radiance, at most `side` pixels long; `white` is full white.
+
+    Args:
+        radiance: (rows, cols), or (rows, cols, 3) in RGB.
+    """
+    channels = np.moveaxis(radiance[..., None] if radiance.ndim == 2 else radiance, -1, 0)
+    small = np.stack([shrunk(channel, side) for channel in channels], axis=-1)
+    return _png(srgb(small.squeeze(-1) if radiance.ndim == 2 else small, white) * 255.0, GREY)
 
 
 def map_uri(values: Array, low: float, high: float, table: Table, side: int) -> str:

@@ -19,6 +19,8 @@ class Pair:
         names: of the two reliefs, one or two short words each.
         conditions: names of the rendering conditions; none if the pictures cannot be compared.
         pictures_before, pictures_after: (conditions, rows, cols) linear radiance.
+        colours_before, colours_after: (conditions, rows, cols, 3) the same pictures in linear RGB, shown
+            instead; None if the scene is grey.
         white: radiance shown as full white, that of a white plate that faces the light.
         strain_before, strain_after: (rows, cols), dimensionless, less the strain under a flat plate.
         heights_before, heights_after: (rows, cols), mm.
@@ -47,6 +49,8 @@ class Pair:
     size_after_mm: float | None = None
     pressure_before: Array | None = None
     pressure_after: Array | None = None
+    colours_before: Array | None = None
+    colours_after: Array | None = None
     plate: NDArray[np.float64] | None = None
     cameras: NDArray[np.float64] | None = None
 

@@ -109,24 +109,29 @@ def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None 
     cameras = np.ones(len(before)) if pair.cameras is None else pair.cameras
     weights = pixel_weights(plate, cameras)
     count = len(before) * (3 if baseline is None else 6)
+    count += 0 if pair.colours_before is None else 4 * len(before)
     side = min(SHOWN_SIDE, int(math.sqrt(PICTURE_BYTES / count)))
     difference = 100.0 * (np.asarray(after, dtype=np.float64) - before) / white
     limit = svg.round_up(max(float(np.percentile(np.abs(difference), PERCENTILE)), 0.1))
     # Relief under a raking light is dark; one exposure for all makes the brightest parts nearly white.
     exposed = min(white, max(float(np.percentile(before, PERCENTILE)), 1e-3 * white))
 
-    def rows(pictures: Array, changes: Sequence[ChangePercent]) -> list[dict[str, Any]]:
+    def rows(
+        pictures: Array, changes: Sequence[ChangePercent], shown: tuple[Array, Array]
+    ) -> list[dict[str, Any]]:
         return [
             {
                 "name": name,
-                "before": colour_maps.picture_uri(old, exposed, side),
-                "after": colour_maps.picture_uri(new, exposed, side),
+                "before": colour_maps.picture_uri(first, exposed, side),
+                "after": colour_maps.picture_uri(second, exposed, side),
                 "difference": colour_maps.map_uri(
                     100.0 * (new - old) / white, -limit, limit, colour_maps.PURPLE_ORANGE, side
                 ),
                 "change": change,
             }
-            for name, old, new, change in zip(pair.conditions, before, pictures, changes, strict=True)
+            for name, old, new, change, first, second in zip(
+                pair.conditions, before, pictures, changes, *shown, strict=True
+            )
         ]
 
     def as_read(pictures: Array) -> tuple[ChangePercent, list[ChangePercent]]:
@@ -135,9 +140,13 @@ def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None 
         return change_percent(before, pictures, white, weights), conditions
 
     whole, conditions = measured_changes(look) or as_read(after)
+    shown = before, after
+    if pair.colours_before is not None and pair.colours_after is not None:
+        shown = pair.colours_before, pair.colours_after
     context: dict[str, Any] = {
         "change": whole,
-        "looks": rows(after, conditions),
+        "coloured": pair.colours_before is not None,
+        "looks": rows(after, conditions, shown),
         "filled": bool((plate > 0.0).all()),
         **{key: look.get(key) or [None] * len(before) for key in ("dssim", "flip", "pixels_per_degree")},
         **{key: look.get(key) for key in ("noise", "samples", "distance_cm")},
@@ -150,7 +159,7 @@ def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None 
     }
     if baseline is not None:
         context["baseline_change"], of_baseline = as_read(baseline.pictures)
-        context["baseline_looks"] = rows(baseline.pictures, of_baseline)
+        context["baseline_looks"] = rows(baseline.pictures, of_baseline, (before, baseline.pictures))
     return context
 
 

@@ -18,12 +18,13 @@ from optimize.report.content import Comparison
 from optimize.runs.preparation import BLACK
 from optimize.runs.progress import followed
 from optimize.runs.subjects import RESULT, Subject, read_subjects
+from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.progress import stage
 from tactile.model import ModelName
 from tactile.skin import Skin
-from visual.converged import converged
+from visual.converged import colour_pictures, converged
 from visual.noise import Batches, batched
 from visual.scene import Scene, load_scene, plate_size_mm
 
@@ -110,6 +111,7 @@ class Seen:
     Attributes:
         scene: of the first relief.
         before, after: pictures with the same random numbers.
+        colours: the same pictures in linear RGB; None if the scene is grey or the grids differ.
         numbers: their change, as the section `look` of a run's result.json.
         reason: why there are no pictures; empty if there are.
     """
@@ -117,6 +119,7 @@ class Seen:
     scene: Scene | None = None
     before: Batches | None = None
     after: Batches | None = None
+    colours: tuple[Array, Array] | None = None
     numbers: Mapping[str, Any] | None = None
     reason: str = ""
 
@@ -158,7 +161,9 @@ class _Look:
         numbers = metrics.look(
             before, after, scene.white, plate, scene.weights, scene.pixels_per_mm(), self.distance_cm
         )
-        return Seen(scene, before, after, {"conditions": list(scene.conditions)} | numbers)
+        in_colour = scene.colour and same_grid
+        colours = colour_pictures(scene, *heights, self.seed) if in_colour else None
+        return Seen(scene, before, after, colours, {"conditions": list(scene.conditions)} | numbers)
 
     def _loaded(self, subject: Subject) -> Scene:
         return load_scene(self.scene, self.defines, self.variant, subject.file, **subject.lengths)
@@ -224,6 +229,8 @@ def _content(
         size_after_mm=None if _alike(one.size_mm, other.size_mm) else other.size_mm,
         pressure_before=first.pressure,
         pressure_after=second.pressure,
+        colours_before=None if seen.colours is None else seen.colours[0],
+        colours_after=None if seen.colours is None else seen.colours[1],
         plate=None if seen.scene is None else seen.scene.plate_weights(),
         cameras=None if seen.scene is None else seen.scene.weights,
         result=found,

@@ -33,7 +33,7 @@ from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.files import remove_partial
 from relief.progress import Progress, say, stage, this_stage
-from visual.converged import converged
+from visual.converged import colour_pictures, converged
 from visual.noise import batched
 
 _log = logging.getLogger(__name__)
@@ -262,6 +262,7 @@ def _measure(
         pictures_before=before,
         pictures_after=after,
         baseline_pictures=_baseline(prepared, seed) if settings.verify.baseline else None,
+        colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,
     )
 
 

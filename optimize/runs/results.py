@@ -56,6 +56,7 @@ class Outcome:
         touch_before, touch_after: of the original and of the best relief; by the verification, if any.
         iterations: of descent and verification; none if verification was not wanted.
         pictures_before, pictures_after: converged, with the same random numbers batch by batch.
+        colours: before and after in linear RGB, (conditions, rows, cols, 3); None if the scene is grey.
         baseline_pictures: (conditions, rows, cols) radiance, converged; None where linear scaling cannot
             reach the target.
     """
@@ -68,6 +69,7 @@ class Outcome:
     pictures_before: Batches
     pictures_after: Batches
     baseline_pictures: Array | None
+    colours: tuple[Array, Array] | None = None
 
 
 class History:
@@ -179,7 +181,9 @@ def write(
     heights = outcome.descent.best.heights
     conditions = problem.scene.conditions
     before, after = outcome.pictures_before.mean, outcome.pictures_after.mean
-    for stage, pictures in (("before", before), ("after", after)):
+    colours = outcome.colours or (None, None)
+    for stage, grey, coloured in (("before", before, colours[0]), ("after", after, colours[1])):
+        pictures = grey if coloured is None else coloured
         write_pictures(run_dir / "renders", conditions, pictures, problem.scene.white, suffix=stage)
     summary = summarise(settings, problem, outcome, times)
     write_atomically(run_dir / RESULT, (json.dumps(summary, indent=2) + "\n").encode())
@@ -195,6 +199,8 @@ def write(
             conditions=conditions,
             pictures_before=before,
             pictures_after=after,
+            colours_before=colours[0],
+            colours_after=colours[1],
             white=problem.scene.white,
             strain_before=outcome.touch_before.strain,
             strain_after=outcome.touch_after.strain,

@@ -39,6 +39,15 @@ def test_white_radiance_is_white_and_a_fifth_of_it_mid_grey() -> None:
     np.testing.assert_array_equal(shown[0, :, 0], [0, 127, 255, 255])
 
 
+def test_a_picture_in_colour_keeps_its_channels() -> None:
+    radiance = np.zeros((4, 4, 3))
+    radiance[..., 0], radiance[:2, :, 1] = 0.3, 0.0642
+    shown = pixels(colour_maps.picture_uri(radiance, white=0.3, side=2))
+    assert shown.shape[:2] == (2, 2)
+    np.testing.assert_array_equal(shown[0, 0, :3], [255, 127, 0])
+    np.testing.assert_array_equal(shown[1, 1, :3], [255, 0, 0])
+
+
 def test_a_signed_map_is_neutral_at_zero_and_darkens_both_ways() -> None:
     uri = colour_maps.map_uri(np.array([[-2.0, 0.0, 2.0]]), -1.0, 1.0, colour_maps.PURPLE_ORANGE, 8)
     left, middle, right = pixels(uri)[0]

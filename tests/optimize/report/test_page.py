@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from optimize.report import colour_maps
 from optimize.report.content import Baseline, Report
-from optimize.report.figures import change_percent
+from optimize.report.figures import PERCENTILE, SHOWN_SIDE, change_percent
 from optimize.report.formatting import percent, rounded
 from optimize.report.meanings import MEANINGS
 from optimize.report.page import write_report
@@ -102,6 +103,20 @@ def test_a_change_within_the_noise_is_not_called_one(tmp_path: Path) -> None:
 def test_the_same_pictures_are_called_the_same(tmp_path: Path) -> None:
     text = " ".join(Outline(page(tmp_path, noisy("same", "The same."))).text.split())
     assert "to the eye the same." in text and "bounds of the mean" not in text
+
+
+def test_a_scene_with_colour_is_shown_in_colour(tmp_path: Path) -> None:
+    report = plausible()
+    note = "every number follow luminance"
+    assert note not in page(tmp_path, report)
+    tint = np.array([1.0, 0.5, 0.2])
+    before, after = (
+        pictures[..., None] * tint for pictures in (report.pictures_before, report.pictures_after)
+    )
+    shown = page(tmp_path, replace(report, colours_before=before, colours_after=after))
+    assert note in shown and len(shown) < 6e6
+    exposed = min(report.white, float(np.percentile(report.pictures_before, PERCENTILE)))
+    assert colour_maps.picture_uri(before[0], exposed, SHOWN_SIDE) in shown
 
 
 def test_hostile_words_stay_words(tmp_path: Path) -> None:
