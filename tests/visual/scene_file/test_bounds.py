@@ -167,6 +167,7 @@ def test_nonsense_is_refused(folder: Path, more: str, named: str) -> None:
         ('<vector name="pixel_format" value="1, 2, 3"/>', "pixel_format"),
         ('<integer name="crop_width" value="8"/>', "crop_width"),
         ('<string name="pixel_format" value="xyzzy"/>', "pixel_format"),
+        ('<string name="pixel_format" value="xyz"/>', "pixel_format"),
         ('<integer name="width" value="0"/>', "width"),
         (f'<integer name="width" value="{"9" * 5000}"/>', "integer"),
         ('<float name="width" value="1e300"/>', "width"),
