@@ -7,6 +7,9 @@ from relief.errors import InputError
 
 MAX_POISSON_RATIO = 0.499
 """Largest Poisson's ratio: the hexahedra of `tactile.structured` are measured up to here, and lock at 0.5."""
+LARGEST_THICKNESS_MM = 20.0
+"""Largest thickness, mm, eight times the usual one. The meshes have layers of at most 0.3 mm, so that memory
+grows with the thickness: with 64 nodes a side 6.25 mm take a minute and 2.6 GB."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +24,7 @@ class Skin:
         young_modulus_mpa: Young's modulus of the soft half, N/mm².
         poisson_ratio: Poisson's ratio of the soft half, in [0, 0.499].
         force_n: total normal force, N.
-        thickness_mm: thickness of the soft half; it is bonded to the rigid half (bone).
+        thickness_mm: thickness of the soft half, at most 20; it is bonded to the rigid half (bone).
         depth_mm: depth of the receptors below the skin's surface, where strain is read.
 
     Raises:
@@ -43,6 +46,8 @@ class Skin:
                 raise InputError(f"skin.{name}: {getattr(self, name)} must be positive")
         if not 0.0 <= self.poisson_ratio <= MAX_POISSON_RATIO:
             raise InputError(f"skin.poisson_ratio: {self.poisson_ratio} is outside [0, {MAX_POISSON_RATIO}]")
+        if self.thickness_mm > LARGEST_THICKNESS_MM:
+            raise InputError(f"skin.thickness_mm: {self.thickness_mm} is more than {LARGEST_THICKNESS_MM:g}")
         if self.depth_mm >= self.thickness_mm:
             raise InputError(
                 f"skin.depth_mm: {self.depth_mm} is not less than thickness_mm {self.thickness_mm}"

@@ -36,7 +36,7 @@ from relief.limits import (
     SMALLEST_RELIEF_MM,
 )
 from tactile.limits import FEM_MESH, MAX_MESH, MIN_MESH
-from tactile.skin import MAX_POISSON_RATIO, Skin
+from tactile.skin import LARGEST_THICKNESS_MM, MAX_POISSON_RATIO, Skin
 
 _log = logging.getLogger(__name__)
 
@@ -74,7 +74,7 @@ class _TouchModel(_Section):
     young_modulus_mpa: Positive = 0.5
     poisson_ratio: Annotated[float, Field(ge=0, le=MAX_POISSON_RATIO)] = 0.48
     force_n: Positive = 10.0
-    thickness_mm: Positive = 2.5
+    thickness_mm: Annotated[float, Field(gt=0, le=LARGEST_THICKNESS_MM)] = 2.5
     depth_mm: Positive = 0.75
 
     @property

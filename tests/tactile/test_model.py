@@ -133,6 +133,7 @@ def test_an_unknown_model_is_refused_in_one_line() -> None:
         ("poisson_ratio", 0.5),
         ("poisson_ratio", -0.1),
         ("thickness_mm", float("inf")),
+        ("thickness_mm", 99.0),
         ("depth_mm", 2.5),
         ("depth_mm", 0.0),
     ],

@@ -149,6 +149,7 @@ def test_an_overridden_path_is_relative_to_the_working_directory(
         ("contact_area_mm2 = 40\ncontact_area_scale = 0.8", "exclude each other"),
         ("", "a target is missing"),
         ('jnd = 1\n[look]\nmodel = "quick"', "look.model"),
+        ("jnd = 1\nthickness_mm = 1e9", "touch.thickness_mm"),
         ("jnd = 1\n[look]\nweight = -1", "look.weight"),
         ("jnd = 1\n[look]\nsamples = 0", "look.samples"),
         ("jnd = 1\n[descent]\nsteps = 0", "descent.steps"),
