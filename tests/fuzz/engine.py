@@ -21,6 +21,8 @@ from tests.fuzz.worker import Outcome, serve
 
 WAITING_S = 120.0
 """Most seconds of waiting for a case, processor time or not; a busy machine can take ten times `SECONDS`."""
+LARGEST_MIB = 1200.0
+"""Largest memory, MiB, of a worker that is kept: what a case leaves allocated counts for the next, too."""
 STARTING_S = 600.0
 """Most seconds of waiting for a new worker, and for the sound inputs."""
 WHOLE = 50
@@ -92,15 +94,20 @@ class Worker:
             if self._connection.poll(WAITING_S):
                 outcome = self._connection.recv()
                 assert isinstance(outcome, Outcome)
+                if outcome.mib > LARGEST_MIB:
+                    self._restart()
                 return outcome
             told = f"blocks the process\nno end after {WAITING_S:g} s"
         except (EOFError, OSError):
             self._process.join(10)
             told = f"ends the process\nexit code {self._process.exitcode}"
         seconds = time.monotonic() - began
+        self._restart()
+        return Outcome("failed", told, seconds, 0.0)
+
+    def _restart(self) -> None:
         self._stop()
         self._start()
-        return Outcome("failed", told, seconds, 0.0)
 
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
