@@ -19,6 +19,9 @@ PAIR_DISTANCE_MM = 2.2
 PAIR_SPREAD_MM = 0.8
 """Half-width r of the range of distances, mm (paper section 4.2)."""
 
+WIDEST_MM = PAIR_DISTANCE_MM + PAIR_SPREAD_MM
+"""Largest distance of a pair of receptors, mm."""
+
 QUADRATURE_LENGTHS, QUADRATURE_ANGLES = 4, 16
 """Numbers of lengths and angles of the polar quadrature: V within 0.65 % of the full sum, cosine of the
 gradients 0.9986, a 28th of the work."""
@@ -162,15 +165,21 @@ def _polar(n: int, size_mm: float) -> Offsets:
 def _offsets(n: int, size_mm: float, quadrature: Quadrature) -> Offsets:
     if quadrature not in _OFFSETS:
         raise InputError(f'quadrature: "{quadrature}" is not one of "full", "polar"')
-    widest = PAIR_DISTANCE_MM + PAIR_SPREAD_MM
-    if size_mm < widest:
-        raise InputError(
-            f"size_mm: a patch of {size_mm} mm is smaller than pairs of receptors, {widest:g} mm"
-        )
+    check_patch(size_mm)
     offsets = _OFFSETS[quadrature](n, size_mm)
     if not offsets:
-        raise InputError(f"size_mm: of {size_mm} mm no two samples lie as near as receptors, {widest:g} mm")
+        raise InputError(
+            f"size_mm: of {size_mm} mm no two samples lie as near as receptors, {WIDEST_MM:g} mm"
+        )
     return offsets
+
+
+def check_patch(size_mm: float) -> None:
+    """Raise InputError if a patch of this side is too small for pairs of receptors."""
+    if size_mm < WIDEST_MM:
+        raise InputError(
+            f"size_mm: a patch of {size_mm} mm is smaller than pairs of receptors, {WIDEST_MM:g} mm"
+        )
 
 
 _OFFSETS = {"full": full_offsets, "polar": _polar}

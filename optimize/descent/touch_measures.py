@@ -9,9 +9,10 @@ import torch
 from numpy.typing import ArrayLike
 
 import tactile
-from optimize.descent.targets import QUANTITIES, Quantity
+from optimize.descent.targets import QUANTITIES, ROUGHNESS, Quantity
 from relief.arrays import Array
 from tactile.model import FEM_MESH, ModelName
+from tactile.pair_variation import check_patch
 
 _log = logging.getLogger(__name__)
 
@@ -62,6 +63,10 @@ def measure_touch(
         InputError: heights, size or skin are out of range; the message names the field.
         ContactError: the contact does not converge.
     """
+    quantities = tuple(quantities)
+    if ROUGHNESS in quantities:
+        # Before the operators are built, which can take many seconds.
+        check_patch(size_mm)
     touch = tactile.press(torch.as_tensor(heights), size_mm, skin, model, mesh=mesh)
     measures = touch_measures(
         touch,

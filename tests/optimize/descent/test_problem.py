@@ -1,12 +1,16 @@
 """The problem of a descent: errors of targets, gradients of touch, and which heights are allowed."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import tactile
 from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.targets import Targets
+from optimize.descent.touch_measures import measure_touch
+from relief.errors import InputError
 from relief.limits import HEIGHT_LIMIT_MM
 from tests.optimize.conftest import ProblemWith
 
@@ -21,6 +25,15 @@ def test_a_quantity_without_a_goal_has_no_error() -> None:
     assert Targets.of(0.01, roughness=0.1).relative_error({"roughness": 0.1, "contact_area_mm2": 3.0}) == 0.0
     area = Targets.of(0.01, contact_area_mm2=50.0)
     assert area.relative_error({"roughness": 7.0, "contact_area_mm2": 50.0}) == 0.0
+
+
+def test_a_plate_too_small_for_roughness_is_refused_before_any_operator_is_built(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RETOUCH_CACHE", str(tmp_path))
+    with pytest.raises(InputError, match="size_mm: a patch of 1"):
+        measure_touch(np.zeros((16, 16)), 1.0, tactile.Skin(poisson_ratio=0.321), "layer")
+    assert not [*tmp_path.iterdir()]
 
 
 STEP_MM = 1e-7
