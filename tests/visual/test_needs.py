@@ -357,7 +357,7 @@ def test_what_a_richer_scene_takes_is_told_too(mi: ModuleType, tmp_path: Path) -
 def test_a_variant_without_gradients_is_an_obstacle_too(mi: ModuleType, tmp_path: Path) -> None:
     lines = told(tmp_path, sun(35), sky(0), variant="scalar_rgb")
     assert lines["ambient"].startswith("black")
-    assert "choose none" in lines["gradients"]
+    assert "name no variant" in lines["gradients"]
     assert "not followed" in lines["shadow edges"]
 
 

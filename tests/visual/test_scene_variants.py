@@ -63,7 +63,7 @@ def test_other_variants_only_render(scene_of: Callable[..., Scene], tmp_path: Pa
     scene = scene_of(sun(35), pixel_format="rgb", variant=variant)
     expected = scene_of(sun(35)).render().numpy().mean()
     assert scene.render(samples=16).numpy().mean() == pytest.approx(expected, rel=0.02)
-    refused = rf"variant: {variant} has no gradients of pictures; choose none, or llvm_ad_mono"
+    refused = rf"variant: {variant} has no gradients of pictures; name no variant, or llvm_ad_mono"
     heights = torch.tensor(scene.heights, requires_grad=True)
     for wanted in (scene.views, scene.fast_renderer, lambda: scene.render(heights)):
         with pytest.raises(InputError, match=refused):

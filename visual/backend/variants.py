@@ -133,4 +133,4 @@ def without_gradients(name: str) -> str | None:
         llvm.prepare()
     except llvm.LLVMMissing as missing:
         return f"variant: {name} has no gradients of pictures: {missing}"
-    return f"variant: {name} has no gradients of pictures; choose none, or llvm_ad_mono"
+    return f"variant: {name} has no gradients of pictures; name no variant, or llvm_ad_mono"
