@@ -77,9 +77,10 @@ def main() -> None:
     text = as_text(rows)
     print(text)
     start, end = START.format(arguments.what), END.format(arguments.what)
-    before, _, rest = PAGE.read_text(encoding="utf-8").partition(start)
-    after = rest.partition(end)[2]
-    PAGE.write_text(f"{before}{start}{text}\n{end}{after}", encoding="utf-8")
+    before, found, rest = PAGE.read_text(encoding="utf-8").partition(start)
+    if found:
+        after = rest.partition(end)[2]
+        PAGE.write_text(f"{before}{start}{text}\n{end}{after}", encoding="utf-8")
 
 
 @contextmanager
