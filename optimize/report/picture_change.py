@@ -28,7 +28,7 @@ class Certainty(Enum):
 
     SAME = "The pictures are the same."
     KNOWN = "The noise of the pictures is small beside their change."
-    COARSE = "The noise of the pictures blurs their change by more than a tenth."
+    COARSE = "The noise of the pictures blurs their change by more than 15 %."
     WITHIN_NOISE = "The change of the pictures is no larger than their noise."
 
     @property
