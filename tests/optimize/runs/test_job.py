@@ -28,6 +28,7 @@ from optimize.runs.checkpoint import load_checkpoint, save_checkpoint
 from optimize.runs.config import Run, dump_resolved, load_run
 from optimize.runs.job import Result
 from optimize.runs.key import SETTINGS
+from optimize.runs.preparation import prepare
 from relief.errors import InputError
 from relief.heightmap import load_heights, save_heights_exr
 from relief.limits import BASE_MM
@@ -252,6 +253,16 @@ def test_a_path_may_be_text_and_the_directory_has_a_default(
 
 
 # What is refused
+
+
+def test_the_baseline_of_a_target_that_is_met_already_changes_nothing(run_file: RunFile) -> None:
+    """Noise of the few samples of its pictures would count as change, were the random numbers others."""
+    settings = load_run(run_file(), ["touch.jnd=0.0", "verify.model=none"])
+    prepared = prepare(settings, None)
+    before = prepared.problem.scene.render(samples=64, seed=5).numpy()
+    baseline = job._baseline(prepared, before, seed=1)
+    assert baseline is not None
+    np.testing.assert_allclose(baseline, before, atol=1e-3 * before.mean())
 
 
 def test_an_earlier_run_stays_unless_forced(finished: Result, run_file: RunFile) -> None:
