@@ -1,20 +1,23 @@
-"""Example textures: gravel, brick and grass, made from public-domain photographs of scikit-image.
+"""Example textures: three from public-domain photographs of scikit-image, nine from recipes of the corpus.
 
 ``python -m surrogate.corpus.bundled_textures`` writes them to ``mitsuba_scenes/textures``; ``--out`` names
 another folder.
 """
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from relief.files import partial_file
+from relief.heightmap import save_heights_png
+from relief.limits import PATCH_SIDE_MM
+from surrogate.corpus.recipes import SAMPLES, Recipe
+from surrogate.corpus.recipes import heights as recipe_heights
 
-SIDE = 128
-"""Samples a side of a texture, as in the paper."""
 SHRINK = 2
 """Photograph pixels a side of one sample."""
 SMOOTHING = 1.0
@@ -43,12 +46,59 @@ class Crop:
     relief_mm: float
     dark_is_high: bool = False
 
+    def heights(self) -> NDArray[np.float64]:
+        """Heights (SAMPLES, SAMPLES) from 0 to ``relief_mm``, in mm."""
+        import skimage.data
 
-CROPS = {
-    "gravel": Crop("gravel", top=128, left=128, relief_mm=1.2),
-    "brick": Crop("brick", top=128, left=128, relief_mm=1.0, dark_is_high=True),
-    "grass": Crop("grass", top=128, left=128, relief_mm=1.0),
-}
+        across = SAMPLES * SHRINK
+        photograph = getattr(skimage.data, self.photograph)()
+        square = photograph[self.top : self.top + across, self.left : self.left + across]
+        relief = relief_from_photograph(square)
+        return (1.0 - relief if self.dark_is_high else relief) * self.relief_mm
+
+
+@dataclass(frozen=True)
+class Procedural:
+    """A texture of a family of the corpus; its draw lies in the split that no net has seen.
+
+    Attributes:
+        family: Name in `surrogate.families.FAMILIES`.
+        draw: Seed of everything random in the texture.
+        relief_mm: Height of white above black that suits the texture, mm.
+    """
+
+    family: str
+    draw: int
+    relief_mm: float
+
+    @property
+    def recipe(self) -> Recipe:
+        """The recipe of the texture in the corpus, 1 mm high."""
+        source = f"{self.family}/{self.draw:016x}"
+        return Recipe(index=self.draw, source=source, draw=self.draw, relief_mm=1.0)
+
+    def heights(self) -> NDArray[np.float64]:
+        """Heights (SAMPLES, SAMPLES) from 0 to ``relief_mm``, in mm."""
+        return recipe_heights(self.recipe) * np.float64(self.relief_mm)
+
+
+TEXTURES: Mapping[str, Crop | Procedural] = MappingProxyType(
+    {
+        "gravel": Crop("gravel", top=128, left=128, relief_mm=1.2),
+        "brick": Crop("brick", top=128, left=128, relief_mm=1.0, dark_is_high=True),
+        "grass": Crop("grass", top=128, left=128, relief_mm=1.0),
+        "bark": Procedural("bark", draw=9, relief_mm=0.42),
+        "dots": Procedural("dots", draw=27, relief_mm=0.44),
+        "knit": Procedural("knit", draw=0, relief_mm=1.8),
+        "leather": Procedural("leather", draw=42, relief_mm=1.5),
+        "pebbles": Procedural("pebbles", draw=43, relief_mm=0.46),
+        "scratches": Procedural("scratches", draw=4, relief_mm=1.0),
+        "terrain": Procedural("terrain", draw=53, relief_mm=0.72),
+        "waves": Procedural("ripples", draw=45, relief_mm=1.0),
+        "weave": Procedural("weave", draw=45, relief_mm=1.2),
+    }
+)
+"""The example textures by name."""
 
 
 def relief_from_photograph(grey: ArrayLike) -> NDArray[np.float64]:
@@ -72,33 +122,15 @@ def relief_from_photograph(grey: ArrayLike) -> NDArray[np.float64]:
     return np.clip((means - low) / (high - low), 0.0, 1.0)
 
 
-def make(name: str) -> NDArray[np.uint16]:
-    """Make an example texture.
-
-    Args:
-        name: A key of `CROPS`.
-
-    Returns:
-        16 bit grey of shape (128, 128).
-    """
-    import skimage.data
-
-    crop, across = CROPS[name], SIDE * SHRINK
-    photograph = getattr(skimage.data, crop.photograph)()
-    square = photograph[crop.top : crop.top + across, crop.left : crop.left + across]
-    relief = relief_from_photograph(square)
-    return np.rint((1.0 - relief if crop.dark_is_high else relief) * 65535).astype(np.uint16)
-
-
 def write_all(folder: Path = FOLDER) -> list[Path]:
-    """Write every texture as a PNG into ``folder``, each whole or not at all, and return the paths."""
-    from PIL import Image
+    """Write every texture as a PNG into ``folder``, each whole or not at all, and return the paths.
 
+    Each file knows the side of its plate, 10 mm, and its relief.
+    """
     paths = []
-    for name in CROPS:
+    for name, texture in TEXTURES.items():
         path = folder / f"{name}.png"
-        with partial_file(path) as partial:
-            Image.fromarray(make(name)).save(partial)
+        save_heights_png(path, texture.heights(), texture.relief_mm, PATCH_SIDE_MM)
         paths.append(path)
     return paths
 

@@ -1,6 +1,7 @@
-"""Contact sheet of the corpus: shaded examples of every family and of the photographs.
+"""Contact sheets: shaded examples of every family and of the photographs, and the example textures.
 
-``python -m surrogate.corpus.contact_sheet`` writes ``docs/images/corpus.png``; ``--out`` names another file.
+``python -m surrogate.corpus.contact_sheet`` writes ``corpus.png`` and ``textures.png`` to ``docs/images``;
+``--out`` names another folder.
 """
 
 import argparse
@@ -14,8 +15,10 @@ from numpy.typing import NDArray
 from relief.files import write_atomically
 from relief.limits import PATCH_SIDE_MM
 from relief.shading import facing
+from surrogate.corpus.bundled_textures import TEXTURES
 from surrogate.corpus.photographs import FILES
-from surrogate.corpus.recipes import Recipe, heights
+from surrogate.corpus.recipes import Recipe
+from surrogate.corpus.recipes import heights as recipe_heights
 from surrogate.families import FAMILIES
 
 ELEVATION_DEG, AZIMUTH_DEG = 35.0, 135.0
@@ -33,7 +36,7 @@ _GAP, _LABEL = 4, 18
 _PAPER, _INK = 255, 40
 """Grey values of the background and of the labels."""
 
-CONTACT_SHEET = Path(__file__).resolve().parents[2] / "docs" / "images" / "corpus.png"
+FOLDER = Path(__file__).resolve().parents[2] / "docs" / "images"
 
 
 def shaded(heights_mm: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -68,11 +71,21 @@ def examples() -> dict[str, list[Recipe]]:
     return rows
 
 
-def contact_sheet(rows: Mapping[str, Sequence[Recipe]], across: int = ACROSS) -> bytes:
-    """Draw textures as one picture.
+def corpus() -> dict[str, list[NDArray[np.float32]]]:
+    """Return the heights of `examples`, in mm."""
+    return {label: [recipe_heights(texture) for texture in row] for label, row in examples().items()}
+
+
+def textures() -> dict[str, list[NDArray[np.float64]]]:
+    """Return the heights of the example textures by name, in mm."""
+    return {f"{name}, {texture.relief_mm:g} mm": [texture.heights()] for name, texture in TEXTURES.items()}
+
+
+def contact_sheet(rows: Mapping[str, Sequence[NDArray[np.floating]]], across: int = ACROSS) -> bytes:
+    """Draw reliefs as one picture.
 
     Args:
-        rows: Textures by their label, one cell a label.
+        rows: Heights (size, size) in mm by their label, one cell a label.
         across: Cells side by side.
 
     Returns:
@@ -81,8 +94,8 @@ def contact_sheet(rows: Mapping[str, Sequence[Recipe]], across: int = ACROSS) ->
     from PIL import Image, ImageDraw
 
     cells = []
-    for label, textures in rows.items():
-        tiles = [np.rint(shaded(heights(texture)) * 255).astype(np.uint8) for texture in textures]
+    for label, reliefs in rows.items():
+        tiles = [np.rint(shaded(heights) * 255).astype(np.uint8) for heights in reliefs]
         strip = np.hstack([np.pad(tile, ((0, 0), (0, _GAP)), constant_values=_PAPER) for tile in tiles])
         cell = Image.fromarray(np.pad(strip, ((_LABEL, _GAP), (0, 2 * _GAP)), constant_values=_PAPER))
         ImageDraw.Draw(cell).text((0, 3), label.replace("_", " "), fill=_INK)
@@ -103,12 +116,13 @@ def _draws(place: int) -> range:
 def main() -> None:
     """Run the command ``python -m surrogate.corpus.contact_sheet``."""
     parser = argparse.ArgumentParser(
-        prog="python -m surrogate.corpus.contact_sheet", description="Draw examples of the corpus."
+        prog="python -m surrogate.corpus.contact_sheet", description="Draw the corpus and the textures."
     )
-    parser.add_argument("--out", type=Path, default=CONTACT_SHEET, help="PNG to write (default: %(default)s)")
+    parser.add_argument("--out", type=Path, default=FOLDER, help="folder to write to (default: %(default)s)")
     out = parser.parse_args().out
-    write_atomically(out, contact_sheet(examples()))
-    print(out)
+    for name, rows, across in (("corpus", corpus(), ACROSS), ("textures", textures(), 6)):
+        write_atomically(out / f"{name}.png", contact_sheet(rows, across))
+        print(out / f"{name}.png")
 
 
 if __name__ == "__main__":

@@ -15,11 +15,20 @@ _PHOTOGRAPHS: Mapping[Split, str] = {
     "validation": "chelsea coins",
     "test": "brick grass gravel",
 }
-# The example textures, which are cut from the three photographs above.
+# SHA-256 of the files of the example textures, which are cut from the three photographs above or drawn.
 _TEST_FILES = (
-    "59fc8f153dbb67a33f2dae1a54cd2f7253f4fba7a824c4903c63453b9184139b",
-    "8baad203ef80d0b86921f307cb9f295380777826c82d1ca0a132e097ef0f668d",
-    "89588ef998eb757a1e76ba14f9ccc7f543b5b88782974ce25bafd3bfe20cd1a6",
+    "0d964111899e4371dcee04a43388f925d414e19048d79910c756a521c1136bb1",
+    "1c607daa29fe6775232a707338c84e4b3206eae60bd1ff761425abdaa976eb39",
+    "20d48585ea6868d57346b6871ec06cda5804156767cb5a1c2a22e841e311769a",
+    "3ebd21bb292b4a51f5fb2cf47a13e8371416e84be9e0f866852e8e02c68381e1",
+    "472d62ea5bcf6530bd7165f15387f34ad44224b0d4310f79410b0f219624a159",
+    "47b7468d4a39a92343db8a5f2ea23474e81b62ed7be1c2321250fdc44998c567",
+    "5f392105172bb98fa366a6d000470905985d8be91d3162e68212595959a6f942",
+    "6dd90030d30fcfff32cdb12845a38b6468575098a227a3fcdb71704304716796",
+    "b42242409435619f46e486853f8a11f681ea9070ae336994e2c77d07dc3f6818",
+    "d42bc3fbc0a9197bd38348857930b40d60e36a8471dd0e66afb2de823fb04dd5",
+    "de64b5c88c0509439f37b08ba10fa1cebb5a503788c8643c0935427c24948195",
+    "f4d5c31bdf7c7cb5a79d8e501eb1ea2859b44df97bf11c8c07068e3c2ad6173f",
 )
 ASSIGNED: Mapping[str, Split] = MappingProxyType(
     {f"scikit-image/{name}": split for split, names in _PHOTOGRAPHS.items() for name in names.split()}

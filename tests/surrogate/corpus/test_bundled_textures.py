@@ -4,32 +4,41 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
+from relief.heightmap import load_height_map
+from relief.limits import PATCH_SIDE_MM
 from surrogate.corpus import bundled_textures as textures
+from surrogate.corpus.recipes import SAMPLES
 
 
-@pytest.mark.parametrize("name", textures.CROPS)
+@pytest.mark.parametrize("name", textures.TEXTURES)
 def test_the_committed_texture_is_what_the_command_makes(name: str) -> None:
-    committed = np.asarray(Image.open(textures.FOLDER / f"{name}.png"))
-    made = textures.make(name)
-    assert committed.dtype == np.uint16
-    assert committed.shape == (textures.SIDE, textures.SIDE)
-    # One step of 65535: the last bit of a sum may differ between machines.
-    assert np.abs(committed.astype(int) - made.astype(int)).max() <= 1
+    texture, committed = textures.TEXTURES[name], load_height_map(textures.FOLDER / f"{name}.png")
+    assert committed.size_mm == PATCH_SIDE_MM
+    made = texture.heights()
+    assert committed.heights.shape == made.shape == (SAMPLES, SAMPLES)
+    # One step of 65535, and half a step of rounding: the last bit of a sum may differ between machines.
+    np.testing.assert_allclose(committed.heights, made, rtol=0, atol=1.6 / 65535 * texture.relief_mm)
 
 
 def test_writing_leaves_nothing_but_the_textures(tmp_path: Path) -> None:
     paths = textures.write_all(tmp_path / "new")
     assert sorted(paths) == sorted((tmp_path / "new").iterdir())
+    assert [path.stem for path in paths] == list(textures.TEXTURES)
 
 
-def test_a_texture_uses_its_whole_range_and_more_levels_than_8_bits_have() -> None:
-    for name in textures.CROPS:
-        grey = textures.make(name)
-        assert grey.min() == 0
-        assert grey.max() == 65535
-        assert len(np.unique(grey)) > 256
+@pytest.mark.parametrize("name", textures.TEXTURES)
+def test_a_texture_uses_its_whole_range_and_more_levels_than_8_bits_have(name: str) -> None:
+    heights = textures.TEXTURES[name].heights()
+    assert heights.min() == 0.0
+    assert heights.max() == textures.TEXTURES[name].relief_mm
+    assert len(np.unique(heights)) > 256
+
+
+def test_no_net_has_seen_a_procedural_texture() -> None:
+    made = [texture for texture in textures.TEXTURES.values() if isinstance(texture, textures.Procedural)]
+    assert len(made) == 9
+    assert {texture.recipe.split for texture in made} == {"test"}
 
 
 def test_shrinking_keeps_a_ramp_a_ramp() -> None:

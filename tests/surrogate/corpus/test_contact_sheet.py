@@ -5,7 +5,15 @@ import io
 import numpy as np
 from PIL import Image
 
-from surrogate.corpus.contact_sheet import AMBIENT, ELEVATION_DEG, contact_sheet, examples, shaded
+from surrogate.corpus.contact_sheet import (
+    AMBIENT,
+    ELEVATION_DEG,
+    contact_sheet,
+    corpus,
+    examples,
+    shaded,
+    textures,
+)
 from surrogate.families import FAMILIES
 
 
@@ -26,7 +34,11 @@ def test_the_sheet_has_every_family() -> None:
 
 
 def test_a_sheet_is_a_picture_of_its_cells() -> None:
-    rows = dict(list(examples().items())[:3])
+    rows = dict(list(corpus().items())[:3])
     with Image.open(io.BytesIO(contact_sheet(rows, across=2))) as image:
         width, height = image.size
     assert width > 2 * 3 * 128 and height > 2 * 128
+
+
+def test_every_example_texture_has_a_cell_of_its_own() -> None:
+    assert [len(row) for row in textures().values()] == [1] * 12

@@ -54,6 +54,12 @@ def test_the_example_textures_are_in_the_split_of_the_pictures_that_they_are_cut
         )
 
 
+def test_the_example_textures_are_never_trained_on() -> None:
+    files = sorted(EXAMPLES.glob("*.png"))
+    assert len(files) == 12
+    assert {split_of(source_of_file(file)) for file in files} == {"test"}
+
+
 def test_a_crop_fills_the_range_and_shows_something() -> None:
     for picture in bundled():
         cut = crop(np.random.default_rng(2), picture.read(), 64)
