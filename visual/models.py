@@ -13,7 +13,9 @@ from visual.lights.quadrature import parallel_obstacle
 from visual.needs import DIRECT_DEPTH, Needs
 from visual.scene_file.parsed import Camera, Description
 
-LookModel = Literal["exact", "fast"]
+LookModel = Literal["exact", "fast", "shading", "heights"]
+"""Models that steer a descent. "shading", the fast look without shadows and ambient occlusion, and "heights",
+height differences in place of pictures, exist to compare with."""
 PictureModel = Literal["exact", "step", "fast"]
 """Gradients of rendered pictures (`visual.exact.render`), pictures with explicit Jacobians for Gauss-Newton
 steps (`visual.exact.view`), and the fast look (`visual.fast`)."""

@@ -27,6 +27,7 @@ from visual.explain import explain
 from visual.fast.conversion import fast_renderer
 from visual.fast.renderer import FastRenderer, FilmWeights, box_weights
 from visual.geometry.film_samples import hidden_plate, plate_pixels
+from visual.height_view import HeightView
 from visual.lights.kind import Light
 from visual.lights.parallel import LUMINANCE, ParallelLights
 from visual.lights.quadrature import Quadrature, kind_of, parallel_obstacle, prepare
@@ -80,7 +81,7 @@ class Scene:
         self.weights = np.array(self._needs.weights)
         self._loaded: dict[tuple[int, ...], LightScene] = {}
         self._quadratures: dict[tuple[int, ...], Quadrature] = {}
-        self._fast: FastRenderer | None = None
+        self._fast: dict[bool, FastRenderer] = {}
         self.white = white_radiance(self._description, self.illumination)
 
     def __repr__(self) -> str:
@@ -108,8 +109,10 @@ class Scene:
             size_mm: must agree with the scene's plate if not None.
             samples: a pixel; default as the scene file says.
             seed: the same seed, the same pictures.
-            model: "exact", Mitsuba with shadow edges in its gradient; "fast", `visual.fast.renderer`, which
-                takes no samples, no seed and no other resolution.
+            model: "exact", Mitsuba with shadow edges in its gradient; "fast", `visual.fast.renderer`;
+                "shading", the same without shadows and ambient occlusion; "heights", no pictures but height
+                differences (`visual.height_view`). All but "exact" take no samples, no seed and no other
+                resolution.
             resolution: pixels along the film's longer side instead of its own.
             shadow_edges: whether the gradient follows shadow boundaries.
 
@@ -124,8 +127,10 @@ class Scene:
         self.check_size(size_mm)
         variants.use(self.variant)
         field = self._field(heights)
-        if model == "fast":
-            return self.fast_renderer().pictures(field)
+        if model == "heights":
+            return HeightView(self.heights, len(self.conditions)).pictures(field)
+        if model != "exact":
+            return self.fast_renderer(shadows=model == "fast").pictures(field)
         if field.requires_grad:
             variants.require_gradients()
             self._require("exact")
@@ -263,13 +268,16 @@ class Scene:
         each = self.light_scenes(resolution)
         return (each[:-1], each[-1]) if self._needs.around else (each, None)
 
-    def fast_renderer(self) -> FastRenderer:
+    def fast_renderer(self, shadows: bool = True) -> FastRenderer:
         """The fast renderer of this scene, converted once; its pictures and gradients take no Mitsuba.
+
+        Args:
+            shadows: whether there are shadows and ambient occlusion; False for the look "shading".
 
         Raises:
             InputError: what the fast look cannot show, or that there is no net for the ambient light.
         """
-        if self._fast is None:
+        if shadows not in self._fast:
             self._require("fast")
             variants.use(self.variant)
             variants.require_gradients()
@@ -281,8 +289,8 @@ class Scene:
                 film = box_weights(self.resolution[0], samples)
             elif reconstruction is not None:
                 film = FilmWeights(reconstruction.along(samples, 2), reconstruction.along(2 * samples, 1))
-            self._fast = fast_renderer(samples, self.size_mm, bsdf, lights, ambient, film)
-        return self._fast
+            self._fast[shadows] = fast_renderer(samples, self.size_mm, bsdf, lights, ambient, film, shadows)
+        return self._fast[shadows]
 
     def illumination(self, light: Light, directions: int = FIXED_DIRECTIONS) -> ParallelLights:
         """Fixed parallel lights that stand for a light of the scene."""

@@ -31,7 +31,7 @@ class AdamDescent:
         self._unit = 1.0 / problem.scene.white
         # Target and current pictures share their random numbers, so that most of the noise cancels.
         self._target = self._pictures(torch.as_tensor(problem.heights))
-        self._plate = problem.scene.plate_weights()
+        self._plate = problem.plate_weights(self._target.numpy())
         self._heights = torch.nn.Parameter(torch.as_tensor(problem.heights).clone())
         self._adam = torch.optim.Adam([self._heights], lr=learning_rate)
         self._energy: Tensor | None = None

@@ -28,6 +28,7 @@ from tactile.sparse import factorised
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures, View
 from visual.fast.jacobian import FastView
+from visual.height_view import HeightView
 
 DAMPING = 1.0
 """Damping mu of the first step, for pictures in units of their mean and heights in mm, one pixel a sample."""
@@ -127,7 +128,7 @@ class GaussNewton:
         self._unit = 1.0 / target.mean()
         self._target = target * self._unit
         self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
-        self._plate = problem.scene.plate_weights(max(target.shape[1:]))
+        self._plate = problem.plate_weights(self._target)
         self._current: _Evaluation | None = None
 
     @staticmethod
@@ -250,10 +251,12 @@ class GaussNewton:
         return _System(matrix, damping, load)
 
 
-def _views(problem: Problem) -> tuple[View | FastView, ...]:
+def _views(problem: Problem) -> tuple[View | FastView | HeightView, ...]:
     """Views that give the pictures of a step with their Jacobians."""
-    if problem.look == "fast":
-        return (FastView(problem.scene.fast_renderer()),)
+    if problem.look == "heights":
+        return (HeightView(problem.heights, len(problem.scene.conditions)),)
+    if problem.look != "exact":
+        return (FastView(problem.scene.fast_renderer(shadows=problem.look == "fast")),)
     resolution = REFINEMENT * max(problem.scene.resolution)
     return problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
 

@@ -101,6 +101,12 @@ class Problem:
             touch, values, self.touch, gradients=np.array(rows).reshape(len(rows), heights.size)
         )
 
+    def plate_weights(self, pictures: Array) -> Array:
+        """Weights of the pixels of a step's pictures, (conditions, rows, cols); see `Scene.plate_weights`."""
+        if self.look == "heights":
+            return np.ones_like(pictures)
+        return self.scene.plate_weights(max(pictures.shape[1:]))
+
     def value_of(self, quantity: Quantity, touch: tactile.Touch) -> Tensor:
         """A quantity of a touch, by the cheaper estimate where touch itself is by a fast model."""
         value = quantity.fast_value if self.fast_touch else None

@@ -131,11 +131,12 @@ class Look(_Section):
 
     Attributes:
         model: of the pictures, for the descent; "auto": fast where it can show the scene, else exact.
+            To compare with: "shading", without shadows and ambient occlusion; "heights", height differences.
         weight: w1.
         samples: a pixel, of pictures by Mitsuba during the descent; None: the method's own number.
     """
 
-    model: Literal["exact", "fast", "auto"] = "exact"
+    model: Literal["exact", "fast", "shading", "heights", "auto"] = "exact"
     weight: NotNegative = 1.0
     samples: Samples | None = None
 

@@ -104,9 +104,7 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         check_model(skin, samples, scene.size_mm, settings.touch.model)
         if verify.model == "fem":
             check_model(skin, samples, scene.size_mm, "fem", verify.resolution)
-    if look == "fast":
-        scene.fast_renderer()
-    else:
+    if look == "exact":
         scene.views()
     heights, pixels = samples**2, scene.resolution[0] * scene.resolution[1]
     steps = expected_steps(settings)
@@ -157,4 +155,4 @@ def _seconds(settings: Run, look: LookModel, steps: int, heights: int, rendered:
     if settings.descent.method == "adam":
         samples = settings.look.samples or ADAM_SAMPLES
         return START_S + final + steps * ADAM_STEP * PIXEL_S * rendered * samples
-    return START_S + final + steps * heights * (FAST_STEP_S if look == "fast" else STEP_S)
+    return START_S + final + steps * heights * (STEP_S if look == "exact" else FAST_STEP_S)

@@ -151,18 +151,19 @@ def steering_look(settings: Run, scene: Scene) -> LookModel:
     A warning is logged where "auto" becomes "exact".
 
     Raises:
-        InputError: the fast look is asked for and cannot show the scene.
+        InputError: the fast look, or "shading" by it, is asked for and cannot show the scene.
     """
-    if settings.look.model == "exact":
-        return "exact"
+    look = settings.look.model
+    if look in ("exact", "heights"):
+        return look
     try:
-        scene.fast_renderer()
+        scene.fast_renderer(shadows=look != "shading")
     except InputError as obstacle:
-        if settings.look.model == "fast":
+        if look != "auto":
             raise
         _log.warning("steps take exact light: %s", str(obstacle).partition("; use look.model")[0])
         return "exact"
-    return "fast"
+    return "fast" if look == "auto" else look
 
 
 def _targets(settings: Run, size_mm: float, original: Values) -> Targets:

@@ -23,7 +23,7 @@ SECTIONS: Mapping[str, tuple[str, ...]] = {
 TOP = ("scene", "texture", "size_mm", "relief_mm", "height_scale", "seed")
 VALID: Mapping[str, tuple[Any, ...]] = {
     "jnd": (2, -1, 0.5),
-    "model": ("layer", "quick", "exact", "fast", "none", "fem", "net"),
+    "model": ("layer", "quick", "exact", "fast", "shading", "heights", "none", "fem", "net"),
     "method": ("gauss-newton", "adam"),
     "samples": (1, 4, 16),
     "steps": (1, 2),

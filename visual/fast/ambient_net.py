@@ -121,6 +121,21 @@ class AmbientLight:
         return sky_visibility(self.net, maps)[0, :n, :n].to(heights.dtype)
 
 
+@dataclass(frozen=True, eq=False)
+class UnoccludedLight:
+    """Ambient light that nothing hides.
+
+    Attributes:
+        table: of the material under the whole sky, with the light's own strength.
+    """
+
+    table: BsdfTable
+
+    def visibility(self, heights: Tensor, size_mm: float, unoccluded: Tensor) -> Tensor:
+        """Ones; arguments and result as of `AmbientLight.visibility`."""
+        return torch.ones_like(heights)
+
+
 def material_figures(table: BsdfTable) -> dict[str, float]:
     """Radiance of tilted faces under the whole sky over that of a level face, by name."""
     angles = torch.tensor((0.0, *MATERIAL_ANGLES), dtype=table.values.dtype)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from visual.fast.ambient_net import trained_ambient_light
+from visual.fast.ambient_net import AmbientLight, UnoccludedLight, trained_ambient_light
 from visual.fast.bsdf_table import ambient_table, light_table
 from visual.fast.renderer import FastRenderer, FilmWeights
 from visual.lights.kind import RGB
@@ -22,6 +22,7 @@ def fast_renderer(
     lights: Sequence[ParallelLights],
     ambient: RGB,
     film: FilmWeights | None = None,
+    shadows: bool = True,
 ) -> FastRenderer:
     """The fast renderer of a plate seen from straight above.
 
@@ -32,6 +33,7 @@ def fast_renderer(
         lights: what shines in each condition; with none, the one condition is ambient light alone.
         ambient: radiance from all around, added to every condition; red, green and blue.
         film: weights of the film; None for a box and one pixel at each sample.
+        shadows: whether the plate casts shadows on itself and hides ambient light from itself.
 
     Raises:
         InputError: there is no net for ambient light on this material.
@@ -40,9 +42,10 @@ def fast_renderer(
         np.concatenate([getattr(alone, name) for alone in lights]) if lights else np.zeros((0, 3))
         for name in ("toward", "irradiance")
     )
-    around = None
+    around: AmbientLight | UnoccludedLight | None = None
     if max(ambient) > LEAST_RADIANCE:
-        around = trained_ambient_light(ambient_table(bsdf, np.array(ambient)))
+        table = ambient_table(bsdf, np.array(ambient))
+        around = trained_ambient_light(table) if shadows else UnoccludedLight(table)
     return FastRenderer(
         samples,
         size_mm,
@@ -52,4 +55,5 @@ def fast_renderer(
         light_table(bsdf, ParallelLights(toward, irradiance)) if len(toward) else None,
         around,
         film,
+        shadows,
     )

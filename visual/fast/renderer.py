@@ -15,7 +15,7 @@ import scipy.sparse as sp
 import torch
 from torch import Tensor
 
-from visual.fast.ambient_net import AmbientLight
+from visual.fast.ambient_net import AmbientLight, UnoccludedLight
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.lit_picture import lit_picture, lit_share, pooled_faces
 from visual.fast.refinement import (
@@ -63,6 +63,7 @@ class FastRenderer:
         table: radiance of faces under each light; None without lights.
         ambient: light from all around; None without.
         film: weights of the film; None for a box and one pixel at each sample.
+        shadows: whether the parallel lights cast shadows.
     """
 
     samples: int
@@ -71,8 +72,9 @@ class FastRenderer:
     condition: tuple[int, ...]
     conditions: int
     table: BsdfTable | None
-    ambient: AmbientLight | None
+    ambient: AmbientLight | UnoccludedLight | None
     film: FilmWeights | None = None
+    shadows: bool = True
 
     def pictures(self, heights: Tensor) -> Tensor:
         """Render reliefs, differentiably; in single precision whatever that of the heights.
@@ -89,8 +91,8 @@ class FastRenderer:
         return each.view(*heights.shape[:-2], *each.shape[1:]).to(heights.dtype)
 
     def sweep(self, toward: tuple[float, float, float], dtype: torch.dtype) -> ShadowSweep | None:
-        """The shadow sweep of a light; None if the light stands straight above and casts no shadow."""
-        if math.hypot(*toward[:2]) <= OVERHEAD:
+        """The shadow sweep of a light; None if the light casts no shadow, as from straight above."""
+        if not self.shadows or math.hypot(*toward[:2]) <= OVERHEAD:
             return None
         return shadow_sweep(self.samples, self.size_mm, toward, dtype)
 

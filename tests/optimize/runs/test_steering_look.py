@@ -32,22 +32,24 @@ def test_other_scenes_fall_back_to_exact_light_in_one_line(
 ) -> None:
     path = write_scene(tmp_path, waves(SIDE, 1.0).numpy(), [sun(35)], **{"camera": ABOVE, **written})
     scene, texture = load_scene(path), tmp_path / "heights.npy"
-    auto, fast, exact = (
+    auto, fast, shading, exact, heights = (
         run_from_scene(path, texture, ["touch.jnd=1", f"look.model={model}"])
-        for model in ("auto", "fast", "exact")
+        for model in ("auto", "fast", "shading", "exact", "heights")
     )
-    assert steering_look(exact, scene) == "exact"
+    assert (steering_look(exact, scene), steering_look(heights, scene)) == ("exact", "heights")
     assert not caplog.records
     if obstacle is None:
         assert (steering_look(auto, scene), steering_look(fast, scene)) == ("fast", "fast")
+        assert steering_look(shading, scene) == "shading"
         return
     with caplog.at_level(logging.WARNING):
         assert steering_look(auto, scene) == "exact"
     (record,) = caplog.records
     assert record.getMessage().startswith("steps take exact light: ")
     assert obstacle in record.getMessage()
-    with pytest.raises(InputError, match=obstacle):
-        steering_look(fast, scene)
+    for refused in (fast, shading):
+        with pytest.raises(InputError, match=obstacle):
+            steering_look(refused, scene)
 
 
 def test_a_fast_look_that_cannot_be_is_refused_before_the_skin_is_built(
