@@ -20,7 +20,7 @@ from relief.arrays import Array
 from relief.progress import stage
 
 STEPS_AN_ITERATION = 25
-"""Steps that each further outer iteration may add to those of the run."""
+"""Steps that each further outer iteration may add to those of the run, for methods of many steps."""
 
 LARGEST_RATIO = 2.0
 """Largest correction factor. If two models differ by more, one is outside its range of validity and the
@@ -91,6 +91,7 @@ class Plan:
         corrections: most outer iterations after the first.
         method_for: makes a descent method for surrogate targets and a largest step number.
         verify: measures the touch of heights (rows, cols) in mm; None: the descent is not verified.
+        steps_an_iteration: steps that each further outer iteration may add.
     """
 
     targets: Targets
@@ -98,10 +99,11 @@ class Plan:
     corrections: int
     method_for: Callable[[Targets, int], DescentMethod]
     verify: Callable[[Array], TouchMeasures] | None
+    steps_an_iteration: int = STEPS_AN_ITERATION
 
     def step_limit(self, iteration: int) -> int:
         """Largest step number of an outer iteration, counted from 0."""
-        return self.steps + iteration * STEPS_AN_ITERATION
+        return self.steps + iteration * self.steps_an_iteration
 
 
 @dataclass(frozen=True)

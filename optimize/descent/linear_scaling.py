@@ -1,13 +1,15 @@
-"""Linear scaling, the baseline: the relief scaled in height until its first target is met."""
+"""Linear scaling, the method to compare with: the relief scaled until its first target is met (paper 5.1)."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 import torch
+from scipy import ndimage
 
-from optimize.descent.problem import Problem
+from optimize.descent.driver import Iterate, Remembered
+from optimize.descent.problem import Problem, change_percent
 from relief.arrays import Array
 from relief.limits import HEIGHT_LIMIT_MM
 from relief.progress import stage
@@ -16,15 +18,24 @@ STRIDE = 1.25
 """Factor between the scales tried, outward from 1, until the goal lies between two of them."""
 
 FLATTEST = 0.02
-"""Smallest scale tried."""
+"""Smallest scale of the height tried."""
+
+WIDEST = 4.0
+"""Largest factor sideways that is tried, both ways: a quarter of the plate's side then fills the plate."""
 
 TRIES = 20
 """Most presses between two scales; two or three suffice, unless rounding exceeds the tolerance."""
 
+ACCURACY = 0.1
+"""Share of the target's tolerance within which the target is met."""
+
+_Point = tuple[float, float]
+"""A scale and the excess there."""
+
 
 @stage("scaling the original for comparison")
 def linear_scaling(problem: Problem) -> Array | None:
-    """The original scaled in height until its first target is met (paper section 5.1.1).
+    """The original scaled in height until its first target is met.
 
     The presses are in single precision, each from the pressures of the last; the target is met within a tenth
     of its tolerance.
@@ -35,45 +46,127 @@ def linear_scaling(problem: Problem) -> Array | None:
     relief = problem.heights - problem.heights.min()
     if relief.max() <= 0.0:
         return None
+    (scale, _), met = _height_scale(_excess_of(problem), relief, ACCURACY * problem.targets.each[0].tolerance)
+    return relief * scale if met else None
 
-    target = problem.targets.each[0]
-    single = replace(problem, precision=torch.float32)
+
+def scaled_both_ways(problem: Problem) -> Array:
+    """The original scaled in height up to 3 mm and then, if that is not enough, sideways as well.
+
+    Returns:
+        (rows, cols) mm: the first target is met within a tenth of its tolerance, or missed by the least of
+        all scales tried.
+    """
+    relief = problem.heights - problem.heights.min()
+    if relief.max() <= 0.0:
+        return relief
+    excess, tolerance = _excess_of(problem), ACCURACY * problem.targets.each[0].tolerance
+    (scale, missed_by), met = _height_scale(excess, relief, tolerance)
+    if met:
+        return relief * scale
+    tallest = relief * (HEIGHT_LIMIT_MM / float(relief.max()))
+    (factor, closest), _ = _scale_for(
+        lambda factor: excess(stretched(tallest, factor)), 1.0, (1.0 / WIDEST, WIDEST), tolerance
+    )
+    return stretched(tallest, factor) if abs(closest) < abs(missed_by) else relief * scale
+
+
+def stretched(relief: Array, factor: float) -> Array:
+    """A relief scaled sideways about the centre of the plate; where it ends, it goes on as in a mirror.
+
+    Args:
+        relief: (rows, cols) heights.
+        factor: above 1, the middle of the relief fills the plate; below 1, detail that the grid cannot hold
+            is blurred.
+
+    Returns:
+        (rows, cols) in the range of `relief`, by cubic interpolation.
+    """
+    if factor < 1.0:
+        # As wide as the mean over the samples that one sample stands for.
+        relief = ndimage.gaussian_filter(relief, math.sqrt((1.0 / factor**2 - 1.0) / 12.0), mode="reflect")
+    middle = 0.5 * (np.array(relief.shape) - 1.0)
+    at = [(np.arange(n) - m) / factor + m for n, m in zip(relief.shape, middle, strict=True)]
+    found = ndimage.map_coordinates(relief, np.meshgrid(*at, indexing="ij"), order=3, mode="reflect")
+    return np.asarray(np.clip(found, relief.min(), relief.max()))
+
+
+class LinearScaling:
+    """Linear scaling as a descent method (`optimize.descent.driver.DescentMethod`): all in one step."""
+
+    patience: int | None = None
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        self._plate = problem.scene.plate_weights()
+        self._original = self._pictures(problem.heights)
+
+    @staticmethod
+    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
+        """Nothing; see the protocol."""
+        return {}
+
+    def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
+        """The iterate at these heights; see the protocol."""
+        problem = self._problem
+        touch = problem.press(heights, gradients=False)
+        pictures = self._original if heights is problem.heights else self._pictures(heights)
+        change = change_percent(pictures, self._original, self._plate, problem.scene.weights)
+        return Iterate(step, heights, touch.values, touch.contact_fraction, *change, {})
+
+    def advance(self, iterate: Iterate) -> Iterate:
+        """The original scaled to the first target; what is scaled is never the iterate."""
+        return self.begin(iterate.step + 1, scaled_both_ways(self._problem), {})
+
+    def _pictures(self, heights: Array) -> Array:
+        problem = self._problem
+        pictures = problem.scene.render(heights, None, problem.samples, problem.seed, problem.look)
+        return np.asarray(pictures.numpy())
+
+
+def _excess_of(problem: Problem) -> Callable[[Array], float]:
+    """A function that presses a relief (rows, cols) and returns the relative excess over the first target."""
+    target, single = problem.targets.each[0], replace(problem, precision=torch.float32)
     pressure = None
 
-    def excess(scale: float) -> float:
+    def excess(relief: Array) -> float:
         nonlocal pressure
-        touch = single.press(relief * scale, pressure, gradients=False)
+        touch = single.press(relief, pressure, gradients=False)
         pressure = touch.pressure
         return touch.values[target.quantity.name] / target.goal - 1.0
 
-    bracket = _bracket(excess, HEIGHT_LIMIT_MM / float(relief.max()))
-    if bracket is None:
-        return None
-    return np.asarray(relief * _root(excess, *bracket, 0.1 * target.tolerance))
+    return excess
 
 
-_Point = tuple[float, float]
-"""A scale and the excess there."""
+def _height_scale(excess: Callable[[Array], float], relief: Array, tolerance: float) -> tuple[_Point, bool]:
+    highest = HEIGHT_LIMIT_MM / float(relief.max())
+    return _scale_for(lambda scale: excess(relief * scale), min(1.0, highest), (FLATTEST, highest), tolerance)
 
 
-def _bracket(excess: Callable[[float], float], highest: float) -> tuple[_Point, _Point] | None:
-    """Two scales between which the excess changes sign, searched outward from 1 on both sides at once."""
-    own = min(1.0, highest)
-    ends = dict.fromkeys((1, -1), (own, excess(own)))
+def _scale_for(
+    excess: Callable[[float], float], first: float, limits: tuple[float, float], tolerance: float
+) -> tuple[_Point, bool]:
+    """The scale nearest to the first where the excess is at most `tolerance`, and whether there is one.
+
+    The scales are searched outward from the first on both sides at once until the excess changes sign. Where
+    none does, the scale of the least excess is returned.
+    """
+    ends = dict.fromkeys((1, -1), (first, excess(first)))
+    best = ends[1]
     while ends:
         for side, (scale, value) in list(ends.items()):
-            following = min(scale * STRIDE, highest) if side > 0 else scale / STRIDE
-            if not FLATTEST <= following <= highest or following == scale:
+            following = min(scale * STRIDE, limits[1]) if side > 0 else max(scale / STRIDE, limits[0])
+            if following == scale:
                 del ends[side]
                 continue
-            there = excess(following)
-            if value * there <= 0.0:
-                return (scale, value), (following, there)
-            ends[side] = (following, there)
-    return None
+            ends[side] = (following, excess(following))
+            if value * ends[side][1] <= 0.0:
+                return _root(excess, (scale, value), ends[side], tolerance), True
+            best = min(best, ends[side], key=lambda point: abs(point[1]))
+    return best, abs(best[1]) <= tolerance
 
 
-def _root(excess: Callable[[float], float], one: _Point, other: _Point, tolerance: float) -> float:
+def _root(excess: Callable[[float], float], one: _Point, other: _Point, tolerance: float) -> _Point:
     """The scale between two points of opposite excess where the excess is at most `tolerance`.
 
     False position over the logarithm of the scale, the end that stays halved (the Illinois rule).
@@ -91,4 +184,4 @@ def _root(excess: Callable[[float], float], one: _Point, other: _Point, toleranc
             weight *= 0.5
         scale, value = middle, there
         best = min(best, (math.exp(middle), there), key=lambda point: abs(point[1]))
-    return best[0]
+    return best

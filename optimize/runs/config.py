@@ -154,7 +154,7 @@ class DescentSettings(_Section):
     """`[descent]`: the method and its settings.
 
     Attributes:
-        method: of the descent.
+        method: of the descent; "scaling", the original scaled in height and then sideways, to compare with.
         steps: largest number of steps.
         tolerance: largest relative error of a target that counts as met.
         shadow_edges: whether gradients of pictures follow moving shadows.
@@ -162,7 +162,7 @@ class DescentSettings(_Section):
         regularisation: w2.
     """
 
-    method: Literal["gauss-newton", "adam"] = "gauss-newton"
+    method: Literal["gauss-newton", "adam", "scaling"] = "gauss-newton"
     steps: Annotated[int, Field(ge=1, le=100_000)] = 100
     tolerance: Annotated[float, Field(gt=0, lt=1)] = 0.01
     shadow_edges: bool = True

@@ -135,6 +135,8 @@ def expected_steps(settings: Run) -> int:
     """About how many steps a run takes, corrections among them: on gravel 2 to 0.5 JND, 4 to 2, 29 to 6."""
     if settings.descent.method == "adam":
         return settings.descent.steps
+    if settings.descent.method == "scaling":
+        return 1
     jnd = settings.touch.numbers().get("jnd")
     if jnd is None:
         return min(ANY_STEPS, settings.descent.steps)

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from optimize.descent.adam import AdamDescent
-from optimize.descent.correction import Plan, first_surrogate_targets
+from optimize.descent.correction import STEPS_AN_ITERATION, Plan, first_surrogate_targets
 from optimize.descent.driver import DescentMethod
 from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.linear_scaling import LinearScaling
 from optimize.descent.problem import Problem
 from optimize.descent.targets import GoalKey, Quantity, Target, Targets, Values
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
@@ -24,7 +25,11 @@ from visual.scene import Scene, load_scene
 
 _log = logging.getLogger(__name__)
 
-METHODS: Mapping[str, type[AdamDescent | GaussNewton]] = {"gauss-newton": GaussNewton, "adam": AdamDescent}
+METHODS: Mapping[str, type[AdamDescent | GaussNewton | LinearScaling]] = {
+    "gauss-newton": GaussNewton,
+    "adam": AdamDescent,
+    "scaling": LinearScaling,
+}
 """Descent methods by the names that `descent.method` has."""
 ADAM_SAMPLES = 16
 """Samples a pixel of the pictures that Adam's gradient comes from."""
@@ -123,7 +128,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         aiming = replace(problem, targets=surrogate)
         if descent.method == "adam":
             return AdamDescent(aiming, steps, descent.learning_rate)
-        return GaussNewton(aiming)
+        return LinearScaling(aiming) if descent.method == "scaling" else GaussNewton(aiming)
 
     def verify(heights: Array) -> TouchMeasures:
         return measure_touch(heights, scene.size_mm, problem.skin, verifier or "layer", mesh)
@@ -134,10 +139,11 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         problem,
         Plan(
             targets,
-            descent.steps,
+            1 if descent.method == "scaling" else descent.steps,
             settings.verify.corrections if verifier else 0,
             method_for,
             None if settings.verify.model == "none" else verify,
+            1 if descent.method == "scaling" else STEPS_AN_ITERATION,
         ),
         steering,
         original,

@@ -71,4 +71,5 @@ def test_larger_and_farther_takes_more(folder: Path) -> None:
     assert fine.seconds > small.seconds and fine.disk_mib > small.disk_mib
     adam = load_run("gravel", ["descent.method=adam", "descent.steps=70"])
     assert expected_steps(adam) == 70
+    assert expected_steps(load_run("gravel", ["descent.method=scaling"])) == 1
     assert expected_steps(load_run("gravel", ["touch.jnd=-9", "descent.steps=20"])) == 20

@@ -286,7 +286,7 @@ def test_a_file_is_no_run_directory(out: Path, run_file: RunFile) -> None:
     assert out.read_text() == "mine"
 
 
-@pytest.fixture(params=["gauss-newton", "adam"])
+@pytest.fixture(params=["gauss-newton", "adam", "scaling"])
 def method(request: pytest.FixtureRequest) -> str:
     return f'method = "{request.param}"\nsteps = 2'
 
@@ -507,6 +507,20 @@ def uninterrupted(run_file: RunFile, tmp_path_factory: pytest.TempPathFactory) -
         return job.run(path, tmp_path_factory.mktemp("runs") / "whole")
 
     return run
+
+
+def test_a_scaled_original_is_verified_and_rendered_as_any_result(out: Path, run_file: RunFile) -> None:
+    scaled = job.run(run_file("jnd = -1", 'method = "scaling"'), out)
+    assert scaled.stop is StopReason.CONVERGED
+    rounds = scaled.summary["verification"]["rounds"]
+    assert [row["step"] for row in history(out)] == list(range(len(rounds) + 1))
+    assert rounds[-1]["miss"] <= 0.01
+    original = prepare(load_run(out / SETTINGS), None).problem.heights
+    factor = scaled.heights.max() / np.ptp(original)
+    assert factor < 1.0
+    np.testing.assert_allclose(scaled.heights, factor * (original - original.min()), atol=1e-12)
+    assert scaled.summary["look"]["change_percent"] > 1.0
+    assert load_checkpoint(out).current.memory == {}
 
 
 @pytest.mark.slow
