@@ -2,15 +2,13 @@
 
 import argparse
 import math
-import os
 import sys
 from collections.abc import Callable
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from optimize.commands.options import add_talk, print_json, seed, whole_number
+from optimize.commands.options import add_talk, add_workers, print_json, seed, whole_number
 from relief.progress import stage, this_stage
 
 if TYPE_CHECKING:
@@ -21,7 +19,6 @@ COMPLETE, WITH_FAILURES = 0, 1
 MOST_TEXTURES = 10_000_000
 LEAST_SAMPLES, MOST_SAMPLES = 36, 4096
 MOST_DIRECTIONS = 64
-MOST_WORKERS = 1024
 FAILURES = "failures.jsonl"
 MOST_SHOWN = 5
 """Most failures that are printed; failures.jsonl lists all."""
@@ -99,17 +96,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="shadow rays a pixel where light and shadow meet (default: 144)",
     )
     work = parser.add_argument_group("the work")
-    work.add_argument(
-        "--workers",
-        type=whole_number(1, MOST_WORKERS),
-        metavar="N",
-        help="number of processes, of one thread each (default: one for each core)",
-    )
-    work.add_argument(
-        "--dask",
-        metavar="ADDRESS",
-        help='address of the scheduler of a Dask cluster, or "local" for a cluster of --workers here',
-    )
+    add_workers(work)
     add_talk(parser, "the number of textures, and those without fields,")
 
 
@@ -122,7 +109,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.touch == arguments.lights == "none":
         raise InputError("--touch none --lights none: no field is left to compute")
     from optimize.training.dataset import DIRECTIONS, make_dataset, plan_dataset
-    from optimize.training.workers import run_here, run_on_dask
+    from optimize.training.shard_jobs import run_shard
+    from optimize.workers.choice import runner
     from relief.heightmap import load_field
     from surrogate.corpus.photographs import bundled, folder
 
@@ -139,14 +127,9 @@ def run(arguments: argparse.Namespace) -> int:
         directions=DIRECTIONS if arguments.directions is None else arguments.directions,
         strata=math.ceil(math.sqrt(arguments.samples)),
     )
-    workers = arguments.workers or _cores()
-    runner = (
-        partial(run_here, workers=workers)
-        if arguments.dask is None
-        else partial(run_on_dask, address=arguments.dask, workers=workers)
-    )
+    chosen = runner(run_shard, arguments.workers, arguments.dask)
     with stage("data set"):
-        failures = make_dataset(plan, arguments.out, runner, _teller(plan.request.total))
+        failures = make_dataset(plan, arguments.out, chosen, _teller(plan.request.total))
     status = WITH_FAILURES if failures else COMPLETE
     if arguments.json:
         print_json(
@@ -165,11 +148,6 @@ def run(arguments: argparse.Namespace) -> int:
     if len(failures) > MOST_SHOWN:
         print(f"... the others are listed in {arguments.out / FAILURES}", file=sys.stderr)
     return status
-
-
-def _cores() -> int:
-    """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _teller(total: int) -> Callable[["ShardResult"], None]:

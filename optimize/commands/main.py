@@ -25,6 +25,7 @@ from optimize.commands import (
     prepare,
     render,
     resume,
+    study,
     train,
 )
 from optimize.commands.options import INTERRUPTED, telling
@@ -52,7 +53,7 @@ USERS_OWN = frozenset(
 
 VERBS = {
     verb.__name__.rpartition(".")[2]: verb
-    for verb in (prepare, optimize, resume, evaluate, compare, render, export, dataset, train, doctor)
+    for verb in (prepare, optimize, resume, evaluate, compare, render, export, study, dataset, train, doctor)
 }
 
 DESCRIPTION = "Changes how a surface texture feels while it keeps its look, and writes it for a 3-D printer."

@@ -28,6 +28,7 @@ TEXTURE = (
 """What a texture is, in the help of every verb that takes one."""
 SCENE = "studio"
 """Scene of a texture that comes without one."""
+MOST_WORKERS = 1024
 LONGEST_NUMBER = 40
 """Most characters of a whole number."""
 PACKAGES = ("relief", "tactile", "visual", "surrogate", "optimize", "mitsuba_scenes")
@@ -171,6 +172,21 @@ def add_distance(parser: argparse._ActionsContainer) -> None:
         metavar="CM",
         help=f"from the eye to the plate, for FLIP, which sees no detail too small for it "
         f"(default: {EYE_DISTANCE_CM:g})",
+    )
+
+
+def add_workers(parser: argparse._ActionsContainer) -> None:
+    """Add `--workers` and `--dask`, None where not given."""
+    parser.add_argument(
+        "--workers",
+        type=whole_number(1, MOST_WORKERS),
+        metavar="N",
+        help="number of processes, of one thread each (default: one for each core)",
+    )
+    parser.add_argument(
+        "--dask",
+        metavar="ADDRESS",
+        help='address of the scheduler of a Dask cluster, or "local" for a cluster of --workers here',
     )
 
 

@@ -1,6 +1,5 @@
 """Run files: the settings of one optimisation in TOML, checked before any work begins."""
 
-import difflib
 import logging
 import os
 import tomllib
@@ -11,18 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import tomli_w
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
     ValidationError,
     create_model,
     field_validator,
     model_validator,
 )
-from pydantic.fields import FieldInfo
 
 from mitsuba_scenes import bundled, find_file
 from optimize.descent.targets import GOAL_KEYS, GoalKey, Quantity
+from optimize.runs.toml_files import Section, first_fault, read_toml
 from relief.errors import InputError
 from relief.formats import HEIGHT_MAPS
 from relief.limits import (
@@ -47,20 +44,14 @@ DEEPEST = 8
 FilePath = Annotated[Path, Field(strict=False)]
 Samples = Annotated[int, Field(ge=1, le=65536)]
 
-LARGEST_FILE = 1_000_000
-"""Largest run file that is read, bytes."""
-_RIVALS = {
+RIVALS = {
     f"touch.{one}": [other.key for other in quantity.goals if other is not key]
     for one, (quantity, key) in GOAL_KEYS.items()
 }
 """For each goal key of `[touch]`, the other keys for the same quantity; an overriding goal replaces them."""
 
 
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-
-class _TouchModel(_Section):
+class _TouchModel(Section):
     """`[touch]`: the feel to reach, the model of touch that steers, and the skin.
 
     The goals are added below, from the table in `optimize.descent.targets`; at least one is needed.
@@ -126,7 +117,7 @@ else:
     """`[touch]` with a field for each goal key of the table."""
 
 
-class Look(_Section):
+class Look(Section):
     """`[look]`: the pictures that are kept.
 
     Attributes:
@@ -150,7 +141,7 @@ class Look(_Section):
         return "fast"
 
 
-class DescentSettings(_Section):
+class DescentSettings(Section):
     """`[descent]`: the method and its settings.
 
     Attributes:
@@ -170,7 +161,7 @@ class DescentSettings(_Section):
     regularisation: NotNegative = 0.06
 
 
-class Verify(_Section):
+class Verify(Section):
     """`[verify]`: the check of the result.
 
     Attributes:
@@ -192,7 +183,7 @@ class Verify(_Section):
     baseline: bool = True
 
 
-class Run(_Section):
+class Run(Section):
     """The settings of one run.
 
     Attributes:
@@ -255,13 +246,8 @@ def load_run(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Run
         InputError: one line that names the file and the key.
     """
     path = find_file(path, ".toml")
-    if path.stat().st_size > LARGEST_FILE:
-        raise InputError(f"{path}: larger than {LARGEST_FILE} bytes; not read as a run file")
-    try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not TOML: {' '.join(str(error).split())}") from error
-    _anchor(values, path.parent)
+    values = read_toml(path)
+    anchor(values, path.parent)
     return _run(path, values, overrides)
 
 
@@ -279,7 +265,7 @@ def run_from_scene(
         InputError: one line that names the file and the key.
     """
     values: dict[str, Any] = {"scene": os.fspath(scene), "texture": os.fspath(texture)}
-    _anchor(values, Path.cwd())
+    anchor(values, Path.cwd())
     return _run(Path(scene), values, overrides)
 
 
@@ -291,7 +277,7 @@ def dump_resolved(run: Run) -> str:
 def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
     touch = values.get("touch")
     for override in overrides:
-        for rival in _RIVALS.get(override.partition("=")[0].strip(), ()):
+        for rival in RIVALS.get(override.partition("=")[0].strip(), ()):
             if isinstance(touch, dict):
                 touch.pop(rival, None)
     for override in overrides:
@@ -299,7 +285,7 @@ def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
     try:
         run = Run.model_validate(values)
     except ValidationError as error:
-        raise InputError(f"{path}: {_first_fault(error)}") from error
+        raise InputError(f"{path}: {first_fault(error, Run)}") from error
     for key in ("scene", "texture"):
         file = getattr(run, key)
         if not os.path.isfile(file):
@@ -307,7 +293,22 @@ def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
     return run
 
 
-def _anchor(values: dict[str, Any], folder: Path) -> None:
+def run_keys() -> dict[str, Any]:
+    """Every key that a run file may have, dotted, and its default; PydanticUndefined where there is none.
+
+    A key of `define` is any parameter of the scene; `define` stands for all.
+    """
+    keys: dict[str, Any] = {}
+    for name, field in Run.model_fields.items():
+        if isinstance(field.annotation, type) and issubclass(field.annotation, Section):
+            within = field.annotation.model_fields
+            keys |= {f"{name}.{part}": within[part].get_default() for part in within}
+        else:
+            keys[name] = field.get_default()
+    return keys
+
+
+def anchor(values: dict[str, Any], folder: Path) -> None:
     """Make the paths of a run absolute, relative ones from ``folder``; both files may be bundled ones."""
     for key, suffixes in (("scene", (".xml",)), ("texture", HEIGHT_MAPS)):
         if isinstance(values.get(key), str):
@@ -334,34 +335,8 @@ def _override(values: dict[str, Any], override: str) -> None:
             raise _in_override(override, f"{key} is not a section")
     section[keys[-1]] = parsed["value"]
     if len(keys) == 1:
-        _anchor(section, Path.cwd())
+        anchor(section, Path.cwd())
 
 
 def _in_override(override: str, fault: str) -> InputError:
     return InputError(f"overrides: {override}: {fault}", f"--set {override}: {fault}")
-
-
-def _first_fault(error: ValidationError) -> str:
-    """The first thing wrong with a run: its dotted key, and what it should be."""
-    fault = error.errors(include_url=False)[0]
-    place = tuple(str(part) for part in fault["loc"])
-    key = ".".join(place)
-    if fault["type"] == "extra_forbidden":
-        known = _fields(place[:-1])
-        alike = difflib.get_close_matches(place[-1], known, n=1, cutoff=0.0)
-        return f"{key}: no such key; the nearest is {'.'.join((*place[:-1], alike[0]))}"
-    if fault["type"] == "missing":
-        return f"{key}: missing"
-    message = fault["msg"].removeprefix("Value error, ")
-    given = fault["input"]
-    said = f" (given: {given!r})" if isinstance(given, str | int | float | bool) else ""
-    return f"{key}: {message}{said}" if key else message
-
-
-def _fields(place: Sequence[str]) -> Mapping[str, FieldInfo]:
-    """The keys of a section of a run."""
-    section: Any = Run
-    for part in place:
-        section = section.model_fields[part].annotation
-    known: Mapping[str, FieldInfo] = section.model_fields
-    return known

@@ -131,6 +131,12 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
     )
 
 
+def rough_seconds(settings: Run) -> float:
+    """About how many seconds a run of 128 x 128 samples and four pictures takes; nothing is read."""
+    look: LookModel = "exact" if settings.look.model == "exact" else "fast"
+    return _seconds(settings, look, expected_steps(settings), 128**2, 4 * 128**2)
+
+
 def expected_steps(settings: Run) -> int:
     """About how many steps a run takes, corrections among them: on gravel 2 to 0.5 JND, 4 to 2, 29 to 6."""
     if settings.descent.method == "adam":

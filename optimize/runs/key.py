@@ -35,7 +35,12 @@ def described(settings: Run) -> dict[str, Any]:
 
 def run_key(settings: Run) -> dict[str, Any]:
     """Everything that decides a run: its settings by dotted key, with the SHA-256 of a file for its place."""
-    return {name: value for name, value in _key(described(settings)).items() if name not in CHANGEABLE}
+    return {name: value for name, value in all_settings(settings).items() if name not in CHANGEABLE}
+
+
+def all_settings(settings: Run) -> dict[str, Any]:
+    """The settings of a run by dotted key, with the SHA-256 of a file for its place."""
+    return _key(described(settings))
 
 
 def finished(run_dir: Path) -> dict[str, Any] | None:

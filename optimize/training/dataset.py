@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 import tactile
 from optimize.training.fields import STUDIO, STUDIO_AZIMUTHS
 from optimize.training.shard_jobs import ShardJob, versions
-from optimize.training.workers import Runner
+from optimize.workers.jobs import Runner
 from relief.errors import InputError
 from relief.files import partial_folders, remove_partial, write_atomically
 from relief.limits import PATCH_SIDE_MM
@@ -174,7 +174,8 @@ def make_dataset(
     Args:
         plan: Plan of the data set.
         folder: Folder of the data set, which may be new or hold part of the same data set.
-        runner: `optimize.training.workers.run_here` or `run_on_dask` with their arguments.
+        runner: `optimize.workers.processes.run_here` or `run_on_dask` with their arguments and the work
+            `optimize.training.shard_jobs.run_shard`.
         observer: Called for each shard, first for those that exist already.
 
     Returns:

@@ -142,7 +142,7 @@ def _learning(folder: Path) -> dict[str, dict[str, bytes]]:
     from optimize.training.dataset import make_dataset, plan_dataset
     from optimize.training.shard_jobs import run_shard
     from optimize.training.train import TrainingRequest, train_net
-    from optimize.training.workers import JobResult
+    from optimize.workers.jobs import JobResult
     from surrogate.nets.training import Settings
 
     plan = plan_dataset(5, 24, (), touch="layer", lights="none", samples=SIDE)

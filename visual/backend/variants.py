@@ -1,6 +1,8 @@
 """Variants of Mitsuba: which one renders, and whether its pictures have gradients."""
 
 import difflib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
@@ -105,6 +107,22 @@ def _require_threads() -> None:
 
     if drjit.thread_count() < FEWEST_THREADS:
         drjit.set_thread_count(FEWEST_THREADS)
+
+
+@contextmanager
+def few_threads() -> Iterator[None]:
+    """Give Dr.Jit `FEWEST_THREADS` threads in the block, for processes that share the cores of a machine."""
+    with suppress(llvm.LLVMMissing):
+        # Before Dr.Jit is imported, which would take another libLLVM.
+        llvm.prepare()
+    import drjit
+
+    before = drjit.thread_count()
+    drjit.set_thread_count(FEWEST_THREADS)
+    try:
+        yield
+    finally:
+        drjit.set_thread_count(before)
 
 
 def use(name: str) -> None:

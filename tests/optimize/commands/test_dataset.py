@@ -8,7 +8,7 @@ import pytest
 
 from optimize.commands import dataset as cli_dataset
 from optimize.commands.main import main
-from optimize.training import workers
+from optimize.workers import cluster
 from relief.heightmap import save_heights_png
 from surrogate.data.field_set import open_fieldset
 from surrogate.data.shard import Failure
@@ -98,4 +98,4 @@ def test_without_dask_it_is_said_how_to_get_it(
 ) -> None:
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     line = refusal(capsys, "-o", str(tmp_path / "data"), *FEW, "--dask", "local")
-    assert workers.WITHOUT_DASK in line
+    assert cluster.WITHOUT_DASK in line

@@ -20,7 +20,9 @@ from optimize.training import shard_jobs
 from optimize.training.dataset import Plan, ShardResult, make_dataset, plan_dataset
 from optimize.training.fields import touch_fields
 from optimize.training.shard_jobs import ShardJob, run_shard
-from optimize.training.workers import GIVEN_UP, JobResult, WorkerError, run_here, run_on_client, run_on_dask
+from optimize.workers.cluster import run_on_client, run_on_dask
+from optimize.workers.jobs import GIVEN_UP, JobResult, WorkerError
+from optimize.workers.processes import run_here
 from relief.errors import InputError
 from surrogate.corpus import manifest
 from surrogate.corpus import recipes as corpus
@@ -168,7 +170,7 @@ def test_processes_make_the_same_files_and_a_killed_one_loses_nothing(whole: Pat
 def test_pictures_are_the_same_in_every_process(tmp_path: Path) -> None:
     plan = small(3, touch="none", lights="random", directions=2, strata=6, shard_size=1)
     make_dataset(plan, tmp_path / "here", in_process, ignore)
-    make_dataset(plan, tmp_path / "there", partial(run_here, workers=2), ignore)
+    make_dataset(plan, tmp_path / "there", partial(run_here, workers=2, work=run_shard), ignore)
     assert files(tmp_path / "here") == files(tmp_path / "there")
 
 
@@ -316,7 +318,9 @@ def test_a_dask_cluster_makes_the_same_files_though_a_worker_is_killed(whole: Pa
 @pytest.mark.slow
 def test_a_local_cluster_is_made_where_one_is_asked_for(whole: Path, tmp_path: Path) -> None:
     pytest.importorskip("distributed")
-    make_dataset(small(), tmp_path / "data", partial(run_on_dask, address="local", workers=1), ignore)
+    make_dataset(
+        small(), tmp_path / "data", partial(run_on_dask, address="local", workers=1, work=run_shard), ignore
+    )
     assert files(tmp_path / "data") == files(whole)
 
 

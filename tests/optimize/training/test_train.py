@@ -17,10 +17,11 @@ from optimize.training.look_loss import LookLoss
 from optimize.training.look_loss import examples_of as look_examples
 from optimize.training.look_setup import studio_sky
 from optimize.training.setup import Kind
+from optimize.training.shard_jobs import run_shard
 from optimize.training.touch_accuracy import errors, measure_textures
 from optimize.training.touch_loss import examples_of, touch_loss
 from optimize.training.train import CURVES_PAGE, TrainingRequest, train_net
-from optimize.training.workers import run_here
+from optimize.workers.processes import run_here
 from relief.errors import InputError
 from surrogate.data.field_set import open_fieldset
 from surrogate.nets.augmentation import SYMMETRIES
@@ -42,7 +43,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A corpus of which a net can be trained in seconds."""
     folder = tmp_path_factory.mktemp("data")
     plan = plan_dataset(5, 96, (), touch="layer", lights="none", samples=SIDE)
-    assert not make_dataset(plan, folder, partial(run_here, workers=1), lambda made: None)
+    assert not make_dataset(plan, folder, partial(run_here, workers=1, work=run_shard), lambda made: None)
     return folder
 
 
@@ -171,7 +172,7 @@ def looked_at(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small corpus with pictures under ambient light."""
     folder = tmp_path_factory.mktemp("looked_at")
     plan = plan_dataset(6, 48, (), touch="none", lights="random", directions=1, samples=SIDE)
-    assert not make_dataset(plan, folder, partial(run_here, workers=1), lambda made: None)
+    assert not make_dataset(plan, folder, partial(run_here, workers=1, work=run_shard), lambda made: None)
     return folder
 
 

@@ -1,59 +1,22 @@
-"""Workers for shard jobs: processes here or of a Dask cluster; a worker that dies loses no shard."""
+"""Processes of this machine that run jobs; a process that dies loses no job."""
 
 import multiprocessing
 import os
 import signal
 import threading
 import traceback
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
-from typing import Any, Protocol
+from typing import Any
 
-from optimize.training.shard_jobs import ShardJob, run_shard
+from optimize.workers.jobs import GIVEN_UP, TRIES, AnyJob, JobResult, JobResults, Work, WorkerError
 from relief.errors import InputError
+from relief.progress import Progress, listening
 
-TRIES = 3
-"""Most times that a shard is tried when its worker dies."""
 SINGLE_THREADED = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 """Environment of workers: one thread each, and the same order of sums on every machine."""
-GIVEN_UP = f"its worker died {TRIES} times"
-"""Reason of a shard that is abandoned."""
-ON_A_LOCAL_CLUSTER = "local"
-"""Address that stands for a Dask cluster of processes here."""
-WITHOUT_DASK = "dask: the package distributed is missing: pip install 'retouch[dask]'"
-
-Work = Callable[[ShardJob], bytes]
-"""A function that computes the content of a shard's file."""
-
-
-@dataclass(frozen=True)
-class JobResult:
-    """Result of a job.
-
-    Attributes:
-        job: The job.
-        content: Content of the shard's file, or one line that says why the shard is abandoned.
-    """
-
-    job: ShardJob
-    content: bytes | str
-
-
-JobResults = Generator[JobResult, None, None]
-"""Results in any order; closing the generator ends the workers."""
-
-
-class Runner(Protocol):
-    """Runner of jobs."""
-
-    def __call__(self, jobs: Iterable[ShardJob]) -> JobResults:
-        """Run jobs and yield their results in any order, each job exactly once."""
-
-
-class WorkerError(RuntimeError):
-    """An error of the program in a worker; the message is the worker's traceback."""
 
 
 @dataclass
@@ -62,15 +25,21 @@ class _Worker:
 
     process: multiprocessing.process.BaseProcess
     connection: Connection
-    job: ShardJob | None = None
+    job: Any = None
 
     def stop(self) -> None:
         self.connection.close()
-        self.process.terminate()
+        # Not politely: a run would measure and write its best relief first, and every file appears whole.
+        self.process.kill()
         self.process.join()
 
 
-def run_here(jobs: Iterable[ShardJob], workers: int, work: Work = run_shard) -> JobResults:
+def run_here(
+    jobs: Iterable[AnyJob],
+    workers: int,
+    work: Work,
+    observer: Callable[[AnyJob, str], None] = lambda job, name: None,
+) -> JobResults[AnyJob]:
     """Run jobs in processes of this machine.
 
     A process has one job at a time, so that the job of a process that dies is known.
@@ -79,15 +48,17 @@ def run_here(jobs: Iterable[ShardJob], workers: int, work: Work = run_shard) -> 
         jobs: The jobs.
         workers: Number of processes.
         work: What the processes do.
+        observer: Called with a job and the name of the outermost stage that its worker has begun.
 
     Yields:
         The results, in any order.
 
     Raises:
         InputError: A worker raised one.
+        OSError: A worker raised one, as of a full disk.
         WorkerError: A worker raised any other error.
     """
-    pending, retries = iter(jobs), list[ShardJob]()
+    pending, retries = iter(jobs), list[AnyJob]()
     deaths: dict[int, int] = {}
     pool: list[_Worker] = []
     try:
@@ -120,6 +91,9 @@ def run_here(jobs: Iterable[ShardJob], workers: int, work: Work = run_shard) -> 
                     else:
                         yield JobResult(job, GIVEN_UP)
                     continue
+                if isinstance(answer, _Stage):
+                    observer(job, answer.name)
+                    continue
                 worker.job = None
                 if isinstance(answer, Exception):
                     raise answer
@@ -146,21 +120,57 @@ def _send_job(worker: _Worker) -> None:
         worker.connection.send(worker.job)
 
 
+@dataclass(frozen=True)
+class _Stage:
+    """News of a worker: the stage that it has begun."""
+
+    name: str
+
+
+class _Reporter:
+    """Listener that sends the names of outermost stages."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection, self._name = connection, ""
+
+    def report(self, progress: Progress) -> None:
+        if progress.level == 0 and not progress.ended and progress.stage != self._name:
+            self._name = progress.stage
+            self._connection.send(_Stage(self._name))
+
+    def say(self, line: str) -> None:
+        """Lines for a person stay here: several workers would talk at once."""
+
+
 def _serve(connection: Connection, work: Work) -> None:
-    """Receive jobs and send shards until the other end of the connection is closed."""
+    """Receive jobs and send what the work returns, until the other end of the connection is closed."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     while True:
         try:
             job = connection.recv()
         except EOFError:
             return
-        answer: bytes | Exception
+        answer: bytes | str | Exception
         try:
-            answer = work(job)
+            with listening(_Reporter(connection)):
+                answer = work(job)
         except InputError as error:
             answer = InputError(str(error))
+        except OSError as error:
+            answer = OSError(error.errno, error.strerror, error.filename)
+            if error.errno is None:
+                answer = WorkerError(traceback.format_exc())
         except Exception:  # sent to the process that can show the traceback
             answer = WorkerError(traceback.format_exc())
         connection.send(answer)
+
+
+def _end_with_parent() -> None:
+    """End this process when its parent dies: an orphan would write beside the next worker of its job."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 @contextmanager
@@ -189,71 +199,3 @@ def _ignore_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def run_on_dask(jobs: Iterable[ShardJob], address: str, workers: int, work: Work = run_shard) -> JobResults:
-    """Run jobs on a Dask cluster, whose machines need this program, but no files of this machine.
-
-    Args:
-        jobs: The jobs.
-        address: Address of the scheduler, as in "tcp://10.0.0.1:8786", or "local" for a cluster of processes
-            here.
-        workers: Number of processes of a local cluster.
-        work: What the workers do.
-
-    Yields:
-        The results, in any order.
-
-    Raises:
-        InputError: No scheduler answers, the package `distributed` is missing, or a worker raised one.
-    """
-    try:
-        from distributed import Client, LocalCluster
-    except ImportError as error:
-        raise InputError(WITHOUT_DASK) from error
-    if address == ON_A_LOCAL_CLUSTER:
-        with (
-            LocalCluster(
-                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
-            ) as cluster,
-            Client(cluster) as client,
-        ):
-            yield from run_on_client(jobs, client, work)
-        return
-    try:
-        client = Client(address)
-    except (OSError, ValueError) as error:
-        raise InputError(f"dask: {address}: no scheduler answers: {error}") from error
-    with client:
-        yield from run_on_client(jobs, client, work)
-
-
-def run_on_client(jobs: Iterable[ShardJob], client: Any, work: Work = run_shard) -> JobResults:
-    """Run jobs as `run_on_dask` does, on the cluster of a `distributed.Client`."""
-    from distributed import KilledWorker, as_completed
-
-    pending = iter(jobs)
-    running: dict[Any, ShardJob] = {}
-    finished = as_completed()
-
-    def submit_jobs() -> None:
-        # Two jobs more than threads: no worker waits for this process, and few results wait in memory.
-        room = 2 + sum(client.nthreads().values())
-        while len(running) < room:
-            job = next(pending, None)
-            if job is None:
-                return
-            future = client.submit(work, job, pure=False)
-            running[future] = job
-            finished.add(future)
-
-    submit_jobs()
-    for future in finished:
-        job = running.pop(future)
-        try:
-            content: bytes | str = future.result()
-        except KilledWorker:
-            content = "the cluster gave it up: its workers died"
-        future.release()
-        submit_jobs()
-        yield JobResult(job, content)

@@ -1,0 +1,31 @@
+"""Studies that come with Retouch: files that describe many runs."""
+
+import os
+from pathlib import Path
+
+from mitsuba_scenes import FOLDER
+from relief.errors import InputError
+
+STUDIES = FOLDER / "studies"
+"""Folder of the bundled studies."""
+
+
+def bundled_studies() -> list[Path]:
+    """The bundled study files, in the order of their names."""
+    return sorted(STUDIES.glob("*.toml"))
+
+
+def find_study(path: str | os.PathLike[str]) -> Path:
+    """The study file at ``path``, or else the bundled study of this name.
+
+    Raises:
+        InputError: there is neither; the line lists the bundled names.
+    """
+    path = Path(path)
+    if path.is_file():
+        return path
+    for file in bundled_studies():
+        if os.fspath(path) in (file.name, file.stem):
+            return file
+    names = ", ".join(file.stem for file in bundled_studies())
+    raise InputError(f"{path}: no such file; the studies that come with Retouch are {names}")

@@ -1,0 +1,62 @@
+"""Files of settings in TOML: read within a limit, checked by pydantic, faults told in one line."""
+
+import difflib
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo
+
+from relief.errors import InputError
+
+LARGEST_FILE = 1_000_000
+"""Largest file of settings that is read, bytes."""
+
+
+class Section(BaseModel):
+    """A section of a file of settings: no other keys, no conversions."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The content of a file of settings. Raises InputError."""
+    if path.stat().st_size > LARGEST_FILE:
+        raise InputError(f"{path}: larger than {LARGEST_FILE} bytes; not read as settings")
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not TOML: {' '.join(str(error).split())}") from error
+
+
+def first_fault(error: ValidationError, model: type[BaseModel]) -> str:
+    """The first thing wrong with a file: its dotted key, and what it should be.
+
+    Args:
+        error: of the validation by the model.
+        model: of the whole file.
+    """
+    fault = error.errors(include_url=False)[0]
+    place = tuple(str(part) for part in fault["loc"])
+    key = ".".join(place)
+    if fault["type"] == "extra_forbidden":
+        known = _fields(place[:-1], model)
+        alike = difflib.get_close_matches(place[-1], known, n=1, cutoff=0.0)
+        return f"{key}: no such key; the nearest is {'.'.join((*place[:-1], alike[0]))}"
+    if fault["type"] == "missing":
+        return f"{key}: missing"
+    message = fault["msg"].removeprefix("Value error, ")
+    given = fault["input"]
+    said = f" (given: {given!r})" if isinstance(given, str | int | float | bool) else ""
+    return f"{key}: {message}{said}" if key else message
+
+
+def _fields(place: Sequence[str], model: type[BaseModel]) -> Mapping[str, FieldInfo]:
+    """The keys of a section; a number in ``place`` is the place of a section in a list of them."""
+    section: Any = model
+    for part in place:
+        section = get_args(section)[0] if part.isdecimal() else section.model_fields[part].annotation
+    known: Mapping[str, FieldInfo] = section.model_fields
+    return known

@@ -1,0 +1,1 @@
+"""Studies: tables of runs that one file describes."""

@@ -1,0 +1,55 @@
+"""Measures of rows beyond result.json: a table of functions of a run directory.
+
+A new measure is one row of `MEASURES`. Each row of a study keeps the versions of its measures; a measure
+whose version has changed is computed again from the files of the row, without a new run.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from optimize.runs.config import Run
+
+Found = Mapping[str, float | None]
+"""Values by column; None where there is no value."""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A measure.
+
+    Attributes:
+        name: by which study files ask for it.
+        version: raised with every change of what the function returns.
+        columns: what each column means, by its name.
+        function: from the run directory, its settings and the content of its result.json to the columns.
+    """
+
+    name: str
+    version: int
+    columns: Mapping[str, str]
+    function: Callable[[Path, Run, Mapping[str, Any]], Found]
+
+
+def _pace(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
+    steps, seconds = result["stop"]["steps"], result["time_s"]["descent"]
+    size = sum(path.stat().st_size for path in run_dir.rglob("*") if path.is_file())
+    return {"seconds_per_step": seconds / steps if steps else None, "directory_mb": size / 1e6}
+
+
+MEASURES: Mapping[str, Measure] = {
+    measure.name: measure
+    for measure in (
+        Measure(
+            "pace",
+            1,
+            {
+                "seconds_per_step": "Seconds of the descent, divided by its steps.",
+                "directory_mb": "Size of the run directory, MB.",
+            },
+            _pace,
+        ),
+    )
+}
+"""Measures by name."""

@@ -1,0 +1,18 @@
+"""Rough time of a study, for a list of studies."""
+
+from typing import Any
+
+from optimize.runs.forecast import rough_seconds
+from optimize.studies.rows import expand
+from optimize.studies.study_file import Study
+from optimize.workers.choice import cores
+
+
+def about(study: Study, quick: bool) -> dict[str, Any]:
+    """Number of different rows of a study, and about how many minutes they take here.
+
+    Textures count as 128 x 128 samples, and scenes as the studio.
+    """
+    rows = expand(study, quick).rows
+    seconds = sum(rough_seconds(row.settings) for row in rows.values())
+    return {"rows": len(rows), "minutes": seconds / 60.0 / cores()}
