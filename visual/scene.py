@@ -18,7 +18,6 @@ from relief.errors import InputError
 from relief.progress import stage
 from visual.backend import variants
 from visual.backend.plate import plate_bsdf
-from visual.exact.background import black_background, scene_background
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, condition_pictures, light_pictures, pictures
@@ -31,7 +30,7 @@ from visual.height_view import HeightView
 from visual.lights.kind import Light
 from visual.lights.parallel import LUMINANCE, ParallelLights
 from visual.lights.quadrature import Quadrature, kind_of, parallel_obstacle, prepare
-from visual.loading import Lights, load_light_scene
+from visual.loading import Lights, SceneLoader
 from visual.models import HIDDEN, LookModel, PictureModel, look_model, obstacles
 from visual.needs import Needs, camera_name, check_effort, needs_of
 from visual.scene_file.check import check_scene
@@ -79,7 +78,13 @@ class Scene:
         self.samples = self._description.cameras[self._needs.cameras[0]].samples
         self.conditions = self._needs.conditions
         self.weights = np.array(self._needs.weights)
-        self._loaded: dict[tuple[int, ...], LightScene] = {}
+        self._loader = SceneLoader(
+            checked,
+            self._needs,
+            heights,
+            self.size_mm,
+            lambda lights: lambda generator: self._quadrature(lights, DIRECTIONS).lights(generator),
+        )
         self._quadratures: dict[tuple[int, ...], Quadrature] = {}
         self._fast: dict[bool, FastRenderer] = {}
         self.white = white_radiance(self._description, self.illumination)
@@ -193,13 +198,12 @@ class Scene:
             )
 
         def lit(lights: Lights) -> Illumination:
-            seen = any(kind_of(light).surrounds for light in lights)
-            around = scene_background(self._light_scene(lights, resolution).scene) if seen else None
-            return Illumination(self._quadrature(lights, directions).lights(), around or black_background)
+            background = self._light_scene(lights, resolution).background
+            return Illumination(self._quadrature(lights, directions).lights(), background)
 
         alone = [lit((light,)) for light in self._needs.alone]
         ambient = lit(self._needs.around) if self._needs.around else None
-        first = self._light_scene(self._groups[0], resolution)
+        first = self._light_scene(self._loader.groups[0], resolution)
         return tuple(
             View(
                 first.scene,
@@ -235,7 +239,7 @@ class Scene:
         shining = sum(light.shape is not None for light in self._description.lights)
         if self._description.shapes == 1 + shining and all(self._needs.top_view):
             return np.ones((len(self.conditions), *_scaled(self.resolution, resolution)))
-        first = self._light_scene(self._groups[0], resolution)
+        first = self._light_scene(self._loader.groups[0], resolution)
         first.set_heights(self.heights)
         shown = np.stack([plate_pixels(first.scene, camera) for camera in first.cameras]).astype(np.float64)
         shares = shown.mean(axis=(1, 2), keepdims=True)
@@ -250,7 +254,7 @@ class Scene:
 
         A slanted view draws the plate narrower; the number is of the direction that is not foreshortened.
         """
-        cameras = self._light_scene(self._groups[0], None).cameras
+        cameras = self._light_scene(self._loader.groups[0], None).cameras
         scales = [np.linalg.norm(camera.jacobian(np.zeros((1, 3)))[0], ord=2) for camera in cameras]
         return np.repeat(np.array(scales), len(self._needs.lights))
 
@@ -261,7 +265,7 @@ class Scene:
 
     def light_scenes(self, resolution: int | None = None) -> tuple[LightScene, ...]:
         """The light scenes whose pictures `render` adds: each light alone, then all ambient light."""
-        return tuple(self._light_scene(lights, resolution) for lights in self._groups)
+        return tuple(self._light_scene(lights, resolution) for lights in self._loader.groups)
 
     def lit_scenes(self, resolution: int | None = None) -> tuple[tuple[LightScene, ...], LightScene | None]:
         """The same light scenes: of each light alone, and of all ambient light, None if there is none."""
@@ -312,12 +316,6 @@ class Scene:
         """
         check_size(self._checked.path, self.size_mm, size_mm)
 
-    @property
-    def _groups(self) -> tuple[Lights, ...]:
-        """Lights that are rendered together: each on its own, then all ambient ones."""
-        around = self._needs.around
-        return *((light,) for light in self._needs.alone), *((around,) if around else ())
-
     def _field(self, heights: Tensor | ArrayLike | None) -> Tensor:
         """Checked heights (..., rows, cols), mm, in floating point."""
         field = torch.as_tensor(self.heights if heights is None else heights)
@@ -343,23 +341,12 @@ class Scene:
         """Whether another shape hides the plate from a camera that looks straight down."""
         if self._description.shapes == 1 or not all(self._needs.top_view):
             return False
-        loaded = self._light_scene(self._groups[0], None)
+        loaded = self._light_scene(self._loader.groups[0], None)
         return hidden_plate(loaded.scene, loaded.sensors, *self.resolution)
 
     def _light_scene(self, lights: Lights, resolution: int | None) -> LightScene:
-        """A scene with these lights only, loaded once."""
-        key = (*(light.node for light in lights), resolution or 0)
-        if key not in self._loaded:
-            self._loaded[key] = load_light_scene(
-                self._checked,
-                self._needs,
-                self.heights,
-                self.size_mm,
-                _scaled(self.resolution, resolution),
-                lights,
-                lambda generator: self._quadrature(lights, DIRECTIONS).lights(generator),
-            )
-        return self._loaded[key]
+        """The plate under these lights only, loaded once."""
+        return self._loader.light_scene(lights, _scaled(self.resolution, resolution))
 
     def _quadrature(self, lights: Lights, count: int) -> Quadrature:
         """What draws parallel lights for these lights, prepared once."""

@@ -21,6 +21,10 @@ PLASTIC = """<bsdf type="roughplastic">
     <float name="diffuse_reflectance" value="0.5"/><float name="alpha" value="0.3"/>
     <boolean name="nonlinear" value="false"/>
 </bsdf>"""
+PANEL = """<shape type="rectangle">
+    <transform name="to_world"><rotate x="1" angle="180"/><translate z="8"/></transform>
+    <emitter type="area" id="panel"><rgb name="radiance" value="3"/></emitter>
+</shape>"""
 ABOVE = '<scale x="5" y="5"/><lookat origin="0, 0, 20" target="0, 0, 0" up="0, 1, 0"/>'
 
 

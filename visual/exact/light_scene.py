@@ -1,7 +1,7 @@
-"""Light scenes: Mitsuba scenes of one light each (or of all that shine together) over the plate."""
+"""Light scenes: the plate under one light each (or under all that shine together), as Mitsuba renders it."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,12 +25,54 @@ def _has_gradient(values: Any) -> bool:
     return bool(dr.grad_enabled(values))
 
 
-@dataclass(frozen=True)
-class LightScene:
-    """One light (or all that shine together) over the plate as a Mitsuba scene of its own.
+class LitScene:
+    """A Mitsuba scene with some lights, of which not all need shine.
 
     Attributes:
         scene, params: `mi.Scene` and its `mi.traverse`.
+        unknown: names of switches that are no parameters of the scene.
+    """
+
+    def __init__(self, scene: Any, switches: Mapping[int, Collection[str]] | None = None) -> None:
+        """All lights shine.
+
+        Args:
+            scene: `mi.Scene`.
+            switches: for each light, by its number, parameters that put it out when they are 0. Lights
+                without any shine always.
+        """
+        import mitsuba as mi
+
+        self.scene, self.params = scene, mi.traverse(scene)
+        self.variant = _variant()
+        switches = switches or {}
+        self.unknown = sorted({key for keys in switches.values() for key in keys} - set(self.params.keys()))
+        known = switches if not self.unknown else {}
+        # Copies: Mitsuba gives references, which a later write would change.
+        self._values = {
+            light: {key: type(self.params[key])(self.params[key]) for key in keys}
+            for light, keys in known.items()
+        }
+        self._shining = frozenset(self._values)
+
+    def shine(self, lights: frozenset[int]) -> None:
+        """Put out every light with a switch but these, whose numbers are given."""
+        if not self._values or lights == self._shining:
+            return
+        for light, values in self._values.items():
+            for key, value in values.items():
+                self.params[key] = value if light in lights else 0.0 * value
+        self.params.update()
+        self._shining = lights
+
+
+@dataclass(frozen=True)
+class LightScene:
+    """One light (or all that shine together) over the plate in a Mitsuba scene, which others may share.
+
+    Attributes:
+        lit: the Mitsuba scene.
+        shining: numbers of the lights in it that shine.
         sensors, cameras: numbers of the scene's sensors that take pictures, and their projections.
         integrator: renders the scene.
         lights: draws the parallel lights that stand for the light where gradients follow moving edges.
@@ -38,11 +80,10 @@ class LightScene:
         background: of the pictures.
         gradient_integrator: gives radiance by slope, if not `integrator`. Its directions must not turn with
             the surface, as those drawn from a material do: the shadows would move along.
-        variant: of Mitsuba, in which the scene was made.
     """
 
-    scene: Any
-    params: Any
+    lit: LitScene
+    shining: frozenset[int]
     sensors: tuple[int, ...]
     cameras: tuple[Projection, ...]
     integrator: Any
@@ -50,7 +91,16 @@ class LightScene:
     shadows: bool = True
     background: Background = black_background
     gradient_integrator: Any = None
-    variant: str = field(default_factory=_variant)
+
+    @property
+    def scene(self) -> Any:
+        """The `mi.Scene`; what it holds besides the shining light may change."""
+        return self.lit.scene
+
+    @property
+    def params(self) -> Any:
+        """The `mi.traverse` of `scene`."""
+        return self.lit.params
 
     def set_heights(self, heights: Array) -> None:
         """Put (rows, cols) mm into the scene; from here on the scene's own variant is set.
@@ -58,8 +108,21 @@ class LightScene:
         Heights that the scene already holds are left: a new acceleration structure takes longer than a few
         samples.
         """
-        variants.use(self.variant)
+        variants.use(self.lit.variant)
         wanted = np.array(heights, dtype=np.float32).ravel()
         held = self.params[buffers.heights_key(self.params)]
         if _has_gradient(held) or not np.array_equal(np.asarray(held), wanted):
             buffers.set_heights(self.params, wanted)
+
+    def prepare(self, camera: int) -> None:
+        """Let this light alone shine, and give the film of one of `sensors` the size of its camera."""
+        import mitsuba as mi
+
+        variants.use(self.lit.variant)
+        self.lit.shine(self.shining)
+        film = self.scene.sensors()[self.sensors[camera]].film()
+        size = [self.cameras[camera].cols, self.cameras[camera].rows]
+        if list(film.crop_size()) != size:
+            params = mi.traverse(film)
+            params["size"], params["crop_size"] = size, size
+            params.update()

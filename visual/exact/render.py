@@ -19,7 +19,7 @@ from torch import Tensor
 
 from relief.arrays import Array
 from relief.progress import stage, this_stage
-from visual.backend import buffers, variants
+from visual.backend import buffers
 from visual.backend.plate import plate_bsdf
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
 from visual.exact.light_scene import LightScene
@@ -175,6 +175,7 @@ def _render(light: LightScene, heights: Array, settings: RenderSettings, index: 
     import mitsuba as mi
 
     light.set_heights(heights)
+    light.prepare(index.camera)
     camera = light.cameras[index.camera]
     total = np.zeros((*((3,) if settings.colour else ()), camera.rows, camera.cols))
     for number, samples in enumerate(_passes(settings.samples, camera.pixels)):
@@ -233,7 +234,7 @@ def interior_gradient(
     import drjit as dr
     import mitsuba as mi
 
-    variants.use(light.variant)
+    light.prepare(index.camera)
     integrator = light.gradient_integrator or light.integrator
     key = buffers.heights_key(light.params)
     sensor = light.sensors[index.camera]

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from visual.lights.kind import Draw, Light, LightKind
+from visual.lights.kind import UNSAMPLED, Draw, Light, LightKind
 from visual.lights.parallel import GOLDEN_ANGLE, LOWEST, ParallelLights, off_horizon
 
 
@@ -44,4 +44,12 @@ def _words(light: Light) -> str:
     return "light from all around"
 
 
-AMBIENT = LightKind(_words, "radiance", _quadrature, ambient=True, surrounds=True, met_by_chance=True)
+AMBIENT = LightKind(
+    _words,
+    "radiance",
+    _quadrature,
+    ambient=True,
+    surrounds=True,
+    met_by_chance=True,
+    switch=(*UNSAMPLED, "radiance.value"),
+)

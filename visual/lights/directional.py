@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from visual.lights.kind import Draw, Light, LightKind
+from visual.lights.kind import UNSAMPLED, Draw, Light, LightKind
 from visual.lights.parallel import OVERHEAD, ParallelLights, angles
 
 
@@ -24,4 +24,6 @@ def _words(light: Light) -> str:
     return f"parallel light, azimuth {azimuth:g}°, elevation {elevation:g}°"
 
 
-DIRECTIONAL = LightKind(_words, "irradiance", _quadrature, directed=True, casts_shadows=_casts_shadows)
+DIRECTIONAL = LightKind(
+    _words, "irradiance", _quadrature, directed=True, casts_shadows=_casts_shadows, switch=UNSAMPLED
+)

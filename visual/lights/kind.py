@@ -11,6 +11,9 @@ from visual.lights.parallel import ParallelLights
 
 RGB = tuple[float, float, float]
 
+UNSAMPLED = ("sampling_weight",)
+"""`LightKind.switch` of a light that rays meet only where Mitsuba samples it."""
+
 Draw = Callable[[np.random.Generator | None], ParallelLights]
 """Parallel lights that stand for a light: fixed without a generator; with one, drawn anew at every call."""
 
@@ -85,6 +88,7 @@ class LightKind:
         surrounds: whether a camera sees the light beside the plate.
         met_by_chance: whether a ray that leaves the plate at random can meet the light.
         casts_shadows: whether the plate, with some relief, can shade itself from a light.
+        switch: parameters of Mitsuba that put the light out when they are 0; none if nothing does.
     """
 
     words: Callable[[Light], str]
@@ -97,3 +101,4 @@ class LightKind:
     surrounds: bool = False
     met_by_chance: bool = False
     casts_shadows: Callable[[Light], bool] = shines
+    switch: tuple[str, ...] = ()

@@ -70,7 +70,8 @@ def instantiate(
     Args:
         checked: the scene.
         heights: (rows, cols) mm, instead of those of the plate's file.
-        lights: numbers `Light.node` of the emitters to keep; None keeps all.
+        lights: numbers `Light.node` of the emitters to keep, which are named by `light_id`; None keeps all,
+            by their own names.
 
     Returns:
         The `mi.Scene`.
@@ -93,6 +94,8 @@ def instantiate(
     plate["heights"] = mi.TensorXf(samples.astype("float32"))
     if lights is not None:
         _drop_lights(mi, state, keep=lights)
+        for light in lights:
+            state.nodes[light].props.set_id(light_id(light))
     for node in state.nodes:
         if node.type == mi.ObjectType.Sensor and WEIGHT in node.props:
             del node.props[WEIGHT]
@@ -105,6 +108,11 @@ def instantiate(
         return mi.parser.instantiate(config, state)
     except FAULTS as error:
         raise InputError(f"{checked.path}: {last_line(error)}") from error
+
+
+def light_id(node: int) -> str:
+    """Name in a loaded scene of the light of this number: in the file, names may be missing or hold dots."""
+    return f"light-{node}"
 
 
 def _mitsuba() -> ModuleType:
