@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-import trimesh
 from numpy.typing import ArrayLike, NDArray
 
+from relief.body import WRITERS, Body
 from relief.errors import InputError
 from relief.files import write_atomically
 from relief.formats import FORMATS
@@ -14,7 +14,7 @@ from relief.limits import BASE_MM, LARGEST_PLATE_MM, SMALLEST_PLATE_MM
 from relief.progress import stage
 
 
-def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> trimesh.Trimesh:
+def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> Body:
     """Build a textured plate as one watertight body with outward normals.
 
     The relief is the triangulation that is rendered: samples at pixel centres, repeated outward to the rim.
@@ -25,7 +25,7 @@ def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) 
         base_mm: Thickness under z = 0, mm; the bottom is flat at z = -base_mm.
 
     Returns:
-        A mesh in mm: (rows + 2)(cols + 2) vertices on the relief, a ring below its rim, one bottom centre.
+        A body of (rows + 2)(cols + 2) vertices on the relief, a ring below its rim, one bottom centre.
 
     Raises:
         InputError: The heights are no finite 2-D array or reach the bottom, or size or base is out of range.
@@ -38,9 +38,7 @@ def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) 
     centre = np.array([[0.0, 0.0, -base_mm]])
     below = len(relief) + np.arange(len(rim))
     faces = np.concatenate([grid_faces(rows, cols), _wall_faces(rim, below), _bottom_faces(below)])
-    mesh = trimesh.Trimesh(np.concatenate([relief, foot, centre]), faces, process=False)
-    mesh.units = "millimeters"
-    return mesh
+    return Body(np.concatenate([relief, foot, centre]), faces)
 
 
 @stage("writing a plate")
@@ -65,9 +63,7 @@ def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: flo
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         raise InputError(f"{path}: suffix {path.suffix!r} is not one of {', '.join(FORMATS)}")
-    scene = trimesh.Scene()
-    scene.add_geometry(plate_mesh(heights_mm, size_mm, base_mm), geom_name="plate")
-    write_atomically(path, scene.export(file_type=suffix.removeprefix(".")))
+    write_atomically(path, WRITERS[suffix](plate_mesh(heights_mm, size_mm, base_mm)))
     return path
 
 

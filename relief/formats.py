@@ -21,7 +21,7 @@ FORMATS = {
     ".stl": PlateFormat("triangles without a unit; the slicer must be set to millimetres", True),
     ".ply": PlateFormat("triangles for Blender and MeshLab", False),
 }
-"""Formats by the suffix of the file; trimesh writes them."""
+"""Formats by the suffix of the file; `relief.body` writes them."""
 
 HEIGHT_MAPS = (".png", ".tif", ".tiff", ".exr", ".npy")
 """Suffixes of the files that `relief.heightmap` reads."""

@@ -5,7 +5,7 @@ Both reliefs share their random numbers, so that most of the noise cancels in th
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,7 +27,13 @@ Known = Callable[[Batches, Batches], bool]
 
 
 def converged(
-    scene: Scene, before: Array, after: Array, known: Known, seed: int = 0, most: int = MOST_SAMPLES
+    scene: Scene,
+    before: Array,
+    after: Array,
+    known: Known,
+    seed: int = 0,
+    most: int = MOST_SAMPLES,
+    least: int = LEAST_SAMPLES,
 ) -> tuple[Batches, Batches]:
     """Render two reliefs until the change of their pictures is known, or each light has its most samples.
 
@@ -37,19 +43,25 @@ def converged(
         known: asked after each round.
         seed: of the random numbers.
         most: samples a pixel of each light.
+        least: samples a pixel of the first pictures.
 
     Returns:
         Pictures before and after; batch n of both has the same random numbers. Their number of samples is
         that of the light with fewest.
     """
     suns = len(scene.lit_scenes()[0])
-    reliefs = before, after
-    lights = [_Part(light, number, seed, reliefs) for number, light in enumerate(scene.light_scenes())]
-    with stage("rendering", 2 * BATCHES * len(lights)) as advance:
-        for light in lights:
-            light.render(LEAST_SAMPLES, advance)
+    lights = [_Part(light, number, seed) for number, light in enumerate(scene.light_scenes())]
+    # The relief that the scene holds goes first, and all lights of one relief together: a new relief takes as
+    # long as a picture.
+    reliefs: list[tuple[int, Array]] = [(0, before), (1, after)]
+    least = BATCHES * -(-least // BATCHES)
+    _render(lights, reliefs, [least] * len(lights), "rendering")
+    first = _pictures(lights, suns, 0).pictures
     while True:
-        pair = _pictures(lights, suns, 0), _pictures(lights, suns, 1)
+        pair = (
+            replace(_pictures(lights, suns, 0), first=first, first_samples=least),
+            _pictures(lights, suns, 1),
+        )
         growing = [light for light in lights if 2 * light.samples <= most]
         if not growing or known(*pair):
             return pair
@@ -57,9 +69,30 @@ def converged(
         shares = [1.0 / suns if light.number < suns else 1.0 for light in growing]
         gains = [share * light.variance / light.samples for share, light in zip(shares, growing, strict=True)]
         noisy = [light for light, gain in zip(growing, gains, strict=True) if gain >= WORTH * max(gains)]
-        with stage("rendering with more samples", 2 * BATCHES * len(noisy)) as advance:
-            for light in noisy:
-                light.render(light.samples, advance)
+        reliefs.reverse()
+        _render(noisy, reliefs, [light.samples for light in noisy], "rendering with more samples")
+
+
+def change_from(scene: Scene, before: Batches, relief: Array, samples: int, seed: int = 0) -> Array:
+    """Change from the pictures before of `converged` to another relief, by some of their random numbers.
+
+    Noise that both have in common cancels, so that few samples do.
+
+    Args:
+        scene: renders the pictures.
+        before: of `converged`.
+        relief: (rows, cols) mm.
+        samples: a pixel, about, of those that `converged` took first.
+        seed: as of `converged`.
+
+    Returns:
+        (conditions, rows, cols) radiance.
+    """
+    assert before.first is not None
+    each = before.first_samples // BATCHES
+    count = min(BATCHES, max(1, samples // each))
+    pictures = [scene.render(relief, samples=each, seed=number).numpy() for number in _seeds(seed, 0)[:count]]
+    return np.asarray(np.mean(pictures, axis=0) - before.first[:count].mean(axis=0))
 
 
 def colour_pictures(scene: Scene, before: Array, after: Array, seed: int = 0) -> tuple[Array, Array]:
@@ -86,7 +119,6 @@ class _Part:
         light: renders the pictures.
         number: of the light.
         seed: of the random numbers.
-        reliefs: before and after.
         samples: a pixel so far, of all batches together.
         pictures: (2, batches, cameras, rows, cols) means of all samples so far.
     """
@@ -94,7 +126,6 @@ class _Part:
     light: LightScene
     number: int
     seed: int
-    reliefs: tuple[Array, Array]
     samples: int = 0
     pictures: Array | None = None
 
@@ -105,26 +136,46 @@ class _Part:
         change = self.pictures[1] - self.pictures[0]
         return float(change.var(axis=0, ddof=1).mean()) / len(change)
 
-    def render(self, samples: int, advance: Callable[[], None]) -> None:
-        """Add samples, evenly over the batches, with random numbers of their own.
+    def settings(self, samples: int) -> list[RenderSettings]:
+        """Settings of the batches by which so many samples a pixel are added."""
+        each = samples // BATCHES
+        return [
+            RenderSettings(each, number, shadow_edges=False) for number in _seeds(self.seed, self.samples)
+        ]
 
-        Args:
-            samples: a pixel, of all batches together.
-            advance: called after each of the 2 x batches pictures.
-        """
-        seeds = np.random.SeedSequence((self.seed, self.samples)).generate_state(BATCHES)
-        each = [RenderSettings(samples // BATCHES, int(seed), shadow_edges=False) for seed in seeds]
-        # The relief that the light scene holds goes first: another relief takes as long as some samples.
-        new: dict[int, list[Array]] = {}
-        for relief in (0, 1) if self.pictures is None else (1, 0):
-            new[relief] = []
-            for settings in each:
-                new[relief].append(light_pictures(self.light, self.reliefs[relief], settings, self.number))
-                advance()
-        added, total = np.array([new[0], new[1]]), self.samples + samples
+    def add(self, pictures: Array, samples: int) -> None:
+        """Add pictures (2, batches, cameras, rows, cols) of so many samples a pixel, all batches together."""
+        total = self.samples + samples
         if self.pictures is not None:
-            added = (self.samples * self.pictures + samples * added) / total
-        self.pictures, self.samples = added, total
+            pictures = (self.samples * self.pictures + samples * pictures) / total
+        self.pictures, self.samples = pictures, total
+
+
+def _seeds(seed: int, samples: int) -> list[int]:
+    """Seeds of the batches that come after so many samples."""
+    return [int(number) for number in np.random.SeedSequence((seed, samples)).generate_state(BATCHES)]
+
+
+def _render(
+    lights: Sequence[_Part], reliefs: Sequence[tuple[int, Array]], samples: Sequence[int], name: str
+) -> None:
+    """Add samples to the pictures of both reliefs.
+
+    Args:
+        lights: whose pictures gain.
+        reliefs: numbers and heights, in the order in which they are rendered.
+        samples: a pixel for each light, evenly over the batches, with random numbers of their own.
+        name: of the stage.
+    """
+    added: list[list[list[Array]]] = [[[], []] for _ in lights]
+    with stage(name, 2 * BATCHES * len(lights)) as advance:
+        for number, heights in reliefs:
+            for light, new, count in zip(lights, added, samples, strict=True):
+                for settings in light.settings(count):
+                    new[number].append(light_pictures(light.light, heights, settings, light.number))
+                    advance()
+    for light, new, count in zip(lights, added, samples, strict=True):
+        light.add(np.array(new), count)
 
 
 def _pictures(lights: Sequence[_Part], suns: int, relief: int) -> Batches:

@@ -33,10 +33,14 @@ class Batches:
     Attributes:
         pictures: (batches, conditions, rows, cols) radiance.
         samples: a pixel, of all batches together.
+        first: the same by the first `first_samples` alone; None where all came at once.
+        first_samples: a pixel, of all batches together.
     """
 
     pictures: Array
     samples: int
+    first: Array | None = None
+    first_samples: int = 0
 
     @property
     def mean(self) -> Array:

@@ -33,8 +33,8 @@ from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.files import remove_partial
 from relief.progress import Progress, say, stage, this_stage
-from visual.converged import colour_pictures, converged
-from visual.noise import batched
+from visual.converged import change_from, colour_pictures, converged
+from visual.noise import Batches
 
 _log = logging.getLogger(__name__)
 
@@ -249,10 +249,8 @@ def _measure(
     best = descent.best.heights
     # The same random numbers before and after: what differs between the pictures is the relief, not noise.
     samples, seed = settings.verify.samples, settings.seed + 1
-    if samples is None:
-        before, after = converged(problem.scene, problem.heights, best, known(problem.scene), seed)
-    else:
-        before, after = (batched(problem.scene, relief, samples, seed) for relief in (problem.heights, best))
+    limits = {} if samples is None else {"most": samples, "least": samples}
+    before, after = converged(problem.scene, problem.heights, best, known(problem.scene), seed, **limits)
     return results.Outcome(
         descent=descent,
         steering_values=prepared.steering_values,
@@ -261,20 +259,20 @@ def _measure(
         iterations=state.iterations,
         pictures_before=before,
         pictures_after=after,
-        baseline_pictures=_baseline(prepared, before.mean, seed) if settings.verify.baseline else None,
+        baseline_pictures=_baseline(prepared, before, seed) if settings.verify.baseline else None,
         colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,
     )
 
 
-def _baseline(prepared: Prepared, before: Array, seed: int) -> Array | None:
+def _baseline(prepared: Prepared, before: Batches, seed: int) -> Array | None:
     """Pictures of the original scaled in height to its target; None if no scale meets it.
 
-    The change by scaling is rendered with common random numbers and added to the pictures before: noise of
-    few samples would otherwise count as change.
+    The change by scaling is rendered with the random numbers of the pictures before and added to them: noise
+    of few samples would otherwise count as change.
 
     Args:
         prepared: the run.
-        before: (conditions, rows, cols) pictures of the original.
+        before: pictures of the original.
         seed: of the random numbers.
     """
     problem = prepared.problem
@@ -283,11 +281,7 @@ def _baseline(prepared: Prepared, before: Array, seed: int) -> Array | None:
     if scaled is None:
         _log.info("no scaling of the height reaches the target: no pictures to compare with")
         return None
-    original, changed = (
-        problem.scene.render(relief, samples=BASELINE_SAMPLES, seed=seed).numpy()
-        for relief in (problem.heights, scaled)
-    )
-    return np.asarray(before + changed - original)
+    return np.asarray(before.mean + change_from(problem.scene, before, scaled, BASELINE_SAMPLES, seed))
 
 
 @contextmanager

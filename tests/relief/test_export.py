@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import zipfile
 from pathlib import Path
@@ -12,10 +13,19 @@ import pytest
 import trimesh
 from lxml import etree
 
+from relief import export
+from relief.body import TRIANGLE
 from relief.errors import InputError
-from relief.export import export_plate, plate_mesh
+from relief.export import export_plate
+from relief.formats import FORMATS
 
 SIZE_MM = 10.0
+ROOT = Path(__file__).parents[2]
+
+
+def plate_mesh(*arguments: Any, **more: Any) -> trimesh.Trimesh:
+    """The plate as a mesh that can be asked for everything."""
+    return trimesh.Trimesh(*export.plate_mesh(*arguments, **more), process=False)
 
 
 def relief(rows: int = 24, cols: int = 24) -> np.ndarray:
@@ -141,9 +151,48 @@ def test_a_plate_takes_as_many_calls_whatever_its_samples() -> None:
     def calls(samples: int) -> int:
         events: list[str] = []
         sys.setprofile(lambda frame, event, value: events.append(event))
-        plate_mesh(np.zeros((samples, samples)), SIZE_MM)
+        export.plate_mesh(np.zeros((samples, samples)), SIZE_MM)
         sys.setprofile(None)
         return len(events)
 
-    plate_mesh(np.zeros((16, 16)), SIZE_MM)
+    export.plate_mesh(np.zeros((16, 16)), SIZE_MM)
     assert calls(16) == calls(128)
+
+
+def test_the_same_plate_gives_the_same_bytes(tmp_path: Path) -> None:
+    for suffix in FORMATS:
+        first, second = (export_plate(tmp_path / f"{n}{suffix}", relief(), SIZE_MM) for n in (1, 2))
+        assert first.read_bytes() == second.read_bytes()
+
+
+def test_stl_normals_point_outward_and_have_length_1(tmp_path: Path) -> None:
+    data = export_plate(tmp_path / "plate.stl", relief(), SIZE_MM).read_bytes()
+    triangles, body = np.frombuffer(data[84:], TRIANGLE), plate_mesh(relief(), SIZE_MM)
+    np.testing.assert_allclose(triangles["normal"], body.face_normals, atol=1e-6)
+
+
+def test_a_3mf_file_is_as_the_standard_says(tmp_path: Path) -> None:
+    """Open packaging: a content type for every part, and a relation to the model, in one namespace."""
+    with zipfile.ZipFile(export_plate(tmp_path / "plate.3mf", relief(), SIZE_MM)) as archive:
+        names = archive.namelist()
+        types, relations, model = (etree.fromstring(archive.read(name)) for name in names)
+    assert names == ["[Content_Types].xml", "_rels/.rels", "3D/3dmodel.model"]
+    assert {kind.get("Extension") for kind in types} == {"rels", "model"}
+    assert [relation.get("Target") for relation in relations] == ["/3D/3dmodel.model"]
+    core = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
+    assert all(element.tag.startswith(core) for element in model.iter())
+    (mesh,) = model.iter(f"{core}mesh")
+    vertices = [[float(v.get(axis)) for axis in "xyz"] for v in mesh[0]]
+    np.testing.assert_allclose(vertices, export.plate_mesh(relief(), SIZE_MM).vertices, rtol=1e-8, atol=1e-12)
+
+
+def test_writing_a_plate_needs_no_library_of_meshes(tmp_path: Path) -> None:
+    script = (
+        "import sys, numpy as np; from relief.export import export_plate\n"
+        f"for s in ('stl', '3mf', 'ply'): export_plate({str(tmp_path)!r} + '/plate.' + s, np.eye(4), 10.0)\n"
+        "print(*({'trimesh', 'scipy', 'lxml', 'networkx'} & sys.modules.keys()))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == ""

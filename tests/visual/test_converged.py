@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.visual.scenes import hills, sky, sun
-from visual.converged import LEAST_SAMPLES, converged
+from visual.converged import LEAST_SAMPLES, change_from, converged
 from visual.noise import BATCHES, Batches
 from visual.scene import Scene
 
@@ -63,3 +63,22 @@ def test_two_reliefs_share_their_random_numbers(scene_of: SceneOf) -> None:
     np.testing.assert_array_equal(again.pictures, before.pictures)
     other, _ = converged(scene, scene.heights, scene.heights, at_once, seed=1)
     assert (other.pictures != before.pictures).any()
+
+
+def test_a_change_takes_the_random_numbers_of_the_pictures_before(scene_of: SceneOf) -> None:
+    scene = scene_of(sun(35), sky())
+    before, after = converged(scene, scene.heights, FLATTER * scene.heights, never, seed=2, most=256)
+    assert before.first is not None and before.first_samples == LEAST_SAMPLES
+    assert not change_from(scene, before, scene.heights, samples=32, seed=2).any()
+    few = change_from(scene, before, FLATTER * scene.heights, samples=32, seed=2)
+    change = after.mean - before.mean
+    # A change by other random numbers would have this error, of the pictures' own noise.
+    noise = np.sqrt(np.square(before.standard_error).mean() * before.samples / 32)
+    assert np.sqrt(np.square(few - change).mean()) < 0.9 * noise
+
+
+def test_the_samples_can_be_given(scene_of: SceneOf) -> None:
+    scene = scene_of(sun(35), sky())
+    for wanted, samples in ((1, BATCHES), (16, 16)):
+        before, after = converged(scene, scene.heights, scene.heights, never, most=wanted, least=wanted)
+        assert before.samples == after.samples == samples

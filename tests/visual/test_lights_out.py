@@ -3,11 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
-import pytest
 import torch
 
 from tests.visual.scenes import PANEL, hills, sky, sun
-from visual import loading
 from visual.exact.render import RenderSettings, light_pictures
 from visual.scene import Scene
 
@@ -52,11 +50,6 @@ def test_the_background_is_that_of_the_light_whatever_shone_last(scene_of: Calla
     np.testing.assert_array_equal(by_sun.background(down), 0.0)
 
 
-def test_a_surface_that_shines_keeps_a_scene_of_its_own(
-    scene_of: Callable[..., Scene], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made: list[object] = []
-    load = loading.instantiate
-    monkeypatch.setattr(loading, "instantiate", lambda *a, **k: made.append(k["lights"]) or load(*a, **k))
+def test_a_surface_that_shines_keeps_a_scene_of_its_own(scene_of: Callable[..., Scene]) -> None:
     scenes = scene_of(sun(35), sun(50, 100.0), more=PANEL).light_scenes()
-    assert len(made) == 2 and len({id(light.scene) for light in scenes}) == 2
+    assert len(scenes) == 3 and len({id(light.scene) for light in scenes}) == 2
