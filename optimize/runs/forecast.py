@@ -25,7 +25,7 @@ STEP_S, FAST_STEP_S = 1.2e-4, 3e-5
 """Seconds of a step for each height sample, by the exact and by the fast look."""
 PIXEL_S = 1.5e-7
 """Seconds for each sample of each pixel of a rendered picture."""
-RENDERED, UNTIL_KNOWN = 2, 128
+RENDERED, UNTIL_KNOWN = 2, 64
 """Reliefs whose final pictures are rendered, and about how many samples a pixel make their change known."""
 ADAM_STEP = 4.0
 """Seconds of one of Adam's steps in units of those of its pictures: the gradient takes most of a step."""
