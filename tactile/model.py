@@ -187,6 +187,20 @@ def touch_model(
         from tactile.net import net_solver
 
         solver = net_solver(skin, samples, size_mm)
+    operator, flat_strain = _in_double(
+        skin, samples, size_mm, mean, "fem" if model == "fem" else "layer", mesh
+    )
+    converged = TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))
+    if solver is None:
+        return converged
+    return replace(converged, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE)
+
+
+@lru_cache(maxsize=8)
+def _in_double(
+    skin: Skin, samples: int, size_mm: float, mean: float, model: ModelName, mesh: int
+) -> tuple[FiniteElementOperator | ElasticLayerOperator, Tensor]:
+    """Operator and principal strain under a flat plate, in double precision, for models of any precision."""
     operator: FiniteElementOperator | ElasticLayerOperator
     if model == "fem":
         operator = finite_element_operator(skin, samples, size_mm, torch.float64, mesh)
@@ -194,11 +208,7 @@ def touch_model(
         operator = elastic_layer_operator(skin, samples, size_mm, torch.float64)
     flat = torch.zeros(samples, samples, dtype=torch.float64)
     pressure = solve_contact(operator, flat, mean).pressure
-    flat_strain = smallest_eigenvalue(operator.strain(pressure))
-    converged = TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))
-    if solver is None:
-        return converged
-    return replace(converged, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE)
+    return operator, smallest_eigenvalue(operator.strain(pressure))
 
 
 def press(

@@ -13,11 +13,13 @@ side more for each target.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
+import torch
 
 from optimize.descent.driver import Iterate, Remembered
 from optimize.descent.problem import Problem, change_percent, within_limits
@@ -116,6 +118,8 @@ class GaussNewton:
     patience: int | None = 1
 
     def __init__(self, problem: Problem) -> None:
+        # Steps need far fewer digits than the verification, which is in double precision.
+        problem = replace(problem, precision=problem.precision or torch.float32)
         self._problem = problem
         targets = problem.targets.each
         self._goals = np.array([target.goal for target in targets])
@@ -264,7 +268,8 @@ def _views(problem: Problem) -> tuple[View | FastView | HeightView, ...]:
 @stage("solving for a step")
 def _response(system: _System, damping: float, gradients: Array) -> _Response:
     """The least squares of the look solved: alone, and for a unit force along each target's gradient."""
-    solved = factorised(system.matrix + damping * system.damping)(np.column_stack((system.load, gradients.T)))
+    solve = factorised(system.matrix + damping * system.damping, minimum_degree=True)
+    solved = solve(np.column_stack((system.load, gradients.T)))
     return _Response(solved[:, 0], solved[:, 1:])
 
 

@@ -106,7 +106,8 @@ def run(
         prepared = prepare(settings, variant)
         state = CorrectionState(prepared.surrogate_targets)
         method = prepared.plan.method_for(state.surrogate_targets, prepared.plan.steps)
-        segment = Segment(method, method.begin(0, prepared.problem.heights, {}))
+        start = method.begin(0, prepared.problem.heights, {"pressure": prepared.steering.pressure})
+        segment = Segment(method, start)
         with _telling_how_to_go_on(run_dir):
             # First, so that a folder with anything of a run in it is known by its run.toml.
             results.write_settings(run_dir, settings)
@@ -253,7 +254,7 @@ def _measure(
     before, after = converged(problem.scene, problem.heights, best, known(problem.scene), seed, **limits)
     return results.Outcome(
         descent=descent,
-        steering_values=prepared.steering_values,
+        steering_values=prepared.steering.values,
         touch_before=prepared.touch_before,
         touch_after=verified or measure_touch(best, problem.size_mm, problem.skin, "layer"),
         iterations=state.iterations,

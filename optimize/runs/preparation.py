@@ -45,7 +45,7 @@ class Prepared:
         settings: of the run.
         problem: with the targets that the verifying model is to meet.
         plan: of the outer iterations.
-        steering_values: of the original by the model that steers.
+        steering: touch of the original by the model that steers.
         touch_before: of the original by the verifying model, or by the model that steers if there is none.
         surrogate_targets: of the first descent.
     """
@@ -53,7 +53,7 @@ class Prepared:
     settings: Run
     problem: Problem
     plan: Plan
-    steering_values: Values
+    steering: TouchMeasures
     touch_before: TouchMeasures
     surrogate_targets: Targets
 
@@ -133,7 +133,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
     def verify(heights: Array) -> TouchMeasures:
         return measure_touch(heights, scene.size_mm, problem.skin, verifier or "layer", mesh)
 
-    steering = untargeted.press(scene.heights, gradients=False).values
+    steering = untargeted.press(scene.heights, original.pressure, gradients=False)
     return Prepared(
         settings,
         problem,
@@ -147,7 +147,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         ),
         steering,
         original,
-        first_surrogate_targets(targets, steering, original.values),
+        first_surrogate_targets(targets, steering.values, original.values),
     )
 
 

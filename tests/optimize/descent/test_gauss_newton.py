@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 import tactile
 from optimize.descent import gauss_newton
@@ -133,6 +134,20 @@ def test_the_same_seed_gives_the_same_relief(problem_with: ProblemWith, original
     one, other = walk(problem), walk(problem)
     assert one.last.step == other.last.step
     np.testing.assert_allclose(one.best.heights, other.best.heights, atol=1e-6)
+
+
+def test_steps_in_single_precision_go_where_those_in_double_go(
+    problem_with: ProblemWith, original: TouchMeasures
+) -> None:
+    problem = problem_with(rougher(original, 1))
+    ends = []
+    for precision in (None, torch.float64):
+        method = GaussNewton(replace(problem, precision=precision))
+        ends.append(method.advance(method.advance(method.begin(0, problem.heights, {}))))
+    assert not np.array_equal(ends[0].heights, ends[1].heights)
+    change = np.abs(ends[1].heights - problem.heights).max()
+    np.testing.assert_allclose(ends[0].heights, ends[1].heights, atol=1e-2 * change)
+    assert ends[0].values["roughness"] == pytest.approx(ends[1].values["roughness"], rel=1e-3)
 
 
 def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(
