@@ -1,0 +1,62 @@
+"""The bundled textures, runs on them that are kept, and pictures for the figures."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+from matplotlib import pyplot
+from matplotlib.figure import Figure
+
+from mitsuba_scenes import FOLDER
+from optimize.report.metrics import mean_change
+from optimize.runs.config import run_from_scene
+from optimize.runs.job import run
+from optimize.runs.key import RESULT
+from relief.arrays import Array
+from relief.heightmap import load_heights
+from surrogate.corpus.bundled_textures import TEXTURES
+from visual.scene import Scene, load_scene
+
+__all__ = ["TEXTURES", "change_percent", "heights", "image", "optimised", "scene"]
+
+IMAGES = Path(__file__).resolve().parents[2] / "docs" / "images"
+RUNS = Path("runs/paper")
+SAMPLES = 64
+"""Samples a pixel of pictures that change by tens of per cent."""
+
+
+def heights(name: str, relief_mm: float | None = None) -> Array:
+    """Heights (128, 128) of a bundled texture in mm, by default with the relief of its file."""
+    return load_heights(FOLDER / "textures" / f"{name}.png", relief_mm=relief_mm)
+
+
+@cache
+def scene(name: str) -> Scene:
+    """The studio with a bundled texture in it."""
+    return load_scene("studio", texture=name)
+
+
+def change_percent(name: str, after: Array) -> float:
+    """Mean change of the pictures of a bundled texture, in % of their mean, with common random numbers."""
+    studio = scene(name)
+    one, other = (studio.render(relief, samples=SAMPLES, seed=1).numpy() for relief in (studio.heights, after))
+    return 100.0 * mean_change(one, other) / float(one.mean())
+
+
+def optimised(name: str, overrides: list[str], label: str) -> Path:
+    """The run directory of a run by the fast models, kept from an earlier call if there is one."""
+    folder = RUNS / f"{name}-{label}"
+    if not (folder / RESULT).is_file():
+        settings = ["look.model=fast", "touch.model=quick", "verify.baseline=false", *overrides]
+        run(run_from_scene("studio", name, settings), folder, force=True, quiet=True)
+    return folder
+
+
+def image(figure: Figure, name: str) -> None:
+    """Write a figure into the documentation."""
+    figure.tight_layout()
+    figure.savefig(IMAGES / name, dpi=110, facecolor="#fdfcfa")
+    pyplot.close(figure)
+    print(IMAGES / name)
+
