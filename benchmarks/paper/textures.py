@@ -40,7 +40,9 @@ def scene(name: str) -> Scene:
 def change_percent(name: str, after: Array) -> float:
     """Mean change of the pictures of a bundled texture, in % of their mean, with common random numbers."""
     studio = scene(name)
-    one, other = (studio.render(relief, samples=SAMPLES, seed=1).numpy() for relief in (studio.heights, after))
+    one, other = (
+        studio.render(relief, samples=SAMPLES, seed=1).numpy() for relief in (studio.heights, after)
+    )
     return 100.0 * mean_change(one, other) / float(one.mean())
 
 
@@ -59,4 +61,3 @@ def image(figure: Figure, name: str) -> None:
     figure.savefig(IMAGES / name, dpi=110, facecolor="#fdfcfa")
     pyplot.close(figure)
     print(IMAGES / name)
-
