@@ -1,4 +1,4 @@
-"""`retouch study`: many runs that one file describes."""
+"""`retouch study`: many runs that one file describes, as tables, plots and pictures on one page."""
 
 import argparse
 import math
@@ -14,12 +14,12 @@ from relief.errors import InputError
 COMPLETE, WITH_FAILURES = 0, 1
 """Exit statuses: every row is done, or some have failed."""
 MOST_SHOWN = 10
-"""Most faults and failures that are printed; study.json lists all."""
+"""Most faults and failures that are printed; the page lists all."""
 
 HELP = "compute tables of runs that a study file describes"
 DESCRIPTION = """\
-Computes every row of a study, each a run of `retouch optimize` in a process with one thread, and writes every
-number as CSV and JSON. Rows that are done are not computed again.
+Computes every row of a study, each a run of `retouch optimize` in a process with one thread, and draws a
+page with tables, plots and pictures. Rows that are done are not computed again.
 """
 EPILOG = """\
 examples:
@@ -28,7 +28,7 @@ examples:
   retouch study my-study.toml -o runs/my-study --textures ~/materials
   retouch study my-study.toml --redraw
 
-DIR then holds rows.csv, study.json with every number, and rows/, the run directories.
+DIR then holds index.html (the page), rows.csv, study.json with every number, and rows/, the run directories.
 docs/studies.md describes study files and columns.
 
 exit status: 0 if every row is done; 1 if some have failed or cannot be computed; 2 for bad input; 130 if
@@ -72,7 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     work = parser.add_argument_group("the work")
     one = work.add_mutually_exclusive_group()
     one.add_argument("--again", action="store_true", help="compute each row anew")
-    one.add_argument("--redraw", action="store_true", help="compute nothing, write down what is there")
+    one.add_argument("--redraw", action="store_true", help="compute nothing, draw what is there")
     add_workers(work)
     add_talk(parser, "the folder, every row and every failure")
 
@@ -111,7 +111,7 @@ def run(arguments: argparse.Namespace) -> int:
     failed = [f"{out / engine.ROWS / key[:12]}: {reason}" for key, reason in rows.failures.items()]
     status = WITH_FAILURES if failed or expanded.faults else COMPLETE
     if arguments.json:
-        files = [str(out / name) for name in (engine.SPREADSHEET, engine.DOCUMENT)]
+        files = [str(out / name) for name in (engine.PAGE, engine.SPREADSHEET, engine.DOCUMENT)]
         failures = [*expanded.faults, *failed]
         print_json({"folder": str(out), "rows": flat_rows(content), "failures": failures, "files": files})
         return status
@@ -119,7 +119,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.quiet:
         missing = len(expanded.rows) - len(rows.records) - len(failed)
         rest = f", {missing} not computed yet" if missing else ""
-        print(f"{out}: {len(rows.records)} rows, {len(failed)} failed{rest}")
+        print(f"{out / engine.PAGE}: {len(rows.records)} rows, {len(failed)} failed{rest}")
     return status
 
 
@@ -128,7 +128,7 @@ def _tell(lines: Sequence[str]) -> None:
     for line in lines[:MOST_SHOWN]:
         print(line, file=sys.stderr)
     if len(lines) > MOST_SHOWN:
-        print(f"... and {len(lines) - MOST_SHOWN} more, which study.json lists", file=sys.stderr)
+        print(f"... and {len(lines) - MOST_SHOWN} more, which the page lists", file=sys.stderr)
 
 
 def _list(arguments: argparse.Namespace) -> int:

@@ -2,7 +2,7 @@
 
 import base64
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -12,11 +12,15 @@ from optimize.report.formatting import between, duration, number, percent, plus_
 from optimize.report.meanings import MEANINGS
 
 
-def render_page(template: str, **context: Any) -> bytes:
+def render_page(
+    template: str, scripts: Sequence[str] = ("pairs.js", "profile.js"), images: str = "", **context: Any
+) -> bytes:
     """A page in UTF-8.
 
     Args:
         template: name of a file in `templates`.
+        scripts: names of files in `templates` that become the script of the page.
+        images: sources of pictures beside those within the page, as a content security policy names them.
         context: what the template shows; text is escaped.
     """
     environment = Environment(
@@ -28,11 +32,12 @@ def render_page(template: str, **context: Any) -> bytes:
     )
     environment.filters |= {"number": number, "percent": percent, "duration": duration, "rounded": rounded}
     environment.globals |= {"between": between, "plus_minus": plus_minus, "meanings": MEANINGS}
-    script = environment.get_template("page.js").render()
+    script = "\n".join(environment.get_template(name).render() for name in scripts)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     page = environment.get_template(template).render(
         script=Markup(script),
         script_hash=digest,
+        images=images,
         style=Markup(environment.get_template("page.css").render()),
         **context,
     )

@@ -70,7 +70,7 @@ class Plot(Section):
     """`[[plots]]`: a figure of the page.
 
     Attributes:
-        x: axis or column.
+        x: axis; or a column, where each value of `by` is one point, the means of `x` and `y`.
         y: column.
         by: axis with a line for each value; None: one line.
         over: axis that the mean and its interval run over; None: every axis but `x` and `by`.
@@ -160,7 +160,11 @@ def load_study(path: str | os.PathLike[str]) -> Study:
 
 def shown(label: Any) -> str:
     """An axis value as text."""
-    return f"{label:g}" if isinstance(label, float) else str(label).lower() if label is True else str(label)
+    if isinstance(label, bool):
+        return "yes" if label else "no"
+    if isinstance(label, int | float):
+        return f"{label:g}".replace("-", "\N{MINUS SIGN}")
+    return str(label)
 
 
 def text_of(labels: Mapping[str, Any]) -> str:

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from optimize.studies.document import Document, document, document_bytes, spreadsheet
-from optimize.studies.engine import DOCUMENT, SPREADSHEET, Rows
+from optimize.studies.engine import DOCUMENT, PAGE, SPREADSHEET, Rows
+from optimize.studies.page import page
 from optimize.studies.rows import Expanded
 from optimize.studies.study_file import Study
 from relief.files import write_atomically
@@ -23,4 +24,5 @@ def write_study(out: Path, study: Study, expanded: Expanded, rows: Rows, quick: 
     content = document(study, expanded, rows, quick)
     write_atomically(out / DOCUMENT, document_bytes(content))
     write_atomically(out / SPREADSHEET, spreadsheet(content))
+    write_atomically(out / PAGE, page(content, out))
     return content

@@ -204,10 +204,11 @@ def test_a_row_that_fails_is_tried_once_more_and_listed(
     (tmp_path / "bad.toml").write_text(text.replace('tables = ["feel"]', ""))
     assert main(command) == 1
     told, shown = capsys.readouterr()
-    assert told == f"{out}: 1 rows, 1 failed\n"
+    assert told == f"{out / engine.PAGE}: 1 rows, 1 failed\n"
     assert (
         shown.count("bad.exr: damaged or not an EXR") == 3 and shown.count("tried once more at the end") == 1
     )
+    assert "damaged or not an EXR" in (out / engine.PAGE).read_text()
     (failure,) = out.glob(f"{ROWS}/*/{FAILURE}")
     assert "damaged or not an EXR" in json.loads(failure.read_text())["reason"]
     assert [bool(row["failure"]) for row in table(out)] == [False, True]
