@@ -11,6 +11,18 @@ from typing import Any
 
 from optimize.runs.config import Run
 
+_UNSEEN = {
+    f"change_{name}_{kind}percent": f"{words} of pictures {what}, % of the mean picture."
+    for name, what in (
+        ("lights", "under nine other lights"),
+        ("materials", "in matte and in bronze"),
+        ("views", "from two sides at 45 degrees"),
+        ("envmap", "in the scene `evening`: under a sky, from the side"),
+        ("fine", "in the run's own scene at twice its resolution"),
+    )
+    for kind, words in (("", "Mean change"), ("rms_", "Root mean square change"))
+}
+
 Found = Mapping[str, float | None]
 """Values by column; None where there is no value."""
 
@@ -38,6 +50,13 @@ def _pace(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
     return {"seconds_per_step": seconds / steps if steps else None, "directory_mb": size / 1e6}
 
 
+def _unseen(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
+    # Imported here, where something renders: a redrawing takes no renderer.
+    from optimize.studies.unseen import unseen
+
+    return unseen(run_dir, run, result)
+
+
 MEASURES: Mapping[str, Measure] = {
     measure.name: measure
     for measure in (
@@ -50,6 +69,7 @@ MEASURES: Mapping[str, Measure] = {
             },
             _pace,
         ),
+        Measure("unseen", 1, _UNSEEN, _unseen),
     )
 }
 """Measures by name."""

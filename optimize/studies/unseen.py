@@ -1,0 +1,113 @@
+"""Picture change under conditions that a descent has not seen: other lights, materials, views, pixels.
+
+The scenes are variants of the studio that come with Retouch, so that results from any scene compare. All
+pictures are Mitsuba's, of the original and of the result with common random numbers, and changes are
+estimated as in `optimize.report.picture_change`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mitsuba_scenes import find_file
+from optimize.report.metrics import pixel_weights
+from optimize.report.picture_change import change
+from optimize.runs.config import Run
+from relief.arrays import Array
+from relief.heightmap import load_heights
+from relief.progress import stage
+from visual.noise import batched
+from visual.scene import Scene, load_scene, plate_size_mm
+
+SAMPLES = 16
+"""Samples a pixel. On results at +2 and -2 JND mean changes are then within 3 % of those by 256 samples
+(docs/studies.md)."""
+REFINEMENT = 2
+"""Resolution of the finer pictures in units of the run's own."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A scene to look at results in.
+
+    Attributes:
+        scene: name of a bundled scene.
+        defines: values of its parameters.
+    """
+
+    scene: str
+    defines: Mapping[str, str]
+
+
+UNSEEN: Mapping[str, Sequence[Condition]] = {
+    "lights": (Condition("other_lights", {}),),
+    "materials": tuple(Condition("other_materials", {"material": name}) for name in ("matte", "bronze")),
+    "views": (Condition("five_views", {"above": "0", "west": "0", "south": "0"}),),
+    "envmap": (Condition("evening", {}),),
+}
+"""Scenes by what is other than in the studio; changes in several scenes are averaged."""
+
+
+def unseen(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str, float | None]:
+    """Changes of pictures from the original to the result of a run.
+
+    Args:
+        run_dir: of the run.
+        run: its settings.
+        result: content of result.json; not needed.
+
+    Returns:
+        The columns of the measure; None for scenes whose plate is of another size than the run's.
+    """
+    own = load_scene(run.scene, run.define, **_texture(run))
+    before, after = _aligned(own.heights, load_heights(run_dir / "heights.exr"))
+    found: dict[str, float | None] = {}
+    with stage("looking under other conditions", len(UNSEEN) + 1) as advance:
+        for name, conditions in UNSEEN.items():
+            each = [_changes_in(condition, run, own.size_mm, before, after) for condition in conditions]
+            changes = [one for one in each if one is not None]
+            found |= _columns(name, np.mean(changes, axis=0) if len(changes) == len(each) else None)
+            advance()
+        found |= _columns("fine", _changes(own, before, after, REFINEMENT * max(own.resolution)))
+        advance()
+    return found
+
+
+def _texture(run: Run) -> dict[str, Any]:
+    """Arguments of `load_scene` for the texture of a run."""
+    return {name: getattr(run, name) for name in ("texture", "size_mm", "relief_mm", "height_scale")}
+
+
+def _columns(name: str, changes: Array | None) -> dict[str, float | None]:
+    mean, rms = (None, None) if changes is None else map(float, changes)
+    return {f"change_{name}_percent": mean, f"change_{name}_rms_percent": rms}
+
+
+def _aligned(before: Array, after: Array) -> tuple[Array, Array]:
+    """The two reliefs with equal mean heights, none below 0: a plate lifted as a whole looks the same."""
+    moved = after - after.mean() + before.mean()
+    lift = max(0.0, -float(moved.min()))
+    return before + lift, moved + lift
+
+
+def _changes_in(condition: Condition, run: Run, size_mm: float, before: Array, after: Array) -> Array | None:
+    """Changes in a bundled scene, with about a pixel a height sample; None if its plate has another size."""
+    path = find_file(condition.scene, ".xml")
+    defines = {"resolution": str(max(before.shape)), **condition.defines}
+    if plate_size_mm(path, defines) != size_mm:
+        return None
+    return _changes(load_scene(path, defines, **_texture(run)), before, after)
+
+
+def _changes(scene: Scene, before: Array, after: Array, resolution: int | None = None) -> Array:
+    """Mean and root mean square change of a scene's pictures, (2,), in % of the mean picture of the plate."""
+    weights = pixel_weights(scene.plate_weights(resolution), scene.weights)
+    one, other = (
+        batched(scene, relief, SAMPLES, seed=1, resolution=resolution) for relief in (before, after)
+    )
+    found = change(one, other, weights=weights)
+    level = float((weights * one.mean).mean())
+    return 100.0 / level * np.array([found.estimate, found.rms_less_noise])
