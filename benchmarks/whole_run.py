@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import statistics
 import subprocess
@@ -42,12 +43,13 @@ CASES = [(texture, jnd) for texture in TEXTURES for jnd in (-2, 2)]
 KINDS = {"exact": (), "fast": ("--fast",)}
 FINE = 256
 PARTS = ("set_up", "descent", "verify")
-"""Parts of a run in `time_s` of result.json. The other wall seconds go to imports and files."""
+"""Parts of a run in `time_s` and `cpu_s` of result.json. The other seconds go to imports and files."""
 PAGE = ROOT / "docs" / "speed.md"
 START, END = "<!-- {0}, made by python -m benchmarks.whole_run {0} -->\n", "<!-- end of {0} -->"
 HEADINGS = {
     **{"wall_s": "seconds", "cpu_s": "CPU seconds", "peak_mb": "peak MB", "set_up_s": "set-up, s"},
     **{"descent_s": "descent, s", "verify_s": "final pictures, s", "off_target_percent": "off target, %"},
+    **{f"{part}_cpu_s": "its CPU s" for part in PARTS},
     **{"change_percent": "pictures, %", "change_rms_percent": "rms, %"},
     **{"render_cpu_s": "pictures, CPU s", "step_cpu_s": "with Jacobians, CPU s"},
 }
@@ -162,7 +164,11 @@ def one_run(folder: Path, options: Sequence[str], out: Path) -> dict[str, float]
     command = ["-m", "optimize", "optimize", *options, "-o", str(out), "--force", "-q"]
     found = process(folder, command, (0, 3))
     result = json.loads((out / "result.json").read_text())
-    parts = {f"{part}_s": result["time_s"][part] for part in PARTS if part in result["time_s"]}
+    parts = {}
+    for part in PARTS:
+        parts[f"{part}_s"] = result["time_s"][part]
+        # Earlier versions have no CPU seconds of the parts.
+        parts[f"{part}_cpu_s"] = result.get("cpu_s", {}).get(part, float("nan"))
     return {
         **found,
         **parts,
@@ -261,6 +267,8 @@ def as_text(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _short(value: Any) -> Any:
+    if isinstance(value, float) and math.isnan(value):
+        return "-"
     return round(value) if isinstance(value, float) and abs(value) >= 100.0 else value
 
 

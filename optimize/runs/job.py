@@ -23,6 +23,7 @@ from optimize.report.metrics import known
 from optimize.runs import results
 from optimize.runs.checkpoint import FILE as CHECKPOINT
 from optimize.runs.checkpoint import Checkpoint, check_key, load_checkpoint, save_checkpoint
+from optimize.runs.clock import Moment, now
 from optimize.runs.config import Run, load_run
 from optimize.runs.directory import check_vacant, clear
 from optimize.runs.interrupts import interruptible
@@ -101,7 +102,7 @@ def run(
     settings = run if isinstance(run, Run) else load_run(run)
     run_dir = Path("runs") / name if out is None else Path(out)
     check_vacant(run_dir, force)
-    began = time.perf_counter()
+    began = now()
     with followed(progress, quiet):
         prepared = prepare(settings, variant)
         state = CorrectionState(prepared.surrogate_targets)
@@ -140,7 +141,7 @@ def resume(
         remembered = METHODS[settings.descent.method].remembered(current.heights, current.memory)
         check_memory(current.memory, remembered)
     _log.info("%s: goes on after step %d, %d verifications", run_dir, current.step, len(state.iterations))
-    began = time.perf_counter()
+    began = now()
     with _telling_how_to_go_on(run_dir), followed(progress, quiet):
         remove_partial(run_dir)
         history = results.History(
@@ -211,7 +212,7 @@ def _descend_and_write(
     segment: Segment,
     run_dir: Path,
     history: results.History,
-    began: float,
+    began: Moment,
     earlier_seconds: float,
 ) -> Result:
     settings, problem, plan = prepared.settings, prepared.problem, prepared.plan
@@ -219,7 +220,7 @@ def _descend_and_write(
         run_dir, history, run_key(settings), state, segment, problem.size_mm, earlier_seconds
     )
     segment = replace(segment, trace=history.trace())
-    descent_began = time.perf_counter()
+    descent_began = now()
     with interruptible(lambda: say(INTERRUPTED.format(run_dir=run_dir))):
         descent, verified, state = descend_with_correction(plan, state, segment, recorder)
         descent_seconds = recorder.seconds
@@ -228,16 +229,18 @@ def _descend_and_write(
         unmeasured = descent.best.step == 0 or (verified is None and plan.verify is not None)
         if descent.reason is StopReason.INTERRUPTED and unmeasured:
             raise KeyboardInterrupt
-        verify_began = time.perf_counter()
+        verify_began = now()
         with stage("rendering the final pictures"):
             outcome = _measure(prepared, descent, verified, state)
-        finished = time.perf_counter()
+        finished = now()
         times = {
-            "total": earlier_seconds + finished - began,
+            "total": finished - began,
             "set_up": descent_began - began,
-            "descent": descent_seconds,
+            "descent": verify_began - descent_began,
             "verify": finished - verify_began,
         }
+        times["total"] = times["total"]._replace(wall_s=earlier_seconds + times["total"].wall_s)
+        times["descent"] = times["descent"]._replace(wall_s=descent_seconds)
         with stage("writing the results and the report"):
             summary = results.write(run_dir, settings, problem, outcome, times, history.rows)
     return Result(descent.best.heights, descent.reason, summary, run_dir)

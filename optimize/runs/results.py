@@ -22,6 +22,7 @@ from optimize.report.page import write_report
 from optimize.report.pictures import write_pictures
 from optimize.runs.checkpoint import FILE as CHECKPOINT
 from optimize.runs.checkpoint import stuck
+from optimize.runs.clock import Moment
 from optimize.runs.config import Run, dump_resolved
 from optimize.runs.key import REPORT, RESULT, SETTINGS, described
 from relief.arrays import Array
@@ -174,10 +175,13 @@ def write(
     settings: Run,
     problem: Problem,
     outcome: Outcome,
-    times: dict[str, float],
+    times: Mapping[str, Moment],
     history: list[dict[str, float | None]],
 ) -> dict[str, Any]:
-    """Write pictures, result.json and the report beside the relief; returns the content of result.json."""
+    """Write pictures, result.json and the report beside the relief; returns the content of result.json.
+
+    CPU seconds of `times`, parts and total by name, are of the process that finished the run alone.
+    """
     heights = outcome.descent.best.heights
     conditions = problem.scene.conditions
     before, after = outcome.pictures_before.mean, outcome.pictures_after.mean
@@ -221,7 +225,9 @@ def write(
     return summary
 
 
-def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str, float]) -> dict[str, Any]:
+def summarise(
+    settings: Run, problem: Problem, outcome: Outcome, times: Mapping[str, Moment]
+) -> dict[str, Any]:
     """The content of result.json."""
     best, reason = outcome.descent.best, outcome.descent.reason
     first, felt = outcome.touch_before, outcome.touch_after
@@ -274,7 +280,8 @@ def summarise(settings: Run, problem: Problem, outcome: Outcome, times: dict[str
             "lift_mm": float(change.mean()),
             "rms_change_mm": float(np.sqrt(np.square(change - change.mean()).mean())),
         },
-        "time_s": times,
+        "time_s": {name: part.wall_s for name, part in times.items()},
+        "cpu_s": {name: part.cpu_s for name, part in times.items()},
         "skin": asdict(problem.skin),
         "versions": {name: version(name) for name in PACKAGES},
         "variant": problem.scene.variant,

@@ -153,6 +153,7 @@ KEYS: dict[str, dict[str, type | tuple[type, ...]]] = {
     "look": {"pixel_change_percent": list, "dssim": list, "flip": list},
     "heights": {"min_mm": NUMBER, "max_mm": NUMBER, "rms_change_mm": NUMBER},
     "time_s": {"total": NUMBER, "verify": NUMBER},
+    "cpu_s": {"total": NUMBER, "set_up": NUMBER, "descent": NUMBER, "verify": NUMBER},
 }
 
 

@@ -18,6 +18,7 @@ from optimize.descent.touch_measures import measure_touch
 from optimize.report import metrics
 from optimize.report.content import Report
 from optimize.runs import results
+from optimize.runs.clock import Moment
 from optimize.runs.config import Run, run_from_scene
 from optimize.runs.results import History, Outcome
 from relief.errors import InputError
@@ -185,7 +186,8 @@ def test_maps_of_the_result_are_its_own_even_if_it_is_not_verified(
 ) -> None:
     reports: list[Report] = []
     monkeypatch.setattr(results, "write_report", lambda _, report: reports.append(report))
-    summary = results.write(tmp_path, settings, problem, outcome(problem, False), {"total": 1.0}, [])
+    times = {"total": Moment(1.0, 1.5)}
+    summary = results.write(tmp_path, settings, problem, outcome(problem, False), times, [])
     after = tactile.press(0.8 * problem.heights, problem.size_mm, problem.skin)
     (report,) = reports
     assert report.pressure_after is not None
@@ -249,7 +251,7 @@ def test_the_noise_of_the_pictures_and_of_their_change_stands_beside_them(
 
 
 def test_a_result_says_how_the_descent_ended_and_which_step_is_kept(problem: Problem, settings: Run) -> None:
-    summary = results.summarise(settings, problem, outcome(problem, False), {"total": 2.0})
+    summary = results.summarise(settings, problem, outcome(problem, False), {"total": Moment(2.0, 3.0)})
     assert summary["stop"] == {
         "reason": "step_limit",
         "message": StopReason.STEP_LIMIT.value,
@@ -257,7 +259,7 @@ def test_a_result_says_how_the_descent_ended_and_which_step_is_kept(problem: Pro
         "best_step": 3,
     }
     assert summary["heights"]["max_mm"] == pytest.approx(0.8 * problem.heights.max())
-    assert (summary["seed"], summary["time_s"]) == (4, {"total": 2.0})
+    assert (summary["seed"], summary["time_s"], summary["cpu_s"]) == (4, {"total": 2.0}, {"total": 3.0})
 
 
 def test_the_headline_is_the_mean_over_the_plate_in_percent_of_the_mean_picture(
