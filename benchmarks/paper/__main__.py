@@ -10,10 +10,27 @@ from typing import Any
 
 from benchmarks.charts import style
 from benchmarks.common import load, machine, save
-from benchmarks.paper import pairs
+from benchmarks.paper import filters, gallery, models, page, pairs, predictions, ranges
+from benchmarks.paper.rows import extent
+from relief.errors import InputError
 
-FIGURES: dict[str, Callable[[], dict[str, Any]]] = {"pairs": pairs.figure}
-"""Figures by name."""
+FIGURES: dict[str, tuple[Callable[[], dict[str, Any]], str | None]] = {
+    "pairs": (pairs.figure, None),
+    "filters": (filters.figure, None),
+    "gallery": (gallery.figure, "figure15"),
+    "profiles": (gallery.profiles, "figure15"),
+    "steps": (gallery.steps, "figure11"),
+    "energies": (gallery.energies, "figure3"),
+    "looks": (models.looks, "figure10"),
+    "contact": (models.contact, "figure17"),
+    "cold": (predictions.by_cold, "figure17"),
+    "eye": (predictions.by_eye, "figure22"),
+    "touch": (predictions.by_touch, "figure22"),
+    "views": (ranges.views, "figure19"),
+    "range": (ranges.reach, "range"),
+    "surrogate": (models.surrogate, "exact-vs-surrogate"),
+}
+"""Figures by name, and the study that each is made from."""
 
 
 def main() -> None:
@@ -25,10 +42,19 @@ def main() -> None:
             parser.error(f"{name[:40]!r} is not one of {', '.join(FIGURES)}")
     style()
     for name in names:
+        make, study = FIGURES[name]
         began = time.perf_counter()
-        found = FIGURES[name]() | {"seconds": round(time.perf_counter() - began, 1)}
+        try:
+            found = make()
+        except InputError as error:
+            print(f"{name}: left out: {error}")
+            continue
+        found |= (
+            {"seconds": round(time.perf_counter() - began, 1)} if study is None else {"study": extent(study)}
+        )
         print(name, json.dumps(found, indent=1))
         save("paper", load("paper") | {"machine": machine(), name: found})
+    page.write()
 
 
 if __name__ == "__main__":

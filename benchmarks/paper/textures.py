@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 
-from mitsuba_scenes import FOLDER
+from mitsuba_scenes import FOLDER, find_texture
 from optimize.report.metrics import mean_change
 from optimize.runs.config import run_from_scene
 from optimize.runs.job import run
@@ -18,7 +20,7 @@ from relief.heightmap import load_heights
 from surrogate.corpus.bundled_textures import TEXTURES
 from visual.scene import Scene, load_scene
 
-__all__ = ["TEXTURES", "change_percent", "heights", "image", "optimised", "scene"]
+__all__ = ["TEXTURES", "change_percent", "heights", "image", "optimised", "result", "scene"]
 
 IMAGES = Path(__file__).resolve().parents[2] / "docs" / "images"
 RUNS = Path("runs/paper")
@@ -34,7 +36,7 @@ def heights(name: str, relief_mm: float | None = None) -> Array:
 @cache
 def scene(name: str) -> Scene:
     """The studio with a bundled texture in it."""
-    return load_scene("studio", texture=name)
+    return load_scene("studio", texture=find_texture(name))
 
 
 def change_percent(name: str, after: Array) -> float:
@@ -53,6 +55,12 @@ def optimised(name: str, overrides: list[str], label: str) -> Path:
         settings = ["look.model=fast", "touch.model=quick", "verify.baseline=false", *overrides]
         run(run_from_scene("studio", name, settings), folder, force=True, quiet=True)
     return folder
+
+
+def result(folder: Path) -> dict[str, Any]:
+    """The content of result.json."""
+    content: dict[str, Any] = json.loads((folder / RESULT).read_text())
+    return content
 
 
 def image(figure: Figure, name: str) -> None:

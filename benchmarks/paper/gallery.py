@@ -1,0 +1,169 @@
+"""Pictures from studies: figure 15 in light that was not optimised for, figures 2, 3, 11 and 16."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from matplotlib import pyplot
+from scipy.stats import spearmanr
+
+from benchmarks.charts import FAINT, INK, frame
+from benchmarks.paper.rows import rows_of
+from benchmarks.paper.textures import image
+from optimize.report.colour_maps import srgb
+from optimize.runs.config import load_run
+from optimize.runs.key import SETTINGS
+from relief.arrays import Array
+from relief.heightmap import load_heights
+from relief.limits import PATCH_SIDE_MM
+from visual.scene import load_scene
+
+OPTIMISED, SCALED = "gauss-newton", "scaling"
+AZIMUTH_DEG = 70
+"""Of the sun of the gallery: 60 degrees from the nearest of the suns that were optimised for."""
+SAMPLES = 64
+TOLERANCE_PERCENT = 5.0
+"""Error of the verified roughness within which a plate of figure 15 counts as met."""
+COLOURS = ("#2f6f9f", "#d9772b", "#4b8b3b")
+
+
+def figure() -> dict[str, Any]:
+    """Figure 15: textures as found, optimised and scaled, under a sun that none was optimised for."""
+    rows = rows_of("figure15")
+    goals = sorted({row["touch.roughness"] for row in rows})
+    names = list(dict.fromkeys(row["texture"] for row in rows))
+    columns = [(method, goal) for method in (OPTIMISED, SCALED) for goal in goals]
+    figure_, axes = pyplot.subplots(
+        len(names), 1 + len(columns), figsize=(1.25 * (1 + len(columns)), 1.32 * len(names)), squeeze=False
+    )
+    for line, name in zip(axes, names, strict=True):
+        by_column = {(r["descent.method"], r["touch.roughness"]): r for r in rows if r["texture"] == name}
+        run = load_run(next(iter(by_column.values()))["folder"] / SETTINGS)
+        original = load_heights(run.texture, relief_mm=run.relief_mm)
+        reliefs = [original] + [
+            load_heights(by_column[column]["folder"] / "heights.exr") if column in by_column else None
+            for column in columns
+        ]
+        pictures = [None if relief is None else _in_other_light(relief) for relief in reliefs]
+        assert pictures[0] is not None
+        exposure = float(np.percentile(pictures[0], 99.5))
+        for axis, picture in zip(line, pictures, strict=True):
+            axis.set(xticks=[], yticks=[])
+            axis.spines[:].set_visible(False)
+            if picture is not None:
+                axis.imshow(srgb(picture, exposure), cmap="gray", vmin=0.0, vmax=1.0)
+        line[0].set_ylabel(name)
+    heads = ["original", *(f"{'optimised' if m == OPTIMISED else 'scaled'} {goal:g}" for m, goal in columns)]
+    for axis, head in zip(axes[0], heads, strict=True):
+        axis.set_title(head, fontsize=9)
+    image(figure_, "paper-roughness.png")
+    return {
+        method: _summary([row for row in rows if row["descent.method"] == method])
+        for method in (OPTIMISED, SCALED)
+    }
+
+
+def _in_other_light(relief: Array) -> Array:
+    """Picture (rows, cols) under one sun that stands between those of the studio."""
+    scene = load_scene("one_sun", {"azimuth": str(AZIMUTH_DEG)})
+    return np.asarray(scene.render(relief, samples=SAMPLES, seed=1).numpy()[0])
+
+
+def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    off = [100.0 * abs(row["verified_roughness"] / row["target_roughness"] - 1.0) for row in rows]
+    return {
+        "rows": len(rows),
+        "within_5_percent": sum(error <= TOLERANCE_PERCENT for error in off),
+        "largest_error_percent": max(off),
+        "change_percent": [
+            float(n) for n in np.percentile([r["change_percent"] for r in rows], [0, 50, 100])
+        ],
+        "dssim": float(np.median([row["dssim"] for row in rows])),
+    }
+
+
+def profiles() -> dict[str, Any]:
+    """Figure 16: one row of heights of a texture, as found and at each roughness."""
+    rows = [row for row in rows_of("figure15") if row["descent.method"] == OPTIMISED]
+    name = "leather" if any(row["texture"] == "leather" for row in rows) else rows[0]["texture"]
+    rows = sorted((row for row in rows if row["texture"] == name), key=lambda row: row["touch.roughness"])
+    run = load_run(rows[0]["folder"] / SETTINGS)
+    original = load_heights(run.texture, relief_mm=run.relief_mm)
+    at = len(original) // 2
+    x = (np.arange(len(original)) + 0.5) * PATCH_SIDE_MM / len(original)
+    figure_, axis = pyplot.subplots(figsize=(8.6, 2.6))
+    axis.plot(
+        x,
+        original[at] - original.mean(),
+        color=INK,
+        linewidth=1.4,
+        label=f"{name}: V {rows[0]['initial_roughness']:.3f}",
+    )
+    changes = {}
+    for row, colour in zip(rows, COLOURS, strict=False):
+        relief = load_heights(row["folder"] / "heights.exr")
+        axis.plot(
+            *(x, relief[at] - relief.mean()),
+            color=colour,
+            linewidth=1.0,
+            label=f"V {row['verified_roughness']:.3f}",
+        )
+        changes[f"{row['touch.roughness']:g}"] = float((relief - original).std())
+    axis.set(xlabel="mm", ylabel="height above the mean, mm", xlim=(0, PATCH_SIDE_MM))
+    axis.legend(ncols=4, frameon=False, fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 1.2))
+    frame(axis)
+    image(figure_, "paper-profiles.png")
+    return {"texture": name, "rms_change_mm": changes}
+
+
+def steps() -> dict[str, Any]:
+    """Figure 11: DSSIM against the root mean square change of pictures along descents."""
+    rows = rows_of("figure11")
+    figure_, axis = pyplot.subplots(figsize=(4.6, 3.2))
+    for name in dict.fromkeys(row["texture"] for row in rows):
+        each = [row for row in rows if row["texture"] == name]
+        axis.plot(*_columns(each), "o", markersize=3.5, alpha=0.8, label=name)
+    axis.set(xlabel="rms change of the pictures, % of the mean", ylabel="DSSIM", xscale="log", yscale="log")
+    axis.legend(frameon=False, fontsize=8)
+    frame(axis)
+    image(figure_, "paper-dssim.png")
+    change, dssim = _columns(rows)
+    return {"results": len(rows), "rank_correlation": float(spearmanr(change, dssim).statistic)}
+
+
+def _columns(rows: Iterable[dict[str, Any]]) -> Array:
+    """(2, rows): rms change in % and DSSIM."""
+    return np.array([[row["change_rms_percent"], row["dssim"]] for row in rows]).T
+
+
+def energies() -> dict[str, Any]:
+    """Figures 2 and 3: energies of Adam step by step, with three weights of the look."""
+    rows = [row for row in rows_of("figure3") if row["touch.jnd"] > 0]
+    name = rows[0]["texture"]
+    rows = [row for row in rows if row["texture"] == name]
+    figure_, axes = pyplot.subplots(1, 2, figsize=(8.6, 2.9))
+    found = {}
+    for row, colour in zip(rows, COLOURS, strict=False):
+        history = [json.loads(line) for line in (row["folder"] / "history.jsonl").read_text().splitlines()]
+        number = [step["step"] for step in history]
+        weight = f"w1 = {row['look.weight']:g}"
+        for axis, key in zip(axes, ("energy_roughness", "energy_visual"), strict=True):
+            axis.plot(number, [step[key] for step in history], color=colour, linewidth=1.2, label=weight)
+        last = history[-1]
+        found[weight] = {
+            "steps": len(history) - 1,
+            "roughness_percent_of_target": 100.0 * last["energy_roughness"] / last["target_roughness"],
+            "energy_visual": last["energy_visual"],
+            "change_rms_percent": row["change_rms_percent"],
+        }
+    axes[0].axhline(0.1 * history[-1]["target_roughness"], color=FAINT, linestyle="--", linewidth=0.8)
+    axes[0].set(title=f"{name}: |target - V|; dashed: the paper's bound", xlabel="step", yscale="log")
+    axes[1].set(title="change of the pictures, E_vis", xlabel="step")
+    for axis in axes:
+        frame(axis)
+    axes[1].legend(frameon=False, fontsize=8)
+    image(figure_, "paper-energies.png")
+    return {"texture": name, "weights": found}

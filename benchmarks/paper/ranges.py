@@ -1,0 +1,68 @@
+"""The reachable range (7.1), and how far results by one, two and five views differ (figure 19)."""
+
+from __future__ import annotations
+
+from itertools import combinations, pairwise
+from statistics import fmean, median
+from typing import Any
+
+import numpy as np
+
+from benchmarks.paper.rows import rows_of
+from optimize.report.metrics import mean_change
+from relief.heightmap import load_heights
+from visual.scene import load_scene
+
+LIMIT_PERCENT = 2.0
+"""Change of the pictures, % of white, that the paper takes for the limit (4.1)."""
+SAMPLES = 64
+
+
+def reach() -> dict[str, Any]:
+    """JND each way at which the pictures have changed by 2 % of white, texture by texture.
+
+    Where the limit is not reached, or the run misses its target first, the farthest run counts.
+    """
+    rows = rows_of("range")
+    found: dict[str, dict[str, float]] = {}
+    for texture in dict.fromkeys(row["texture"] for row in rows):
+        for side, sign in (("smoother", -1.0), ("rougher", 1.0)):
+            each = [r for r in rows if r["texture"] == texture and sign * r["touch.jnd"] > 0.0]
+            if each:
+                found.setdefault(texture, {})[side] = _limit(
+                    [(abs(r["jnd_from_original"]), r["change_percent_of_white"]) for r in each]
+                )
+    return {
+        "textures": found,
+        **{f"{side}_median": median(row[side] for row in found.values()) for side in ("smoother", "rougher")},
+    }
+
+
+def _limit(runs: list[tuple[float, float]]) -> float:
+    """The JND at which the change crosses the limit, linear between runs; the farthest if it does not."""
+    points = [(0.0, 0.0), *sorted(runs)]
+    for (jnd, change), (next_jnd, following) in pairwise(points):
+        if following > LIMIT_PERCENT:
+            share = (LIMIT_PERCENT - change) / (following - change)
+            return jnd + share * (next_jnd - jnd)
+    return points[-1][0]
+
+
+def views() -> dict[str, Any]:
+    """Mean change of the pictures of all five views between results by one, two and five views, %."""
+    rows = rows_of("figure19")
+    apart: dict[str, list[float]] = {}
+    for texture, jnd in dict.fromkeys((row["texture"], row["touch.jnd"]) for row in rows):
+        each = {row["views"]: row for row in rows if (row["texture"], row["touch.jnd"]) == (texture, jnd)}
+        scene = load_scene("five_views", texture=each["one"]["folder"] / "heights.exr")
+        pictures = {
+            name: scene.render(load_heights(row["folder"] / "heights.exr"), samples=SAMPLES, seed=1).numpy()
+            for name, row in each.items()
+        }
+        for one, other in combinations(each, 2):
+            change = mean_change(pictures[one], pictures[other])
+            apart.setdefault(f"{one} and {other}", []).append(100.0 * change / scene.white)
+    return {
+        "percent_of_white": {name: fmean(values) for name, values in apart.items()},
+        "largest_percent_of_white": float(np.max([max(values) for values in apart.values()])),
+    }

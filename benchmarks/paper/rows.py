@@ -1,0 +1,46 @@
+"""Rows of studies that the figures are made from: those in `runs`, else those that are committed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from benchmarks.common import RESULTS
+from optimize.studies.document import Document, flat_rows, read_document
+from optimize.studies.row_key import SHORT
+from relief.errors import InputError
+
+RUNS = Path("runs")
+"""Folder of studies by name, where `retouch study NAME` puts them."""
+
+
+def document_of(study: str) -> Document:
+    """The document of a study.
+
+    Raises:
+        InputError: the study is neither in `runs` nor committed.
+    """
+    places = (RUNS / study / "study.json", RESULTS / "studies" / f"{study}.json")
+    path = next((place for place in places if place.is_file()), None)
+    if path is None:
+        raise InputError(f"{places[0]}: no such file; to make it: retouch study {study}")
+    return read_document(path)
+
+
+def rows_of(study: str) -> list[dict[str, Any]]:
+    """Rows of a study that are done; `folder` of each is its run directory. Raises InputError."""
+    return [
+        {**row, "folder": RUNS / study / "rows" / str(row["row"])[:SHORT]}
+        for row in flat_rows(document_of(study))
+        if row.get("reason") is not None
+    ]
+
+
+def extent(study: str) -> dict[str, Any]:
+    """Whether a study is the quick one, its rows done, and minutes on two cores. Raises InputError."""
+    document = document_of(study)
+    seconds = [record.columns.get("cpu_s") for record in document.records.values()]
+    known = [float(number) for number in seconds if isinstance(number, int | float)]
+    # A row that was continued has no processor time; the mean of the others stands for it.
+    whole = sum(known) * len(seconds) / len(known) if known else 0.0
+    return {"quick": document.quick, "rows": len(seconds), "minutes": round(whole / 60.0 / 2.0, 1)}
