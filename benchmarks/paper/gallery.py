@@ -74,6 +74,7 @@ def _in_other_light(relief: Array) -> Array:
 
 def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
     off = [100.0 * abs(row["verified_roughness"] / row["target_roughness"] - 1.0) for row in rows]
+    lights = [row["change_lights_percent"] for row in rows if row.get("change_lights_percent") is not None]
     return {
         "rows": len(rows),
         "within_5_percent": sum(error <= TOLERANCE_PERCENT for error in off),
@@ -82,6 +83,7 @@ def _summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
             float(n) for n in np.percentile([r["change_percent"] for r in rows], [0, 50, 100])
         ],
         "dssim": float(np.median([row["dssim"] for row in rows])),
+        "change_lights_percent": float(np.median(lights)) if lights else None,
     }
 
 

@@ -36,10 +36,16 @@ def _pairs(found: Found) -> str:
 
 def _gallery(found: Found) -> str:
     ours, scaled = found["gauss-newton"], found["scaling"]
+    lights = ""
+    if ours["change_lights_percent"] is not None and scaled["change_lights_percent"] is not None:
+        lights = (
+            f"; in light not optimised for {ours['change_lights_percent']:.2g} %, "
+            f"scaled {scaled['change_lights_percent']:.2g} %"
+        )
     return (
         f"{ours['within_5_percent']} of {ours['rows']} verified within 5 % (largest error "
         f"{ours['largest_error_percent']:.1f} %), pictures changed by {_range(ours)} %; scaled: "
-        f"{scaled['within_5_percent']} of {scaled['rows']}, {_range(scaled)} %"
+        f"{scaled['within_5_percent']} of {scaled['rows']}, {_range(scaled)} %{lights}"
     )
 
 
@@ -179,6 +185,18 @@ def section(results: Found) -> str:
     return f"{HEADING}\n\n{INTRODUCTION}\n{table(head, lines)}\n{told}"
 
 
+SHOWN: Mapping[str, str] = {
+    "change, mean %": "change_percent",
+    "rms %": "change_rms_percent",
+    "other lights %": "change_lights_percent",
+    "from the side %": "change_views_percent",
+    "DSSIM": "dssim",
+    "steps": "steps",
+    "CPU s": "cpu_s",
+}
+"""Columns of the models' table by heading."""
+
+
 def models(results: Found) -> str:
     """The section of exact and surrogate models; empty if they were not compared in full."""
     found = results.get("surrogate")
@@ -187,13 +205,13 @@ def models(results: Found) -> str:
     lines = [
         [
             *(name, label, f"{row['met']} of {row['rows']}"),
-            *(row[column] for column in ("change_percent", "change_rms_percent", "dssim", "steps", "cpu_s")),
+            *(row[column] for column in SHOWN.values()),
         ]
         for name, rows in found.items()
         if name != "study"
         for label, row in rows.items()
     ]
-    head = ("table", "what steers", "met", "change, mean %", "rms %", "DSSIM", "steps", "CPU s")
+    head = ("table", "what steers", "met", *SHOWN)
     extent = found["study"]
     told = f"{extent['rows']} runs, {extent['minutes']:g} minutes on two cores."
     return f"{MODELS}\n\n{MODELS_INTRODUCTION}{told}\n\n{table(head, lines)}\n"
