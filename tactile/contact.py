@@ -96,6 +96,10 @@ def solve_contact(
     return state
 
 
+SAME_LOAD = 8.0
+"""Largest difference of two loads that counts as rounding, in units of the precision."""
+
+
 @stage("pressing", total=1.0)
 def approach_contact(
     body: Compliance,
@@ -115,7 +119,9 @@ def approach_contact(
     tol = TOLERANCE[h.dtype] if tolerance is None else tolerance
     tiny = torch.finfo(h.dtype).tiny
     p = torch.ones_like(h) if start is None else start.detach().reshape(h.shape).clamp_min(0.0)
-    p = p * (mean_pressure / _mean(p))
+    scale = mean_pressure / _mean(p)
+    # Pressures that carry the load already stay as they are: a contact that goes on from its own end is the same.
+    p = torch.where((scale - 1.0).abs() <= SAME_LOAD * torch.finfo(h.dtype).eps, p, p * scale)
 
     result_p, result_g, result_a = torch.empty_like(h), torch.empty_like(h), h.new_empty(h.shape[0])
     done = torch.zeros(h.shape[0], dtype=torch.bool)
