@@ -120,7 +120,7 @@ def approach_contact(
     tiny = torch.finfo(h.dtype).tiny
     p = torch.ones_like(h) if start is None else start.detach().reshape(h.shape).clamp_min(0.0)
     scale = mean_pressure / _mean(p)
-    # Pressures that carry the load already stay as they are: a contact that goes on from its own end is the same.
+    # Pressures that carry the load stay as they are: a contact that goes on from its own end is the same.
     p = torch.where((scale - 1.0).abs() <= SAME_LOAD * torch.finfo(h.dtype).eps, p, p * scale)
 
     result_p, result_g, result_a = torch.empty_like(h), torch.empty_like(h), h.new_empty(h.shape[0])
