@@ -1,24 +1,84 @@
 """Adam on the sum of the energies: the paper's method.
 
-One optimiser takes both gradients: torch's through touch, and Mitsuba's through the pictures (plus shadow
-edges), which arrives as the gradient of a torch function. The energy |r - V| has no curvature at its minimum,
-so that steps overshoot the target; cosine decay of the learning rate makes the overshoot small.
+    E = E_rough + w1 E_vis + w2 E_reg    (`optimize.descent.energies`; contact areas likewise)
+
+One optimiser takes both gradients: torch's through touch, and the pictures', which arrives as the gradient
+of a torch function. The energy |r - V| has no curvature at its minimum, so that steps overshoot the target;
+cosine decay of the learning rate makes the overshoot small.
+
+The paper's third weight keeps heights from 0 to 3 mm by a penalty. Here each step ends on a relief within
+the limits: the plate is lifted where it would go below 0, which neither eye nor finger notices, and cut off
+at 3 mm. E_clamp is therefore 0 at every step.
 """
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from optimize.descent import energies
 from optimize.descent.driver import Iterate, Remembered
-from optimize.descent.problem import Problem, change_percent
+from optimize.descent.problem import Problem, change_percent, within_limits
+from optimize.descent.smoothing import smoothed
+from optimize.descent.step_pictures import fixed_pictures
 from relief.arrays import Array
-from relief.limits import HEIGHT_LIMIT_MM
+from visual.exact.discontinuities import EdgeSamples
+
+StopRule = Literal["schedule", "paper"]
 
 DECAY_FLOOR = 0.02
 """Learning rate of the last step as a share of the first step's."""
+MEAN_DECAY, SQUARE_DECAY, LEAST_ROOT = 0.9, 0.999, 1e-8
+"""Adam's usual decays of the means of gradient and square, and the least root that it divides by."""
+LOOK_WEIGHT = 0.1
+"""Default w1; the paper leaves it to the user. Of gravel two just-noticeable differences rougher, E_vis grows
+faster than E_rough falls from about 0.3 on, and such a descent stays short of its target."""
+STRATA, EDGE_SAMPLES = 4, EdgeSamples(shadows=2, visibility=4)
+"""Samples along a pixel's side, and along moving edges, of pictures with fixed samples. Gauss-Newton takes as
+many rays for twice the resolution; norms, which are not squared, take the noise of such pixels for change."""
+DIRECTIONS = 16
+"""Parallel lights that stand for each light that is not parallel."""
+
+
+@dataclass(frozen=True)
+class AdamSettings:
+    """Settings of a descent by Adam.
+
+    Attributes:
+        steps: number of the last step, over which the learning rate falls.
+        learning_rate: about the largest change of a height by the first step, mm.
+        smoothing: lambda of the metric I + lambda L in which steps are taken
+            (`optimize.descent.smoothing`); 0 for the paper's steps, sample by sample.
+        stop: "schedule", at the last step; "paper", where the bounds of the paper's section 4.1 hold.
+    """
+
+    steps: int
+    learning_rate: float = 0.027
+    smoothing: float = 0.0
+    stop: StopRule = "schedule"
+
+
+class Moments(NamedTuple):
+    """Running means of the gradient and of its square, (rows, cols)."""
+
+    mean: Array
+    square: Array
+
+    def after(self, gradient: Array) -> "Moments":
+        """The means with one more gradient."""
+        return Moments(
+            MEAN_DECAY * self.mean + (1.0 - MEAN_DECAY) * gradient,
+            SQUARE_DECAY * self.square + (1.0 - SQUARE_DECAY) * gradient**2,
+        )
+
+    def direction(self, number: int) -> Array:
+        """Adam's direction after so many gradients, at each sample about -1 to 1."""
+        root = np.sqrt(self.square / (1.0 - SQUARE_DECAY**number))
+        return self.mean / (1.0 - MEAN_DECAY**number) / (root + LEAST_ROOT)
 
 
 class AdamDescent:
@@ -26,15 +86,18 @@ class AdamDescent:
 
     patience: int | None = None
 
-    def __init__(self, problem: Problem, steps: int, learning_rate: float) -> None:
-        self._problem, self._steps, self._rate = problem, steps, learning_rate
+    def __init__(self, problem: Problem, settings: AdamSettings) -> None:
+        self._problem, self._settings = problem, settings
         self._unit = 1.0 / problem.scene.white
-        # Target and current pictures share their random numbers, so that most of the noise cancels.
+        self._weights = torch.as_tensor(problem.scene.weights)
+        self._views = None
+        if problem.look == "exact" and problem.samples is None:
+            self._views = problem.scene.views(None, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
+        # Target and current pictures share their samples, so that most or all of the noise cancels.
         self._target = self._pictures(torch.as_tensor(problem.heights))
         self._plate = problem.plate_weights(self._target.numpy())
-        self._heights = torch.nn.Parameter(torch.as_tensor(problem.heights).clone())
-        self._adam = torch.optim.Adam([self._heights], lr=learning_rate)
         self._energy: Tensor | None = None
+        self._heights = torch.as_tensor(problem.heights)
 
     @staticmethod
     def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
@@ -45,32 +108,39 @@ class AdamDescent:
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights; see the protocol."""
-        self._heights = torch.nn.Parameter(torch.as_tensor(heights).clone())
-        self._adam = torch.optim.Adam([self._heights], lr=self._rate)
-        if "mean" in memory:
-            self._adam.state[self._heights] = {
-                "step": torch.tensor(float(step)),
-                "exp_avg": torch.as_tensor(memory["mean"]).clone(),
-                "exp_avg_sq": torch.as_tensor(memory["square"]).clone(),
-            }
-        return self._stand(step, memory.get("pressure"))
+        return self._stand(step, heights, memory)
 
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step of Adam."""
         assert self._energy is not None
-        progress = iterate.step / self._steps
+        (slope,) = torch.autograd.grad(self._energy, self._heights)
+        smoothing, number = self._settings.smoothing, iterate.step + 1
+        still = np.zeros_like(iterate.heights)
+        before = Moments(iterate.memory.get("mean", still), iterate.memory.get("square", still))
+        moments = before.after(smoothed(slope.numpy(), smoothing))
+        direction = moments.direction(number)
+        progress = iterate.step / self._settings.steps
         decay = DECAY_FLOOR + (1.0 - DECAY_FLOOR) * 0.5 * (1.0 + math.cos(math.pi * progress))
-        self._adam.param_groups[0]["lr"] = self._rate * decay
-        self._adam.zero_grad()
-        self._energy.backward()
-        self._adam.step()
-        with torch.no_grad():
-            # The paper's penalty lets heights stray a little; a printed plate cannot.
-            self._heights.clamp_(0.0, HEIGHT_LIMIT_MM)
-        return self._stand(iterate.step + 1, iterate.memory["pressure"])
+        change = -self._settings.learning_rate * decay * smoothed(direction, smoothing)
+        original = self._problem.heights
+        moved = iterate.heights + change
+        # Neither eye nor finger knows the plate's own height: it stays where it was, if there is room.
+        heights = within_limits(moved - (moved - original).mean())
+        memory = {"pressure": iterate.memory["pressure"], **moments._asdict()}
+        return self._stand(number, heights, memory)
+
+    def satisfied(self, iterate: Iterate) -> bool:
+        """Whether the paper's stopping rule is wanted and holds; see the protocol."""
+        return (
+            self._settings.stop == "paper"
+            and self._problem.targets.met(iterate.values)
+            and iterate.energies["visual"] < energies.visual_bound(self._weights)
+        )
 
     def _pictures(self, heights: Tensor) -> Tensor:
         problem = self._problem
+        if self._views:
+            return fixed_pictures(heights, self._views, problem.shadow_edges) * self._unit
         pictures = problem.scene.render(
             heights,
             samples=problem.samples,
@@ -80,35 +150,33 @@ class AdamDescent:
         )
         return pictures * self._unit
 
-    def _stand(self, step: int, pressure: Array | None) -> Iterate:
-        problem, targets, heights = self._problem, self._problem.targets, self._heights
-        touch = problem.model.press(heights, None if pressure is None else torch.as_tensor(pressure))
+    def _stand(self, step: int, heights: Array, memory: Mapping[str, Array]) -> Iterate:
+        problem, targets = self._problem, self._problem.targets
+        self._heights = torch.tensor(heights, requires_grad=True)
+        pressure = memory.get("pressure")
+        touch = problem.model.press(self._heights, None if pressure is None else torch.as_tensor(pressure))
         values = {quantity.name: quantity.value(touch, problem.size_mm) for quantity in targets.quantities}
-        pictures = self._pictures(heights)
+        pictures = self._pictures(self._heights)
         # The other weights grow with the unit of the target; of several, with the smallest.
         scale = min((target.quantity.energy_unit for target in targets.each), default=1.0)
-        energy = torch.zeros((), dtype=heights.dtype)
+        terms = {
+            target.quantity.name: energies.target_energy(values[target.quantity.name], target.goal)
+            for target in targets.each
+        }
+        visual = energies.visual_energy(pictures, self._target, self._weights)
+        regularisation = energies.regularisation_energy(pictures, self._target, self._weights)
+        self._energy = scale * (problem.look_weight * visual + problem.regularisation * regularisation)
         for target in targets.each:
-            distance = energies.target_energy(values[target.quantity.name], target.goal)
-            energy = energy + distance / (target.quantity.energy_unit / scale)
-        weights = torch.as_tensor(problem.scene.weights)
-        look = problem.look_weight * energies.visual_energy(pictures, self._target, weights)
-        look = look + problem.regularisation * energies.regularisation_energy(pictures, self._target, weights)
-        clamp = energies.CLAMP_WEIGHT * energies.clamp_energy(heights, HEIGHT_LIMIT_MM)
-        self._energy = energy + scale * (look + clamp)
-
-        moments = self._adam.state.get(self._heights, {})
-        memory = {"pressure": touch.pressure.detach().numpy().copy()}
-        if moments:
-            memory["mean"] = moments["exp_avg"].numpy().copy()
-            memory["square"] = moments["exp_avg_sq"].numpy().copy()
+            self._energy = self._energy + terms[target.quantity.name] / (target.quantity.energy_unit / scale)
+        terms |= {"visual": visual, "regularisation": regularisation}
         return Iterate(
             step,
-            heights.detach().numpy().copy(),
+            heights,
             {name: float(value.detach()) for name, value in values.items()},
             float(touch.contact_fraction),
             *change_percent(
                 pictures.detach().numpy(), self._target.numpy(), self._plate, problem.scene.weights
             ),
-            memory,
+            {**memory, "pressure": touch.pressure.detach().numpy().copy()},
+            {name: float(term.detach()) for name, term in terms.items()},
         )

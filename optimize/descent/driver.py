@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -36,6 +36,7 @@ class Iterate:
         contact_fraction: share of the samples under pressure.
         picture_mean, picture_rms: change of the pictures, in % of their mean.
         memory: state of the method beside the heights, by name; enough to go on from here.
+        energies: terms of the sum that the method minimises, by name, unweighted; empty if there are none.
     """
 
     step: int
@@ -45,6 +46,7 @@ class Iterate:
     picture_mean: float
     picture_rms: float
     memory: dict[str, Array]
+    energies: dict[str, float] = field(default_factory=dict)
 
     def finite(self) -> bool:
         """Whether every number is finite."""
@@ -99,6 +101,9 @@ class DescentMethod(Protocol):
 
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step; `iterate` is what the last call returned."""
+
+    def satisfied(self, iterate: Iterate) -> bool:
+        """Whether a stopping rule of the method's own holds; `iterate` is what the last call returned."""
 
 
 class StepRecord(NamedTuple):
@@ -155,7 +160,7 @@ def descend(
     current = start
     records = list(trace)
     try:
-        while (reason := _stop_reason(records, method.patience)) is None and current.step < steps:
+        while (reason := _stop_reason(records, method, current)) is None and current.step < steps:
             began = time.perf_counter()
             try:
                 following = method.advance(current)
@@ -188,11 +193,13 @@ def better(targets: Targets, one: Iterate, other: Iterate) -> Iterate:
     return other if errors[1] < errors[0] else one
 
 
-def _stop_reason(records: Sequence[StepRecord], patience: int | None) -> StopReason | None:
+def _stop_reason(records: Sequence[StepRecord], method: DescentMethod, current: Iterate) -> StopReason | None:
     """Why the steps so far are enough; None if they are not, or if the method runs by a schedule."""
-    if patience is None:
+    if method.satisfied(current):
+        return StopReason.WITHIN_BOUNDS
+    if method.patience is None:
         return None
-    if _settled(records, patience):
+    if _settled(records, method.patience):
         return StopReason.CONVERGED
     return StopReason.UNREACHABLE if _hopeless(records) else None
 

@@ -162,6 +162,10 @@ class GaussNewton:
             after = self._press(heights, after.pressure)
         return self._stand(iterate.step + 1, heights, after, trust)
 
+    def satisfied(self, iterate: Iterate) -> bool:
+        """No rule beside those of the driver; see the protocol."""
+        return False
+
     def _step(
         self, start: Array, touch: TouchMeasures, response: _Response, share: float
     ) -> tuple[Array, TouchMeasures, float]:

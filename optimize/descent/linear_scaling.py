@@ -14,6 +14,8 @@ from relief.arrays import Array
 from relief.limits import HEIGHT_LIMIT_MM
 from relief.progress import stage
 
+SAMPLES = 16
+"""Samples a pixel of the pictures whose change is shown while a run scales."""
 STRIDE = 1.25
 """Factor between the scales tried, outward from 1, until the goal lies between two of them."""
 
@@ -118,9 +120,14 @@ class LinearScaling:
         """The original scaled to the first target; what is scaled is never the iterate."""
         return self.begin(iterate.step + 1, scaled_both_ways(self._problem), {})
 
+    def satisfied(self, iterate: Iterate) -> bool:
+        """No rule beside the number of steps; see the protocol."""
+        return False
+
     def _pictures(self, heights: Array) -> Array:
         problem = self._problem
-        pictures = problem.scene.render(heights, None, problem.samples, problem.seed, problem.look)
+        samples = problem.samples or SAMPLES
+        pictures = problem.scene.render(heights, None, samples, problem.seed, problem.look)
         return np.asarray(pictures.numpy())
 
 

@@ -29,7 +29,8 @@ class Problem:
         regularisation: w2, weight of differences between neighbouring pixels of the picture difference.
         look_weight: w1.
         shadow_edges: whether picture gradients follow shadow boundaries.
-        samples: a pixel, of pictures rendered by Mitsuba during descent.
+        samples: a pixel, of pictures that Mitsuba renders for Adam's steps; None: fixed samples without
+            noise, as in Gauss-Newton's steps.
         seed: of everything random.
         touch, look: the models that steer the descent.
         precision: of touch; None for that of its model.
@@ -43,7 +44,7 @@ class Problem:
     regularisation: float = 0.06
     look_weight: float = 1.0
     shadow_edges: bool = True
-    samples: int = 16
+    samples: int | None = None
     seed: int = 0
     touch: ModelName = "layer"
     look: LookModel = "exact"

@@ -7,6 +7,7 @@ class StopReason(Enum):
     """Why a descent stopped; the value is the sentence shown."""
 
     CONVERGED = "The target is met and the pictures no longer get closer to the original."
+    WITHIN_BOUNDS = "Targets and pictures are within the bounds of the paper's stopping rule."
     STEP_LIMIT = "The step limit was reached with the target met; more steps may bring the pictures closer."
     SHORT_OF_TARGET = "The step limit was reached before the target was met."
     NOT_CONFIRMED = "The model that steered met the target, but the verification found it missed."
@@ -18,4 +19,4 @@ class StopReason(Enum):
     @property
     def met(self) -> bool:
         """Whether the target was met."""
-        return self in (StopReason.CONVERGED, StopReason.STEP_LIMIT)
+        return self in (StopReason.CONVERGED, StopReason.WITHIN_BOUNDS, StopReason.STEP_LIMIT)

@@ -30,7 +30,7 @@ def roughness_figures(report: Report, touch: Mapping[str, Any]) -> dict[str, Any
 
 
 def descent_charts(report: Report) -> list[Markup]:
-    """Line charts over the steps: targeted quantities of touch (all if none is), and picture change."""
+    """Line charts over the steps: targeted quantities of touch (all if none is), pictures, energies."""
     if not report.history:
         return []
 
@@ -60,4 +60,11 @@ def descent_charts(report: Report) -> list[Markup]:
         svg.Series(name, steps, column(f"picture_{name}_percent"), style)
         for name, style in (("mean", "after"), ("rms", "second"))
     ]
-    return [*touch, svg.line_chart("Picture change, % of the mean picture, estimated", look, "step")]
+    charts = [*touch, svg.line_chart("Picture change, % of the mean picture, estimated", look, "step")]
+    terms = [(name, of.label, of.energy_unit, "after") for name, of in QUANTITIES.items()]
+    energies = [
+        svg.Series(label, steps, [value / unit for value in values], style)
+        for name, label, unit, style in (*terms, ("visual", "pictures", 1.0, "second"))
+        if any(map(math.isfinite, values := column(f"energy_{name}")))
+    ]
+    return [*charts, svg.line_chart("Energies, without weights", energies, "step")] if energies else charts

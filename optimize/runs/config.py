@@ -44,6 +44,10 @@ DEEPEST = 8
 FilePath = Annotated[Path, Field(strict=False)]
 Samples = Annotated[int, Field(ge=1, le=65536)]
 
+PAPER_TOLERANCE = 0.1
+"""Tolerance of the paper's stopping rule (section 4.1): half of what a finger just notices."""
+LARGEST_SMOOTHING = 1e6
+"""Largest lambda: steps then divide waves as long as 512 samples by 151; hardly a sample moves alone."""
 RIVALS = {
     f"touch.{one}": [other.key for other in quantity.goals if other is not key]
     for one, (quantity, key) in GOAL_KEYS.items()
@@ -123,12 +127,12 @@ class Look(Section):
     Attributes:
         model: of the pictures, for the descent; "auto": fast where it can show the scene, else exact.
             To compare with: "shading", without shadows and ambient occlusion; "heights", height differences.
-        weight: w1.
-        samples: a pixel, of pictures by Mitsuba during the descent; None: the method's own number.
+        weight: w1; None: the method's own, 1 for gauss-newton and 0.1 for adam.
+        samples: a pixel, of pictures that Mitsuba renders for adam's steps; None: fixed samples, no noise.
     """
 
     model: Literal["exact", "fast", "shading", "heights", "auto"] = "exact"
-    weight: NotNegative = 1.0
+    weight: NotNegative | None = None
     samples: Samples | None = None
 
     @field_validator("model", mode="before")
@@ -150,6 +154,8 @@ class DescentSettings(Section):
         tolerance: largest relative error of a target that counts as met.
         shadow_edges: whether gradients of pictures follow moving shadows.
         learning_rate: Adam's, mm; the paper's value.
+        smoothing: lambda of the smoothed metric of Adam's steps; 0, the paper's: sample by sample.
+        stop: when Adam stops: "schedule", after all its steps; "paper", at the paper's bounds.
         regularisation: w2.
     """
 
@@ -158,7 +164,17 @@ class DescentSettings(Section):
     tolerance: Annotated[float, Field(gt=0, lt=1)] = 0.01
     shadow_edges: bool = True
     learning_rate: Positive = 0.027
+    smoothing: Annotated[float, Field(ge=0, le=LARGEST_SMOOTHING)] = 0.0
+    stop: Literal["schedule", "paper"] = "schedule"
     regularisation: NotNegative = 0.06
+
+    @model_validator(mode="before")
+    @classmethod
+    def _tolerance_of_the_paper(cls, section: Any) -> Any:
+        """The paper's stopping rule comes with its own tolerance, unless another is given."""
+        if isinstance(section, dict) and section.get("stop") == "paper":
+            return {"tolerance": PAPER_TOLERANCE} | section
+        return section
 
 
 class Verify(Section):

@@ -14,7 +14,7 @@ from typing import Any
 
 from optimize.report.formatting import duration, model_name, number
 from optimize.runs.config import Run
-from optimize.runs.preparation import ADAM_SAMPLES, checked_scene
+from optimize.runs.preparation import checked_scene
 from relief.errors import InputError, naming
 from tactile.model import check_model
 from visual.models import LookModel
@@ -160,7 +160,6 @@ def _seconds(settings: Run, look: LookModel, steps: int, heights: int, rendered:
         rendered: number of pixels of all pictures that show one relief.
     """
     final = RENDERED * PIXEL_S * rendered * (settings.verify.samples or UNTIL_KNOWN)
-    if settings.descent.method == "adam":
-        samples = settings.look.samples or ADAM_SAMPLES
-        return START_S + final + steps * ADAM_STEP * PIXEL_S * rendered * samples
+    if settings.descent.method == "adam" and settings.look.samples and look == "exact":
+        return START_S + final + steps * ADAM_STEP * PIXEL_S * rendered * settings.look.samples
     return START_S + final + steps * heights * (STEP_S if look == "exact" else FAST_STEP_S)

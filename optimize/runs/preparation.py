@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from optimize.descent.adam import AdamDescent
+from optimize.descent.adam import LOOK_WEIGHT, AdamDescent, AdamSettings
 from optimize.descent.correction import STEPS_AN_ITERATION, Plan, first_surrogate_targets
 from optimize.descent.driver import DescentMethod
 from optimize.descent.gauss_newton import GaussNewton
@@ -31,8 +31,6 @@ METHODS: Mapping[str, type[AdamDescent | GaussNewton | LinearScaling]] = {
     "scaling": LinearScaling,
 }
 """Descent methods by the names that `descent.method` has."""
-ADAM_SAMPLES = 16
-"""Samples a pixel of the pictures that Adam's gradient comes from."""
 BLACK = 1e-3
 """Mean radiance, in units of white, of a black picture at most; a plate lit from below has a brighter rim."""
 
@@ -86,7 +84,7 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel]
             f"{settings.texture}: touch.{key}: the texture is flat; there is no relief to change"
         )
     # Refused now, not after the descent.
-    scene.check_samples(max(settings.verify.samples or MOST_SAMPLES, settings.look.samples or ADAM_SAMPLES))
+    scene.check_samples(max(settings.verify.samples or MOST_SAMPLES, settings.look.samples or 1))
     with stage("rendering a first picture"):
         glimpse = scene.render(samples=1, seed=settings.seed)
     if float(glimpse.mean()) < BLACK * scene.white:
@@ -110,9 +108,9 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             Targets(),
             scene,
             regularisation=descent.regularisation,
-            look_weight=settings.look.weight,
+            look_weight=_look_weight(settings),
             shadow_edges=descent.shadow_edges,
-            samples=settings.look.samples or ADAM_SAMPLES,
+            samples=settings.look.samples,
             seed=settings.seed,
             touch=touch.model,
             look=look,
@@ -127,7 +125,9 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
     def method_for(surrogate: Targets, steps: int) -> DescentMethod:
         aiming = replace(problem, targets=surrogate)
         if descent.method == "adam":
-            return AdamDescent(aiming, steps, descent.learning_rate)
+            return AdamDescent(
+                aiming, AdamSettings(steps, descent.learning_rate, descent.smoothing, descent.stop)
+            )
         return LinearScaling(aiming) if descent.method == "scaling" else GaussNewton(aiming)
 
     def verify(heights: Array) -> TouchMeasures:
@@ -149,6 +149,13 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         original,
         first_surrogate_targets(targets, steering.values, original.values),
     )
+
+
+def _look_weight(settings: Run) -> float:
+    """w1: that of the run, or the method's own."""
+    if settings.look.weight is not None:
+        return settings.look.weight
+    return LOOK_WEIGHT if settings.descent.method == "adam" else 1.0
 
 
 def steering_look(settings: Run, scene: Scene) -> LookModel:

@@ -129,6 +129,7 @@ class History:
             **_by_prefix("target", self.targets.goals()),
             "picture_mean_percent": iterate.picture_mean,
             "picture_rms_percent": iterate.picture_rms,
+            **{f"energy_{name}": energy for name, energy in iterate.energies.items()},
             "seconds": seconds,
         }
         self.rows.append(row)

@@ -34,6 +34,8 @@ INTRODUCED: Mapping[str, Any] = {
     "descent.tolerance": 0.01,
     "descent.shadow_edges": True,
     "descent.learning_rate": 0.027,
+    "descent.smoothing": 0.0,
+    "descent.stop": "schedule",
     "descent.regularisation": 0.06,
     "verify.model": "fem",
     "verify.resolution": 64,

@@ -1,12 +1,14 @@
-"""Adam, the paper's method down, comes as near to the target as the paper asks for."""
+"""Adam, the paper's method, comes as near to the target as the paper asks for."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 import tactile
-from optimize.descent.adam import AdamDescent
+from optimize.descent import energies
+from optimize.descent.adam import LOOK_WEIGHT, AdamDescent, AdamSettings, Moments
 from optimize.descent.driver import check_memory, descend
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
@@ -22,18 +24,19 @@ PAPER_RATE = 0.027
 def quick(problem_with: ProblemWith, original: TouchMeasures) -> Problem:
     """Two just-noticeable differences rougher, with few samples a pixel."""
     targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.values["roughness"], 2))
-    return replace(problem_with(targets), samples=4)
+    return replace(problem_with(targets), look_weight=LOOK_WEIGHT)
 
 
 def test_the_first_steps_go_toward_the_target(quick: Problem) -> None:
-    method = AdamDescent(quick, 100, PAPER_RATE)
+    method = AdamDescent(quick, AdamSettings(100))
     at = method.begin(0, quick.heights, {})
     roughness = [at.values["roughness"]]
     for _ in range(3):
         at = method.advance(at)
         roughness.append(at.values["roughness"])
     assert np.all(np.diff(roughness) > 0.0)
-    assert np.abs(at.heights - quick.heights).max() <= 3.3 * PAPER_RATE
+    # The plate may be lifted as a whole.
+    assert np.ptp(at.heights - quick.heights) <= 2.0 * 3.3 * PAPER_RATE
 
 
 @pytest.mark.slow
@@ -42,20 +45,19 @@ def test_forty_steps_reach_the_papers_tolerance(
     problem_with: ProblemWith, original: TouchMeasures, jnd: float
 ) -> None:
     targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.values["roughness"], jnd))
-    problem = replace(problem_with(targets), samples=4)
-    method = AdamDescent(problem, 40, PAPER_RATE)
+    problem = replace(problem_with(targets), look_weight=LOOK_WEIGHT)
+    method = AdamDescent(problem, AdamSettings(40))
     descent = descend(method, targets, method.begin(0, problem.heights, {}), 40)
     assert descent.reason is StopReason.CONVERGED
     assert targets.relative_error(descent.last.values) < PAPER_TOLERANCE
-    # The clamp is a penalty: heights may leave the limits by less than the wavelength of light.
-    assert descent.last.heights.min() > -1e-3
+    assert descent.last.heights.min() >= 0.0
 
 
 def test_both_targets_are_approached_together(quick: Problem, original: TouchMeasures) -> None:
     area = Targets.of(PAPER_TOLERANCE, contact_area_mm2=0.9 * original.values["contact_area_mm2"])
     targets = Targets((*quick.targets.each, *area.each))
     problem = replace(quick, targets=targets)
-    method = AdamDescent(problem, 100, PAPER_RATE)
+    method = AdamDescent(problem, AdamSettings(100))
     start = at = method.begin(0, problem.heights, {})
     for _ in range(3):
         at = method.advance(at)
@@ -64,11 +66,11 @@ def test_both_targets_are_approached_together(quick: Problem, original: TouchMea
 
 
 def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(quick: Problem) -> None:
-    first = AdamDescent(quick, 6, PAPER_RATE)
+    first = AdamDescent(quick, AdamSettings(6))
     middle = first.begin(0, quick.heights, {})
     for _ in range(2):
         middle = first.advance(middle)
-    second = AdamDescent(quick, 6, PAPER_RATE)
+    second = AdamDescent(quick, AdamSettings(6))
     resumed = second.begin(2, middle.heights, middle.memory)
     straight = middle
     for _ in range(2):
@@ -78,7 +80,7 @@ def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(quick: Problem) -> 
 
 
 def test_an_iterate_is_not_changed_by_later_steps(quick: Problem) -> None:
-    method = AdamDescent(quick, 6, PAPER_RATE)
+    method = AdamDescent(quick, AdamSettings(6))
     start = method.begin(0, quick.heights, {})
     first = method.advance(start)
     for reached in (start, first):
@@ -88,3 +90,54 @@ def test_an_iterate_is_not_changed_by_later_steps(quick: Problem) -> None:
     np.testing.assert_array_equal(start.heights, quick.heights)
     for name, value in kept.items():
         np.testing.assert_array_equal(first.memory[name], value)
+
+
+def test_its_direction_is_that_of_torch() -> None:
+    at = torch.nn.Parameter(torch.zeros(3, 4, dtype=torch.float64))
+    adam, moments = torch.optim.Adam([at], lr=1.0), Moments(np.zeros((3, 4)), np.zeros((3, 4)))
+    for number, gradient in enumerate(np.random.default_rng(0).standard_normal((5, 3, 4)), 1):
+        before = at.detach().numpy().copy()
+        at.grad = torch.as_tensor(gradient)
+        adam.step()
+        moments = moments.after(gradient)
+        np.testing.assert_allclose(before - at.detach().numpy(), moments.direction(number))
+
+
+@pytest.mark.parametrize(("samples", "smoothing"), [(None, 0.0), (4, 0.0), (None, 100.0)])
+def test_the_energies_of_a_step_are_those_of_the_paper(
+    quick: Problem, samples: int | None, smoothing: float
+) -> None:
+    method = AdamDescent(replace(quick, samples=samples), AdamSettings(20, smoothing=smoothing))
+    at = method.begin(0, quick.heights, {})
+    goal = quick.targets.goals()["roughness"]
+    assert at.energies["roughness"] == pytest.approx(goal - at.values["roughness"])
+    assert at.energies["visual"] < 1e-6 and at.energies["regularisation"] < 1e-6
+    after = method.advance(at)
+    assert after.energies["roughness"] < at.energies["roughness"]
+    assert after.energies["visual"] > 1e-3 and after.energies["regularisation"] > 1e-3
+
+
+def test_smoothed_steps_move_hills_rather_than_samples(quick: Problem) -> None:
+    def roughening(smoothing: float) -> float:
+        method = AdamDescent(quick, AdamSettings(20, smoothing=smoothing))
+        change = method.advance(method.begin(0, quick.heights, {})).heights - quick.heights
+        return float(np.abs(np.diff(change, axis=0)).mean() / np.abs(change).mean())
+
+    assert roughening(100.0) < 0.5 * roughening(0.0)
+
+
+def test_the_papers_rule_stops_once_feel_and_look_are_within_its_bounds(
+    quick: Problem, original: TouchMeasures
+) -> None:
+    targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.values["roughness"], 0.8))
+    problem = replace(quick, targets=targets)
+    method = AdamDescent(problem, AdamSettings(12, learning_rate=0.01, stop="paper"))
+    descent = descend(method, targets, method.begin(0, quick.heights, {}), 12)
+    assert descent.reason is StopReason.WITHIN_BOUNDS
+    assert 0 < descent.last.step < 12 and descent.best is descent.last
+    assert targets.met(descent.last.values)
+    bound = energies.visual_bound(torch.as_tensor(quick.scene.weights))
+    assert descent.last.energies["visual"] < bound
+    # Neither half of the rule is enough.
+    assert not method.satisfied(replace(descent.last, values={"roughness": 1.0, "contact_area_mm2": 1.0}))
+    assert not method.satisfied(replace(descent.last, energies={"visual": 1.01 * bound}))

@@ -52,6 +52,9 @@ class Straight:
     def advance(self, current: Iterate) -> Iterate:
         return iterate(current.step + 1, *(current.values | self.goals).values())
 
+    def satisfied(self, current: Iterate) -> bool:
+        return False
+
 
 class Stopped(Straight):
     """A method that is interrupted after its first step."""

@@ -50,6 +50,9 @@ class Scripted:
             raise KeyboardInterrupt
         return iterate(current.step + 1, *visit)
 
+    def satisfied(self, current: Iterate) -> bool:
+        return False
+
 
 BOUNDS = {"trust": Remembered((2,), 0.0, 1.0), "pressure": Remembered((2, 2), 0.0, np.inf)}
 SOUND = {"trust": np.array([0.5, 1.0]), "pressure": np.zeros((2, 2))}
@@ -85,6 +88,23 @@ def test_it_converges_once_the_target_is_met_and_the_look_stands_still() -> None
     method = Scripted([(NEAR, 4.0), (MET, 5.0), (MET, 5.0), (MET, 4.99), (MET, 1.0)])
     descent = descend(method, TARGETS, START, 5)
     assert (descent.reason, descent.last.step) == (StopReason.CONVERGED, 4)
+
+
+class Bounded(Scripted):
+    """A method with a stopping rule of its own: the picture change."""
+
+    def satisfied(self, current: Iterate) -> bool:
+        return current.step > 0 and current.picture_rms < 3.0
+
+
+def test_it_stops_where_the_rule_of_the_method_holds() -> None:
+    visits = [(NEAR, 4.0), (MET, 2.9), (MET, 1.0)]
+    descent = descend(Bounded(visits, patience=None), TARGETS, START, 3)
+    assert (descent.reason, descent.last.step, descent.best.step) == (StopReason.WITHIN_BOUNDS, 2, 2)
+    assert descent.reason.met
+    # Gone on from a step at which the rule holds already, no further step is made.
+    again = descend(Bounded(visits, patience=None), TARGETS, descent.last, 3)
+    assert (again.reason, again.last.step) == (StopReason.WITHIN_BOUNDS, 2)
 
 
 def test_it_goes_on_while_the_look_improves() -> None:

@@ -35,10 +35,12 @@ def test_term_2_is_how_far_the_contact_area_is_off(area: float) -> None:
     assert float(energies.target_energy(number(area), 45.0)) == pytest.approx(5.0)
 
 
-def test_term_3_adds_the_norm_of_each_picture_change_over_the_number_of_pixels() -> None:
+def test_term_3_adds_the_root_mean_square_change_of_each_picture() -> None:
     before = pictures([[0.5, 0.5], [0.5, 0.5]], [[0.1, 0.2], [0.3, 0.4]])
     after = before + pictures([[3.0, 4.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]])
-    assert float(energies.visual_energy(after, before, ONES)) == pytest.approx((5.0 + 1.0) / 4.0, rel=1e-6)
+    assert float(energies.visual_energy(after, before, ONES)) == pytest.approx(
+        energies.UNIT * (5.0 + 1.0) / 2.0, rel=1e-6
+    )
 
 
 @pytest.mark.parametrize("energy", [energies.visual_energy, energies.regularisation_energy])
@@ -54,7 +56,7 @@ def test_term_4_is_the_norm_of_differences_between_neighbours_of_the_picture_cha
     after = before + pictures([[0.0, 3.0], [4.0, 0.0]])
     across = down = 5.0
     assert float(energies.regularisation_energy(after, before, ONES[:1])) == pytest.approx(
-        (across + down) / 4.0
+        energies.UNIT * (across + down) / 2.0
     )
 
 
@@ -63,13 +65,25 @@ def test_term_4_does_not_see_a_picture_that_is_brighter_throughout() -> None:
     assert float(energies.regularisation_energy(before + 0.3, before, ONES)) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_term_5_is_the_squared_distance_outside_the_limits() -> None:
-    heights = torch.tensor([[-0.2, 1.0], [3.0, 3.1]], dtype=torch.float64)
-    assert float(energies.clamp_energy(heights, 3.0)) == pytest.approx(0.04 + 0.01)
+def test_the_look_counts_as_in_the_papers_pictures_at_every_resolution() -> None:
+    """The paper's formula, written out for its 128 x 128 pixels of values up to 255."""
+    before, after = noise(1, 128, 128), noise(1, 128, 128, seed=1)
+    papers = float((255.0 * (after - before)).norm()) / 128**2
+    assert float(energies.visual_energy(after, before, ONES[:1])) == pytest.approx(papers)
+    finer, finer_before = (
+        picture.repeat_interleave(2, 1).repeat_interleave(2, 2) for picture in (after, before)
+    )
+    assert float(energies.visual_energy(finer, finer_before, ONES[:1])) == pytest.approx(papers)
 
 
-def test_term_5_is_zero_inside_the_limits() -> None:
-    assert float(energies.clamp_energy(torch.linspace(0.0, 3.0, 50), 3.0)) == 0.0
+def test_the_bound_of_the_look_is_two_percent_of_white_and_the_papers_eight() -> None:
+    before, weights = noise(3, 128, 128), torch.ones(3, dtype=torch.float64)
+    off = torch.sign(noise(3, 128, 128, seed=1))
+    bound = energies.visual_bound(weights)
+    assert float(energies.visual_energy(before + 0.0199 * off, before, weights)) < bound
+    assert float(energies.visual_energy(before + 0.0201 * off, before, weights)) > bound
+    # Three norms of pixel values up to 1, not divided by the number of pixels.
+    assert bound / energies.UNIT * 128 == pytest.approx(8.0, abs=0.5)
 
 
 @pytest.mark.parametrize(
@@ -81,7 +95,6 @@ def test_term_5_is_zero_inside_the_limits() -> None:
         pytest.param(
             lambda x: energies.regularisation_energy(x, torch.zeros_like(x), ONES), id="regularisation"
         ),
-        pytest.param(lambda x: energies.clamp_energy(4.0 * x, 3.0), id="clamp"),
     ],
 )
 def test_the_gradient_of_a_term_predicts_its_change(energy: Callable[[Tensor], Tensor]) -> None:

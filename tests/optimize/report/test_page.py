@@ -167,6 +167,17 @@ def test_steps_that_went_wrong_leave_a_gap_in_the_curve(tmp_path: Path) -> None:
     assert "nan" not in Outline(text).text
 
 
+def test_energies_are_drawn_where_the_history_has_them(tmp_path: Path) -> None:
+    report = plausible()
+    assert "Energies" not in Outline(page(tmp_path, report)).text
+    rows = [
+        {**step, "energy_contact_area_mm2": 4.0 * 0.9**k, "energy_visual": 0.02 * k}
+        for k, step in enumerate(report.history)
+    ]
+    text = Outline(page(tmp_path, replace(report, history=rows))).text
+    assert "Energies, without weights" in text
+
+
 def test_large_pictures_under_many_lights_stay_below_6_mb(tmp_path: Path) -> None:
     small = plausible(azimuths=tuple(range(0, 360, 30)))
     noise = np.random.default_rng(0).uniform(0.0, 0.2, (12, 700, 700))
