@@ -35,8 +35,11 @@ DECAY_FLOOR = 0.02
 MEAN_DECAY, SQUARE_DECAY, LEAST_ROOT = 0.9, 0.999, 1e-8
 """Adam's usual decays of the means of gradient and square, and the least root that it divides by."""
 LOOK_WEIGHT = 0.1
-"""Default w1; the paper leaves it to the user. Of gravel two just-noticeable differences rougher, E_vis grows
-faster than E_rough falls from about 0.3 on, and such a descent stays short of its target."""
+"""Default w1; the paper leaves it to the user."""
+GROWTH = 30.0
+"""Default growth of the weight of the targets over the steps. With constant weights E_vis may grow faster
+than E_rough falls, and the descent ends short of its target: brick two just-noticeable differences smoother
+stays 11 % off with w1 = 0.1, gravel 14 % with w1 = 1."""
 STRATA, EDGE_SAMPLES = 4, EdgeSamples(shadows=2, visibility=4)
 """Samples along a pixel's side, and along moving edges, of pictures with fixed samples. Gauss-Newton takes as
 many rays for twice the resolution; norms, which are not squared, take the noise of such pixels for change."""
@@ -53,12 +56,15 @@ class AdamSettings:
         learning_rate: about the largest change of a height by the first step, mm.
         smoothing: lambda of the metric I + lambda L in which steps are taken
             (`optimize.descent.smoothing`); 0 for the paper's steps, sample by sample.
+        growth: of the weight of the targets from the first step to the last, as a factor; 1 for the paper's
+            constant weights.
         stop: "schedule", at the last step; "paper", where the bounds of the paper's section 4.1 hold.
     """
 
     steps: int
     learning_rate: float = 0.027
     smoothing: float = 0.0
+    growth: float = GROWTH
     stop: StopRule = "schedule"
 
 
@@ -166,8 +172,9 @@ class AdamDescent:
         visual = energies.visual_energy(pictures, self._target, self._weights)
         regularisation = energies.regularisation_energy(pictures, self._target, self._weights)
         self._energy = scale * (problem.look_weight * visual + problem.regularisation * regularisation)
+        grown = scale * self._settings.growth ** (step / self._settings.steps)
         for target in targets.each:
-            self._energy = self._energy + terms[target.quantity.name] / (target.quantity.energy_unit / scale)
+            self._energy = self._energy + grown / target.quantity.energy_unit * terms[target.quantity.name]
         terms |= {"visual": visual, "regularisation": regularisation}
         return Iterate(
             step,

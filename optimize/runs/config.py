@@ -154,6 +154,7 @@ class DescentSettings(Section):
         tolerance: largest relative error of a target that counts as met.
         shadow_edges: whether gradients of pictures follow moving shadows.
         learning_rate: Adam's, mm; the paper's value.
+        growth: of the weight of the targets over Adam's steps, as a factor; 1, the paper's: constant.
         smoothing: lambda of the smoothed metric of Adam's steps; 0, the paper's: sample by sample.
         stop: when Adam stops: "schedule", after all its steps; "paper", at the paper's bounds.
         regularisation: w2.
@@ -164,16 +165,17 @@ class DescentSettings(Section):
     tolerance: Annotated[float, Field(gt=0, lt=1)] = 0.01
     shadow_edges: bool = True
     learning_rate: Positive = 0.027
+    growth: Annotated[float, Field(ge=1, le=1e6)] = 30.0
     smoothing: Annotated[float, Field(ge=0, le=LARGEST_SMOOTHING)] = 0.0
     stop: Literal["schedule", "paper"] = "schedule"
     regularisation: NotNegative = 0.06
 
     @model_validator(mode="before")
     @classmethod
-    def _tolerance_of_the_paper(cls, section: Any) -> Any:
-        """The paper's stopping rule comes with its own tolerance, unless another is given."""
+    def _as_the_paper(cls, section: Any) -> Any:
+        """The paper's stopping rule comes with its own tolerance and constant weights, unless given."""
         if isinstance(section, dict) and section.get("stop") == "paper":
-            return {"tolerance": PAPER_TOLERANCE} | section
+            return {"tolerance": PAPER_TOLERANCE, "growth": 1.0} | section
         return section
 
 

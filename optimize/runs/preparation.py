@@ -126,7 +126,8 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         aiming = replace(problem, targets=surrogate)
         if descent.method == "adam":
             return AdamDescent(
-                aiming, AdamSettings(steps, descent.learning_rate, descent.smoothing, descent.stop)
+                aiming,
+                AdamSettings(steps, descent.learning_rate, descent.smoothing, descent.growth, descent.stop),
             )
         return LinearScaling(aiming) if descent.method == "scaling" else GaussNewton(aiming)
 

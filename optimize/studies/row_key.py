@@ -35,6 +35,7 @@ INTRODUCED: Mapping[str, Any] = {
     "descent.shadow_edges": True,
     "descent.learning_rate": 0.027,
     "descent.smoothing": 0.0,
+    "descent.growth": 30.0,
     "descent.stop": "schedule",
     "descent.regularisation": 0.06,
     "verify.model": "fem",

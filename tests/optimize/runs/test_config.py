@@ -116,6 +116,37 @@ def test_overrides_are_toml_values_and_bare_words(run_file: Path) -> None:
     assert run.size_mm == 20.0
 
 
+def test_the_papers_stopping_rule_comes_with_its_tolerance_and_constant_weights(
+    run_file: Path, tmp_path: Path
+) -> None:
+    run = config.load_run(run_file, ["descent.method=adam", "descent.stop=paper"])
+    assert (run.descent.tolerance, run.descent.growth) == (config.PAPER_TOLERANCE, 1.0)
+    own = config.load_run(
+        run_file, ["descent.stop=paper", "descent.tolerance=0.05", "descent.growth=3", "descent.smoothing=20"]
+    )
+    assert (own.descent.tolerance, own.descent.growth, own.descent.smoothing) == (0.05, 3.0, 20.0)
+    resolved = tmp_path / "resolved.toml"
+    resolved.write_text(config.dump_resolved(own), encoding="utf-8")
+    assert config.load_run(resolved) == own
+    plain = config.load_run(run_file)
+    assert (plain.descent.tolerance, plain.descent.growth, plain.look.weight) == (0.01, 30.0, None)
+
+
+@pytest.mark.parametrize(
+    "override",
+    [
+        "descent.stop=never",
+        "descent.growth=0.5",
+        "descent.growth=1e9",
+        "descent.smoothing=-1",
+        "descent.smoothing=1e9",
+    ],
+)
+def test_settings_of_adam_have_bounds(run_file: Path, override: str) -> None:
+    with pytest.raises(InputError, match=override.partition("=")[0].replace(".", r"\.")):
+        config.load_run(run_file, [override])
+
+
 def test_an_overridden_target_replaces_the_other_way_to_state_it(run_file: Path) -> None:
     run = config.load_run(run_file, ["touch.jnd=2"])
     assert run.touch.numbers()["jnd"] == 2
