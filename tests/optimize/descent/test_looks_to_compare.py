@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tactile
-from optimize.descent.adam import LOOK_WEIGHT, AdamDescent, AdamSettings
+from optimize.descent.adam import AdamDescent, AdamSettings
 from optimize.descent.driver import descend
 from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.problem import Problem
@@ -50,8 +50,8 @@ def test_what_a_look_does_not_see_it_does_not_keep(problem: Problem) -> None:
 
 @pytest.mark.parametrize("look", ["shading", "heights"])
 def test_adam_goes_down_by_them(problem: Problem, look: LookModel) -> None:
-    steered = replace(problem, touch="layer", look=look, look_weight=0.1 * LOOK_WEIGHT)
-    method = AdamDescent(steered, AdamSettings(15, 0.01))
+    steered = replace(problem, touch="layer", look=look, look_weight=0.01, regularisation=0.006)
+    method = AdamDescent(steered, AdamSettings(15, 0.02))
     start = method.begin(0, steered.heights, {})
     descent = descend(method, steered.targets, start, 15)
     error = steered.targets.relative_error
