@@ -4,7 +4,8 @@
 
 One optimiser takes both gradients: torch's through touch, and the pictures', which arrives as the gradient
 of a torch function. The energy |r - V| has no curvature at its minimum, so that steps overshoot the target;
-cosine decay of the learning rate makes the overshoot small.
+cosine decay of the learning rate makes the overshoot small. With constant weights the minimum of the sum may
+lie off the target; the weight of E_rough therefore grows over the steps, unless `growth` is 1.
 
 The paper's third weight keeps heights from 0 to 3 mm by a penalty. Here each step ends on a relief within
 the limits: the plate is lifted where it would go below 0, which neither eye nor finger notices, and cut off
