@@ -45,7 +45,7 @@ ALLOWED = {
     "optimize.workers": RELIEF,
     "optimize.studies": {
         *RELIEF,
-        *("tactile", "visual", "visual.backend"),
+        *("tactile", "visual", "visual.backend", "visual.lights"),
         *("optimize.descent", "optimize.report", "optimize.runs", "optimize.workers"),
     },
     "optimize.training": {

@@ -148,7 +148,10 @@ def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None 
         "coloured": pair.colours_before is not None,
         "looks": rows(after, conditions, shown),
         "filled": bool((plate > 0.0).all()),
-        **{key: look.get(key) or [None] * len(before) for key in ("dssim", "flip", "pixels_per_degree")},
+        **{
+            key: look.get(key) or [None] * len(before)
+            for key in ("dssim", "flip", "jod", "pixels_per_degree")
+        },
         **{key: look.get(key) for key in ("noise", "samples", "distance_cm")},
         "difference_limit": limit,
         "exposure": white / exposed,

@@ -13,6 +13,8 @@ MEANINGS = {
     "dssim": "Structural dissimilarity, (1 \N{MINUS SIGN} SSIM) / 2: 0 for equal pictures, 1 at most.",
     "flip": "The difference that an eye sees when the two pictures alternate, 0 to 1; details too fine for "
     "the eye at its distance do not count.",
+    "jod": "Just-objectionable differences, by ColorVideoVDP: 10 for equal pictures; one less where 75 of "
+    "100 people find the second picture worse than the first.",
     "time": "From the start of the command to its last file, on the machine of the run.",
 }
 """Sentences by the name of the number."""

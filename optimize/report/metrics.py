@@ -1,4 +1,4 @@
-"""Metrics of picture change: mean, root mean square, DSSIM and FLIP, with their noise."""
+"""Metrics of picture change: mean, root mean square, DSSIM, FLIP and JOD, with their noise."""
 
 import math
 from collections.abc import Callable
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optimize.report.colour_maps import srgb
+from optimize.report.jod import jod
 from optimize.report.picture_change import change
 from relief.limits import EYE_DISTANCE_CM
 from relief.progress import stage
@@ -79,6 +80,7 @@ def look(
     cameras: Weights,
     pixels_per_mm: Weights,
     distance_cm: float = EYE_DISTANCE_CM,
+    with_jod: bool = False,
 ) -> dict[str, Any]:
     """The change of pictures and its uncertainty: the picture part of `look` in result.json.
 
@@ -90,7 +92,8 @@ def look(
         plate: (conditions, rows, cols) weights of the pixels that show the plate, `Scene.plate_weights`.
         cameras: (conditions,) weights of the conditions, `Scene.weights`.
         pixels_per_mm: (conditions,) of the pictures, `Scene.pixels_per_mm`.
-        distance_cm: from the eye to the plate, for FLIP.
+        distance_cm: from the eye to the plate, for FLIP and JOD.
+        with_jod: whether JOD is computed, of the mean pictures: their noise moves it by 0.01.
     """
     sharpness = [pixels_per_degree(float(one), distance_cm) for one in pixels_per_mm]
     # (conditions) pairs of (batches, rows, cols).
@@ -120,6 +123,9 @@ def look(
             less_noise(partial(flip, white=white, pixels_per_degree=one), b, a)
             for (b, a), one in zip(pairs, sharpness, strict=True)
         ],
+        "jod": [jod(b.mean(0), a.mean(0), white, one) for (b, a), one in zip(pairs, sharpness, strict=True)]
+        if with_jod
+        else None,
         "pixels_per_degree": sharpness,
         "distance_cm": distance_cm,
         "samples": before.samples,

@@ -189,8 +189,9 @@ class Verify(Section):
         corrections: largest number of times that the goal of the descent is corrected where verification
             finds the target missed.
         samples: a pixel, of the pictures before and after; None: until their change is known.
-        distance_cm: from the eye to the plate, for FLIP.
+        distance_cm: from the eye to the plate, for FLIP and JOD.
         baseline: whether the report shows the original scaled in height to the same target.
+        jod: whether JOD is computed, which takes two seconds and the package `cvvdp`.
     """
 
     model: Literal["fem", "layer", "none"] = "fem"
@@ -199,6 +200,7 @@ class Verify(Section):
     samples: Samples | None = None
     distance_cm: Annotated[float, Field(ge=NEAREST_EYE_CM, le=FARTHEST_EYE_CM)] = EYE_DISTANCE_CM
     baseline: bool = True
+    jod: bool = False
 
 
 class Run(Section):

@@ -22,7 +22,7 @@ FILES = ("scene", "texture")
 """Settings that name a file, which may be moved, but not changed, before a run is resumed."""
 CHANGEABLE = (
     *("descent.steps", "verify.corrections", "verify.samples"),
-    *("verify.distance_cm", "verify.baseline"),
+    *("verify.distance_cm", "verify.baseline", "verify.jod"),
 )
 """Settings that may be changed before a run is resumed: how far the run goes, and how well it is measured."""
 

@@ -14,6 +14,7 @@ from optimize.descent.linear_scaling import LinearScaling
 from optimize.descent.problem import Problem
 from optimize.descent.targets import GoalKey, Quantity, Target, Targets, Values
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
+from optimize.report.jod import jod_obstacle
 from optimize.runs.config import Run, too_large
 from relief.arrays import Array
 from relief.errors import InputError, naming
@@ -84,6 +85,8 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel]
             f"{settings.texture}: touch.{key}: the texture is flat; there is no relief to change"
         )
     # Refused now, not after the descent.
+    if settings.verify.jod and (obstacle := jod_obstacle()):
+        raise InputError(f"verify.jod: {obstacle}")
     scene.check_samples(max(settings.verify.samples or MOST_SAMPLES, settings.look.samples or 1))
     with stage("rendering a first picture"):
         glimpse = scene.render(samples=1, seed=settings.seed)

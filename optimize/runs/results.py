@@ -273,6 +273,7 @@ def summarise(
                 problem.scene.weights,
                 problem.scene.pixels_per_mm(),
                 settings.verify.distance_cm,
+                settings.verify.jod,
             ),
         },
         "heights": {

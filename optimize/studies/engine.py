@@ -13,6 +13,7 @@ from typing import Self
 
 from optimize.report.formatting import duration
 from optimize.runs.forecast import FOLDER_MIB, PIXEL_MIB, SAMPLE_MIB
+from optimize.studies.measures import MEASURES
 from optimize.studies.records import Record, parse_record, read_failure, read_record, write_failure
 from optimize.studies.row_job import RowJob, outdated, run_row
 from optimize.studies.rows import Expanded, Row
@@ -118,6 +119,9 @@ def compute(
             RowJob(number, row.key, row_folder(out, row), row.settings, tuple(study.measures))
             for number, row in enumerate(missing)
         ]
+        for name in study.measures if jobs else ():
+            if obstacle := MEASURES[name].obstacle():
+                _log.warning("no measure %s: %s", name, obstacle)
         _announce(len(expanded.rows), len(jobs), out)
         with stage("rows of the study", len(jobs)) as advance, _Pass(missing, records, advance) as work:
             failed = work.through(jobs, make_runner)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from optimize.report.jod import jod_obstacle
 from optimize.runs.config import Run
 
 _UNSEEN = {
@@ -36,12 +37,14 @@ class Measure:
         version: raised with every change of what the function returns.
         columns: what each column means, by its name.
         function: from the run directory, its settings and the content of its result.json to the columns.
+        obstacle: why the measure cannot be computed here, such as a missing package, in one line; else None.
     """
 
     name: str
     version: int
     columns: Mapping[str, str]
     function: Callable[[Path, Run, Mapping[str, Any]], Found]
+    obstacle: Callable[[], str | None] = lambda: None
 
 
 def _pace(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
@@ -57,6 +60,13 @@ def _unseen(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
     return unseen(run_dir, run, result)
 
 
+def _jod(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
+    from optimize.studies.jod import run_jod
+
+    each = run_jod(run_dir, run, result)
+    return {"jod": sum(each) / len(each), "jod_worst": min(each)}
+
+
 MEASURES: Mapping[str, Measure] = {
     measure.name: measure
     for measure in (
@@ -70,6 +80,16 @@ MEASURES: Mapping[str, Measure] = {
             _pace,
         ),
         Measure("unseen", 1, _UNSEEN, _unseen),
+        Measure(
+            "jod",
+            1,
+            {
+                "jod": "JOD of the pictures, mean over the conditions; 10 is identical.",
+                "jod_worst": "The lowest JOD of a condition.",
+            },
+            _jod,
+            jod_obstacle,
+        ),
     )
 }
 """Measures by name."""

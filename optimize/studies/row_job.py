@@ -84,12 +84,14 @@ def run_row(job: RowJob) -> bytes | str:
         return _failed(job, error)
 
 
-def outdated(record: Record, measures: Sequence[str]) -> list[str]:
-    """Names of the measures that a record lacks or has by another version."""
+def outdated(record: Record | None, measures: Sequence[str]) -> list[str]:
+    """Names of the measures that a record lacks or has by another version, and that can be computed here."""
+    known = {} if record is None else record.measures
     return [
         name
         for name in measures
-        if name not in record.measures or record.measures[name].version != MEASURES[name].version
+        if (name not in known or known[name].version != MEASURES[name].version)
+        and MEASURES[name].obstacle() is None
     ]
 
 
@@ -105,9 +107,8 @@ def _computed(job: RowJob) -> Record:
         earlier = None
     elif earlier is not None:
         cpu_s = earlier.columns.get("cpu_s")
-    wanted = job.measures if earlier is None else outdated(earlier, job.measures)
     measures = {} if earlier is None else dict(earlier.measures)
-    for name in wanted:
+    for name in outdated(earlier, job.measures):
         measure = MEASURES[name]
         values = dict(measure.function(job.folder, job.settings, result))
         measures[name] = Measured(version=measure.version, values=values)

@@ -44,6 +44,7 @@ INTRODUCED: Mapping[str, Any] = {
     "verify.samples": None,
     "verify.distance_cm": 40.0,
     "verify.baseline": True,
+    "verify.jod": False,
 }
 """Value of each setting with which runs behave as they did before the setting existed.
 
