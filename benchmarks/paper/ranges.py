@@ -56,7 +56,10 @@ def views() -> dict[str, Any]:
         each = {row["views"]: row for row in rows if (row["texture"], row["touch.jnd"]) == (texture, jnd)}
         scene = load_scene("five_views", texture=each["one"]["folder"] / "heights.exr")
         pictures = {
-            name: scene.render(load_heights(row["folder"] / "heights.exr"), samples=SAMPLES, seed=1).numpy()
+            # Without its lift, which moves the plate in views from the side and changes nothing else.
+            name: scene.render(
+                load_heights(row["folder"] / "heights.exr") - row["lift_mm"], samples=SAMPLES, seed=1
+            ).numpy()
             for name, row in each.items()
         }
         for one, other in combinations(each, 2):
