@@ -30,7 +30,7 @@ BLURS_MM = (0.1, 0.2, 0.4)
 """Standard deviations of the Gaussian blurs that are low-pass filters."""
 HIGH_MM = (0.5, 1.0, 2.0)
 """Standard deviations of the blurs that high-pass filters subtract."""
-SHOWN = ("gravel", "leather", "weave")
+SHOWN = ("gravel", "pebbles", "weave")
 """Textures of the picture."""
 
 
@@ -160,11 +160,11 @@ def _draw(reliefs: dict[str, list[Array]]) -> None:
     for row, (name, each) in zip(axes, reliefs.items(), strict=True):
         pictures = [scene(name).render(relief, samples=64, seed=1).numpy()[0] for relief in each]
         exposure = float(np.percentile(pictures[0], 99.5))
-        for axis, picture, head in zip(row, pictures, heads, strict=True):
+        for axis, picture in zip(row, pictures, strict=True):
             axis.imshow(srgb(picture, exposure), cmap="gray", vmin=0.0, vmax=1.0)
             axis.set(xticks=[], yticks=[])
             axis.spines[:].set_visible(False)
-            if row is axes[0]:
-                axis.set_title(head, fontsize=9)
         row[0].set_ylabel(name)
+    for axis, head in zip(axes[0], heads, strict=True):
+        axis.set_title(head, fontsize=9)
     image(figure_, "paper-filters.png")

@@ -61,7 +61,7 @@ def by(rows: Sequence[dict[str, Any]], axis: str) -> dict[str, Any]:
                 row["miss_percent"] is not None and row["miss_percent"] <= MET_PERCENT for row in each
             ),
             **{
-                name: median(numbers) if numbers else None
+                name: median(numbers) if numbers and len(numbers) == len(each) else None
                 for name in COLUMNS
                 for numbers in [[row[name] for row in each if row.get(name) is not None]]
             },

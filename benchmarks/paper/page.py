@@ -36,16 +36,11 @@ def _pairs(found: Found) -> str:
 
 def _gallery(found: Found) -> str:
     ours, scaled = found["gauss-newton"], found["scaling"]
-    lights = ""
-    if ours["change_lights_percent"] is not None and scaled["change_lights_percent"] is not None:
-        lights = (
-            f"; in light not optimised for {ours['change_lights_percent']:.2g} %, "
-            f"scaled {scaled['change_lights_percent']:.2g} %"
-        )
     return (
         f"{ours['within_5_percent']} of {ours['rows']} verified within 5 % (largest error "
         f"{ours['largest_error_percent']:.1f} %), pictures changed by {_range(ours)} %; scaled: "
-        f"{scaled['within_5_percent']} of {scaled['rows']}, {_range(scaled)} %{lights}"
+        f"{scaled['within_5_percent']} of {scaled['rows']}, {_range(scaled)} %; under the sun "
+        f"of the picture {ours['other_light_percent']:.2g} and {scaled['other_light_percent']:.2g} %"
     )
 
 
