@@ -13,7 +13,7 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "studies.md"
 HEADING = "## The figures in numbers"
 """Of the first of the sections, which end the page."""
 INTRODUCTION = """\
-Written by `python -m benchmarks.paper` from what was computed in full. Minutes are those of two cores.
+Written by `python -m benchmarks.paper` from what was computed in full. Minutes are those of two quiet cores.
 """
 MODELS = "## Exact and surrogate models"
 """Heading of the second section."""
@@ -170,11 +170,12 @@ def section(results: Found) -> str:
         if ours is None:
             missing.append(line.figure)
             continue
-        minutes = extent.get("minutes", round(found.get("seconds", 0.0) / 60.0, 1))
+        seconds = found.get("cpu_s")
+        minutes = extent.get("minutes", None if seconds is None else round(seconds / 120.0, 1))
         command = (
             f"`retouch study {line.study}`" if line.study else f"`python -m benchmarks.paper {line.name}`"
         )
-        lines.append([line.figure, command, line.theirs, ours, f"{minutes:g}"])
+        lines.append([line.figure, command, line.theirs, ours, None if minutes is None else f"{minutes:g}"])
     head = ("figure", "command", "the paper", "ours", "minutes")
     told = f"\nNot yet computed in full: {'; '.join(missing)}.\n" if missing else ""
     return f"{HEADING}\n\n{INTRODUCTION}\n{table(head, lines)}\n{told}"
