@@ -1,26 +1,29 @@
 """The picture of the README: three textures, made two JND rougher by Retouch and by scaling their height.
 
-python -m benchmarks.figure               # writes docs/images/rougher.png
+python -m benchmarks.figure runs/demo     # writes docs/images/rougher.png, after `retouch study demo`
 """
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-import tactile
-from benchmarks.runs import GAUSS_NEWTON_STEPS, RELIEFS
-from optimize.descent.driver import descend
-from optimize.descent.gauss_newton import GaussNewton
-from optimize.descent.linear_scaling import linear_scaling
-from optimize.descent.problem import Problem
-from optimize.descent.targets import Targets
+from benchmarks.demo import rows_of
 from optimize.report.colour_maps import srgb
 from optimize.report.metrics import mean_change
+from optimize.runs.config import load_run
+from optimize.runs.key import SETTINGS
+from optimize.runs.subjects import RESULT
+from optimize.studies.engine import ROWS
+from optimize.studies.row_key import SHORT
 from relief.arrays import Array
-from visual.scene import Scene, load_scene
+from relief.heightmap import load_heights
+from visual.scene import load_scene
 
 JND = 2
 RESOLUTION, SAMPLES = 384, 256
@@ -30,51 +33,43 @@ COLUMNS = ("original", "Retouch: +2 JND", "scaled in height: +2 JND")
 
 
 def main() -> None:
-    tiles: list[list[Array | None]] = []
-    captions = []
-    for texture, relief_mm in RELIEFS.items():
-        reliefs, roughness = optimise(texture, relief_mm)
-        scene = _scene(texture, relief_mm)
-        pictures = [None if r is None else _picture(scene, r) for r in reliefs]
-        before = pictures[0]
-        assert before is not None
+    study = Path(sys.argv[1])
+    rows = [row for row in rows_of("methods") if row["touch.jnd"] == JND]
+    tiles, captions = list[list[Array]](), list[list[str]]()
+    for texture in dict.fromkeys(row["texture"] for row in rows):
+        ours, scaled = (
+            next(row for row in rows if (row["texture"], row["method"]) == (texture, method))
+            for method in ("Retouch", "scaled")
+        )
+        before, *after = pictures(study, ours, scaled)
         exposure = float(np.percentile(before, 99.5))
-        tiles.append([None if p is None else np.asarray(srgb(p, exposure)) for p in pictures])
+        tiles.append([np.asarray(srgb(picture, exposure)) for picture in (before, *after)])
+        changes = [100.0 * mean_change(before, picture) / before.mean() for picture in after]
         captions.append(
             [
-                "out of reach below 3 mm"
-                if p is None
-                else f"{texture}, V {v:.4f}"
-                if i == 0
-                else f"V {v:.4f}, picture changed by {100 * mean_change(before, p) / before.mean():.1f} %"
-                for i, (p, v) in enumerate(zip(pictures, roughness, strict=True))
+                f"{texture}, V {ours['initial_roughness']:.4f}",
+                *(
+                    f"V {row['verified_roughness']:.4f}, picture changed by {change:.1f} %"
+                    for row, change in zip((ours, scaled), changes, strict=True)
+                ),
             ]
         )
     path = Path("docs/images/rougher.png")
-    path.parent.mkdir(parents=True, exist_ok=True)
     compose(tiles, captions).save(path, optimize=True)
     print(path)
 
 
-def optimise(texture: str, relief_mm: float) -> tuple[list[Array | None], list[float]]:
-    """The original, our result and the scaled relief, with their roughnesses."""
-    scene = _scene(texture, relief_mm)
-    skin = tactile.Skin()
-
-    def roughness(heights: Array | None) -> float:
-        if heights is None:
-            return float("nan")
-        return float(tactile.roughness(tactile.press(heights, scene.size_mm, skin).strain, scene.size_mm))
-
-    targets = Targets.of(0.01, roughness=tactile.jnd_scaled(roughness(scene.heights), JND))
-    problem = Problem(scene.heights, scene.size_mm, skin, targets, scene)
-    way = GaussNewton(problem)
-    ours = descend(way, targets, way.begin(0, scene.heights, {}), GAUSS_NEWTON_STEPS).best.heights
-    reliefs = [scene.heights, ours, linear_scaling(problem)]
-    return reliefs, [roughness(r) for r in reliefs]
+def pictures(study: Path, *rows: Mapping[str, Any]) -> list[Array]:
+    """Pictures of the original and of the results of rows that have the same original."""
+    folders = [study / ROWS / row["row"][:SHORT] for row in rows]
+    run = load_run(folders[0] / SETTINGS)
+    scene = load_scene(run.scene, texture=run.texture)
+    reliefs = [scene.heights, *(load_heights(folder / RESULT) for folder in folders)]
+    rendered = (scene.render(r, samples=SAMPLES, seed=1, resolution=RESOLUTION) for r in reliefs)
+    return [np.asarray(picture[CONDITION].numpy()) for picture in rendered]
 
 
-def compose(tiles: list[list[Array | None]], captions: list[list[str]]) -> Image.Image:
+def compose(tiles: list[list[Array]], captions: list[list[str]]) -> Image.Image:
     """Tiles in [0, 1] in rows and columns, with heads and captions."""
     width = GAP + len(COLUMNS) * (RESOLUTION + GAP)
     height = HEAD + len(tiles) * (RESOLUTION + FOOT) + GAP
@@ -87,21 +82,9 @@ def compose(tiles: list[list[Array | None]], captions: list[list[str]]) -> Image
         top = HEAD + row * (RESOLUTION + FOOT)
         for column, (picture, text) in enumerate(zip(pictures, texts, strict=True)):
             left = GAP + column * (RESOLUTION + GAP)
-            if picture is not None:
-                sheet.paste(Image.fromarray(np.rint(255.0 * picture).astype(np.uint8)), (left, top))
+            sheet.paste(Image.fromarray(np.rint(255.0 * picture).astype(np.uint8)), (left, top))
             draw.text((left, top + RESOLUTION + 5), text, INK, font=small)
     return sheet
-
-
-def _scene(texture: str, relief_mm: float) -> Scene:
-    return load_scene(
-        "mitsuba_scenes/studio.xml", texture=f"mitsuba_scenes/textures/{texture}.png", relief_mm=relief_mm
-    )
-
-
-def _picture(scene: Scene, heights: Array) -> Array:
-    pictures = scene.render(heights, samples=SAMPLES, seed=1, resolution=RESOLUTION)
-    return np.asarray(pictures[CONDITION].numpy())
 
 
 if __name__ == "__main__":

@@ -16,30 +16,6 @@ LINE = 128
 """Most characters of a line of the README."""
 
 
-def runs_table() -> str:
-    """One row for each texture and target: what a reader wants to know first."""
-    rows, checked, lines = load("runs")["rows"], load("verified")["rows"], []
-    for case in dict.fromkeys(key.split(", ", 1)[0] for key in rows):
-        line: list[Any] = [case.replace("+", " +").replace("-", " -") + " JND"]
-        for way in ("linear scaling", "gauss-newton, no edges", "gauss-newton"):
-            row = rows.get(f"{case}, {way}", {})
-            change = row.get("pictures", {}).get("128")
-            line.append(
-                row.get("reason")
-                if change is None
-                else f"{change['mean_percent_of_mean']:.1f} / {change['rms_percent_of_mean']:.1f}"
-            )
-        ours = rows[f"{case}, gauss-newton"]
-        texture, jnd = case[:-2], case[-2:]
-        truth = checked[f"{texture} {jnd} JND"]
-        lines.append([*line, f"{abs(truth['roughness_miss_percent']):.2f}", f"{ours['seconds']:.0f}"])
-    head = (
-        *("texture and target", "scaled in height", "without shadow edges", "Retouch"),
-        *("off target by finite elements, %", "seconds"),
-    )
-    return table(head, lines) + "\n"
-
-
 def _wrapped(sentence: str) -> str:
     return textwrap.fill(sentence, LINE, break_long_words=False, break_on_hyphens=False) + "\n"
 

@@ -11,17 +11,16 @@ from typing import Any
 from benchmarks import (
     architectures,
     contact,
+    demo,
     fast_look,
-    fast_runs,
     gradients,
     headlines,
     look,
     runs,
     touch_net,
-    verified,
     views,
 )
-from benchmarks.common import load, table
+from benchmarks.common import RESULTS, load, table
 
 DOC = Path("docs/measured.md")
 README = Path("README.md")
@@ -64,7 +63,7 @@ MODELS = {
 def main() -> None:
     readme = README.read_text(encoding="utf-8")
     summaries = (
-        ("runs", headlines.runs_table()),
+        ("runs", demo.headline()),
         ("gradients", headlines.gradients_sentence()),
         ("fast", headlines.fast_sentence()),
     )
@@ -77,13 +76,14 @@ def main() -> None:
         "# What was measured, and how?\n",
         _machine(),
         _runs(),
-        _verified(),
+        _demo(),
         _gradients(),
         _look(),
         _fast_models(),
         _views(),
         _models(),
         _touch(),
+        (RESULTS / "earlier.md").read_text(encoding="utf-8"),
     ]
     DOC.write_text("\n".join(parts), encoding="utf-8")
     print(DOC)
@@ -133,6 +133,31 @@ def _ratios(rows: dict[str, Any]) -> str:
         "256",
     )
     return "Picture change of other methods divided by that of gauss-newton:\n\n" + table(head, lines)
+
+
+def _demo() -> str:
+    both = {"texture": "texture", "touch.jnd": "JND"}
+    return f"""## The demo runs
+
+`retouch study demo`: every result is verified by finite elements (64 nodes a side, contact at all 128 x 128
+pixels), corrected by them, and rendered by Mitsuba until the change of its pictures is known, less noise.
+"off" is what the finite elements say of the target. Change of the pictures in % of the mean picture, and of
+the radiance of a white plate that faces the light, as the paper's % of pixel values. Processor seconds of a
+whole run with verification, final pictures and report, on one thread beside other work.
+
+Methods: scaled in height and, where 3 mm do not suffice, sideways; Gauss-Newton whose gradients do not see
+shadows move; Retouch.
+
+{demo.of_each("methods", both | {"method": "method"})}
+
+Roughness and contact area at once:
+
+{demo.of_each("roughness and contact area", {"texture": "texture", "targets": "targets"})}
+
+By the models that steer, means over the six runs:
+
+{demo.by_models()}
+"""
 
 
 def _gradients() -> str:
@@ -186,11 +211,6 @@ converged renders of the paper's studio, on the same textures (the paper's nets,
 
 {fast_look.as_text(load("fast_look"))}
 
-`python -m benchmarks.fast_runs`: the six demo runs by what steers them; verified by finite elements, their
-pictures by Mitsuba. "Before correction": the largest relative error at the first verification.
-
-{fast_runs.as_text(load("fast_runs"))}
-
 `python -m benchmarks.architectures DATA`: nets trained for {_minutes()} minutes each on one core on the same
 data, errors on its test split: of V before the last solver step, of the pixels of a picture in % of its mean.
 Milliseconds of the net alone, forward / with gradient, one thread.
@@ -214,20 +234,6 @@ and four sides at 45 degrees, as in the paper's figure 19 (there all results lie
 of the pictures in % of the mean picture, by Mitsuba at 256 samples a pixel; seconds of descent.
 
 {views.as_table(found["runs"], found["apart"])}
-"""
-
-
-def _verified() -> str:
-    return f"""## Verified runs
-
-`python -m benchmarks.verified`. Gauss-Newton, verified by finite elements (64 nodes a side, contact at all
-128 x 128 pixels) and corrected by them; "off" is what the finite elements say of the target, before the first
-correction and at the end. Contact areas: 70 and 140 % of the original's, as in the paper's section 5.5, on
-fifteen textures. Bricks touch 70 % of the plate as they are: 140 % of that is more than 96 % of it, which no
-relief with joints between its bricks can have; these are the three area targets that are not reached, and are
-left out of the average.
-
-{verified.as_table(load("verified")["rows"])}
 """
 
 

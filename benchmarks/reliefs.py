@@ -37,16 +37,6 @@ def twelve() -> dict[str, Array]:
     return natural | synthetic
 
 
-def further() -> dict[str, Array]:
-    """Three more, in place of the bricks where these touch the skin on too much of the plate already."""
-    random = np.random.default_rng(15)
-    return {
-        "coins": crop("coins", 0, 1.0),
-        "fine noise": scaled(noise(random, 0.2), 1.2),
-        "pebbles": scaled(cells(random, 70), 1.2),
-    }
-
-
 def many(count: int, seed: int = 0) -> dict[str, Array]:
     """`count` reliefs of every kind, 0.1 to 3 mm high."""
     random = np.random.default_rng(seed)

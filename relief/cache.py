@@ -3,9 +3,11 @@
 import hashlib
 import json
 import logging
+import os
 import re
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -50,9 +52,9 @@ def cached(
 ) -> Arrays:
     """Return the arrays of `build()`, from disk if the same key was built before.
 
-    Several processes may call this at once: files are written atomically, and two processes that build the
-    same key write the same numbers. A file that is damaged, has another key or layout, or holds a number that
-    is not finite is built anew and replaced. A folder that cannot be written costs only the time of building.
+    Several processes may call this at once: files are written atomically, and one process builds at a time. A
+    file that is damaged, has another key or layout, or holds a number that is not finite is built anew and
+    replaced. A folder that cannot be written costs only the time of building.
 
     Args:
         kind: First part of the file's name, for people.
@@ -65,18 +67,59 @@ def cached(
     """
     text = json.dumps(dict(key), sort_keys=True)
     path = cache_folder() / f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.safetensors"
+    found = _read(path, kind, text, layout)
+    if found is not None:
+        return found
+    with ExitStack() as stack:
+        with suppress(OSError, ImportError):
+            stack.enter_context(_one_builder(path.parent))
+        found = _read(path, kind, text, layout)
+        if found is not None:
+            return found
+        _log.info("%s: not in the cache, is built", kind)
+        arrays = build()
+        with suppress(OSError):
+            remove_partial(path.parent, ABANDONED_S)
+            write_atomically(path, tensor_bytes(arrays, text))
+        return arrays
+
+
+def _read(path: Path, kind: str, text: str, layout: Layout) -> Arrays | None:
+    """The arrays of a file, None if there is no sound one."""
     if path.exists():
         with suppress(InputError):
             arrays, stored = read_tensors(path)
             if stored == text and _has_layout(arrays, layout) and _are_finite(arrays):
                 _log.info("%s: %s read from the cache, not built", path, kind)
                 return arrays
-    _log.info("%s: not in the cache, is built", kind)
-    arrays = build()
-    with suppress(OSError):
-        remove_partial(path.parent, ABANDONED_S)
-        write_atomically(path, tensor_bytes(arrays, text))
-    return arrays
+    return None
+
+
+_builds = threading.local()
+"""Whether this thread holds the lock of the cache, since a build may need other arrays from there."""
+
+
+@contextmanager
+def _one_builder(folder: Path) -> Iterator[None]:
+    """Let processes that share a cache build one after another, so that each finds what another has built.
+
+    Raises:
+        OSError, ImportError: There is no folder to lock, or no lock on this system.
+    """
+    import fcntl
+
+    if getattr(_builds, "held", False):
+        yield
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        _builds.held = True
+        yield
+    finally:
+        _builds.held = False
+        os.close(lock)
 
 
 def _has_layout(arrays: Arrays, layout: Layout) -> bool:

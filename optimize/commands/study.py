@@ -97,13 +97,13 @@ def run(arguments: argparse.Namespace) -> int:
     _tell(expanded.faults)
     if arguments.redraw:
         engine.check_folder(out)
-        rows = engine.known(study, expanded, out, given)
+        rows = engine.known(expanded, out, study.measures, given)
     else:
         rows = engine.compute(
-            study,
             expanded,
             out,
             lambda work, observer: runner(work, arguments.workers, arguments.dask, observer),
+            study.measures,
             given,
             arguments.again,
         )

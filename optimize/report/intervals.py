@@ -11,8 +11,9 @@ from markupsafe import Markup
 
 from optimize.report import svg
 
-STYLES = 6
-"""Number of CSS classes `s0`, `s1`, ... of series; further series begin again."""
+COLOURS = 6
+"""Number of CSS classes `s0`, `s1`, ... of series. Further series have the same colours with hollow marks and
+dashes, by the class `more`."""
 DODGE = 0.012
 """Distance of the marks of two series at one place, as a share of the axis."""
 
@@ -53,7 +54,7 @@ def line_chart(title: str, series: Sequence[Means], x_name: str) -> Markup:
     marks = [_path("grid", [(0, _down(y_axis, tick)), (100, _down(y_axis, tick))]) for tick in y_axis.ticks]
     for number, one in enumerate(series):
         shift = 100.0 * DODGE * (number - 0.5 * (len(series) - 1))
-        style = f"s{number % STYLES}"
+        style = _style(number)
         placed = [(x_axis.percent(mean.place) + shift, mean) for mean in one.means]
         marks.append(_path(style, [(x, _down(y_axis, mean.value)) for x, mean in placed]))
         for x, mean in placed:
@@ -115,7 +116,7 @@ def _marks(axis: svg.Axis, mean: Mean, number: int, count: int) -> Markup:
         line = Markup('<i class="interval" style="left:{:.2f}%;width:{:.2f}%"></i>')
         interval = line.format(left, right - left)
     dot = Markup('<i class="mark" style="left:{:.2f}%"></i>').format(axis.percent(mean.value))
-    style = f"s{number % STYLES}"
+    style = _style(number)
     return Markup('<div class="{}" style="top:{:.1f}%">{}{}</div>').format(style, top, interval, dot)
 
 
@@ -124,10 +125,15 @@ def _legend(series: Sequence[Means]) -> Markup:
     if not any(one.name for one in series):
         return Markup("")
     names = _join(
-        Markup('<span class="s{}"><i></i>{}</span>').format(number % STYLES, one.name)
+        Markup('<span class="{}"><i></i>{}</span>').format(_style(number), one.name)
         for number, one in enumerate(series)
     )
     return Markup('<div class="series">{}</div>').format(names)
+
+
+def _style(number: int) -> str:
+    """CSS classes of a series."""
+    return f"s{number % COLOURS}" + (" more" if number // COLOURS % 2 else "")
 
 
 def _down(axis: svg.Axis, value: float) -> float:

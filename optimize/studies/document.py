@@ -5,14 +5,14 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
 from optimize.runs.toml_files import Section, first_fault
 from optimize.studies.engine import Rows
 from optimize.studies.measures import MEASURES
-from optimize.studies.records import Cell, Record, Text
+from optimize.studies.records import LONGEST_TEXT, Cell, Record, Text
 from optimize.studies.rows import Expanded
 from optimize.studies.study_file import Plot, Study
 from relief.errors import InputError
@@ -63,6 +63,13 @@ class Document(Section):
     faults: list[Text]
     plots: list[Plot]
 
+    @model_validator(mode="after")
+    def _records_have_their_keys(self) -> Self:
+        for key, record in self.records.items():
+            if record.key != key:
+                raise ValueError(f"records: {key[:80]}: is the record of another row")
+        return self
+
 
 def document(study: Study, expanded: Expanded, rows: Rows, quick: bool) -> Document:
     """The document of a study."""
@@ -81,7 +88,7 @@ def document(study: Study, expanded: Expanded, rows: Rows, quick: bool) -> Docum
         ],
         records={key: _rounded(rows.records[key]) for key in expanded.rows if key in rows.records},
         failures={key: rows.failures[key] for key in expanded.rows if key in rows.failures},
-        faults=list(expanded.faults),
+        faults=[fault[:LONGEST_TEXT] for fault in expanded.faults],
         plots=study.plots,
     )
 

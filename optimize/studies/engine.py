@@ -17,7 +17,7 @@ from optimize.studies.measures import MEASURES
 from optimize.studies.records import Record, parse_record, read_failure, read_record, write_failure
 from optimize.studies.row_job import RowJob, outdated, run_row
 from optimize.studies.rows import Expanded, Row
-from optimize.studies.study_file import Study, text_of
+from optimize.studies.study_file import text_of
 from optimize.workers.jobs import GIVEN_UP, Runner, Work
 from relief.errors import InputError
 from relief.files import partial_folders, remove_partial
@@ -64,39 +64,47 @@ def check_folder(out: Path) -> None:
 
 
 def known_rows(
-    study: Study, expanded: Expanded, out: Path, given: Mapping[str, Record] | None = None
+    expanded: Expanded,
+    out: Path,
+    measures: Sequence[str] = (),
+    given: Mapping[str, Record] | None = None,
 ) -> dict[str, Record]:
     """The records of rows that are done: those in the folder of the study, and those that are given."""
     found = {}
     for key, row in expanded.rows.items():
         record = read_record(row_folder(out, row), key) or (given or {}).get(key)
-        if record is not None and not outdated(record, study.measures):
+        if record is not None and not outdated(record, measures):
             found[key] = record
     return found
 
 
-def known(study: Study, expanded: Expanded, out: Path, given: Mapping[str, Record] | None = None) -> Rows:
+def known(
+    expanded: Expanded,
+    out: Path,
+    measures: Sequence[str] = (),
+    given: Mapping[str, Record] | None = None,
+) -> Rows:
     """What is known of the rows without computing any; arguments as of `compute`."""
-    records = known_rows(study, expanded, out, given)
+    records = known_rows(expanded, out, measures, given)
     failures = {key: read_failure(row_folder(out, row)) for key, row in expanded.rows.items()}
     return Rows(records, {key: why for key, why in failures.items() if why and key not in records})
 
 
 def compute(
-    study: Study,
     expanded: Expanded,
     out: Path,
     make_runner: MakeRunner,
+    measures: Sequence[str] = (),
     given: Mapping[str, Record] | None = None,
     again: bool = False,
 ) -> Rows:
     """Compute the rows of a study that are missing.
 
     Args:
-        study: the study.
-        expanded: its rows.
+        expanded: the rows of the study.
         out: folder of the study.
         make_runner: of the runner of rows.
+        measures: names of the measures.
         given: records by key that come from elsewhere, such as a committed document.
         again: compute each row anew; earlier runs of the rows are removed.
 
@@ -113,13 +121,13 @@ def compute(
             # Now, so that after an interrupt the same rows are still to be computed.
             for row in expanded.rows.values():
                 shutil.rmtree(row_folder(out, row), ignore_errors=True)
-        records = known_rows(study, expanded, out, None if again else given)
+        records = known_rows(expanded, out, measures, None if again else given)
         missing = [row for key, row in expanded.rows.items() if key not in records]
         jobs = [
-            RowJob(number, row.key, row_folder(out, row), row.settings, tuple(study.measures))
+            RowJob(number, row.key, row_folder(out, row), row.settings, tuple(measures))
             for number, row in enumerate(missing)
         ]
-        for name in study.measures if jobs else ():
+        for name in measures if jobs else ():
             if obstacle := MEASURES[name].obstacle():
                 _log.warning("no measure %s: %s", name, obstacle)
         _announce(len(expanded.rows), len(jobs), out)

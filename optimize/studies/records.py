@@ -25,7 +25,9 @@ SECTIONS = ("stop", "touch", "verification", "look", "heights", "time_s")
 LEFT_OUT = ("stop.message", "look.conditions", "verification.rounds")
 """Values that are no numbers of a table."""
 
-Text = Annotated[str, Field(max_length=1000, pattern=r"^[^\x00-\x1f\x7f]*$")]
+LONGEST_TEXT = 1000
+"""Most characters of a text in a record or document."""
+Text = Annotated[str, Field(max_length=LONGEST_TEXT, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Number = Annotated[float, Field(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
 Cell = bool | int | Number | Text | None
 """A value of a column."""

@@ -10,7 +10,7 @@ from typing import Any
 import tomli_w
 
 from optimize.runs.config import RIVALS, Run, anchor, load_run, run_keys
-from optimize.runs.key import FILES
+from optimize.runs.key import FILES, LARGEST_NUMBER
 from optimize.studies.row_key import SHORT, row_key
 from optimize.studies.study_file import LABEL, Study, TableOfRuns, flat, text_of
 from relief.errors import InputError
@@ -18,6 +18,8 @@ from relief.formats import HEIGHT_MAPS
 
 TEXTURE = "texture"
 """Axis whose values `--textures` replaces."""
+LONGEST_LABEL = 80
+"""Most characters of an axis value in tables."""
 MOST_ROWS = 100_000
 """Most rows of a study."""
 
@@ -74,8 +76,12 @@ class Expanded:
 
     @property
     def rows(self) -> dict[str, Row]:
-        """Each different row once, by its key; rows that coincide between tables are computed once."""
-        return {row.key: row for table in self.tables for row in table.rows}
+        """Each different row once, by its key, as the first table has it."""
+        found: dict[str, Row] = {}
+        for table in self.tables:
+            for row in table.rows:
+                found.setdefault(row.key, row)
+        return found
 
 
 @dataclass(frozen=True)
@@ -173,7 +179,14 @@ def _value(study: Study, axis: str, given: Any) -> _Value:
     for key in settings:
         _check_key(axis, key, labelled=isinstance(given, dict))
     anchor(settings, study.path.parent)
-    return _Value(label, settings)
+    return _Value(_label(label), settings)
+
+
+def _label(value: Any) -> Any:
+    """What tables show of a value: a number as it is, anything else as a short text."""
+    if isinstance(value, int | float) and abs(value) <= LARGEST_NUMBER:
+        return value
+    return str(InputError(str(value)))[:LONGEST_LABEL]
 
 
 def _check_key(axis: str, key: str, labelled: bool) -> None:

@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model
 
 from mitsuba_scenes import find_file
 from mitsuba_scenes.studies import find_study
+from optimize.runs.config import DEEPEST
 from optimize.runs.toml_files import Section, first_fault, read_toml
 from optimize.studies.measures import MEASURES
 from relief.errors import InputError, naming
@@ -19,23 +20,29 @@ MOST_VALUES = 10_000
 """Most values of an axis."""
 
 
-def flat(values: Any) -> Any:
-    """Nested tables as one, with dotted keys: `touch.jnd = 2` means `"touch.jnd" = 2`."""
+def flat(values: Any, depth: int = 0) -> Any:
+    """Nested tables as one, with dotted keys: `touch.jnd = 2` means `"touch.jnd" = 2`.
+
+    Raises:
+        InputError: the tables are nested deeper than keys of runs are.
+    """
     if not isinstance(values, dict):
         return values
+    if depth > DEEPEST:
+        raise InputError(f"a key has more than {DEEPEST} parts")
     found: dict[str, Any] = {}
     for key, value in values.items():
-        inner = flat(value) if isinstance(value, dict) else None
+        inner = flat(value, depth + 1) if isinstance(value, dict) else None
         found |= {key: value} if inner is None else {f"{key}.{name}": part for name, part in inner.items()}
     return found
 
 
+Name = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]+$")]
 Settings = Annotated[dict[str, Any], BeforeValidator(flat)]
 """Values by dotted key of a run."""
 Values = Annotated[list[Any], Field(min_length=1, max_length=MOST_VALUES)]
-Axes = Annotated[dict[str, Values], BeforeValidator(flat)]
+Axes = Annotated[dict[Name, Values], BeforeValidator(flat)]
 """Values of each axis by key of a run; or by a free name, where each value is a table with a `label`."""
-Name = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]+$")]
 
 
 class TableOfRuns(Section):

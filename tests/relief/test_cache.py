@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 import zlib
 from pathlib import Path
 
@@ -267,3 +268,37 @@ def test_the_folder_is_the_named_one_or_the_users(monkeypatch: pytest.MonkeyPatc
     assert cache_folder() == tmp_path / "user" / "retouch"
     monkeypatch.delenv("XDG_CACHE_HOME")
     assert cache_folder() == Path.home() / ".cache" / "retouch"
+
+
+BUILDS = """
+import sys, time
+from pathlib import Path
+import numpy as np
+from relief.cache import cached
+
+def inner():
+    return {"values": np.zeros(2)}
+
+def build():
+    with open(sys.argv[1], "a") as log:
+        print("built", file=log)
+    cached("within", {}, inner, {"values": ((2,), "<f8")})
+    time.sleep(0.5)
+    return {"values": np.ones(2)}
+
+while not Path(sys.argv[2]).exists():
+    time.sleep(0.001)
+assert cached("thing", {}, build, {"values": ((2,), "<f8")})["values"].sum() == 2.0
+"""
+
+
+def test_processes_that_need_the_same_arrays_at_once_build_them_once(tmp_path: Path) -> None:
+    log, start = tmp_path / "log", tmp_path / "start"
+    environment = os.environ | {"RETOUCH_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(REPOSITORY)}
+    command = [sys.executable, "-c", BUILDS, str(log), str(start)]
+    processes = [subprocess.Popen(command, env=environment) for _ in range(3)]
+    time.sleep(1.0)
+    start.touch()
+    assert [process.wait(60.0) for process in processes] == [0, 0, 0]
+    assert log.read_text() == "built\n"
+    assert {path.suffix for path in (tmp_path / "cache").iterdir()} == {".safetensors"}

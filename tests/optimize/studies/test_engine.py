@@ -37,7 +37,7 @@ def done(study_file: Path, out: Path, quick: bool = False, **options: object) ->
     """The study computed in this process and written."""
     study = load_study(study_file)
     expanded = expand(study, quick)
-    rows = compute(study, expanded, out, in_process, **options)  # type: ignore[arg-type]
+    rows = compute(expanded, out, in_process, study.measures, **options)  # type: ignore[arg-type]
     write_study(out, study, expanded, rows, quick)
     return rows
 
@@ -159,6 +159,22 @@ def test_rows_of_a_document_count_as_done(
     assert begun == [] and table(tmp_path / "out") == table(whole)
 
 
+@pytest.mark.parametrize("hostile", ["swapped", "nan", "escape", "deep", "list"])
+def test_a_document_is_not_believed(whole: Path, tmp_path: Path, hostile: str) -> None:
+    content = json.loads((whole / DOCUMENT).read_text())
+    first, second, *_ = content["records"]
+    columns = content["records"][first]["columns"]
+    if hostile == "swapped":
+        content["records"][first] = content["records"][second]
+    columns["steps"] = float("nan") if hostile == "nan" else columns["steps"]
+    columns["reason"] = "\x1b[31m" if hostile == "escape" else columns["reason"]
+    path = tmp_path / "study.json"
+    path.write_text({"deep": "[" * 100_000, "list": "[]"}.get(hostile) or json.dumps(content))
+    with pytest.raises(InputError, match=r"study\.json: not the document of a study") as caught:
+        read_document(path)
+    assert "\n" not in str(caught.value) and "\x1b" not in str(caught.value)
+
+
 def test_a_folder_of_other_files_is_refused(study_file: Path, tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").touch()
     with pytest.raises(InputError, match="holds files that are not a study's"):
@@ -227,7 +243,7 @@ def test_a_mistake_of_the_program_fails_its_row_alone(
     rows = done(study_file, copy)
     assert rows.failures == {first.key: "ZeroDivisionError: division by zero"} and len(rows.records) == 3
     assert "_computed" in json.loads((row_folder(copy, first) / FAILURE).read_text())["traceback"]
-    assert known(study, expanded, copy).failures == rows.failures
+    assert known(expanded, copy).failures == rows.failures
 
 
 # Kills
@@ -239,10 +255,10 @@ def test_a_killed_worker_loses_nothing(study_file: Path, whole: Path, tmp_path: 
     expanded = expand(study)
     killed = partial(dies_once, mark=mark)
     rows = compute(
-        study,
         expanded,
         tmp_path / "out",
         lambda _, told: partial(run_here, workers=2, work=killed, observer=told),
+        study.measures,
     )
     write_study(tmp_path / "out", study, expanded, rows, quick=False)
     assert mark.exists() and not rows.failures

@@ -106,6 +106,8 @@ def test_each_setting_has_the_value_it_was_introduced_with() -> None:
         (f"{HEAD}{AXES}free = [{{ seed = 1 }}]", "a: free: a value of several settings has a label"),
         (f'{HEAD}{AXES}free = [{{ label = "x", sead = 1 }}]', "a: free: sead: no such key of a run"),
         (f"{HEAD}[set]\nsead = 1\n{AXES}seed = [1]", "a: seed 1: sead: no such key; the nearest is seed"),
+        (f"{HEAD}[set]\n{'a.' * 200}a = 1\n{AXES}seed = [1]", "set: a key has more than 8 parts"),
+        (f'{HEAD}{AXES}"\\u001b[0m" = [1]', "tables.0.axes"),
         ("a = [", "not TOML"),
     ],
 )
@@ -114,6 +116,12 @@ def test_a_fault_of_the_file_is_told_in_one_line(tmp_path: Path, text: str, faul
     with pytest.raises(InputError) as caught:
         expand(load_study(path))
     assert fault in str(caught.value) and str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_labels_are_numbers_or_short_texts(tmp_path: Path) -> None:
+    values = '[1, 2.5, nan, true, 1979-05-27, "a\\u001bb", "%s"]' % ("x" * 999)
+    (table,) = expand(load_study(written(tmp_path, f"{HEAD}{AXES}define.x = {values}\n"))).tables
+    assert table.axes["define.x"] == (1, 2.5, "nan", True, "1979-05-27", "a?b", "x" * 80)
 
 
 def test_a_faulty_row_does_not_take_the_others_along(tmp_path: Path) -> None:
