@@ -24,7 +24,7 @@ page with tables, plots and pictures. Rows that are done are not computed again.
 EPILOG = """\
 examples:
   retouch study --list
-  retouch study models --quick
+  retouch study demo --quick
   retouch study my-study.toml -o runs/my-study --textures ~/materials
   retouch study my-study.toml --redraw
 
