@@ -22,6 +22,7 @@ import scipy.sparse as sp
 import torch
 
 from optimize.descent.driver import Iterate, Remembered
+from optimize.descent.masking import masking_weights
 from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.touch_measures import TouchMeasures
 from relief.arrays import Array
@@ -132,6 +133,7 @@ class GaussNewton:
         self._unit = 1.0 / target.mean()
         self._target = target * self._unit
         self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
+        self._roots = np.sqrt(masking_weights(target, problem.masking))
         self._plate = problem.plate_weights(self._target)
         self._current: _Evaluation | None = None
 
@@ -249,12 +251,15 @@ class GaussNewton:
         matrix = 2.0 * bend
         load = -2.0 * (bend @ (heights - problem.heights).ravel())
         conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
-        for (jacobian, picture), target, weight in zip(conditions, self._target, self._weights, strict=True):
-            scaled = jacobian * self._unit
+        known = zip(conditions, self._target, self._weights, self._roots, strict=True)
+        for (jacobian, picture), target, weight, root in known:
+            scaled, difference = jacobian * self._unit, (picture * self._unit - target).ravel()
+            if problem.masking:
+                scaled, difference = sp.diags(root.ravel()) @ scaled, root.ravel() * difference
             weighted = smooth @ scaled
             # Transposed into rows first: else the product would turn the larger factor into columns.
             matrix = matrix + weight * (scaled.T.tocsr() @ weighted)
-            load -= weight * (weighted.T @ (picture * self._unit - target).ravel())
+            load -= weight * (weighted.T @ difference)
         damping = 2.0 * (sp.identity(heights.size, format="csr") + SMOOTHING * differences)
         return _System(matrix, damping, load)
 

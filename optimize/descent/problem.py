@@ -28,6 +28,7 @@ class Problem:
         scene: renders the look to keep.
         regularisation: w2, weight of differences between neighbouring pixels of the picture difference.
         look_weight: w1.
+        masking: strength of the weights of pixels by local contrast (`optimize.descent.masking`); 0, none.
         shadow_edges: whether picture gradients follow shadow boundaries.
         samples: a pixel, of pictures that Mitsuba renders for Adam's steps; None: fixed samples without
             noise, as in Gauss-Newton's steps.
@@ -43,6 +44,7 @@ class Problem:
     scene: Scene
     regularisation: float = 0.06
     look_weight: float = 1.0
+    masking: float = 0.0
     shadow_edges: bool = True
     samples: int | None = None
     seed: int = 0

@@ -129,11 +129,14 @@ class Look(Section):
             To compare with: "shading", without shadows and ambient occlusion; "heights", height differences.
         weight: w1; None: the method's own, 1 for gauss-newton and 0.1 for adam.
         samples: a pixel, of pictures that Mitsuba renders for adam's steps; None: fixed samples, no noise.
+        masking: strength of the weights by which gauss-newton keeps smooth parts of the pictures better than
+            those of high contrast, in which changes hide; 0, the default: all alike.
     """
 
     model: Literal["exact", "fast", "shading", "heights", "auto"] = "exact"
     weight: NotNegative | None = None
     samples: Samples | None = None
+    masking: Annotated[float, Field(ge=0, le=100)] = 0.0
 
     @field_validator("model", mode="before")
     @classmethod
@@ -238,6 +241,14 @@ class Run(Section):
             key: str(value).lower() if isinstance(value, bool) else str(value)
             for key, value in define.items()
         }
+
+    @model_validator(mode="after")
+    def _masking_by_gauss_newton(self) -> Self:
+        if self.look.masking and self.descent.method != "gauss-newton":
+            raise ValueError(
+                f"look.masking: {self.descent.method} has no weights by contrast; gauss-newton has"
+            )
+        return self
 
     @model_validator(mode="after")
     def _goals_fit_the_plate(self) -> Self:

@@ -112,6 +112,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             scene,
             regularisation=descent.regularisation,
             look_weight=_look_weight(settings),
+            masking=settings.look.masking,
             shadow_edges=descent.shadow_edges,
             samples=settings.look.samples,
             seed=settings.seed,

@@ -29,6 +29,7 @@ INTRODUCED: Mapping[str, Any] = {
     "look.model": "exact",
     "look.weight": 1.0,
     "look.samples": None,
+    "look.masking": 0.0,
     "descent.method": "gauss-newton",
     "descent.steps": 100,
     "descent.tolerance": 0.01,
