@@ -23,10 +23,14 @@ def masking_weights(pictures: Array, strength: float) -> Array:
     Returns:
         (conditions, rows, cols).
     """
+    if strength == 0.0:
+        return np.ones_like(pictures)
     return np.stack([_weights(picture, strength) for picture in pictures])
 
 
 def _weights(picture: Array, strength: float) -> Array:
+    if not picture.any():
+        return np.ones_like(picture)  # black, as under a light from below
     mean = gaussian_filter(picture, RADIUS, mode="nearest")
     spread = np.sqrt(gaussian_filter(np.square(picture - mean), RADIUS, mode="nearest"))
     contrast = spread / (mean + LEAST_LEVEL * picture.mean())
