@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import (
+    adam_figure,
     architectures,
     contact,
     demo,
@@ -106,6 +107,14 @@ def _runs() -> str:
 {runs.as_table(load("runs")["rows"])}
 
 {_ratios(load("runs")["rows"])}
+
+### Adam over computing time
+
+`python -m benchmarks.adam_figure` draws the curves. {adam_figure.NOTES}
+
+{adam_figure.as_table(load("runs")["rows"])}
+
+![Change of the pictures by Adam over CPU seconds, beside Gauss-Newton's final change](images/adam.png)
 """
 
 
@@ -115,7 +124,11 @@ def _ratios(rows: dict[str, Any]) -> str:
     for case in dict.fromkeys(key.split(", ", 1)[0] for key in rows):
         ours = rows[f"{case}, gauss-newton"].get("pictures")
         line: list[Any] = [case]
-        for other, kind in (("linear scaling", "mean"), ("gauss-newton, no edges", "rms"), ("adam", "rms")):
+        for other, kind in (
+            ("linear scaling", "mean"),
+            ("gauss-newton, no edges", "rms"),
+            ("adam, smoothed", "rms"),
+        ):
             theirs = rows.get(f"{case}, {other}", {}).get("pictures")
             for resolution in map(str, runs.RESOLUTIONS):
                 key = f"{kind}_percent_of_mean"
@@ -129,7 +142,7 @@ def _ratios(rows: dict[str, Any]) -> str:
         "256",
         "no edges, rms, 128",
         "256",
-        "adam, rms, 128",
+        "adam smoothed, rms, 128",
         "256",
     )
     return "Picture change of other methods divided by that of gauss-newton:\n\n" + table(head, lines)
