@@ -81,10 +81,14 @@ def draw(rows: dict[str, Row]) -> None:
         axis.axhline(ROBUST * goal, color=FAINT, linewidth=0.8, linestyle=":", label="1.2 times that")
         for way, (colour, name) in WAYS.items():
             curve = rows.get(f"{case}, {way}", {}).get("curve", [])
+            if not curve:
+                continue
             met = [(cpu, rms) for cpu, error, rms in curve if abs(error) <= TOLERANCE]
             axis.plot([c for c, *_ in curve], [r for *_, r in curve], color=colour, linewidth=1.0, label=name)
             axis.plot([c for c, _ in met], [r for _, r in met], ".", color=colour, markersize=5)
         axis.set_ylim(0.0, 6.0 * goal)
+    for axis in axes.ravel()[len(names) :]:
+        axis.set_visible(False)
     for axis in axes[-1]:
         axis.set_xlabel("CPU seconds")
     for axis in axes[:, 0]:
