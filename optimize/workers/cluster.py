@@ -1,5 +1,6 @@
 """Processes of a Dask cluster that run jobs; a process that dies loses no job."""
 
+import logging
 from collections.abc import Iterable
 from typing import Any
 
@@ -31,6 +32,8 @@ def run_on_dask(jobs: Iterable[AnyJob], address: str, workers: int, work: Work) 
         from distributed import Client, LocalCluster
     except ImportError as error:
         raise InputError(WITHOUT_DASK) from error
+    # Its news of each connection that opens and closes is of no use to whoever waits for results.
+    logging.getLogger("distributed").setLevel(logging.ERROR)
     if address == ON_A_LOCAL_CLUSTER:
         with (
             LocalCluster(
