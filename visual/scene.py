@@ -346,6 +346,7 @@ class Scene:
 
     def _light_scene(self, lights: Lights, resolution: int | None) -> LightScene:
         """The plate under these lights only, loaded once."""
+        variants.use(self.variant)  # another scene may have set its own
         return self._loader.light_scene(lights, _scaled(self.resolution, resolution))
 
     def _quadrature(self, lights: Lights, count: int) -> Quadrature:

@@ -14,9 +14,10 @@ from scipy.ndimage import gaussian_filter
 
 from relief.errors import InputError
 from tests.visual.differences import ADJOINTS, differ_by_noise
-from tests.visual.scenes import MATTE, PLASTIC, Array, hills, sky, sun
+from tests.visual.exact.test_view import OBLIQUE
+from tests.visual.scenes import MATTE, PLASTIC, Array, hills, sky, sun, write_scene
 from visual.explain import explain_scene
-from visual.scene import Scene
+from visual.scene import Scene, load_scene
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -164,3 +165,14 @@ for wanted in (scene.views, lambda: scene.render(torch.zeros(scene.heights.shape
     assert pictures.shape == expected.shape
     assert np.abs(pictures - expected).mean() < 0.1 * expected.mean()
     assert pictures.mean() == pytest.approx(expected.mean(), rel=0.01)
+
+
+def test_weights_of_the_plate_after_another_scene_in_colour_leave_a_scene_that_renders(
+    tmp_path: Path,
+) -> None:
+    """As measures of studies do, which look at one result in many scenes."""
+    path = write_scene(tmp_path, hills(0.5), [sun(35)], camera=OBLIQUE)
+    grey = load_scene(path, variant="llvm_ad_mono")
+    load_scene(path, variant="llvm_ad_rgb").render(samples=1)
+    assert grey.plate_weights(48).shape == (1, 48, 48)
+    assert grey.render(samples=1, resolution=48).mean() > 0.0
