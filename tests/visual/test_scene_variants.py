@@ -175,4 +175,5 @@ def test_weights_of_the_plate_after_another_scene_in_colour_leave_a_scene_that_r
     grey = load_scene(path, variant="llvm_ad_mono")
     load_scene(path, variant="llvm_ad_rgb").render(samples=1)
     assert grey.plate_weights(48).shape == (1, 48, 48)
+    assert {light.lit.variant for light in grey.light_scenes(48)} == {"llvm_ad_mono"}
     assert grey.render(samples=1, resolution=48).mean() > 0.0
