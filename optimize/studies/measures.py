@@ -79,7 +79,7 @@ MEASURES: Mapping[str, Measure] = {
             },
             _pace,
         ),
-        Measure("unseen", 1, _UNSEEN, _unseen),
+        Measure("unseen", 2, _UNSEEN, _unseen),
         Measure(
             "jod",
             1,

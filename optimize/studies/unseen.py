@@ -7,6 +7,7 @@ estimated as in `optimize.report.picture_change`.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +20,16 @@ from optimize.runs.config import Run
 from relief.arrays import Array
 from relief.heightmap import load_heights
 from relief.progress import stage
-from visual.noise import batched
+from visual.noise import Batches, batched
 from visual.scene import Scene, load_scene, plate_size_mm
 
 SAMPLES = 16
 """Samples a pixel. On results at +2 and -2 JND mean changes are then within 3 % of those by 256 samples
 (docs/studies.md)."""
+LIFT_STEP_MM = 0.25
+"""Lifts are multiples of this, so that the pictures of an original serve many results."""
+KEPT = 16
+"""Scenes with pictures of an original that a process keeps: rows of a study mostly share their texture."""
 REFINEMENT = 2
 """Resolution of the finer pictures in units of the run's own."""
 
@@ -71,7 +76,8 @@ def unseen(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str, floa
             changes = [one for one in each if one is not None]
             found |= _columns(name, np.mean(changes, axis=0) if len(changes) == len(each) else None)
             advance()
-        found |= _columns("fine", _changes(own, before, after, REFINEMENT * max(own.resolution)))
+        resolution = REFINEMENT * max(own.resolution)
+        found |= _columns("fine", _changes(run.scene, run.define, run, before, after, resolution))
         advance()
     return found
 
@@ -89,7 +95,7 @@ def _columns(name: str, changes: Array | None) -> dict[str, float | None]:
 def _aligned(before: Array, after: Array) -> tuple[Array, Array]:
     """The two reliefs with equal mean heights, none below 0: a plate lifted as a whole looks the same."""
     moved = after - after.mean() + before.mean()
-    lift = max(0.0, -float(moved.min()))
+    lift = LIFT_STEP_MM * np.ceil(max(0.0, -float(moved.min())) / LIFT_STEP_MM)
     return before + lift, moved + lift
 
 
@@ -99,15 +105,36 @@ def _changes_in(condition: Condition, run: Run, size_mm: float, before: Array, a
     defines = {"resolution": str(max(before.shape)), **condition.defines}
     if plate_size_mm(path, defines) != size_mm:
         return None
-    return _changes(load_scene(path, defines, **_texture(run)), before, after)
+    return _changes(path, defines, run, before, after)
 
 
-def _changes(scene: Scene, before: Array, after: Array, resolution: int | None = None) -> Array:
+def _changes(
+    path: Path,
+    defines: Mapping[str, str],
+    run: Run,
+    before: Array,
+    after: Array,
+    resolution: int | None = None,
+) -> Array:
     """Mean and root mean square change of a scene's pictures, (2,), in % of the mean picture of the plate."""
+    texture = tuple(_texture(run).items())
+    scene, one = _original(path, tuple(defines.items()), texture, before.tobytes(), resolution)
     weights = pixel_weights(scene.plate_weights(resolution), scene.weights)
-    one, other = (
-        batched(scene, relief, SAMPLES, seed=1, resolution=resolution) for relief in (before, after)
-    )
+    other = batched(scene, after, SAMPLES, seed=1, resolution=resolution)
     found = change(one, other, weights=weights)
     level = float((weights * one.mean).mean())
     return 100.0 / level * np.array([found.estimate, found.rms_less_noise])
+
+
+@lru_cache(maxsize=KEPT)
+def _original(
+    path: Path,
+    defines: tuple[tuple[str, str], ...],
+    texture: tuple[tuple[str, Any], ...],
+    relief: bytes,
+    resolution: int | None,
+) -> tuple[Scene, Batches]:
+    """A scene, and its pictures of an original, whose heights in mm are given as bytes of float64."""
+    scene = load_scene(path, dict(defines), **dict(texture))
+    heights = np.frombuffer(relief).reshape(scene.heights.shape).copy()
+    return scene, batched(scene, heights, SAMPLES, seed=1, resolution=resolution)
