@@ -3,6 +3,7 @@
 from typing import Any
 
 from optimize.runs.forecast import rough_seconds
+from optimize.studies.measures import MEASURES
 from optimize.studies.rows import expand
 from optimize.studies.study_file import Study
 from optimize.workers.choice import cores
@@ -14,5 +15,6 @@ def about(study: Study, quick: bool) -> dict[str, Any]:
     Textures count as 128 x 128 samples, and scenes as the studio.
     """
     rows = expand(study, quick).rows
-    seconds = sum(rough_seconds(row.settings) for row in rows.values())
+    measures = sum(MEASURES[name].seconds for name in study.measures)
+    seconds = sum(rough_seconds(row.settings) + measures for row in rows.values())
     return {"rows": len(rows), "minutes": seconds / 60.0 / cores()}
