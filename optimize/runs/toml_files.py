@@ -1,6 +1,7 @@
 """Files of settings in TOML: read within a limit, checked by pydantic, faults told in one line."""
 
 import difflib
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,6 +14,8 @@ from relief.errors import InputError
 
 LARGEST_FILE = 1_000_000
 """Largest file of settings that is read, bytes."""
+MOST_DOTS = 200
+"""Most dots of a key, or of a text without marks. Python's reader takes minutes over 100,000 of a key."""
 
 
 class Section(BaseModel):
@@ -26,9 +29,14 @@ def read_toml(path: Path) -> dict[str, Any]:
     if path.stat().st_size > LARGEST_FILE:
         raise InputError(f"{path}: larger than {LARGEST_FILE} bytes; not read as settings")
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        dots = max(part.count(".") for part in re.split(r"[=,{}\[\]\n]", text))
+        values = tomllib.loads(text) if dots <= MOST_DOTS else None
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not TOML: {' '.join(str(error).split())}") from error
+    if values is None:
+        raise InputError(f"{path}: a key or text with more than {MOST_DOTS} dots; not read as settings")
+    return values
 
 
 def first_fault(error: ValidationError, model: type[BaseModel]) -> str:

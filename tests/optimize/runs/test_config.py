@@ -252,6 +252,12 @@ def test_what_is_not_toml_is_named(run_file: Path, content: bytes) -> None:
     assert "not TOML" in fault(run_file)
 
 
+@pytest.mark.parametrize("content", ["{}=1", "[{}]", "a={{{}=1}}"], ids=["key", "table", "inline"])
+def test_a_key_of_many_parts_is_refused_at_once(run_file: Path, content: str) -> None:
+    run_file.write_text(content.format(".".join("a" * 300_000)))
+    assert "dots" in fault(run_file)
+
+
 @pytest.mark.parametrize("override", ["seed", "=3", "touch..jnd=1", "seed.x=1", "seed=1\nsize_mm=3"])
 def test_an_override_that_is_none_is_named(run_file: Path, override: str) -> None:
     with pytest.raises(InputError, match=r"seed|=3|jnd"):
