@@ -75,7 +75,7 @@ def draw(rows: dict[str, Row]) -> None:
     figure, axes = pyplot.subplots(2, 3, figsize=(9.0, 5.0), sharex=True, squeeze=False, layout="constrained")
     for axis, case in zip(axes.ravel(), names, strict=False):
         frame(axis)
-        axis.set_title(f"{case} JND", fontsize=9, color=INK)
+        axis.set_title(f"{case[:-2]} {case[-2:]} JND", fontsize=9, color=INK)
         goal = rows[f"{case}, gauss-newton"]["pictures"]["128"]["rms_percent_of_mean"]
         axis.axhline(goal, color=INK, linewidth=1.0, label="gauss-newton")
         axis.axhline(ROBUST * goal, color=FAINT, linewidth=0.8, linestyle=":", label="1.2 times that")
@@ -86,7 +86,7 @@ def draw(rows: dict[str, Row]) -> None:
             met = [(cpu, rms) for cpu, error, rms in curve if abs(error) <= TOLERANCE]
             axis.plot([c for c, *_ in curve], [r for *_, r in curve], color=colour, linewidth=1.0, label=name)
             axis.plot([c for c, _ in met], [r for _, r in met], ".", color=colour, markersize=5)
-        axis.set_ylim(0.0, 6.0 * goal)
+        axis.set_ylim(0.0, 4.5 * goal)
     for axis in axes.ravel()[len(names) :]:
         axis.set_visible(False)
     for axis in axes[-1]:
