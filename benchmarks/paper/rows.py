@@ -7,6 +7,7 @@ from typing import Any
 
 from benchmarks.common import RESULTS
 from optimize.studies.document import Document, flat_rows, read_document
+from optimize.studies.measures import MEASURES
 from optimize.studies.row_key import SHORT
 from relief.errors import InputError
 
@@ -37,10 +38,15 @@ def rows_of(study: str) -> list[dict[str, Any]]:
 
 
 def extent(study: str) -> dict[str, Any]:
-    """Whether a study is the quick one, its rows done, and minutes on two cores. Raises InputError."""
+    """Whether a study is the quick one, its rows done, and about how many minutes two cores take.
+
+    Raises:
+        InputError: the study is neither in `runs` nor committed.
+    """
     document = document_of(study)
     seconds = [record.columns.get("cpu_s") for record in document.records.values()]
     known = [float(number) for number in seconds if isinstance(number, int | float)]
     # A row that was continued has no processor time; the mean of the others stands for it.
     whole = sum(known) * len(seconds) / len(known) if known else 0.0
+    whole += sum(MEASURES[name].seconds for record in document.records.values() for name in record.measures)
     return {"quick": document.quick, "rows": len(seconds), "minutes": round(whole / 60.0 / 2.0, 1)}
