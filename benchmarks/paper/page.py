@@ -13,7 +13,7 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "studies.md"
 HEADING = "## The figures in numbers"
 """Of the first of the sections, which end the page."""
 INTRODUCTION = """\
-Written by `python -m benchmarks.paper` from what was computed in full. Minutes are those of two quiet cores.
+Written by `python -m benchmarks.paper` from what was computed in full. Minutes are about those of two cores.
 """
 MODELS = "## Exact and surrogate models"
 """Heading of the second section."""
