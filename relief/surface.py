@@ -1,0 +1,39 @@
+"""The surface of a relief: how large it is, how finely it is sampled, and along which axes it repeats."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Size and sampling of a relief; its samples are square.
+
+    Attributes:
+        shape: rows and columns of the samples; row 0 lies at +y, column 0 at -x.
+        width_mm: extent along x, mm.
+        repeats: whether the relief goes on as itself along y (rows) and along x (columns). A surface that
+            repeats is a tile.
+    """
+
+    shape: tuple[int, int]
+    width_mm: float
+    repeats: tuple[bool, bool] = (False, False)
+
+    @property
+    def pitch_mm(self) -> float:
+        """Distance between neighbouring samples, mm."""
+        return self.width_mm / self.shape[1]
+
+    @property
+    def height_mm(self) -> float:
+        """Extent along y, mm; exactly the width if the surface is square."""
+        return self.width_mm * (self.shape[0] / self.shape[1])
+
+    @property
+    def area_mm2(self) -> float:
+        """Area of the plate, or of one period, mm²."""
+        return self.width_mm * self.height_mm
+
+    @property
+    def size_mm(self) -> tuple[float, float]:
+        """Extents along y and x, mm, in the order of `shape`."""
+        return self.height_mm, self.width_mm
