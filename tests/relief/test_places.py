@@ -29,9 +29,7 @@ def test_the_finger_covers_10_mm_of_a_plate_or_the_whole_of_a_smaller_one() -> N
     assert patch_shape(Surface((128, 128), 12.0)) == (107, 107)
 
 
-@pytest.mark.parametrize(
-    "surface", [Surface((128, 128), 10.0), Surface((64, 64), 4.0), Surface((200, 200), 10.0)]
-)
+@pytest.mark.parametrize(("side", "size_mm"), [(128, 10.0), (64, 4.0), (200, 10.0)])
 def test_a_plate_of_10_mm_has_one_place(side: int, size_mm: float) -> None:
     surface = Surface((side, side), size_mm)
     assert places(surface).tolist() == [[0, 0]]
