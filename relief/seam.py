@@ -1,0 +1,62 @@
+"""Seams: whether a height map goes on across its borders as it does inside, so that it may repeat."""
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from relief.errors import InputError
+
+LARGEST_SEAM = 1.2
+"""Largest step across the border of a tile, in the largest step inside.
+
+Tiles that Retouch makes of the bundled textures have 0.08 to 0.87, the textures themselves 1.3 to 8 on at
+least one axis.
+"""
+_AXES = ("y", "x")
+
+
+def seams(heights: ArrayLike) -> tuple[float, float]:
+    """Steps across the borders of a height map.
+
+    Args:
+        heights: (rows, cols).
+
+    Returns:
+        Along y (from the last row to the first) and along x (from the last column to the first): the root
+        mean square of the step across the border, in the largest that any two neighbouring rows or columns
+        have inside. 0 if neither has steps, infinite if only the border has.
+    """
+    heights = np.asarray(heights, dtype=np.float64)
+    ratios = []
+    for along in (heights, heights.T):
+        across = np.mean((along[0] - along[-1]) ** 2)
+        inside = np.mean(np.diff(along, axis=0) ** 2, axis=1).max()
+        ratios.append(float(np.sqrt(across / inside)) if inside > 0 else np.inf if across > 0 else 0.0)
+    return ratios[0], ratios[1]
+
+
+def check_seams(heights: ArrayLike, repeats: tuple[bool, bool], name: object) -> None:
+    """Refuse a repeat whose sides do not fit.
+
+    Args:
+        heights: (rows, cols).
+        repeats: Whether the height map repeats along y and along x.
+        name: Its file, or another name, for the message.
+
+    Raises:
+        InputError: On an axis that repeats, the step across the border exceeds `LARGEST_SEAM`; the line tells
+            the axis, by how much, and the command that makes a tile.
+    """
+    for axis, seam, does in zip(_AXES, seams(heights), repeats, strict=True):
+        if does and seam > LARGEST_SEAM:
+            told = (
+                f"{name}: repeats: the sides do not fit along {axis}, where the step across the border is "
+                f"{seam:.1f} times the largest inside (at most {LARGEST_SEAM:g}); make a tile of it with: "
+            )
+            path = Path(str(name))
+            out = str(path.with_name(f"{path.stem}-tile.png"))
+            for_python = f"{told}retouch.prepare({str(path)!r}, tile='auto').save({out!r})"
+            for_command = f"{told}retouch prepare {shlex.quote(str(path))} -o {shlex.quote(out)} --tile"
+            raise InputError(for_python, for_command)
