@@ -15,8 +15,9 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 from optimize.descent.correction import CorrectionState, OuterIteration
 from optimize.descent.driver import Iterate
 from optimize.descent.targets import QUANTITIES, Target, Targets
-from optimize.runs.config import NotNegative, Positive, Run
+from optimize.runs.config import Run
 from optimize.runs.key import CHANGEABLE, FILES, run_key
+from optimize.runs.toml_files import NotNegative, Positive
 from relief.errors import InputError
 from relief.files import write_atomically
 from relief.limits import HEIGHT_LIMIT_MM

@@ -15,7 +15,8 @@ from optimize.descent.problem import Problem
 from optimize.descent.targets import GoalKey, Quantity, Target, Targets, Values
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.report.jod import jod_obstacle
-from optimize.runs.config import Run, too_large
+from optimize.runs.config import Run
+from optimize.runs.touch_settings import too_large
 from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.progress import stage

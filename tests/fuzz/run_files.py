@@ -10,11 +10,11 @@ import tomli_w
 from hypothesis import strategies as st
 
 from optimize.descent.targets import GOAL_KEYS
-from optimize.runs import config
+from optimize.runs import config, touch_settings
 from tests.fuzz.case import HOSTILE, Case, chance, edited, several_edits
 
 SECTIONS: Mapping[str, tuple[str, ...]] = {
-    "touch": (*GOAL_KEYS, "jnd", *config._TouchModel.model_fields),
+    "touch": (*GOAL_KEYS, "jnd", *touch_settings._TouchModel.model_fields),
     "look": tuple(config.Look.model_fields),
     "descent": tuple(config.DescentSettings.model_fields),
     "verify": tuple(config.Verify.model_fields),

@@ -11,7 +11,7 @@ from optimize.commands.main import parse
 from optimize.descent.driver import descend
 from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.targets import CONTACT_AREA, QUANTITIES, ROUGHNESS, Quantity, Target, Targets
-from optimize.runs.config import Touch
+from optimize.runs.touch_settings import Touch
 from tests.optimize.conftest import ProblemWith
 
 TOLERANCE = 0.01
