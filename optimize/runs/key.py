@@ -55,11 +55,21 @@ def finished(run_dir: Path) -> dict[str, Any] | None:
     settings = load_run(run_dir / SETTINGS)
     if not all((run_dir / name).is_file() for name in (RESULT, REPORT, "heights.exr", *PLATES)):
         return None
+    if (result := read_result(run_dir)) is None:
+        return None
+    try:
+        same = _key(result) == _key(described(settings))
+        return result if same and result["stop"]["reason"] != "interrupted" else None
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
+        return None
+
+
+def read_result(run_dir: Path) -> dict[str, Any] | None:
+    """The content of result.json; None if it is missing, damaged, or holds what may not be shown."""
     try:
         result = json.loads(read_limited(run_dir / RESULT, LARGEST_RESULT))
-        same = _key(result) == _key(described(settings)) and all(map(_sound, _values(result)))
-        return result if same and result["stop"]["reason"] != "interrupted" else None
-    except (InputError, ValueError, TypeError, LookupError, AttributeError, RecursionError):
+        return result if isinstance(result, dict) and all(map(_sound, _values(result))) else None
+    except (InputError, ValueError, TypeError, RecursionError):
         return None
 
 

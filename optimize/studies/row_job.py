@@ -12,8 +12,9 @@ from typing import Any
 
 from optimize.runs.checkpoint import FILE as CHECKPOINT
 from optimize.runs.config import Run
-from optimize.runs.key import finished
+from optimize.runs.key import finished, read_result
 from optimize.runs.results import holds_run
+from optimize.runs.subjects import RESULT as HEIGHTS
 from optimize.studies.measures import MEASURES
 from optimize.studies.records import (
     FAILURE,
@@ -100,9 +101,8 @@ def _computed(job: RowJob) -> Record:
     with suppress(FileNotFoundError):
         (job.folder / FAILURE).unlink()
     earlier = read_record(job.folder, job.key)
-    result = finished(job.folder) if holds_run(job.folder) else None
     cpu_s: Cell = None
-    if result is None:
+    if (result := _done(job, earlier)) is None:
         result, cpu_s = _run(job)
         earlier = None
     elif earlier is not None:
@@ -113,6 +113,19 @@ def _computed(job: RowJob) -> Record:
         values = dict(measure.function(job.folder, job.settings, result))
         measures[name] = Measured(version=measure.version, values=values)
     return Record(key=job.key, columns=columns_of(result) | {"cpu_s": cpu_s}, measures=measures)
+
+
+def _done(job: RowJob, record: Record | None) -> dict[str, Any] | None:
+    """The content of result.json if the run of a row needs no more computing, else None.
+
+    A record says that the run is done, even if the settings in the folder lack those that are new, or name
+    files by places where they no longer lie.
+    """
+    if record is not None and (job.folder / HEIGHTS).is_file():
+        return read_result(job.folder)
+    with suppress(InputError):  # settings that no version wrote, or whose files are gone: computed anew
+        return finished(job.folder) if holds_run(job.folder) else None
+    return None
 
 
 def _run(job: RowJob) -> tuple[dict[str, Any], float | None]:

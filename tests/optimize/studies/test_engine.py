@@ -133,7 +133,14 @@ def test_a_damaged_record_is_written_again_without_a_run(
 def test_a_new_version_of_a_measure_is_measured_without_a_run(
     study_file: Path, copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Also where the rows are of a version with fewer settings, and of a checkout that is gone."""
     begun = computed(monkeypatch)
+    for folder in (copy / ROWS).iterdir():
+        settings = (folder / "run.toml").read_text()
+        (folder / "run.toml").write_text(settings.replace('scene = "', 'scene = "/gone'))
+        result = json.loads((folder / "result.json").read_text())
+        del result["settings"]["look"]["masking"]
+        (folder / "result.json").write_text(json.dumps(result))
     other = measures.Measure("pace", 2, {"pages": "Number."}, lambda *_: {"pages": 7.0})
     monkeypatch.setitem(measures.MEASURES, "pace", other)
     rows = done(study_file, copy)
@@ -141,6 +148,17 @@ def test_a_new_version_of_a_measure_is_measured_without_a_run(
     for record in rows.records.values():
         assert record.cells["pages"] == 7.0 and "seconds_per_step" not in record.cells
         assert record.cells["cpu_s"] is not None
+
+
+def test_a_row_whose_settings_name_files_that_are_gone_is_computed(
+    study_file: Path, copy: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, before = computed(monkeypatch), table(copy)
+    folder = row_folder(copy, next(iter(expand(load_study(study_file), quick=True).rows.values())))
+    (folder / FILE).unlink()
+    (folder / "run.toml").write_text((folder / "run.toml").read_text().replace('scene = "', 'scene = "/gone'))
+    assert not done(study_file, copy).failures
+    assert begun == [folder.name] and table(copy) == before
 
 
 def test_again_computes_anew(study_file: Path, copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
