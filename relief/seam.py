@@ -37,26 +37,38 @@ def seams(heights: ArrayLike) -> tuple[float, float]:
     return ratios[0], ratios[1]
 
 
+def misfit(heights: ArrayLike, repeats: tuple[bool, bool] = (True, True)) -> str | None:
+    """What keeps a height map from repeating, as a sentence with a number; None if its sides fit.
+
+    Args:
+        heights: (rows, cols).
+        repeats: Whether the height map is to repeat along y and along x.
+    """
+    for axis, seam, does in zip(_AXES, seams(heights), repeats, strict=True):
+        if does and seam > LARGEST_SEAM:
+            return (
+                f"the sides do not fit along {axis}, where the step across the border is {seam:.1f} times "
+                f"the largest inside (at most {LARGEST_SEAM:g})"
+            )
+    return None
+
+
 def check_seams(heights: ArrayLike, repeats: tuple[bool, bool], name: object) -> None:
     """Refuse a repeat whose sides do not fit.
 
     Args:
         heights: (rows, cols).
         repeats: Whether the height map repeats along y and along x.
-        name: Its file, or another name, for the message.
+        name: Its file, for the message.
 
     Raises:
-        InputError: On an axis that repeats, the step across the border exceeds `LARGEST_SEAM`; the line tells
-            the axis, by how much, and the command that makes a tile.
+        InputError: `misfit` finds something; the line repeats it with the command that makes a tile.
     """
-    for axis, seam, does in zip(_AXES, seams(heights), repeats, strict=True):
-        if does and seam > LARGEST_SEAM:
-            told = (
-                f"{name}: repeats: the sides do not fit along {axis}, where the step across the border is "
-                f"{seam:.1f} times the largest inside (at most {LARGEST_SEAM:g}); make a tile of it with: "
-            )
-            path = Path(str(name))
-            out = str(path.with_name(f"{path.stem}-tile.png"))
-            for_python = f"{told}retouch.prepare({str(path)!r}, tile='auto').save({out!r})"
-            for_command = f"{told}retouch prepare {shlex.quote(str(path))} -o {shlex.quote(out)} --tile"
-            raise InputError(for_python, for_command)
+    sentence = misfit(heights, repeats)
+    if sentence is not None:
+        told = f"{name}: repeats: {sentence}; make a tile of it with: "
+        path = Path(str(name))
+        out = str(path.with_name(f"{path.stem}-tile.png"))
+        for_python = f"{told}retouch.prepare({str(path)!r}, tile='auto').save({out!r})"
+        for_command = f"{told}retouch prepare {shlex.quote(str(path))} -o {shlex.quote(out)} --tile"
+        raise InputError(for_python, for_command)

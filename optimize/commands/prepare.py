@@ -23,7 +23,7 @@ NATURAL_ROUGHNESS = (0.03, 0.12)
 
 OPTIONS = (
     *("grey", "crop", "centre", "samples", "invert", "levels", "keep_steps", "tile"),
-    *("relief_mm", "size_mm"),
+    *("plate_mm", "relief_mm", "size_mm"),
 )
 """Options that are arguments of `relief.preparing.preparation.prepare`, by the same names."""
 
@@ -40,6 +40,7 @@ examples:
   retouch prepare stone.jpg -o stone.png --relief-mm 1.2
   retouch prepare wall.jpg -o wall.png --relief-mm 0.8 --crop 400,200,1500,1500 --invert
   retouch prepare weave.tif -o weave.exr --relief-mm 0.5 --tile
+  retouch prepare weave.exr -o large.exr --plate-mm 25
   retouch prepare heights.png -o heights-100.png --levels 0,255 --samples 100
 """
 
@@ -124,6 +125,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="make the height map periodic: blend (for stochastic textures), cut (for structured ones), or "
         "auto, the one with the smaller seam error (default with --tile: auto)",
     )
+    how.add_argument(
+        "--plate-mm",
+        type=float,
+        metavar="MM",
+        help="repeat the tile over a plate of this side; --size-mm is that of the tile (default: one tile)",
+    )
     add_talk(parser, "the numbers", quiet=False)
 
 
@@ -159,14 +166,21 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _touch(prepared: "Prepared", picture: Path) -> "TouchMeasures | None":
-    """What a finger feels, by the elastic layer; None if no relief is known, or too much is to be pressed."""
-    if prepared.relief_mm is None or len(prepared.heights) > MOST_PRESSED:
+    """What a finger feels on the plate, or on one tile of it, by the elastic layer.
+
+    None if no relief is known, or too much is to be pressed.
+    """
+    heights, size_mm = prepared.heights, prepared.size_mm or PATCH_SIDE_MM
+    if "plate" in prepared.numbers:
+        size_mm, side = (prepared.numbers["plate"][name] for name in ("tile_mm", "tile_samples"))
+        heights = heights[:side, :side]
+    if prepared.relief_mm is None or len(heights) > MOST_PRESSED:
         return None
     from optimize.descent.touch_measures import measure_touch
     from tactile.skin import Skin
 
     with naming(picture), contact_errors_name(picture), stage("pressing the skin on the relief"):
-        return measure_touch(prepared.heights, prepared.size_mm or PATCH_SIDE_MM, Skin(), "layer")
+        return measure_touch(heights, size_mm, Skin(), "layer")
 
 
 def _feel(prepared: "Prepared", touch: "TouchMeasures | None") -> dict[str, str]:

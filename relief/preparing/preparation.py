@@ -17,6 +17,7 @@ from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST
 from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS
 from relief.preparing.levels import AS_STORED, FULL, WHITE, Levels
 from relief.preparing.pictures import Picture, open_picture
+from relief.preparing.plates import repeated
 from relief.preparing.resampling import Box, resampled, square_in
 from relief.preparing.steps import smooth_steps
 from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, make_tile, period
@@ -82,6 +83,7 @@ def prepare(
     levels: str | None = None,
     keep_steps: bool = False,
     tile: str | None = None,
+    plate_mm: float | None = None,
     relief_mm: float | None = None,
     size_mm: float | None = None,
 ) -> Prepared:
@@ -98,9 +100,12 @@ def prepare(
             the lowest and the highest, or black and white of a picture whose header has a relief.
         keep_steps: Whether the steps of 8-bit grey stay; else heights change by up to half a step.
         tile: "blend", "cut" or "auto" make the height map periodic.
+        plate_mm: Side of a plate over which the tile repeats, mm, to half a sample; the picture may be a tile
+            already. None writes the tile alone.
         relief_mm: Height of white above black, mm; None takes the header's, or the numbers of a file of
             numbers as mm.
-        size_mm: Side of the plate, mm; None takes the header's.
+        size_mm: Side of the plate, mm, or of the tile that repeats over it; None takes from the header the
+            size of the part that is taken.
 
     Raises:
         InputError: The file or an argument cannot be used; the line names it.
@@ -126,12 +131,19 @@ def prepare(
         work = _Work(picture)
         values = work.part(crop, centre, grey)
         heights = work.sampled(values, samples, keep_steps, tile)
+        if size_mm is None and "size_mm" in lengths:
+            lengths["size_mm"] = in_range("size_mm", lengths["size_mm"] * work.side / picture.width)
         heights, span = work.levelled(heights, wanted, invert)
         if picture.bits is None and "relief_mm" not in lengths:
             if span > HEIGHT_LIMIT_MM:
                 most = f"more than {HEIGHT_LIMIT_MM:g}"
                 raise InputError(f"relief_mm: missing; the numbers span {span:g}, {most} if they are mm")
             lengths["relief_mm"] = span
+        if plate_mm is not None:
+            plate = repeated(heights, lengths.get("size_mm", PATCH_SIDE_MM), plate_mm)
+            heights, lengths["size_mm"] = plate.heights, plate.size_mm
+            work.done["plate"] = str(plate)
+            work.numbers["plate"] = {name: getattr(plate, name) for name in ("tile_mm", "tile_samples")}
         work.lengths(heights, lengths)
     return Prepared(
         heights * lengths.get("relief_mm", 1.0),
@@ -159,6 +171,8 @@ class _Work:
             | {"kind": picture.kind, "bits": picture.bits, "notes": list(picture.notes)}
         }
         self.square: Box = (0, 0, 0, 0)
+        self.side = 0.0
+        """Side of what becomes the plate or the tile, in pixels of the picture."""
 
     def part(self, crop: Box | None, centre: int | None, grey: str) -> NDArray[np.float32]:
         """Grey values of the square that is taken."""
@@ -196,7 +210,9 @@ class _Work:
                 f"samples: {samples} is not a whole number from {SMALLEST_SIDE} to {LARGEST_SIDE}"
             )
         count = round(samples * reach)
-        pixels = side / samples
+        # The overlap is rounded to whole samples and must not reach beyond the picture.
+        pixels = min(side / samples, len(values) / count)
+        self.side = pixels * samples
         self.done["samples"] = f"{samples} x {samples}, {_sampling(pixels)}"
         self.numbers["samples"] = {"side": samples, "pixels_per_sample": pixels}
         step = self.picture.step
@@ -214,12 +230,12 @@ class _Work:
             made = make_tile(heights, samples, None if tile == AUTO else tile)
         error, other = (f"{100.0 * made.seam_errors[name]:.1f} %" for name in (made.method, made.other))
         self.done["tile"] = (
-            f"{made.method}, {side:.0f} x {side:.0f} pixels repeat; seam error {error} "
+            f"{made.method}, {self.side:.0f} x {self.side:.0f} pixels repeat; seam error {error} "
             f"({made.other}: {other}); steps across the border {made.border_ratio:.2f} times those inside; "
             f"heights differ from the picture's by {100.0 * made.histogram_change:.1f} % of their range"
         )
         told = ("method", "seam_errors", "border_ratio", "histogram_change")
-        self.numbers["tile"] = {name: getattr(made, name) for name in told} | {"pixels": side}
+        self.numbers["tile"] = {name: getattr(made, name) for name in told} | {"pixels": self.side}
         return made.heights
 
     def _smoothed(self, heights: Array, step: float) -> Array:
