@@ -47,7 +47,7 @@ def test_a_part_of_a_file_with_a_header_keeps_its_scale(tmp_path: Path) -> None:
     assert prepare(tmp_path / "stone.exr", centre=SIDE).size_mm == 8.0
     assert prepare(tmp_path / "stone.exr", centre=SIDE, size_mm=10.0).size_mm == 10.0
     tile = prepare(tmp_path / "stone.exr", tile="auto")
-    assert tile.numbers["tile"]["pixels"] / (2 * SIDE) == pytest.approx(tile.size_mm / 16.0)
+    assert tile.size_mm == pytest.approx(16.0 * tile.numbers["tile"]["pixels"] / (2 * SIDE))
 
 
 def test_a_tile_is_prepared_and_repeated_at_once_or_in_turn(tmp_path: Path) -> None:
