@@ -19,7 +19,7 @@ ALLOWED = {
     "mitsuba_scenes": {"relief"},
     "surrogate": {"relief"},
     "surrogate.families": RELIEF,
-    "surrogate.corpus": {*RELIEF, "surrogate", "surrogate.families"},
+    "surrogate.corpus": {*RELIEF, "relief.preparing", "surrogate", "surrogate.families"},
     "surrogate.data": {*RELIEF, "surrogate", "surrogate.corpus"},
     "surrogate.nets": {*RELIEF, "surrogate"},
     "tactile": {*RELIEF, "surrogate.nets"},

@@ -1,5 +1,7 @@
 """Example textures: three from public-domain photographs of scikit-image, nine from recipes of the corpus.
 
+The three photographs come also as tiles, which repeat.
+
 ``python -m surrogate.corpus.bundled_textures`` writes them to ``mitsuba_scenes/textures``; ``--out`` names
 another folder.
 """
@@ -15,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from relief.heightmap import save_heights_png
 from relief.limits import PATCH_SIDE_MM
+from relief.preparing.tiling import OVERLAP, make_tile
 from surrogate.corpus.recipes import SAMPLES, Recipe
 from surrogate.corpus.recipes import heights as recipe_heights
 
@@ -38,6 +41,8 @@ class Crop:
         left: First column, in pixels.
         relief_mm: Height of white above black that suits the texture, mm.
         dark_is_high: Whether dark parts stand out, as bricks do from the mortar between them.
+        tile: How the borders are joined (`relief.preparing.choices.METHODS`), with an overlap below and on
+            the right of the square; None leaves the square as it is.
     """
 
     photograph: str
@@ -45,15 +50,16 @@ class Crop:
     left: int
     relief_mm: float
     dark_is_high: bool = False
+    tile: str | None = None
 
     def heights(self) -> NDArray[np.float64]:
         """Heights (SAMPLES, SAMPLES) from 0 to ``relief_mm``, in mm."""
         import skimage.data
 
-        across = SAMPLES * SHRINK
+        across = SHRINK * round(SAMPLES * (1.0 + OVERLAP) if self.tile else SAMPLES)
         photograph = getattr(skimage.data, self.photograph)()
-        square = photograph[self.top : self.top + across, self.left : self.left + across]
-        relief = relief_from_photograph(square)
+        means = _shrunk(photograph[self.top : self.top + across, self.left : self.left + across])
+        relief = _stretched(make_tile(means, SAMPLES, self.tile).heights if self.tile else means)
         return (1.0 - relief if self.dark_is_high else relief) * self.relief_mm
 
 
@@ -99,6 +105,14 @@ TEXTURES: Mapping[str, Crop | Procedural] = MappingProxyType(
     }
 )
 """The example textures by name."""
+TILES: Mapping[str, Crop] = MappingProxyType(
+    {
+        "gravel-tile": Crop("gravel", top=128, left=128, relief_mm=1.2, tile="blend"),
+        "brick-tile": Crop("brick", top=128, left=128, relief_mm=1.0, dark_is_high=True, tile="cut"),
+        "grass-tile": Crop("grass", top=128, left=128, relief_mm=1.0, tile="cut"),
+    }
+)
+"""Squares of the same places that repeat along both axes, by name; joined with the smaller seam error."""
 
 
 def relief_from_photograph(grey: ArrayLike) -> NDArray[np.float64]:
@@ -113,22 +127,31 @@ def relief_from_photograph(grey: ArrayLike) -> NDArray[np.float64]:
     Returns:
         Heights (rows / 2, cols / 2) in [0, 1].
     """
+    return _stretched(_shrunk(grey))
+
+
+def _shrunk(grey: ArrayLike) -> NDArray[np.float64]:
+    """The photograph blurred and shrunk by averaging areas."""
     from scipy import ndimage
 
     smooth = ndimage.gaussian_filter(np.asarray(grey, dtype=np.float64), SMOOTHING, mode="reflect")
     rows, cols = smooth.shape[0] // SHRINK, smooth.shape[1] // SHRINK
-    means = smooth.reshape(rows, SHRINK, cols, SHRINK).mean(axis=(1, 3))
+    return np.asarray(smooth.reshape(rows, SHRINK, cols, SHRINK).mean(axis=(1, 3)))
+
+
+def _stretched(means: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The values so that all but the outer shares at either end fit in [0, 1]."""
     low, high = np.percentile(means, [CLIPPED_PERCENT, 100 - CLIPPED_PERCENT])
     return np.clip((means - low) / (high - low), 0.0, 1.0)
 
 
 def write_all(folder: Path = FOLDER) -> list[Path]:
-    """Write every texture as a PNG into ``folder``, each whole or not at all, and return the paths.
+    """Write every texture and tile as a PNG into ``folder``, each whole or not at all, and return the paths.
 
     Each file knows the side of its plate, 10 mm, and its relief.
     """
     paths = []
-    for name, texture in TEXTURES.items():
+    for name, texture in {**TEXTURES, **TILES}.items():
         path = folder / f"{name}.png"
         save_heights_png(path, texture.heights(), texture.relief_mm, PATCH_SIDE_MM)
         paths.append(path)

@@ -7,13 +7,17 @@ import pytest
 
 from relief.heightmap import load_height_map
 from relief.limits import PATCH_SIDE_MM
+from relief.preparing.tiling import OVERLAP
+from relief.seam import seams
 from surrogate.corpus import bundled_textures as textures
 from surrogate.corpus.recipes import SAMPLES
 
+ALL = {**textures.TEXTURES, **textures.TILES}
 
-@pytest.mark.parametrize("name", textures.TEXTURES)
+
+@pytest.mark.parametrize("name", ALL)
 def test_the_committed_texture_is_what_the_command_makes(name: str) -> None:
-    texture, committed = textures.TEXTURES[name], load_height_map(textures.FOLDER / f"{name}.png")
+    texture, committed = ALL[name], load_height_map(textures.FOLDER / f"{name}.png")
     assert committed.size_mm == PATCH_SIDE_MM
     made = texture.heights()
     assert committed.heights.shape == made.shape == (SAMPLES, SAMPLES)
@@ -24,14 +28,22 @@ def test_the_committed_texture_is_what_the_command_makes(name: str) -> None:
 def test_writing_leaves_nothing_but_the_textures(tmp_path: Path) -> None:
     paths = textures.write_all(tmp_path / "new")
     assert sorted(paths) == sorted((tmp_path / "new").iterdir())
-    assert [path.stem for path in paths] == list(textures.TEXTURES)
+    assert [path.stem for path in paths] == list(ALL)
 
 
-@pytest.mark.parametrize("name", textures.TEXTURES)
+@pytest.mark.parametrize("name", textures.TILES)
+def test_a_tile_goes_on_across_its_borders_and_is_the_photograph_inside(name: str) -> None:
+    tile, square = ALL[name].heights(), ALL[name.removesuffix("-tile")].heights()
+    assert max(seams(tile)) < 1.0 < max(seams(square))
+    inside = slice(round(SAMPLES * OVERLAP), -1)
+    assert np.corrcoef(tile[inside, inside].ravel(), square[inside, inside].ravel())[0, 1] > 0.99
+
+
+@pytest.mark.parametrize("name", ALL)
 def test_a_texture_uses_its_whole_range_and_more_levels_than_8_bits_have(name: str) -> None:
-    heights = textures.TEXTURES[name].heights()
+    heights = ALL[name].heights()
     assert heights.min() == 0.0
-    assert heights.max() == textures.TEXTURES[name].relief_mm
+    assert heights.max() == ALL[name].relief_mm
     assert len(np.unique(heights)) > 256
 
 
