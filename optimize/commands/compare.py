@@ -11,6 +11,7 @@ from optimize.commands.options import (
     add_distance,
     add_mitsuba,
     add_plate,
+    add_skin,
     add_talk,
     check_scales,
     console,
@@ -65,6 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="layer",
         help="model of touch: layer (elastic layer, default), quick, net, fem (finite elements)",
     )
+    add_skin(parser, "the run's, or ")
     add_talk(parser, "every number")
 
     pictures = parser.add_argument_group("the pictures")
@@ -103,6 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
             defines=dict(arguments.defines),
             variant=arguments.variant,
             model=arguments.model,
+            skin=arguments.skin,
             samples=arguments.samples,
             seed=arguments.seed,
             quiet=arguments.quiet,

@@ -2,16 +2,18 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mitsuba_scenes import find_file, find_texture
+from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.commands.options import (
     SCENE,
     TEXTURE,
     add_mitsuba,
     add_plate,
+    add_skin,
     add_talk,
     check_scales,
     console,
@@ -38,6 +40,8 @@ SKIN = {
     "force_n": ("N", "force of the finger, N"),
     "young_modulus_mpa": ("MPA", "Young's modulus, MPa"),
     "poisson_ratio": ("NU", "Poisson's ratio, no unit, from 0 to 0.499"),
+    "thickness_mm": ("MM", "thickness of the soft skin over the bone, mm"),
+    "depth_mm": ("MM", "depth of the receptors below the surface of the skin, mm"),
 }
 """Attributes of the skin that have an option, with what the help calls the number and says of it."""
 
@@ -78,10 +82,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "net (quick with a learned net), fem (finite elements)",
     )
     skin = parser.add_argument_group("the skin")
+    add_skin(skin)
     for name, (metavar, quantity) in SKIN.items():
-        default = getattr(Skin, name)
-        flag, text = f"--{name.replace('_', '-')}", f"{quantity} (default: {default:g})"
-        skin.add_argument(flag, type=float, default=default, metavar=metavar, help=text)
+        flag, text = f"--{name.replace('_', '-')}", f"{quantity} (default: the skin's)"
+        skin.add_argument(flag, type=float, metavar=metavar, help=text)
     far = parser.add_argument_group("how far it goes")
     far.add_argument("--reach", action="store_true", help="estimate how many JND each way are possible")
     far.add_argument(
@@ -94,14 +98,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from optimize.runs.skins import described_skin
     from relief.heightmap import load_height_map
     from relief.lengths import RANGES
 
     arguments.textures = [find_texture(texture) for texture in arguments.textures]
     check_scales(arguments, arguments.textures)
     scene = _scene(arguments)
-    with naming("evaluate"):
-        skin = Skin(**{name: getattr(arguments, name) for name in SKIN})
+    name, skin = _skin(arguments)
     # All files are read before the first press, so that a misspelt name is refused at once.
     lengths = {key: getattr(arguments, key) for key in RANGES}
     read = [load_height_map(texture, **lengths) for texture in arguments.textures]
@@ -116,7 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
         if scene is not None:
             entry["reach"] = reached(texture, scene, skin, arguments)
     if arguments.json:
-        setting = {"skin": asdict(skin), "model": arguments.model}
+        setting = {"skin": described_skin(skin, name), "model": arguments.model}
         entries = [
             entry | {"size_mm": size_mm} | setting for entry, size_mm in zip(entries, sizes, strict=True)
         ]
@@ -135,6 +139,18 @@ def run(arguments: argparse.Namespace) -> int:
             ways = _ways(entry["reach"])
             screen.print(f"{entry['texture']} can be made {ways} {limit}.", markup=False)
     return 0
+
+
+def _skin(arguments: argparse.Namespace) -> tuple[str, Skin]:
+    """Name and values of the skin that the options describe. Raises InputError."""
+    from optimize.runs.skins import OWN, load_skin
+
+    name = arguments.skin or DEFAULT_SKIN
+    named = load_skin(name)
+    given = {key: getattr(arguments, key) for key in SKIN if getattr(arguments, key) is not None}
+    with naming("evaluate"):
+        skin = replace(named, **given)
+    return name if skin == named else OWN, skin
 
 
 def _scene(arguments: argparse.Namespace) -> Path | None:

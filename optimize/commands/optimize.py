@@ -15,6 +15,7 @@ from optimize.commands.options import (
     add_distance,
     add_mitsuba,
     add_plate,
+    add_skin,
     add_talk,
     check_scales,
     console,
@@ -114,6 +115,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_plate(plate, "the run file's", "the scene's")
 
+    finger = parser.add_argument_group("the finger")
+    add_skin(finger, "the run file's, or ")
+
     details = parser.add_argument_group("details")
     details.add_argument(
         "--set",
@@ -121,8 +125,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="any key of the run file, as in descent.steps=20; may be given several times; overrides every "
-        "other option",
+        help="any key of the run file, as in descent.steps=20 or touch.force_n=2; may be given several "
+        "times; overrides every other option",
     )
     details.add_argument(
         "--fast",
@@ -207,7 +211,7 @@ def overrides(arguments: argparse.Namespace) -> Sequence[str]:
         for option, key in _SETTINGS.items()
         if getattr(arguments, option) is not None
     ]
-    files = {key: getattr(arguments, key) for key in ("scene", "texture")}
+    files = {"scene": arguments.scene, "texture": arguments.texture, "touch.skin": arguments.skin}
     settings += [f"{key}={_quoted(str(file))}" for key, file in files.items() if file is not None]
     settings += [f"define.{key}={_quoted(value)}" for key, value in arguments.defines]
     if arguments.fast:

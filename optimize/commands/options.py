@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
 from relief.errors import InputError
 from relief.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
 
@@ -149,6 +150,21 @@ def add_plate(parser: argparse._ActionsContainer, first: str = "", size: str = f
             metavar=metavar,
             help=f"{meaning} (default: {first}{', or ' * bool(first)}{last})",
         )
+
+
+def add_skin(parser: argparse._ActionsContainer, first: str = "") -> None:
+    """Add `--skin`, None where not given.
+
+    Args:
+        parser: of the verb.
+        first: where the skin comes from before the default one, for the help.
+    """
+    parser.add_argument(
+        "--skin",
+        metavar="SKIN",
+        help=f"skin of the finger: a file (.toml), or one that comes with Retouch: "
+        f"{', '.join(bundled_skins())} (default: {first}{DEFAULT_SKIN})",
+    )
 
 
 def check_scales(arguments: argparse.Namespace, textures: Iterable[Path]) -> None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 import tactile
 from mitsuba_scenes import find_file
+from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.descent.targets import ROUGHNESS
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.report import metrics
@@ -17,6 +18,7 @@ from optimize.report.comparison import write_comparison
 from optimize.report.content import Comparison
 from optimize.runs.preparation import BLACK
 from optimize.runs.progress import followed
+from optimize.runs.skins import described_skin, load_skin
 from optimize.runs.subjects import RESULT, Subject, read_subjects
 from relief.arrays import Array
 from relief.errors import InputError, naming
@@ -45,6 +47,7 @@ def compare(
     defines: Mapping[str, str] | None = None,
     variant: str | None = None,
     model: ModelName = "layer",
+    skin: str | Path | None = None,
     samples: int | None = None,
     seed: int | None = None,
     distance_cm: float = EYE_DISTANCE_CM,
@@ -63,6 +66,8 @@ def compare(
         defines: values of the scene's parameters.
         variant: Mitsuba's.
         model: of touch.
+        skin: name of a bundled skin, or a skin file; by default that of the run, if one is a run, else the
+            default skin.
         samples: a pixel; by default as many as the change of the pictures needs, or 256 if the grids differ.
         seed: of the pictures; by default that of the run's own pictures, else 0.
         distance_cm: from the eye to the plate, for FLIP.
@@ -83,7 +88,11 @@ def compare(
     lengths = {"size_mm": size_mm, "relief_mm": relief_mm, "height_scale": height_scale}
     one, other = read_subjects(first, second, lengths)
     run = one.run or other.run
-    skin = Skin() if run is None else run.touch.skin
+    if skin is not None or run is None:
+        skin_name = str(skin or DEFAULT_SKIN)
+        finger = load_skin(skin_name)
+    else:
+        finger, skin_name = run.touch.finger, run.touch.skin
     if seed is None:
         # The seed of a run's own pictures, so that the numbers are those of its report.
         seed = 0 if run is None else run.seed + 1
@@ -95,9 +104,9 @@ def compare(
         touches = []
         for subject in (one, other):
             with naming(subject.file), stage(f"pressing on {subject.name}"):
-                touches.append(measure_touch(subject.read.heights, subject.size_mm, skin, model))
+                touches.append(measure_touch(subject.read.heights, subject.size_mm, finger, model))
         seen = look.of(one, other)
-    found = _summary(one, other, touches, seen, skin, model, scene_file)
+    found = _summary(one, other, touches, seen, (finger, skin_name), model, scene_file)
     if page is not None:
         write_comparison(Path(page), _content(one, other, touches, seen, found))
         found["page"] = str(page)
@@ -174,7 +183,7 @@ def _summary(
     other: Subject,
     touches: list[TouchMeasures],
     seen: Seen,
-    skin: Skin,
+    skin: tuple[Skin, str],
     model: ModelName,
     scene: Path,
 ) -> dict[str, Any]:
@@ -203,7 +212,7 @@ def _summary(
         "look": seen.numbers,
         "no_look": seen.reason or None,
         "scene": None if seen.numbers is None else str(scene),
-        "skin": asdict(skin),
+        "skin": described_skin(*skin),
         "model": model,
     }
 

@@ -11,6 +11,7 @@ import tomli_w
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from mitsuba_scenes import bundled, find_file
+from optimize.runs.skins import OWN, fill_in, skin_anchored
 from optimize.runs.toml_files import NotNegative, Positive, Section, first_fault, read_toml
 from optimize.runs.touch_settings import RIVALS, Touch, too_large
 from relief.errors import InputError
@@ -226,6 +227,11 @@ def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
                 touch.pop(rival, None)
     for override in overrides:
         _override(values, override)
+    if isinstance(touch := values.get("touch"), dict):
+        try:
+            fill_in(touch)
+        except InputError as error:
+            raise InputError(f"{path}: touch.skin: {error}") from error
     try:
         run = Run.model_validate(values)
     except ValidationError as error:
@@ -253,7 +259,16 @@ def run_keys() -> dict[str, Any]:
 
 
 def anchor(values: dict[str, Any], folder: Path) -> None:
-    """Make the paths of a run absolute, relative ones from ``folder``; both files may be bundled ones."""
+    """Make the paths of a run absolute, relative ones from ``folder``; all files may be bundled ones.
+
+    Args:
+        values: of a run file, or by dotted key.
+        folder: of relative paths.
+    """
+    touch = values.get("touch")
+    for section, key in ((values, "touch.skin"), (touch if isinstance(touch, dict) else {}, "skin")):
+        if isinstance(section.get(key), str) and section[key] != OWN:
+            section[key] = skin_anchored(section[key], folder)
     for key, suffixes in (("scene", (".xml",)), ("texture", HEIGHT_MAPS)):
         if isinstance(values.get(key), str):
             file = folder / values[key]
@@ -280,6 +295,8 @@ def _override(values: dict[str, Any], override: str) -> None:
     section[keys[-1]] = parsed["value"]
     if len(keys) == 1:
         anchor(section, Path.cwd())
+    elif keys == ["touch", "skin"]:
+        anchor({"touch": section}, Path.cwd())
 
 
 def _in_override(override: str, fault: str) -> InputError:

@@ -99,7 +99,7 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
     """
     scene, look = checked_scene(settings, variant)
     samples, verify = scene.heights.shape[0], settings.verify
-    skin = settings.touch.skin
+    skin = settings.touch.finger
     with naming(settings.texture):
         check_model(skin, samples, scene.size_mm, settings.touch.model)
         if verify.model == "fem":

@@ -20,6 +20,8 @@ LARGEST_NUMBER = 1e300
 """Largest number of result.json; NaN, which Python's reader of JSON takes, is not within."""
 FILES = ("scene", "texture")
 """Settings that name a file, which may be moved, but not changed, before a run is resumed."""
+NAMES = ("touch.skin",)
+"""Settings that only name what other settings spell out."""
 CHANGEABLE = (
     *("descent.steps", "verify.corrections", "verify.samples"),
     *("verify.distance_cm", "verify.baseline", "verify.jod"),
@@ -90,7 +92,8 @@ def _sound(value: str | float | None) -> bool:
 
 
 def _key(description: Mapping[str, Any]) -> dict[str, Any]:
-    return _flat(description["settings"]) | dict(description["sha256"])
+    settings = _flat(description["settings"]) | dict(description["sha256"])
+    return {name: value for name, value in settings.items() if name not in NAMES}
 
 
 def _flat(values: Mapping[str, Any], before: str = "") -> dict[str, Any]:

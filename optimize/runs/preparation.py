@@ -108,7 +108,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         untargeted = Problem(
             scene.heights,
             scene.size_mm,
-            touch.skin,
+            touch.finger,
             Targets(),
             scene,
             regularisation=descent.regularisation,

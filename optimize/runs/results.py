@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from optimize.runs.checkpoint import stuck
 from optimize.runs.clock import Moment
 from optimize.runs.config import Run, dump_resolved
 from optimize.runs.key import REPORT, RESULT, SETTINGS, described
+from optimize.runs.skins import described_skin
 from relief.arrays import Array
 from relief.export import export_plate
 from relief.files import naming_errors, read_limited, write_atomically
@@ -284,7 +285,7 @@ def summarise(
         },
         "time_s": {name: part.wall_s for name, part in times.items()},
         "cpu_s": {name: part.cpu_s for name, part in times.items()},
-        "skin": asdict(problem.skin),
+        "skin": described_skin(problem.skin, settings.touch.skin),
         "versions": {name: version(name) for name in PACKAGES},
         "variant": problem.scene.variant,
         "seed": settings.seed,

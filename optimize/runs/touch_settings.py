@@ -1,42 +1,34 @@
 """Section `[touch]` of a run file: the feel to reach, the model of touch that steers, and the skin."""
 
-from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, create_model, model_validator
 
+from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.descent.targets import GOAL_KEYS, GoalKey, Quantity
-from optimize.runs.toml_files import Positive, Section
-from tactile.skin import LARGEST_THICKNESS_MM, MAX_POISSON_RATIO, Skin
+from optimize.runs.skins import SKIN_KEYS, SkinKeys
 
 RIVALS = {
     f"touch.{one}": [other.key for other in quantity.goals if other is not key]
     for one, (quantity, key) in GOAL_KEYS.items()
-}
-"""For each goal key of `[touch]`, the other keys for the same quantity; an overriding goal replaces them."""
+} | {"touch.skin": list(SKIN_KEYS)}
+"""For each goal key of `[touch]`, the other keys for the same quantity, and for the skin those that describe
+it; the overriding key replaces them."""
 
 
-class _TouchModel(Section):
+class _TouchModel(SkinKeys):
     """`[touch]`: the feel to reach, the model of touch that steers, and the skin.
 
     The goals are added below, from the table in `optimize.descent.targets`; at least one is needed.
 
     Attributes:
         model: of touch, for the descent.
-        young_modulus_mpa, poisson_ratio, force_n, thickness_mm, depth_mm: as in `tactile.Skin`.
+        skin: name or file whose values the keys of `SkinKeys` have that are not given; "own" where one of
+            those that are given differs.
     """
 
     model: Literal["layer", "quick", "net"] = "layer"
-    young_modulus_mpa: Positive = 0.5
-    poisson_ratio: Annotated[float, Field(ge=0, le=MAX_POISSON_RATIO)] = 0.48
-    force_n: Positive = 10.0
-    thickness_mm: Annotated[float, Field(gt=0, le=LARGEST_THICKNESS_MM)] = 2.5
-    depth_mm: Positive = 0.75
-
-    @property
-    def skin(self) -> Skin:
-        """The finger."""
-        return Skin(**{field.name: getattr(self, field.name) for field in fields(Skin)})
+    skin: Annotated[str, Field(min_length=1)] = DEFAULT_SKIN
 
     def goals(self) -> list[tuple[Quantity, GoalKey, float]]:
         """The goals that are given, each with its quantity and its key."""
@@ -57,14 +49,6 @@ class _TouchModel(Section):
         if not given:
             *others, last = GOAL_KEYS
             raise ValueError(f"a target is missing: {', '.join(others)} or {last}")
-        return self
-
-    @model_validator(mode="after")
-    def _depth_within_thickness(self) -> Self:
-        if self.depth_mm >= self.thickness_mm:
-            raise ValueError(
-                f"depth_mm: {self.depth_mm:g} is not less than thickness_mm {self.thickness_mm:g}"
-            )
         return self
 
 

@@ -17,6 +17,7 @@ INTRODUCED: Mapping[str, Any] = {
     "height_scale": 1.0,
     "seed": 0,
     "touch.model": "layer",
+    "touch.skin": "paper",
     "touch.young_modulus_mpa": 0.5,
     "touch.poisson_ratio": 0.48,
     "touch.force_n": 10.0,

@@ -10,7 +10,7 @@ from typing import Any
 import tomli_w
 
 from optimize.runs.config import Run, anchor, load_run, run_keys
-from optimize.runs.key import FILES, LARGEST_NUMBER
+from optimize.runs.key import FILES, LARGEST_NUMBER, NAMES
 from optimize.runs.touch_settings import RIVALS
 from optimize.studies.row_key import SHORT, row_key
 from optimize.studies.study_file import LABEL, Study, TableOfRuns, flat, text_of
@@ -176,7 +176,7 @@ def _value(study: Study, axis: str, given: Any) -> _Value:
             raise InputError(f"{axis}: a value of several settings has a {LABEL} and at least one setting")
     else:
         settings = {axis: given}
-        label = Path(given).stem if axis in FILES and isinstance(given, str) else given
+        label = Path(given).stem if axis in (*FILES, *NAMES) and isinstance(given, str) else given
     for key in settings:
         _check_key(axis, key, labelled=isinstance(given, dict))
     anchor(settings, study.path.parent)

@@ -31,6 +31,7 @@ VALID: Mapping[str, tuple[Any, ...]] = {
     "tolerance": (0.01, 0.5),
     "weight": (1.0, 0.0),
     "shadow_edges": (True, False),
+    "skin": ("paper", "exploring"),
     "force_n": (10.0, 1.0),
     "young_modulus_mpa": (0.5,),
     "poisson_ratio": (0.48, 0.3),
