@@ -76,7 +76,7 @@ def _pictures(seen: list[Array]) -> list[dict[str, Any]]:
     def rendered(light: LightScene, relief: Array, samples: int, seed: int) -> Array:
         suns, ambient, strength = ((sun,), None, 1.0) if light is sun else ((), sky, AMBIENT)
         settings = RenderSettings(samples, seed, False)
-        found = pictures(suns, ambient, torch.as_tensor(relief), SIZE_MM, settings)[0]
+        found = pictures(suns, ambient, torch.as_tensor(relief), scene.plate, settings)[0]
         return np.asarray(found.numpy() / strength)
 
     def converged(light: LightScene, relief: Array) -> Array:

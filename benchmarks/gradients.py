@@ -16,7 +16,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from benchmarks.common import load, machine, save, table
-from benchmarks.sight import SIZE_MM, SMOOTHNESS, altered, mitsubas_integrator, reliefs, scene_of
+from benchmarks.sight import SMOOTHNESS, altered, mitsubas_integrator, reliefs, scene_of
 from relief.arrays import Array
 from visual.exact.light_scene import LightScene
 from visual.exact.render import PictureIndex, RenderSettings, edge_gradient, interior_gradient
@@ -169,7 +169,7 @@ def methods(scene: Scene, soft: bool, bounces: int) -> dict[str, Callable[[Array
             settings, index = RenderSettings(SAMPLES, seed, edges), PictureIndex(0, 0)
             total = interior_gradient(light, heights, adjoint, settings, index)
             if edges:
-                total = total + edge_gradient(light, heights, adjoint, SIZE_MM, settings, index)
+                total = total + edge_gradient(light, heights, adjoint, scene.plate, settings, index)
             return total
 
         return gradient

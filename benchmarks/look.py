@@ -22,7 +22,7 @@ from scipy.ndimage import zoom
 from benchmarks import look_split
 from benchmarks.common import load, machine, median_seconds, save, table
 from benchmarks.gradients import GRAVEL, directions
-from benchmarks.sight import SIZE_MM, altered, mitsubas_integrator, reliefs, scene_of
+from benchmarks.sight import altered, mitsubas_integrator, reliefs, scene_of
 from relief.arrays import Array
 from relief.heightmap import load_heights
 from visual.exact.discontinuities import EdgeSamples
@@ -208,7 +208,7 @@ def mitsubas(scene: Scene, kind: str, samples: int) -> Method:
     def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
         variable = torch.tensor(heights, requires_grad=True)
         settings = RenderSettings(samples, seed, shadow_edges=False)
-        pictures(suns, ambient, variable, SIZE_MM, settings).backward(torch.as_tensor(adjoint))
+        pictures(suns, ambient, variable, scene.plate, settings).backward(torch.as_tensor(adjoint))
         assert variable.grad is not None
         return np.asarray(variable.grad.numpy())
 

@@ -128,7 +128,7 @@ def by_adam(
     settings = render.RenderSettings(SAMPLES, 0, edges)
 
     def pictures(heights: torch.Tensor) -> torch.Tensor:
-        return render.pictures(suns, ambient, heights, scene.size_mm, settings)
+        return render.pictures(suns, ambient, heights, scene.plate, settings)
 
     wanted = pictures(torch.as_tensor(truth))
     heights = torch.tensor(start, requires_grad=True)

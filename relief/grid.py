@@ -1,76 +1,101 @@
 """Triangulation of the plate over the grid of its height samples.
 
-Height samples sit at pixel centres; a ring of vertices that repeats the outermost samples carries the plate
-to its sides, so the vertex grid is ``(rows + 2, cols + 2)``, row-major, row 0 at ``y = +size / 2``. The cell
-with corners ``a = (i, j)``, ``b = (i, j + 1)``, ``c = (i + 1, j)``, ``d = (i + 1, j + 1)`` has the faces
+Height samples sit at pixel centres. On an axis that ends, a ring of vertices that repeats the outermost
+samples carries the plate to its sides. On an axis that repeats, a halo of samples from the neighbouring
+repeats lies around the plate, so that light and shadow come in from the neighbours. The halo of an axis is
+its number of samples beyond each side, 0 on an axis that ends.
+
+The vertex grid is ``(rows + 2 max(1, halo of y), cols + 2 max(1, halo of x))``, row-major, row 0 at +y. The
+cell with corners ``a = (i, j)``, ``b = (i, j + 1)``, ``c = (i + 1, j)``, ``d = (i + 1, j + 1)`` has the faces
 ``(a, c, b)`` and ``(b, c, d)``, in this order, counter-clockwise seen from +z. Lengths are mm.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
+Halo = tuple[int, int]
+"""Samples of the neighbours beyond each side of the plate, along y and x."""
+NO_HALO: Halo = (0, 0)
 
-def grid_axes(rows: int, cols: int, size_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+
+def vertex_shape(rows: int, cols: int, halo: Halo = NO_HALO) -> tuple[int, int]:
+    """Return rows and columns of the vertices."""
+    return rows + 2 * max(1, halo[0]), cols + 2 * max(1, halo[1])
+
+
+def grid_axes(
+    rows: int, cols: int, size_mm: float, halo: Halo = NO_HALO
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the grid lines of the vertices.
 
     Args:
         rows: Height samples along y.
         cols: Height samples along x.
-        size_mm: Side of the plate, mm.
+        size_mm: Width of the plate, along x, mm; the samples are square.
+        halo: Samples beyond each side.
 
     Returns:
-        ``x`` of shape ``(cols + 2,)``, rising, and ``y`` of shape ``(rows + 2,)``, falling, in mm.
+        ``x``, rising, and ``y``, falling, in mm, one for each column and row of vertices.
     """
 
-    def across(samples: int) -> NDArray[np.float64]:
-        centres = (np.arange(samples) + 0.5) / samples - 0.5
-        return size_mm * np.concatenate(([-0.5], centres, [0.5]))
+    def across(samples: int, length_mm: float, beyond: int) -> NDArray[np.float64]:
+        centres = (np.arange(-beyond, samples + beyond) + 0.5) / samples - 0.5
+        return length_mm * (centres if beyond else np.concatenate(([-0.5], centres, [0.5])))
 
-    return across(cols), -across(rows)
+    return across(cols, size_mm, halo[1]), -across(rows, size_mm * (rows / cols), halo[0])
 
 
-def grid_vertices(rows: int, cols: int, size_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return ``x`` and ``y`` in mm of every vertex, each of shape ``((rows + 2) * (cols + 2),)``."""
-    x, y = np.meshgrid(*grid_axes(rows, cols, size_mm))
+def grid_vertices(
+    rows: int, cols: int, size_mm: float, halo: Halo = NO_HALO
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return ``x`` and ``y`` in mm of every vertex, each of shape ``(vertices,)``."""
+    x, y = np.meshgrid(*grid_axes(rows, cols, size_mm, halo))
     return x.ravel(), y.ravel()
 
 
-def pad_index(rows: int, cols: int) -> NDArray[np.int32]:
-    """Return the flat index of each vertex's height sample, shape ``((rows + 2) * (cols + 2),)``."""
-    samples = np.arange(rows * cols, dtype=np.int32).reshape(rows, cols)
-    return np.pad(samples, 1, mode="edge").ravel()
+def pad_index(rows: int, cols: int, halo: Halo = NO_HALO) -> NDArray[np.int32]:
+    """Return the flat index of each vertex's height sample, shape ``(vertices,)``."""
+
+    def along(samples: int, beyond: int) -> NDArray[np.int32]:
+        place = np.arange(-max(1, beyond), samples + max(1, beyond), dtype=np.int32)
+        return place % samples if beyond else np.clip(place, 0, samples - 1)
+
+    return (along(rows, halo[0])[:, None] * np.int32(cols) + along(cols, halo[1])).ravel()
 
 
-def _corners(rows: int, cols: int) -> NDArray[np.int32]:
-    return np.arange((rows + 2) * (cols + 2), dtype=np.int32).reshape(rows + 2, cols + 2)
+def _corners(rows: int, cols: int, halo: Halo) -> NDArray[np.int32]:
+    shape = vertex_shape(rows, cols, halo)
+    return np.arange(shape[0] * shape[1], dtype=np.int32).reshape(shape)
 
 
-def grid_faces(rows: int, cols: int) -> NDArray[np.int32]:
+def grid_faces(rows: int, cols: int, halo: Halo = NO_HALO) -> NDArray[np.int32]:
     """Return the vertices of the faces, shape ``(faces, 3)``; cell ``k`` has faces ``2k`` and ``2k + 1``."""
-    vertex = _corners(rows, cols)
+    vertex = _corners(rows, cols, halo)
     a, b, c, d = vertex[:-1, :-1], vertex[:-1, 1:], vertex[1:, :-1], vertex[1:, 1:]
     upper_left, lower_right = np.stack([a, c, b], axis=-1), np.stack([b, c, d], axis=-1)
     return np.stack([upper_left, lower_right], axis=-2).reshape(-1, 3)
 
 
 def edges(
-    rows: int, cols: int
+    rows: int, cols: int, halo: Halo = NO_HALO
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
     """Return every edge once, with the faces beside it.
 
     Left and right of an edge are seen from +z in the direction from its start to its end. An edge on a side
-    of the plate has its face on the left and -1 on the right.
+    of the mesh has its face on the left and -1 on the right.
 
     Args:
         rows: Height samples along y.
         cols: Height samples along x.
+        halo: Samples beyond each side.
 
     Returns:
         Start vertex, end vertex, left face and right face, each of shape ``(edges,)``; there are
         ``vertices + faces - 1`` edges.
     """
-    vertex = _corners(rows, cols)
-    first = 2 * np.arange((rows + 1) * (cols + 1), dtype=np.int32).reshape(rows + 1, cols + 1)
+    vertex = _corners(rows, cols, halo)
+    down, across = vertex.shape[0] - 1, vertex.shape[1] - 1
+    first = 2 * np.arange(down * across, dtype=np.int32).reshape(down, across)
     second = first + 1
 
     def beside(faces: NDArray[np.int32], pad: tuple[tuple[int, int], tuple[int, int]]) -> NDArray[np.int32]:
@@ -91,12 +116,16 @@ def edges(
     return start, end, left, right
 
 
-def flat_positions(rows: int, cols: int, size_mm: float) -> NDArray[np.float32]:
+def flat_positions(rows: int, cols: int, size_mm: float, halo: Halo = NO_HALO) -> NDArray[np.float32]:
     """Return interleaved ``x, y, z`` in mm of the vertices of a plate at z = 0, shape ``(3 * vertices,)``."""
-    x, y = grid_vertices(rows, cols, size_mm)
+    x, y = grid_vertices(rows, cols, size_mm, halo)
     return np.stack([x, y, np.zeros_like(x)], axis=-1).astype(np.float32).ravel()
 
 
-def texture_coordinates(rows: int, cols: int) -> NDArray[np.float32]:
-    """Return interleaved ``u, v`` of the vertices, u along x and v along y, shape ``(2 * vertices,)``."""
-    return (np.stack(grid_vertices(rows, cols, 1.0), axis=-1) + 0.5).astype(np.float32).ravel()
+def texture_coordinates(rows: int, cols: int, halo: Halo = NO_HALO) -> NDArray[np.float32]:
+    """Return interleaved ``u, v`` of the vertices, u along x and v along y, shape ``(2 * vertices,)``.
+
+    On the plate both go from 0 to 1.
+    """
+    x, y = grid_vertices(rows, cols, 1.0, halo)
+    return (np.stack((x, y * (cols / rows)), axis=-1) + 0.5).astype(np.float32).ravel()

@@ -11,6 +11,7 @@ import numpy as np
 from relief.arrays import Array
 from visual.backend import variants
 from visual.geometry.film_samples import hidden_plate
+from visual.geometry.topology import plate_topology
 from visual.lights.kind import Light
 from visual.lights.parallel import angles
 from visual.lights.quadrature import kind_of
@@ -109,7 +110,9 @@ def _hidden(
         return False
     variants.load_mitsuba(colour=needs.colour, variant=variant)
     camera = description.cameras[needs.cameras[0]]
-    return hidden_plate(instantiate(checked, heights, lights=[]), needs.cameras, camera.rows, camera.cols)
+    plate = plate_topology(*heights.shape, description.plate.size_mm)
+    scene = instantiate(checked, heights, lights=[])
+    return hidden_plate(scene, plate, needs.cameras, camera.rows, camera.cols)
 
 
 def _plate(plate: Plate, file: str | Path | None, relief: str) -> str:

@@ -16,6 +16,7 @@ from visual.exact.background import Background, black_background, scene_backgrou
 from visual.exact.light_scene import LightScene, LitScene
 from visual.geometry.film_filter import film_filter
 from visual.geometry.projection import Projection, from_above, projection_of
+from visual.geometry.topology import PlateTopology
 from visual.lights.kind import Draw, Light
 from visual.lights.quadrature import kind_of
 from visual.needs import Needs
@@ -34,7 +35,7 @@ class SceneLoader:
         checked: CheckedScene,
         needs: Needs,
         heights: NDArray[np.float64],
-        size_mm: float,
+        plate: PlateTopology,
         draw: Callable[[Lights], Draw],
     ) -> None:
         """Load nothing yet.
@@ -43,10 +44,10 @@ class SceneLoader:
             checked: the scene.
             needs: what its pictures take.
             heights: (rows, cols) mm.
-            size_mm: side of the plate.
+            plate: triangles of the plate.
             draw: what draws the parallel lights that stand for some lights.
         """
-        self._checked, self._needs, self._heights, self._size_mm = checked, needs, heights, size_mm
+        self._checked, self._needs, self._heights, self._plate = checked, needs, heights, plate
         self._draw = draw
         self.groups: tuple[Lights, ...] = *((light,) for light in needs.alone), *filter(None, (needs.around,))
         """Lights that are rendered together: each on its own, then all ambient ones."""
@@ -81,7 +82,7 @@ class SceneLoader:
             shining,
             needs.cameras,
             tuple(
-                _camera(sensors[number], self._size_mm, resolution, overhead)
+                _camera(sensors[number], self._plate.size_mm, resolution, overhead)
                 for number, overhead in zip(needs.cameras, needs.top_view, strict=True)
             ),
             _integrator(needs, 1) if any(kind.met_by_chance for kind in kinds) else by_light,
@@ -115,7 +116,8 @@ class SceneLoader:
         return True
 
     def _instantiate(self, lights: Sequence[Light]) -> Any:
-        return instantiate(self._checked, self._heights, lights=[light.node for light in lights])
+        nodes = [light.node for light in lights]
+        return instantiate(self._checked, self._heights, lights=nodes, halo=self._plate.halo)
 
 
 def _numbers(lights: Lights) -> frozenset[int]:
@@ -136,7 +138,7 @@ def _background_lit(lit: LitScene, shining: frozenset[int]) -> Background:
 def _camera(sensor: Any, size_mm: float, resolution: tuple[int, int], overhead: bool) -> Projection:
     """Projection of a sensor for pictures of so many pixels (rows, cols)."""
     rows, cols = resolution
-    camera = from_above(size_mm, rows) if overhead else projection_of(sensor, rows, cols)
+    camera = from_above(size_mm, rows, cols) if overhead else projection_of(sensor, rows, cols)
     return replace(camera, filter=film_filter(sensor.film()))
 
 

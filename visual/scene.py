@@ -16,6 +16,7 @@ from torch import Tensor
 from relief.arrays import Array
 from relief.errors import InputError
 from relief.progress import stage
+from relief.surface import Surface
 from visual.backend import variants
 from visual.backend.plate import plate_bsdf
 from visual.exact.discontinuities import EdgeSamples
@@ -26,6 +27,8 @@ from visual.explain import explain
 from visual.fast.conversion import fast_renderer
 from visual.fast.renderer import FastRenderer, FilmWeights, box_weights
 from visual.geometry.film_samples import hidden_plate, plate_pixels
+from visual.geometry.halo import halo_of
+from visual.geometry.topology import plate_topology
 from visual.height_view import HeightView
 from visual.lights.kind import Light
 from visual.lights.parallel import LUMINANCE, ParallelLights
@@ -57,7 +60,10 @@ class Scene:
         conditions: names of the rendering conditions, camera by camera.
         weights: (conditions,) in the look; those of one light add up to 1 over the cameras.
         heights: (rows, cols) mm, of the scene's own texture or of another one.
-        size_mm: side of the plate.
+        surface: size of the plate, and the axes on which it repeats: there light and shadow come in from its
+            neighbours, and cameras that see beyond the plate see these.
+        plate: triangles of the plate and of its neighbours, the same for all heights.
+        size_mm: width of the plate.
         resolution: (rows, cols) of the pictures.
         samples: a pixel, as the scene file says.
         white: radiance of a white matte plate that faces the strongest parallel light, or lies flat under the
@@ -65,7 +71,13 @@ class Scene:
         variant: Mitsuba's variant.
     """
 
-    def __init__(self, checked: CheckedScene, heights: Array, variant: str | None) -> None:
+    def __init__(
+        self,
+        checked: CheckedScene,
+        heights: Array,
+        variant: str | None,
+        repeats: tuple[bool, bool] = (False, False),
+    ) -> None:
         self._checked = checked
         self._description = describe(checked)
         self._needs = needs_of(self._description)
@@ -74,6 +86,9 @@ class Scene:
         self.variant: str = mi.variant()
         self.heights = heights
         self.size_mm = self._description.plate.size_mm
+        self.surface = Surface((heights.shape[0], heights.shape[1]), self.size_mm, repeats)
+        halo = halo_of(self.surface, heights, [light.direction for light in self._description.lights])
+        self.plate = plate_topology(*self.surface.shape, self.size_mm, halo)
         self.resolution = _resolution(checked, self._description, self._needs)
         self.samples = self._description.cameras[self._needs.cameras[0]].samples
         self.conditions = self._needs.conditions
@@ -82,7 +97,7 @@ class Scene:
             checked,
             self._needs,
             heights,
-            self.size_mm,
+            self.plate,
             lambda lights: lambda generator: self._quadrature(lights, DIRECTIONS).lights(generator),
         )
         self._quadratures: dict[tuple[int, ...], Quadrature] = {}
@@ -143,7 +158,7 @@ class Scene:
         self.check_samples(samples, resolution)
         settings = RenderSettings(samples or self.samples, seed, shadow_edges)
         reliefs = field.reshape(-1, *field.shape[-2:])
-        each = [pictures(suns, ambient, relief, self.size_mm, settings) for relief in reliefs]
+        each = [pictures(suns, ambient, relief, self.plate, settings) for relief in reliefs]
         return torch.stack(each).reshape(*field.shape[:-2], *each[0].shape)
 
     @property
@@ -209,8 +224,7 @@ class Scene:
                 first.scene,
                 plate_bsdf(first.scene),
                 first.set_heights,
-                (self.heights.shape[0], self.heights.shape[1]),
-                self.size_mm,
+                self.plate,
                 camera,
                 alone,
                 ambient,
@@ -241,7 +255,9 @@ class Scene:
             return np.ones((len(self.conditions), *_scaled(self.resolution, resolution)))
         first = self._light_scene(self._loader.groups[0], resolution)
         first.set_heights(self.heights)
-        shown = np.stack([plate_pixels(first.scene, camera) for camera in first.cameras]).astype(np.float64)
+        shown = np.stack([plate_pixels(first.scene, self.plate, camera) for camera in first.cameras]).astype(
+            np.float64
+        )
         shares = shown.mean(axis=(1, 2), keepdims=True)
         for number, share in zip(self._needs.cameras, shares.ravel(), strict=True):
             if share == 0.0:
@@ -342,7 +358,7 @@ class Scene:
         if self._description.shapes == 1 or not all(self._needs.top_view):
             return False
         loaded = self._light_scene(self._loader.groups[0], None)
-        return hidden_plate(loaded.scene, loaded.sensors, *self.resolution)
+        return hidden_plate(loaded.scene, self.plate, loaded.sensors, *self.resolution)
 
     def _light_scene(self, lights: Lights, resolution: int | None) -> LightScene:
         """The plate under these lights only, loaded once."""
@@ -414,6 +430,7 @@ def load_scene(
     size_mm: float | None = None,
     relief_mm: float | None = None,
     height_scale: float | None = None,
+    repeats: tuple[bool, bool] = (False, False),
 ) -> Scene:
     """Check a scene file, then load it.
 
@@ -423,6 +440,7 @@ def load_scene(
         variant: of Mitsuba; chosen by the scene's colours if None.
         texture: a height map instead of the scene's own.
         size_mm, relief_mm, height_scale: of the height map, as in `visual.scene_file.describe.plate_heights`.
+        repeats: whether the relief goes on as itself along y (rows) and along x (columns).
 
     Raises:
         InputError: what is wrong with the file, in one line.
@@ -433,4 +451,4 @@ def load_scene(
     if _log.isEnabledFor(logging.INFO):
         for subject, sentence in explain(checked, heights, variant, texture):
             _log.info("%s: %s: %s", path, subject, sentence)
-    return Scene(checked, heights, variant)
+    return Scene(checked, heights, variant, repeats)

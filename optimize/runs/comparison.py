@@ -175,7 +175,10 @@ class _Look:
         return Seen(scene, before, after, colours, {"conditions": list(scene.conditions)} | numbers)
 
     def _loaded(self, subject: Subject) -> Scene:
-        return load_scene(self.scene, self.defines, self.variant, subject.file, **subject.lengths)
+        ends = (False, False)
+        return load_scene(
+            self.scene, self.defines, self.variant, subject.file, repeats=ends, **subject.lengths
+        )
 
 
 def _summary(

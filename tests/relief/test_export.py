@@ -70,7 +70,7 @@ def test_row_0_is_at_the_top_and_column_0_at_the_left() -> None:
     heights[1, 2] = 1.0
     mesh = plate_mesh(heights, SIZE_MM)
     peak = mesh.vertices[mesh.vertices[:, 2].argmax()]
-    np.testing.assert_allclose(peak, [-5 + 2.5 * 10 / 8, 5 - 1.5 * 10 / 4, 1])
+    np.testing.assert_allclose(peak, [-5 + 2.5 * 10 / 8, 2.5 - 1.5 * 5 / 4, 1])
 
 
 def test_the_relief_is_cut_along_the_diagonals_that_are_rendered() -> None:

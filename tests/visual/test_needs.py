@@ -251,7 +251,7 @@ def test_what_it_would_have_added_is_nothing(scene_of: Callable[..., Scene], cou
     ((light, heights, adjoint, exposure, number),) = interior
     dark = np.zeros_like(adjoint)
     assert not render.interior_gradient(light, heights, dark, exposure, number).any()
-    assert not render.edge_gradient(light, heights, dark, loaded.size_mm, exposure, number).any()
+    assert not render.edge_gradient(light, heights, dark, loaded.plate, exposure, number).any()
 
 
 @pytest.mark.parametrize(

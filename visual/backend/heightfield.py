@@ -4,8 +4,9 @@
 |---|---|
 | ``filename`` | height map: PNG, TIFF, EXR or NPY (see ``relief.heightmap``) |
 | ``heights`` | instead of ``filename``, in scenes made in Python: ``mi.TensorXf`` of shape (rows, cols), mm |
-| ``size_mm`` | side of the plate, default 10 |
+| ``size_mm`` | width of the plate, along x, default 10; the samples are square |
 | ``relief_mm`` | height of white above black in a picture whose header has none; without meaning for mm |
+| ``halo_rows``, ``halo_cols`` | for a tile: samples of its neighbours on each side (see ``relief.grid``) |
 | nested BSDF | the plate's material |
 
 The plate lies in the plane z = 0, centred on the origin, one scene unit per mm. ``mi.traverse`` shows
@@ -57,22 +58,24 @@ def _plugin_class(variant: str) -> type:
         def __init__(self, props: Any) -> None:
             size_mm, samples = _read(props)
             rows, cols = samples.shape
+            halo = int(props.get("halo_rows", 0)), int(props.get("halo_cols", 0))
+            shape = rows, cols, halo
             props["face_normals"] = True
             # Texture coordinates turn the frames in which materials are sampled: only textures need them.
             textured = _is_textured(props)
-            counts = (rows + 2) * (cols + 2), 2 * (rows + 1) * (cols + 1)
+            down, across = grid.vertex_shape(*shape)
+            counts = down * across, 2 * (down - 1) * (across - 1)
             super().__init__(PLUGIN, *counts, props, has_vertex_texcoords=textured)
             self.rows, self.cols, self.size_mm = rows, cols, size_mm
             self._Float, self._UInt = type(self.vertex_positions_buffer()), type(self.faces_buffer())
-            self._flat = self._Float(grid.flat_positions(rows, cols, size_mm))
-            self._sample_of_vertex = self._UInt(grid.pad_index(rows, cols))
-            vertices = (rows + 2) * (cols + 2)
-            self._z_slots = self._UInt(np.arange(vertices, dtype=np.uint32) * 3 + 2)
+            self._flat = self._Float(grid.flat_positions(rows, cols, size_mm, halo))
+            self._sample_of_vertex = self._UInt(grid.pad_index(*shape))
+            self._z_slots = self._UInt(np.arange(down * across, dtype=np.uint32) * 3 + 2)
             self.heights = self._Float(samples.astype(np.float32).ravel())
-            faces = self._UInt(grid.grid_faces(rows, cols).astype(np.uint32).ravel())
+            faces = self._UInt(grid.grid_faces(*shape).astype(np.uint32).ravel())
             params = mi.traverse(self)
             if textured:
-                params[buffers.TEXCOORDS] = self._Float(grid.texture_coordinates(rows, cols))
+                params[buffers.TEXCOORDS] = self._Float(grid.texture_coordinates(*shape))
             buffers.write_geometry(params, self._positions(), faces)
 
         def _positions(self) -> Any:

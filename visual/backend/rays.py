@@ -29,8 +29,8 @@ def blocked(scene: Any, origins: Array, directions: Array) -> NDArray[np.bool_]:
     if len(origins) == 0:
         return np.zeros(0, dtype=bool)
     rays = _rays(origins, directions)
-    box = plate_shape(scene).bbox()
-    rays.maxt = REACH * float(max(box.max - box.min))
+    plate = plate_shape(scene)
+    rays.maxt = REACH * plate.size_mm * max(1.0, plate.rows / plate.cols)
     return np.asarray(scene.ray_test(rays)).astype(bool)
 
 

@@ -83,7 +83,7 @@ def of_samples(
         values = [shading.radiance[0], shading.by_slope_x[0], shading.by_slope_y[0]]
         if shading.by_u is not None and shading.by_v is not None:
             x, y, z = view.T
-            along = (shading.by_u[0] * x + shading.by_v[0] * y) / mesh.plate.size_mm
+            along = shading.by_u[0] * x / mesh.plate.size_mm + shading.by_v[0] * y / mesh.plate.height_mm
             by_height = along / (z - slope_x * x - slope_y * y)
             first = mesh.vertices[mesh.plate.faces[face, 0]]
             values[1] += by_height * (at - first)[:, 0]

@@ -27,7 +27,7 @@ from visual.exact.shading import shade
 from visual.exact.shadow_edges import shadow_edges
 from visual.exact.visibility_edges import visibility_edges
 from visual.geometry.placed_mesh import PlacedMesh
-from visual.geometry.topology import plate_topology
+from visual.geometry.topology import PlateTopology
 from visual.lights.parallel import LUMINANCE
 
 LARGEST_PASS = 2**26
@@ -65,7 +65,7 @@ def pictures(
     lights: tuple[LightScene, ...],
     ambient: LightScene | None,
     heights: Tensor,
-    size_mm: float,
+    plate: PlateTopology,
     settings: RenderSettings,
 ) -> Tensor:
     """Render all conditions of a scene, differentiably by the heights.
@@ -74,13 +74,13 @@ def pictures(
         lights: one condition of each camera each; with none, ambient light alone is the one condition.
         ambient: added to every condition; None if there is none.
         heights: (rows, cols) mm.
-        size_mm: side of the plate.
+        plate: its triangles.
         settings: of every picture.
 
     Returns:
         (conditions, rows, cols) radiance, those of the first camera first.
     """
-    rendered: Tensor = _Pictures.apply(heights, lights, ambient, size_mm, settings)
+    rendered: Tensor = _Pictures.apply(heights, lights, ambient, plate, settings)
     return rendered
 
 
@@ -93,14 +93,14 @@ class _Pictures(torch.autograd.Function):
         heights: Tensor,
         lights: tuple[LightScene, ...],
         ambient: LightScene | None,
-        size_mm: float,
+        plate: PlateTopology,
         settings: RenderSettings,
     ) -> Tensor:
         values = _to_numpy(heights)
         alone = [light_pictures(light, values, settings, number) for number, light in enumerate(lights)]
         around = None if ambient is None else light_pictures(ambient, values, settings, len(lights))
         ctx.heights, ctx.lights, ctx.ambient = values, lights, ambient
-        ctx.size_mm, ctx.settings = size_mm, settings
+        ctx.plate, ctx.settings = plate, settings
         return torch.as_tensor(condition_pictures(alone, around)).to(heights.dtype)
 
     @staticmethod
@@ -118,7 +118,7 @@ class _Pictures(torch.autograd.Function):
                 index = PictureIndex(camera, number)
                 total += interior_gradient(light, ctx.heights, adjoint, ctx.settings, index)
                 if ctx.settings.shadow_edges:
-                    total += edge_gradient(light, ctx.heights, adjoint, ctx.size_mm, ctx.settings, index)
+                    total += edge_gradient(light, ctx.heights, adjoint, ctx.plate, ctx.settings, index)
         return torch.as_tensor(total).to(gradients[0].dtype), None, None, None, None
 
 
@@ -266,11 +266,11 @@ def edge_gradient(
     light: LightScene,
     heights: Array,
     adjoint: Array,
-    size_mm: float,
+    plate: PlateTopology,
     settings: RenderSettings,
     index: PictureIndex,
 ) -> Array:
-    """Gradient of a loss through moving shadows and faces; arguments and result as of `interior_gradient`."""
+    """Gradient of a loss through moving shadows and faces of a plate; the rest as of `interior_gradient`."""
     camera = light.cameras[index.camera]
     if camera.filter is not None:
         adjoint = camera.filter.of_parts(camera.rows, camera.cols, FILTER_PARTS).T @ adjoint.ravel()
@@ -279,11 +279,11 @@ def edge_gradient(
         return np.zeros_like(heights)
     generator = np.random.default_rng(_seed(settings, index, 1))
     lights = light.lights(generator)
-    mesh = PlacedMesh(light.scene, plate_topology(*heights.shape, size_mm), heights)
+    mesh = PlacedMesh(light.scene, plate, heights)
     jitter = edge_jitter(mesh.plate, generator, EdgeSamples())
     if len(lights) > 1:
         jitter = jitter.under_many_lights()
-    shadows = shadow_edges(mesh, lights, jitter.shadows)
+    shadows = shadow_edges(mesh, lights, jitter.shadows, camera.overhead)
     edges = visibility_edges(mesh, camera, jitter.visibility)
     if len(shadows.light) == 0 and edges is None:
         return np.zeros_like(heights)

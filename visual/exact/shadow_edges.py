@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from relief.arrays import Array, Index
-from visual.backend.rays import blocked, first_hits
+from visual.backend.rays import MISSED_MM, blocked, first_hits
 from visual.geometry.placed_mesh import LIFT_MM, PlacedMesh
 from visual.geometry.projection import Projection
 from visual.geometry.topology import PlateTopology, silhouettes
@@ -80,7 +80,9 @@ class ShadowEdges:
         return ShadowEdges(**{name: values[keep] for name, values in vars(self).items()})
 
 
-def shadow_edges(mesh: PlacedMesh, lights: ParallelLights, jitter: Array) -> ShadowEdges:
+def shadow_edges(
+    mesh: PlacedMesh, lights: ParallelLights, jitter: Array, on_plate: bool = False
+) -> ShadowEdges:
     """Sample the shadow boundaries that a relief casts on itself.
 
     Args:
@@ -88,11 +90,17 @@ def shadow_edges(mesh: PlacedMesh, lights: ParallelLights, jitter: Array) -> Sha
         lights: parallel lights.
         jitter: (edges, samples) in [0, 1): stratified positions along each edge, fixed, so that pictures of
             two reliefs differ by geometry alone.
+        on_plate: whether edges of a tile's neighbours are left out if their shadows cannot reach the plate.
     """
     plate, scene, positions = mesh.plate, mesh.scene, mesh.vertices
     slope_x, slope_y = mesh.slopes
     per_edge = jitter.shape[1]
     edges_of_light = [silhouettes(plate, slope_x, slope_y, toward) for toward in lights.toward]
+    if on_plate and any(plate.halo):
+        edges_of_light = [
+            _reaching_the_plate(mesh, edges, toward)
+            for edges, toward in zip(edges_of_light, lights.toward, strict=True)
+        ]
     edge = np.repeat(np.concatenate(edges_of_light), per_edge)
     light = np.repeat(np.repeat(np.arange(len(lights)), [len(edges) for edges in edges_of_light]), per_edge)
     stratum = np.tile(np.arange(per_edge), len(edge) // per_edge)
@@ -129,6 +137,20 @@ def shadow_edges(mesh: PlacedMesh, lights: ParallelLights, jitter: Array) -> Sha
     over = np.concatenate(((1.0 - t)[:, None], t[:, None], -weights), axis=1)
     vertices = np.concatenate((start[:, None], end[:, None], corners), axis=1)
     return ShadowEdges(light, point, face, vertices, over, growth, tangent)
+
+
+def _reaching_the_plate(mesh: PlacedMesh, edges: Index, toward: Array) -> Index:
+    """Those edges whose shadows can reach the plate, not its neighbours alone."""
+    plate, positions = mesh.plate, mesh.vertices
+    start, end = positions[plate.edge_start[edges]], positions[plate.edge_end[edges]]
+    fall = np.maximum(start[:, 2], end[:, 2]) - positions[:, 2].min()
+    keep = np.ones(len(edges), dtype=bool)
+    for axis, size_mm in enumerate((plate.size_mm, plate.height_mm)):
+        shift = -toward[axis] * (fall / toward[2] if toward[2] > 0.0 else MISSED_MM)
+        one, other = start[:, axis], end[:, axis]
+        keep &= np.maximum(one, other) + np.maximum(shift, 0.0) >= -0.5 * size_mm
+        keep &= np.minimum(one, other) + np.minimum(shift, 0.0) <= 0.5 * size_mm
+    return edges[keep]
 
 
 def shadow_entries(plate: PlateTopology, camera: Projection, edges: ShadowEdges, radiance: Array) -> Entries:

@@ -26,7 +26,7 @@ from visual.exact.visibility_edges import VisibilityEdges, visibility_edges
 from visual.geometry.film_samples import PictureSamples, film_points, samples_by_rays, samples_from_above
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
-from visual.geometry.topology import plate_topology
+from visual.geometry.topology import PlateTopology
 from visual.lights.parallel import ParallelLights
 
 
@@ -72,8 +72,7 @@ class View:
         scene: Any,
         bsdf: Any,
         set_heights: Callable[[Array], None],
-        shape: tuple[int, int],
-        size_mm: float,
+        plate: PlateTopology,
         camera: Projection,
         alone: Sequence[Illumination],
         ambient: Illumination | None,
@@ -88,7 +87,7 @@ class View:
             scene: Mitsuba scene that holds the plate, for rays only.
             bsdf: the plate's material.
             set_heights: puts heights (rows, cols) into `scene`.
-            shape: rows and cols of the height map.
+            plate: triangles of the plate in `scene`.
             camera: takes the pictures.
             alone: one condition each; with none, ambient light alone is the one condition.
             ambient: added to every condition; None if there is none.
@@ -99,7 +98,7 @@ class View:
         """
         generator = np.random.default_rng(seed)
         self._scene, self._bsdf, self._set_heights = scene, bsdf, set_heights
-        self._plate = plate_topology(*shape, size_mm)
+        self._plate = plate
         self._shape, reconstruction = (camera.rows, camera.cols), camera.filter
         self._alone, self._ambient = alone, ambient
         self._strata = strata, ambient_strata
@@ -181,7 +180,7 @@ class View:
         columns = plate.sample[plate.faces[face]].ravel()
         parts: list[Entries] = [(np.repeat(samples.pair_pixel, 3), columns, values.ravel())]
         if edges:
-            shadows = shadow_edges(mesh, lights, of_view.jitter.shadows)
+            shadows = shadow_edges(mesh, lights, of_view.jitter.shadows, camera.overhead)
             parts += discontinuity_entries(
                 mesh, camera, self._bsdf, lights, shading, light.background, shadows, of_view.edges
             )

@@ -80,25 +80,29 @@ def samples_by_rays(mesh: PlacedMesh, camera: Projection, film: Array, per_pixel
     return _paired(mesh.plate, camera.pixel(film), x, y, face, directions, per_pixel)
 
 
-def plate_pixels(scene: Any, camera: Projection) -> NDArray[np.bool_]:
+def plate_pixels(scene: Any, plate: PlateTopology, camera: Projection) -> NDArray[np.bool_]:
     """Pixels (rows, cols) that show the plate, at one film point at least.
 
     Args:
         scene: Mitsuba scene with a plate; other shapes may hide parts of the plate.
+        plate: in this scene; its halo does not count.
         camera: any.
     """
     # The centres of the strata: whether a pixel counts depends on no random number.
     row, col = ((np.arange(n * SHOWN_STRATA) + 0.5) / SHOWN_STRATA for n in (camera.rows, camera.cols))
     film = np.stack([axis.ravel() for axis in np.meshgrid(col, row)], axis=1)
-    face, _ = first_hits(scene, *camera.rays(film))
-    shown = (face >= 0).reshape(camera.rows, SHOWN_STRATA, camera.cols, SHOWN_STRATA)
+    origins, directions = camera.rays(film)
+    face, distance = first_hits(scene, origins, directions)
+    x, y, _ = (origins + distance[:, None] * directions).T
+    on_plate = (face >= 0) & (plate.shows(x, y) if any(plate.halo) else True)
+    shown = on_plate.reshape(camera.rows, SHOWN_STRATA, camera.cols, SHOWN_STRATA)
     return np.asarray(shown.any(axis=(1, 3)))
 
 
-def hidden_plate(scene: Any, sensors: Iterable[int], rows: int, cols: int) -> bool:
+def hidden_plate(scene: Any, plate: PlateTopology, sensors: Iterable[int], rows: int, cols: int) -> bool:
     """Whether another shape hides a plate that fills the pictures (rows, cols) of these sensors."""
     cameras = (projection_of(scene.sensors()[number], rows, cols) for number in sensors)
-    return not all(plate_pixels(scene, camera).all() for camera in cameras)
+    return not all(plate_pixels(scene, plate, camera).all() for camera in cameras)
 
 
 def _paired(

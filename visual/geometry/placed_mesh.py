@@ -55,7 +55,7 @@ class PlacedMesh:
 
     def uv(self, points: Array) -> Array:
         """Texture coordinates (points, 2) of points (points, 3), mm."""
-        return np.asarray(points[:, :2] / self.plate.size_mm + 0.5)
+        return np.asarray(points[:, :2] / (self.plate.size_mm, self.plate.height_mm) + 0.5)
 
     def facing(self, toward: Array) -> NDArray[np.bool_]:
         """Whether each face looks toward a direction (3,), or toward its own of (faces, 3)."""

@@ -91,19 +91,19 @@ class Projection:
         return np.where(inside, row * self.cols + col, -1)
 
 
-def from_above(size_mm: float, resolution: int) -> Projection:
-    """The camera that looks straight down on a plate that fills the square picture; the top row is +y.
+def from_above(size_mm: float, rows: int, cols: int) -> Projection:
+    """The camera that looks straight down on a plate that fills the picture; the top row is +y.
 
     Args:
-        size_mm: side of the plate.
-        resolution: pixels a side.
+        size_mm: width of the plate.
+        rows, cols: of the picture, whose pixels are square.
     """
-    pitch = size_mm / resolution
+    pitch = size_mm / cols
     return Projection(
-        rows=resolution,
-        cols=resolution,
+        rows=rows,
+        cols=cols,
         perspective=False,
-        origin=np.array([-0.5 * size_mm, 0.5 * size_mm, 2.0 * size_mm]),
+        origin=np.array([-0.5 * size_mm, 0.5 * size_mm * (rows / cols), 2.0 * size_mm]),
         across=np.array([pitch, 0.0, 0.0]),
         down=np.array([0.0, -pitch, 0.0]),
         along=np.array([0.0, 0.0, -1.0]),

@@ -4,9 +4,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relief import grid
 from relief.arrays import Array, Index
+from relief.grid import NO_HALO, Halo
 
 
 @dataclass(frozen=True)
@@ -15,7 +17,8 @@ class PlateTopology:
 
     Attributes:
         rows, cols: of the height samples.
-        size_mm: side of the plate.
+        size_mm: width of the plate, along x.
+        halo: samples of the neighbours beyond each side, along y and x; see `relief.grid`.
         x, y: (vertices,) mm.
         sample: (vertices,) number of the height sample that each vertex carries.
         faces: (faces, 3) vertices.
@@ -28,6 +31,7 @@ class PlateTopology:
     rows: int
     cols: int
     size_mm: float
+    halo: Halo
     x: Array
     y: Array
     sample: Index
@@ -38,6 +42,21 @@ class PlateTopology:
     edge_end: Index
     edge_left: Index
     edge_right: Index
+
+    @property
+    def height_mm(self) -> float:
+        """Extent of the plate along y, mm."""
+        return self.size_mm * (self.rows / self.cols)
+
+    @property
+    def cells(self) -> tuple[int, int]:
+        """Rows and columns of the cells, each of two faces."""
+        down, across = grid.vertex_shape(self.rows, self.cols, self.halo)
+        return down - 1, across - 1
+
+    def shows(self, x: Array, y: Array) -> NDArray[np.bool_]:
+        """Whether points (points,), mm, lie on the plate itself, not on a neighbour."""
+        return (np.abs(x) <= 0.5 * self.size_mm) & (np.abs(y) <= 0.5 * self.height_mm)
 
     def vertex_heights(self, heights: Array) -> Array:
         """Heights (vertices,), mm, of the vertices, from those of the samples (rows, cols)."""
@@ -50,19 +69,20 @@ class PlateTopology:
 
 
 @lru_cache(maxsize=4)
-def plate_topology(rows: int, cols: int, size_mm: float) -> PlateTopology:
-    """The topology of a plate of `rows` x `cols` height samples and a side of `size_mm`."""
-    x, y = grid.grid_vertices(rows, cols, size_mm)
-    faces = grid.grid_faces(rows, cols).astype(np.int64)
+def plate_topology(rows: int, cols: int, size_mm: float, halo: Halo = NO_HALO) -> PlateTopology:
+    """The topology of a plate of `rows` x `cols` height samples, a width of `size_mm` and a halo."""
+    x, y = grid.grid_vertices(rows, cols, size_mm, halo)
+    faces = grid.grid_faces(rows, cols, halo).astype(np.int64)
     fx, fy = x[faces], y[faces]
     # Gradients of the barycentric coordinates of each face.
     twice_area = (fx[:, 1] - fx[:, 0]) * (fy[:, 2] - fy[:, 0]) - (fx[:, 2] - fx[:, 0]) * (fy[:, 1] - fy[:, 0])
     following, last = [1, 2, 0], [2, 0, 1]
     slope_x = (fy[:, following] - fy[:, last]) / twice_area[:, None]
     slope_y = (fx[:, last] - fx[:, following]) / twice_area[:, None]
-    start, end, left, right = (part.astype(np.int64) for part in grid.edges(rows, cols))
-    sample = grid.pad_index(rows, cols).astype(np.int64)
-    return PlateTopology(rows, cols, size_mm, x, y, sample, faces, slope_x, slope_y, start, end, left, right)
+    start, end, left, right = (part.astype(np.int64) for part in grid.edges(rows, cols, halo))
+    sample = grid.pad_index(rows, cols, halo).astype(np.int64)
+    shape = rows, cols, size_mm, halo
+    return PlateTopology(*shape, x, y, sample, faces, slope_x, slope_y, start, end, left, right)
 
 
 def silhouettes(plate: PlateTopology, slope_x: Array, slope_y: Array, toward: Array) -> Index:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from mitsuba_scenes import find_file
 from relief import heightmap
 from relief.errors import InputError
+from relief.grid import NO_HALO, Halo
 from visual.backend import heightfield, llvm
 from visual.backend.messages import last_line
 from visual.backend.variants import WITHOUT_LLVM
@@ -61,7 +62,11 @@ def check_scene(path: str | Path, defines: Mapping[str, str] | None = None) -> C
 
 
 def instantiate(
-    checked: CheckedScene, heights: ArrayLike | None = None, *, lights: Collection[int] | None = None
+    checked: CheckedScene,
+    heights: ArrayLike | None = None,
+    *,
+    lights: Collection[int] | None = None,
+    halo: Halo = NO_HALO,
 ) -> Any:
     """Load a scene in the variant that is set.
 
@@ -72,6 +77,7 @@ def instantiate(
         heights: (rows, cols) mm, instead of those of the plate's file.
         lights: numbers `Light.node` of the emitters to keep, which are named by `light_id`; None keeps all,
             by their own names.
+        halo: samples of the neighbours around a tile.
 
     Returns:
         The `mi.Scene`.
@@ -92,6 +98,7 @@ def instantiate(
         if key in plate:
             del plate[key]
     plate["heights"] = mi.TensorXf(samples.astype("float32"))
+    plate["halo_rows"], plate["halo_cols"] = halo
     if lights is not None:
         _drop_lights(mi, state, keep=lights)
         for light in lights:

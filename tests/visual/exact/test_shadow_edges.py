@@ -17,7 +17,7 @@ WALL = 20
 """The column of samples that stands out in the reliefs with a wall."""
 WALL_X = (WALL + 0.5) * PITCH - SIZE_MM / 2
 HEIGHT_MM = 1.0
-ABOVE = from_above(SIZE_MM, SIDE)
+ABOVE = from_above(SIZE_MM, SIDE, SIDE)
 
 
 def wall(height_mm: float = HEIGHT_MM) -> Array:

@@ -42,9 +42,8 @@ def ambient_view(heights: Array, seed: int, floor: bool = False) -> View:
         scene,
         plate_bsdf(scene),
         lambda field: buffers.set_heights(params, field.astype(np.float32).ravel()),
-        (SIDE, SIDE),
-        SIZE_MM,
-        from_above(SIZE_MM, SIDE),
+        plate_topology(SIDE, SIDE, SIZE_MM),
+        from_above(SIZE_MM, SIDE, SIDE),
         (),
         Illumination(ambient_lights(RADIANCE, 16, np.random.default_rng(seed))),
         seed=seed,
@@ -52,9 +51,14 @@ def ambient_view(heights: Array, seed: int, floor: bool = False) -> View:
 
 
 @pytest.mark.parametrize(("rows", "cols"), [(16, 16), (5, 9)])
-def test_the_face_under_a_point_is_the_one_whose_corners_surround_it(rows: int, cols: int) -> None:
-    plate = plate_topology(rows, cols, SIZE_MM)
-    x, y = np.random.default_rng(0).uniform(-SIZE_MM / 2, SIZE_MM / 2, size=(2, 500))
+@pytest.mark.parametrize("halo", [(0, 0), (1, 3), (0, 2)])
+def test_the_face_under_a_point_is_the_one_whose_corners_surround_it(
+    rows: int, cols: int, halo: tuple[int, int]
+) -> None:
+    plate = plate_topology(rows, cols, SIZE_MM, halo)
+    half = np.array([[SIZE_MM], [plate.height_mm]]) / 2
+    x, y = np.random.default_rng(0).uniform(-half, half, size=(2, 500))
+    assert plate.shows(x, y).all()
     corner_x, corner_y = plate.x[plate.faces], plate.y[plate.faces]
     inside = np.ones((len(x), len(plate.faces)), dtype=bool)
     for k in range(3):
@@ -79,7 +83,7 @@ def test_points_on_the_sides_of_the_plate_have_a_face() -> None:
 @pytest.mark.parametrize("resolution", [SIDE, 20])
 def test_every_pixel_has_its_samples(resolution: int) -> None:
     plate = plate_topology(SIDE, SIDE, SIZE_MM)
-    camera = from_above(SIZE_MM, resolution)
+    camera = from_above(SIZE_MM, resolution, resolution)
     film = film_points(camera, 3, np.random.default_rng(0))
     samples = samples_from_above(plate, camera, film, 9)
     pixel = samples.pair_pixel[samples.pair]
