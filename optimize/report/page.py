@@ -8,6 +8,7 @@ from optimize.descent.targets import QUANTITIES, Quantity
 from optimize.report import figures, run_figures
 from optimize.report.content import Report
 from optimize.report.formatting import model_name
+from optimize.report.place_figures import place_figures
 from optimize.report.rendering import leaves, render_page
 from relief.files import write_atomically
 from relief.formats import FORMATS
@@ -43,6 +44,7 @@ def write_report(run_dir: Path, report: Report) -> Path:
         files=[(name, use) for name, use in FILES.items() if (run_dir / name).is_file()],
         **_context(report),
         **figures.touch_maps(report),
+        **place_figures(report),
         **figures.relief_figures(report),
     )
     path = run_dir / "report.html"
