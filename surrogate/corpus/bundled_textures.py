@@ -1,6 +1,6 @@
 """Example textures: three from public-domain photographs of scikit-image, nine from recipes of the corpus.
 
-The three photographs come also as tiles, which repeat.
+Each comes also as a tile, which repeats.
 
 ``python -m surrogate.corpus.bundled_textures`` writes them to ``mitsuba_scenes/textures``; ``--out`` names
 another folder.
@@ -8,7 +8,7 @@ another folder.
 
 import argparse
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -71,11 +71,13 @@ class Procedural:
         family: Name in `surrogate.families.FAMILIES`.
         draw: Seed of everything random in the texture.
         relief_mm: Height of white above black that suits the texture, mm.
+        periodic: Whether it is drawn as a tile.
     """
 
     family: str
     draw: int
     relief_mm: float
+    periodic: bool = False
 
     @property
     def recipe(self) -> Recipe:
@@ -85,7 +87,7 @@ class Procedural:
 
     def heights(self) -> NDArray[np.float64]:
         """Heights (SAMPLES, SAMPLES) from 0 to ``relief_mm``, in mm."""
-        return recipe_heights(self.recipe) * np.float64(self.relief_mm)
+        return recipe_heights(self.recipe, periodic=self.periodic) * np.float64(self.relief_mm)
 
 
 TEXTURES: Mapping[str, Crop | Procedural] = MappingProxyType(
@@ -105,14 +107,17 @@ TEXTURES: Mapping[str, Crop | Procedural] = MappingProxyType(
     }
 )
 """The example textures by name."""
-TILES: Mapping[str, Crop] = MappingProxyType(
+_JOINTS: Mapping[str, str] = {"gravel": "blend", "brick": "cut", "grass": "cut"}
+"""Of each photograph, the joint of the borders that has the smaller seam error."""
+TILES: Mapping[str, Crop | Procedural] = MappingProxyType(
     {
-        "gravel-tile": Crop("gravel", top=128, left=128, relief_mm=1.2, tile="blend"),
-        "brick-tile": Crop("brick", top=128, left=128, relief_mm=1.0, dark_is_high=True, tile="cut"),
-        "grass-tile": Crop("grass", top=128, left=128, relief_mm=1.0, tile="cut"),
+        f"{name}-tile": replace(texture, tile=_JOINTS[name])
+        if isinstance(texture, Crop)
+        else replace(texture, periodic=True)
+        for name, texture in TEXTURES.items()
     }
 )
-"""Squares of the same places that repeat along both axes, by name; joined with the smaller seam error."""
+"""The example textures as tiles, which repeat along both axes, by name."""
 
 
 def relief_from_photograph(grey: ArrayLike) -> NDArray[np.float64]:

@@ -133,17 +133,19 @@ def source_of_file(path: Path) -> str:
         return f"file/{hashlib.file_digest(file, 'sha256').hexdigest()}"
 
 
-def crop(rng: np.random.Generator, picture: Field, size: int) -> Field:
+def crop(rng: np.random.Generator, picture: Field, size: int, side_mm: float = PATCH_SIDE_MM) -> Field:
     """Cut a square at random from a picture.
 
-    The square spans 64 to 1024 picture samples or as many as there are. It is rotated by any angle or not at
-    all, and blurred by 0.01-0.3 mm on the plate beyond what its scale requires. The outer 0.5 % of heights at
-    either end saturate. Of up to 12 squares the first is taken whose relief is 15 % of the picture's.
+    On a plate of 10 mm, the square spans 64 to 1024 picture samples or as many as there are. It is rotated by
+    any angle or not at all, and blurred by 0.01-0.3 mm on the plate beyond what its scale requires. The outer
+    0.5 % of heights at either end saturate. Of up to 12 squares the first is taken whose relief is 15 % of
+    the picture's.
 
     Args:
         rng: Decides everything random.
         picture: (rows, cols) heights.
         size: Samples a side of the square.
+        side_mm: Side of the plate, mm; a larger plate spans more of the picture, as far as there is.
 
     Returns:
         Heights (size, size) in [0, 1].
@@ -154,7 +156,7 @@ def crop(rng: np.random.Generator, picture: Field, size: int) -> Field:
     whole = np.ptp(picture)
     best, most = None, -1.0
     for _ in range(_TRIES):
-        square = _square(rng, picture, size)
+        square = _square(rng, picture, size, side_mm)
         low, high = np.percentile(square, [_CLIPPED_PERCENT, 100 - _CLIPPED_PERCENT])
         if high - low > most:
             best, most = (square, low, high), high - low
@@ -166,7 +168,7 @@ def crop(rng: np.random.Generator, picture: Field, size: int) -> Field:
     return np.clip((square - low) / (high - low), 0.0, 1.0)
 
 
-def _square(rng: np.random.Generator, picture: Field, size: int) -> Field:
+def _square(rng: np.random.Generator, picture: Field, size: int, side_mm: float) -> Field:
     from scipy import ndimage
 
     rows, cols = picture.shape
@@ -174,11 +176,13 @@ def _square(rng: np.random.Generator, picture: Field, size: int) -> Field:
     spread = np.cos(angle) + np.sin(angle)
     widest = (min(rows, cols) - 1) / spread
     across = log_uniform(rng, min(_SMALLEST_CROP, 0.6 * widest), min(_LARGEST_CROP, widest))
+    if side_mm != PATCH_SIDE_MM:
+        across = min(across * side_mm / PATCH_SIDE_MM, widest)
     reach = across * spread / 2
     row, col = rng.uniform(reach, rows - 1 - reach), rng.uniform(reach, cols - 1 - reach)
     blur_mm = log_uniform(rng, 0.01, 0.3)
     # Half a plate sample keeps out detail below the plate's pitch; 0.7 picture samples soften their squares.
-    blur = np.hypot(max(0.5 * across / size, 0.7), blur_mm * across / PATCH_SIDE_MM)
+    blur = np.hypot(max(0.5 * across / size, 0.7), blur_mm * across / side_mm)
 
     margin = int(np.ceil(4 * blur)) + 2
     top, left = max(int(row - reach) - margin, 0), max(int(col - reach) - margin, 0)

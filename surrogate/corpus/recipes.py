@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, Field
 
 from relief.errors import InputError
-from relief.limits import HEIGHT_LIMIT_MM
+from relief.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
+from relief.preparing.tiling import OVERLAP, make_tile
 from surrogate.corpus.photographs import Photograph, bundled, by_name, crop
 from surrogate.corpus.splits import SHARES, SPLITS, Split, split_of
-from surrogate.families import FAMILIES, FIRST_FAMILIES
+from surrogate.families import FAMILIES, FIRST_FAMILIES, PERIODIC
 from surrogate.families.fields import log_uniform, smooth_noise, unit
+from surrogate.families.grid import Grid
 
 SAMPLES = 128
 """Samples a side of the paper's height maps."""
@@ -119,7 +121,12 @@ def recipes(
 
 
 def heights(
-    texture: Recipe, photographs: Mapping[str, Photograph] | None = None, *, samples: int = SAMPLES
+    texture: Recipe,
+    photographs: Mapping[str, Photograph] | None = None,
+    *,
+    samples: int = SAMPLES,
+    side_mm: float = PATCH_SIDE_MM,
+    periodic: bool = False,
 ) -> NDArray[np.float32]:
     """Make the height map of a recipe; the same recipe gives the same bits.
 
@@ -127,7 +134,11 @@ def heights(
         texture: The recipe.
         photographs: Pictures by name (`surrogate.corpus.photographs.by_name`); by default those of
             scikit-image.
-        samples: Samples a side of the plate, which is 10 mm wide.
+        samples: Samples a side of the plate.
+        side_mm: Side of the plate, mm; the corpus has 10 mm.
+        periodic: Whether to draw a tile that repeats along both axes: another texture of the same parameters.
+            Families that are not in `surrogate.families.PERIODIC`, and photographs, are drawn a quarter
+            larger, and their borders are joined (`relief.preparing.tiling`).
 
     Returns:
         Heights (samples, samples) in mm; the lowest is 0, the highest ``relief_mm`` to 2**-16 mm.
@@ -135,18 +146,21 @@ def heights(
     Raises:
         InputError: The source is not among ``photographs``, or cannot be read.
     """
-    field = unit(_shape(texture, photographs, samples))
+    grid = Grid(samples, side_mm, periodic)
+    field = unit(_shape(texture, photographs, grid))
     if texture.upside_down:
         field = 1 - field
     field = field**texture.power
     if texture.smooth_noise > 0:
-        swell = smooth_noise(_generator(texture.draw, _SMOOTH), samples, texture.swell_mm)
+        swell = smooth_noise(_generator(texture.draw, _SMOOTH), grid, texture.swell_mm)
         field = field + texture.smooth_noise * swell
     if texture.white_noise > 0:
         field = field + texture.white_noise * _generator(texture.draw, _WHITE).standard_normal(field.shape)
     if texture.symmetry >= 4:
         field = field.T
     field = np.rot90(field, texture.symmetry % 4)
+    if periodic:
+        field = _rolled(field)
     steps = np.rint(unit(field) * (texture.relief_mm / STEP_MM))
     return np.ascontiguousarray(steps * STEP_MM, dtype=np.float32)
 
@@ -165,16 +179,26 @@ def _family(rng: np.random.Generator, draw: int) -> str:
     return family
 
 
-def _shape(
-    texture: Recipe, photographs: Mapping[str, Photograph] | None, samples: int
-) -> NDArray[np.float64]:
+def _shape(texture: Recipe, photographs: Mapping[str, Photograph] | None, grid: Grid) -> NDArray[np.float64]:
+    if grid.periodic and texture.family not in PERIODIC:
+        samples = round(grid.samples * (1.0 + OVERLAP))
+        larger = _shape(texture, photographs, Grid(samples, samples * grid.pitch_mm))
+        return make_tile(larger, grid.samples).heights
     rng = _generator(texture.draw, _SHAPE)
     if texture.family is not None:
-        return FAMILIES[texture.family](rng, samples)
+        return FAMILIES[texture.family](rng, grid)
     available = by_name(bundled()) if photographs is None else photographs
     if texture.source not in available:
         raise InputError(f"{texture.source}: source: this photograph is not available")
-    return crop(rng, available[texture.source].read(), samples)
+    return crop(rng, available[texture.source].read(), grid.samples, grid.side_mm)
+
+
+def _rolled(tile: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The tile with its border where neighbouring rows, and columns, differ least."""
+    for axis in (0, 1):
+        steps = ((tile - np.roll(tile, 1, axis)) ** 2).mean(axis=1 - axis)
+        tile = np.roll(tile, -int(np.argmin(steps)), axis)
+    return tile
 
 
 def _picture(photographs: Sequence[Photograph], split_place: float, source_place: float) -> str:

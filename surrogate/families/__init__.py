@@ -13,6 +13,7 @@ from surrogate.families.dots import chequer_plate, dots
 from surrogate.families.fibres import fibres
 from surrogate.families.gaussian import gaussian
 from surrogate.families.gratings import crossed, grating
+from surrogate.families.grid import Grid
 from surrogate.families.knit import knit
 from surrogate.families.pores import pores
 from surrogate.families.ripples import ripples
@@ -26,11 +27,11 @@ from surrogate.families.turing import turing
 from surrogate.families.weave import weave
 from surrogate.families.wood import bark, wood
 
-Family = Callable[[np.random.Generator, int], NDArray[np.float64]]
-"""A function from a generator and the samples a side to heights (size, size) that fill [0, 1].
+Family = Callable[[np.random.Generator, Grid], NDArray[np.float64]]
+"""A function from a generator and a grid to heights (samples, samples) that fill [0, 1].
 
-The plate measures 10 x 10 mm. What is drawn depends on the generator alone; parameters are in mm, whatever
-the number of samples.
+What is drawn depends on the generator alone; parameters are in mm, whatever the number of samples. On a
+periodic grid, the families of `PERIODIC` go on as themselves across the borders.
 """
 
 FAMILIES: Mapping[str, Family] = MappingProxyType(
@@ -69,5 +70,12 @@ FAMILIES: Mapping[str, Family] = MappingProxyType(
     }
 )
 """Families by name, in an order that must never change."""
+PERIODIC = frozenset(FAMILIES) - {"fibres", "scratches", "tiles", "wood"}
+"""Families that can be drawn as tiles.
+
+They are sums of periodic waves, or cells around points that repeat, or lattices whose cells give way until
+whole ones fit into the period. Long strands, bricks with a tilt each and rings around a knot have no such
+form.
+"""
 FIRST_FAMILIES = 27
 """Number of families, from the first, that one random number chooses from; each later one has its own."""

@@ -2,23 +2,26 @@
 
 import numpy as np
 
-from surrogate.families.fields import Field, coordinates, log_uniform, scattered, smooth_noise, unit
+from surrogate.families.fields import Field, coordinates, log_uniform, repeats, scattered, smooth_noise, unit
+from surrogate.families.grid import Grid
 
 
-def crumpled(rng: np.random.Generator, size: int) -> Field:
+def crumpled(rng: np.random.Generator, grid: Grid) -> Field:
     """Triangles of 1.2-4 mm at random heights, and finer ones folded into them once or twice."""
     spacing = log_uniform(rng, 1.2, 4.0)
     octaves = int(rng.integers(1, 4))
     finer = rng.uniform(0.4, 0.55)
-    heights = rng.uniform(0.0, 0.5) * smooth_noise(rng, size, 1.5)
+    heights = rng.uniform(0.0, 0.5) * smooth_noise(rng, grid, 1.5)
     for octave in range(octaves):
-        heights = heights + finer**octave * _faces(rng, size, spacing * 0.45**octave)
+        heights = heights + finer**octave * _faces(rng, grid, spacing * 0.45**octave)
     return unit(heights)
 
 
-def _faces(rng: np.random.Generator, size: int, spacing: float) -> Field:
+def _faces(rng: np.random.Generator, grid: Grid, spacing: float) -> Field:
     from scipy.interpolate import LinearNDInterpolator
 
-    points = scattered(rng, spacing, 0.45, margin_mm=0.0)
-    faces = LinearNDInterpolator(points, rng.standard_normal(len(points)))
-    return faces(np.stack(coordinates(size), axis=-1))
+    points = scattered(rng, grid, spacing, 0.45, margin_mm=0.0)
+    heights = rng.standard_normal(len(points))
+    every = repeats(points, grid.period())
+    faces = LinearNDInterpolator(every, np.resize(heights, len(every)))
+    return faces(np.stack(coordinates(grid), axis=-1))

@@ -3,12 +3,13 @@
 import numpy as np
 
 from surrogate.families.fields import Field, any_direction, gaussian_field, log_uniform, turned, unit
+from surrogate.families.grid import Grid
 
 _FINEST_MM = 0.06
 """Blur (standard deviation) that keeps features above 0.3 mm, the least that a pitch of 0.08 mm resolves."""
 
 
-def gaussian(rng: np.random.Generator, size: int) -> Field:
+def gaussian(rng: np.random.Generator, grid: Grid) -> Field:
     """A Gaussian field whose spectrum is flat above a corner wavelength of 0.6-4 mm and falls below it.
 
     The fall of amplitude has a slope of 1.5 (rough at every scale) to 5 (smooth hills). Half of the fields
@@ -25,4 +26,4 @@ def gaussian(rng: np.random.Generator, size: int) -> Field:
         cut = np.exp(-2 * (np.pi * _FINEST_MM) ** 2 * (fx**2 + fy**2))
         return (1 + corner**2 * squared) ** (-slope / 2) * cut
 
-    return unit(gaussian_field(rng, size, amplitude))
+    return unit(gaussian_field(rng, grid, amplitude))

@@ -6,6 +6,7 @@ import numpy as np
 
 from surrogate.families import fields
 from surrogate.families.fields import Field
+from surrogate.families.grid import Grid
 
 
 def _ribs(rng: np.random.Generator) -> Callable[[Field], Field]:
@@ -24,28 +25,28 @@ def _ribs(rng: np.random.Generator) -> Callable[[Field], Field]:
     return profiles[rng.integers(len(profiles))]
 
 
-def grating(rng: np.random.Generator, size: int) -> Field:
+def grating(rng: np.random.Generator, grid: Grid) -> Field:
     """Ribs of period 0.6-5 mm in any direction: sinusoidal, sharp, triangular, flat-topped or round.
 
     Some wander by up to a third of a period.
     """
     period = fields.log_uniform(rng, 0.6, 5.0)
-    across, _ = fields.turned(*fields.coordinates(size), fields.any_direction(rng))
+    across, _ = fields.lattice(grid, fields.any_direction(rng), period, period)
     place = across / period + rng.random()
     if rng.random() < 0.4:
-        place = place + rng.uniform(0.05, 0.3) * fields.smooth_noise(rng, size, rng.uniform(1.0, 2.5))
+        place = place + rng.uniform(0.05, 0.3) * fields.smooth_noise(rng, grid, rng.uniform(1.0, 2.5))
     return fields.unit(_ribs(rng)(place % 1.0))
 
 
-def crossed(rng: np.random.Generator, size: int) -> Field:
+def crossed(rng: np.random.Generator, grid: Grid) -> Field:
     """Two gratings of period 0.6-3 mm, 60-90 degrees apart: pyramids, waffles, knurls, studs."""
     angle = fields.any_direction(rng)
     period = fields.log_uniform(rng, 0.6, 3.0)
     second_period = period if rng.random() < 0.6 else fields.log_uniform(rng, 0.6, 3.0)
     second_angle = angle + (np.pi / 2 if rng.random() < 0.6 else rng.uniform(np.pi / 3, np.pi / 2))
-    x, y = fields.coordinates(size)
     profile = _ribs(rng)
-    first = profile((fields.turned(x, y, angle)[0] / period + rng.random()) % 1.0)
-    second = profile((fields.turned(x, y, second_angle)[0] / second_period + rng.random()) % 1.0)
+    first = profile((fields.lattice(grid, angle, period, period)[0] / period + rng.random()) % 1.0)
+    across, _ = fields.lattice(grid, second_angle, second_period, second_period)
+    second = profile((across / second_period + rng.random()) % 1.0)
     together = [np.minimum(first, second), np.maximum(first, second), first * second, first + second]
     return fields.unit(together[rng.integers(len(together))])

@@ -4,17 +4,18 @@ import numpy as np
 
 from surrogate.families import fields
 from surrogate.families.fields import Field
+from surrogate.families.grid import Grid
 
 
-def knit(rng: np.random.Generator, size: int) -> Field:
+def knit(rng: np.random.Generator, grid: Grid) -> Field:
     """Columns of V-shaped stitches 1.2-3.5 mm wide, each leg a twisted strand that dips at both ends."""
     wide = fields.log_uniform(rng, 1.2, 3.5)
     tall = wide * rng.uniform(0.65, 0.9)
     thick = rng.uniform(0.17, 0.21)
     twist = rng.uniform(0.0, 0.15)
-    u, v = fields.turned(*fields.coordinates(size), fields.any_direction(rng))
-    u = u / wide + rng.uniform(0.01, 0.05) * fields.smooth_noise(rng, size, 1.2) + rng.random()
-    v = v / tall + rng.uniform(0.01, 0.05) * fields.smooth_noise(rng, size, 1.2) + rng.random()
+    u, v = fields.lattice(grid, fields.any_direction(rng), wide, tall)
+    u = u / wide + rng.uniform(0.01, 0.05) * fields.smooth_noise(rng, grid, 1.2) + rng.random()
+    v = v / tall + rng.uniform(0.01, 0.05) * fields.smooth_noise(rng, grid, 1.2) + rng.random()
     column = np.abs(u - np.floor(u) - 0.5)
     row = v - np.floor(v)
     heights = np.zeros_like(u)

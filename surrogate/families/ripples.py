@@ -3,9 +3,10 @@
 import numpy as np
 
 from surrogate.families.fields import Field, any_direction, log_uniform, rough_noise, turned, unit, wave_field
+from surrogate.families.grid import Grid
 
 
-def ripples(rng: np.random.Generator, size: int) -> Field:
+def ripples(rng: np.random.Generator, grid: Grid) -> Field:
     """Crests 0.7-3 mm apart about a random direction, sharper than the troughs and steeper on one side."""
     period = log_uniform(rng, 0.7, 3.0)
     angle = any_direction(rng)
@@ -19,6 +20,6 @@ def ripples(rng: np.random.Generator, size: int) -> Field:
         along, across = turned(fx, -fy, angle)
         return np.exp(-(((along * period - 1) / order) ** 2) / 2 - (across * period / spread) ** 2 / 2)
 
-    phase = wave_field(rng, size, amplitude)
+    phase = wave_field(rng, grid, amplitude)
     crests = (0.5 + 0.5 * np.cos(phase + lean * np.sin(phase))) ** sharpness
-    return unit(crests + grain * rough_noise(rng, size, 1.0, 1.0))
+    return unit(crests + grain * rough_noise(rng, grid, 1.0, 1.0))

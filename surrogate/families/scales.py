@@ -2,16 +2,17 @@
 
 import numpy as np
 
-from surrogate.families.fields import Field, any_direction, coordinates, log_uniform, smoothstep, turned, unit
+from surrogate.families.fields import Field, any_direction, lattice, log_uniform, smoothstep, unit
+from surrogate.families.grid import Grid
 
 
-def scales(rng: np.random.Generator, size: int) -> Field:
+def scales(rng: np.random.Generator, grid: Grid) -> Field:
     """Rows of scales 1-3.5 mm wide, each rising toward a free edge that is round, pointed or straight."""
     wide = log_uniform(rng, 1.0, 3.5)
     step = wide * rng.uniform(0.4, 0.6)
     roundness = rng.choice([1.2, 2.0, 6.0])
     arch = rng.uniform(0.0, 0.5)
-    u, v = turned(*coordinates(size), any_direction(rng))
+    u, v = lattice(grid, any_direction(rng), wide, step, (1, 2))
     u, v = u / wide + rng.random(), v / step + rng.random()
     heights = np.zeros_like(u)
     row = np.floor(v)

@@ -2,22 +2,24 @@
 
 import numpy as np
 
-from relief.limits import PATCH_SIDE_MM
 from surrogate.families import fields
 from surrogate.families.fields import Field
+from surrogate.families.grid import Grid
 
 
-def terraces(rng: np.random.Generator, size: int) -> Field:
+def terraces(rng: np.random.Generator, grid: Grid) -> Field:
     """3 to 9 terraces cut into rolling ground, a slope or a cone; edges 0.08-0.3 of a terrace wide."""
     levels = int(rng.integers(3, 10))
-    x, y = fields.coordinates(size)
+    x, y = fields.coordinates(grid)
+    # On a tile, what goes up comes down again.
+    right, up = (np.abs(x), np.abs(y)) if grid.periodic else (x, y)
     grounds = [
-        fields.smooth_noise(rng, size, rng.uniform(0.7, 1.8)),
-        fields.turned(x, y, rng.uniform(0, np.pi))[0] / 2
-        + rng.uniform(0, 0.6) * fields.smooth_noise(rng, size, 1.0),
-        np.hypot(x - rng.uniform(-4, 4), y - rng.uniform(-4, 4)) / 2
-        + 0.3 * fields.smooth_noise(rng, size, 1.0),
-        fields.rough_noise(rng, size, rng.uniform(3.0, 6.0), 2.2),
+        fields.smooth_noise(rng, grid, rng.uniform(0.7, 1.8)),
+        fields.turned(right, up, rng.uniform(0, np.pi))[0] / 2
+        + rng.uniform(0, 0.6) * fields.smooth_noise(rng, grid, 1.0),
+        np.hypot(grid.offset(x - rng.uniform(-4, 4)), grid.offset(y - rng.uniform(-4, 4))) / 2
+        + 0.3 * fields.smooth_noise(rng, grid, 1.0),
+        fields.rough_noise(rng, grid, rng.uniform(3.0, 6.0), 2.2),
     ]
     ground = fields.unit(grounds[rng.integers(len(grounds))]) * levels
     edge = rng.uniform(0.08, 0.3)
@@ -26,13 +28,13 @@ def terraces(rng: np.random.Generator, size: int) -> Field:
     return fields.unit(stepped + rng.uniform(0.0, 0.25) * ground)
 
 
-def blocks(rng: np.random.Generator, size: int) -> Field:
+def blocks(rng: np.random.Generator, grid: Grid) -> Field:
     """Upright blocks of 0.5-5 mm: the plate is cut in two again and again, each part at its own height."""
     smallest = fields.log_uniform(rng, 0.5, 2.0)
     edge = 0.12
-    u, v = fields.turned(*fields.coordinates(size), fields.any_direction(rng))
+    u, v = fields.turned(*fields.coordinates(grid), grid.direction(fields.any_direction(rng)))
     heights = np.zeros_like(u)
-    reach = PATCH_SIDE_MM / np.sqrt(2)
+    reach = grid.side_mm / 2 if grid.periodic else grid.side_mm / np.sqrt(2)
     parts = [(-reach, reach, -reach, reach)]
     while parts:
         left, right, bottom, top = parts.pop()
@@ -47,6 +49,10 @@ def blocks(rng: np.random.Generator, size: int) -> Field:
                 cut = bottom + share * tall
                 parts += [(left, right, bottom, cut), (left, right, cut, top)]
             continue
-        inside = np.minimum(np.minimum(u - left, right - u), np.minimum(v - bottom, top - v))
+        if grid.periodic:
+            across, along = grid.offset(u - (left + right) / 2), grid.offset(v - (bottom + top) / 2)
+            inside = np.minimum(wide / 2 - np.abs(across), tall / 2 - np.abs(along))
+        else:
+            inside = np.minimum(np.minimum(u - left, right - u), np.minimum(v - bottom, top - v))
         heights += rng.random() * fields.smoothstep(inside / edge + 0.5)
     return fields.unit(heights)

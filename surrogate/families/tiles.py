@@ -5,19 +5,20 @@ from numpy.typing import NDArray
 
 from surrogate.families import fields
 from surrogate.families.fields import Field
+from surrogate.families.grid import Grid
 
 
-def tiles(rng: np.random.Generator, size: int) -> Field:
+def tiles(rng: np.random.Generator, grid: Grid) -> Field:
     """Square tiles, bricks or hexagons 1-4 mm wide; joints of 0.15-0.4 mm, rounded edges.
 
     Every tile has a level and a tilt of its own, and a face that may be rough.
     """
     wide = fields.log_uniform(rng, 1.0, 4.0)
-    u, v = fields.turned(*fields.coordinates(size), fields.any_direction(rng))
+    u, v = fields.turned(*fields.coordinates(grid), fields.any_direction(rng))
     patterns = ("square", "brick", "hexagon")
     pattern = patterns[rng.integers(len(patterns))]
     if pattern == "hexagon":
-        points = fields.scattered(rng, wide, 0.0, margin_mm=3.0)
+        points = fields.scattered(rng, grid, wide, 0.0, margin_mm=3.0)
         inside, tile = fields.border_distance(points, u, v)
     else:
         tall = wide * (rng.uniform(0.35, 0.6) if pattern == "brick" else 1.0)
@@ -29,7 +30,7 @@ def tiles(rng: np.random.Generator, size: int) -> Field:
     level = rng.uniform(1 - rng.uniform(0.0, 0.35), 1.0, count)[tile]
     tilt = rng.normal(0.0, rng.uniform(0.0, 0.06), (count, 2))[tile]
     face = level + tilt[..., 0] * np.sin(u) + tilt[..., 1] * np.sin(v)
-    rough = rng.uniform(0.0, 0.08) * fields.rough_noise(rng, size, 1.2, 1.2)
+    rough = rng.uniform(0.0, 0.08) * fields.rough_noise(rng, grid, 1.2, 1.2)
     return fields.unit((face + rough) * fields.smoothstep((inside - joint / 2) / rounding) + 0.3 * rough)
 
 

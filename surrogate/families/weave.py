@@ -5,11 +5,14 @@ from numpy.typing import NDArray
 
 from surrogate.families import fields
 from surrogate.families.fields import Field
+from surrogate.families.grid import Grid
 
-_BINDINGS = ("plain", "basket", "twill", "broken twill", "satin")
+_REPEATS = {"plain": (2, 2), "basket": (4, 4), "twill": (4, 4), "broken twill": (4, 8), "satin": (5, 5)}
+"""Yarns along and across after which a binding repeats."""
+_BINDINGS = tuple(_REPEATS)
 
 
-def weave(rng: np.random.Generator, size: int) -> Field:
+def weave(rng: np.random.Generator, grid: Grid) -> Field:
     """Round yarns 0.6-2.4 mm apart, one set across the other, over and under as the binding says.
 
     The cloth is turned, its yarns wander a little and are twisted of fibres.
@@ -20,9 +23,9 @@ def weave(rng: np.random.Generator, size: int) -> Field:
     width = rng.uniform(0.8, 1.0)
     crimp = rng.uniform(0.4, 1.0)
     twist = rng.uniform(0.0, 0.12)
-    u, v = fields.turned(*fields.coordinates(size), fields.any_direction(rng))
-    u = u / across_mm + rng.uniform(0.02, 0.08) * fields.smooth_noise(rng, size, 1.0) + rng.random()
-    v = v / along_mm + rng.uniform(0.02, 0.08) * fields.smooth_noise(rng, size, 1.0) + rng.random()
+    u, v = fields.lattice(grid, fields.any_direction(rng), across_mm, along_mm, _REPEATS[binding])
+    u = u / across_mm + rng.uniform(0.02, 0.08) * fields.smooth_noise(rng, grid, 1.0) + rng.random()
+    v = v / along_mm + rng.uniform(0.02, 0.08) * fields.smooth_noise(rng, grid, 1.0) + rng.random()
     warp = _yarn(u, v, binding, width, crimp, twist, 1.0)
     weft = _yarn(v, u, binding, width, crimp, twist, -1.0)
     return fields.unit(np.maximum(np.maximum(warp, weft), -crimp))

@@ -4,21 +4,22 @@ import numpy as np
 
 from surrogate.families import fields
 from surrogate.families.fields import Field
+from surrogate.families.grid import Grid
 
 
-def wood(rng: np.random.Generator, size: int) -> Field:
+def wood(rng: np.random.Generator, grid: Grid) -> Field:
     """Weathered wood: ridges 0.6-2.5 mm apart along the grain, fibres, pores, at times a knot."""
     angle = fields.any_direction(rng)
     spacing = fields.log_uniform(rng, 0.6, 2.5)
-    u, v = fields.turned(*fields.coordinates(size), angle)
+    u, v = fields.turned(*fields.coordinates(grid), angle)
     rings = v if rng.random() < 0.6 else _around_knot(rng, u, v)
     rings = rings + rng.uniform(-0.02, 0.02) * u**2
-    rings = rings + rng.uniform(0.2, 0.8) * fields.streaks(rng, size, 1.0, rng.uniform(2.0, 5.0), angle)
-    place = (rings / spacing + 0.25 * fields.smooth_noise(rng, size, 2.5)) % 1.0
+    rings = rings + rng.uniform(0.2, 0.8) * fields.streaks(rng, grid, 1.0, rng.uniform(2.0, 5.0), angle)
+    place = (rings / spacing + 0.25 * fields.smooth_noise(rng, grid, 2.5)) % 1.0
     steep = rng.uniform(0.15, 0.3)
     ridges = place ** rng.uniform(1.0, 2.5) * (1 - fields.smoothstep((place - 1 + steep) / steep))
-    fibres = rng.uniform(0.04, 0.15) * fields.streaks(rng, size, 0.06, rng.uniform(10.0, 25.0), angle)
-    pores = fields.smoothstep((fields.streaks(rng, size, 0.07, 7.0, angle) - rng.uniform(1.3, 2.2)) / 0.6)
+    fibres = rng.uniform(0.04, 0.15) * fields.streaks(rng, grid, 0.06, rng.uniform(10.0, 25.0), angle)
+    pores = fields.smoothstep((fields.streaks(rng, grid, 0.07, 7.0, angle) - rng.uniform(1.3, 2.2)) / 0.6)
     return fields.unit(ridges + fibres - rng.uniform(0.0, 0.5) * pores)
 
 
@@ -31,21 +32,21 @@ def _around_knot(rng: np.random.Generator, u: Field, v: Field) -> Field:
     return stream + 1.5 * np.minimum(np.sqrt(squared) - radius, 0.0)
 
 
-def bark(rng: np.random.Generator, size: int) -> Field:
+def bark(rng: np.random.Generator, grid: Grid) -> Field:
     """Bark: rough plates 0.8-2.5 mm wide and 2-5 times as long between deep, winding furrows."""
-    angle = fields.any_direction(rng)
+    angle = grid.direction(fields.any_direction(rng))
     spacing = fields.log_uniform(rng, 0.8, 2.5)
     longer = rng.uniform(2.0, 5.0)
-    u, v = fields.turned(*fields.coordinates(size), angle)
+    u, v = fields.turned(*fields.coordinates(grid), angle)
     bend = spacing * rng.uniform(0.08, 0.2)
-    u = (u + bend * fields.rough_noise(rng, size, 2 * spacing, 2.2)) / longer
-    v = v + bend * fields.rough_noise(rng, size, 2 * spacing, 2.2)
-    points = fields.scattered(rng, spacing, rng.uniform(0.4, 0.6))
-    distance, plate = fields.border_distance(points, u, v)
+    u = (u + bend * fields.rough_noise(rng, grid, 2 * spacing, 2.2)) / longer
+    v = v + bend * fields.rough_noise(rng, grid, 2 * spacing, 2.2)
+    points = fields.scattered(rng, grid, spacing, rng.uniform(0.4, 0.6), squeeze=longer)
+    distance, plate = fields.border_distance(points, u, v, grid.period(longer))
     tall = rng.uniform(0.6, 1.0, len(points))[plate]
     plates = tall * fields.smoothstep(distance / (spacing * rng.uniform(0.25, 0.5))) ** rng.uniform(0.6, 1.0)
-    rough = fields.streaks(rng, size, 0.12, rng.uniform(2.0, 5.0), angle)
+    rough = fields.streaks(rng, grid, 0.12, rng.uniform(2.0, 5.0), angle)
     rugged = rng.uniform(0.02, 0.08) * rough + rng.uniform(0.01, 0.05) * fields.rough_noise(
-        rng, size, 1.5, 1.2
+        rng, grid, 1.5, 1.2
     )
     return fields.unit(plates + rugged)

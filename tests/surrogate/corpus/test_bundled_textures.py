@@ -32,9 +32,12 @@ def test_writing_leaves_nothing_but_the_textures(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", textures.TILES)
-def test_a_tile_goes_on_across_its_borders_and_is_the_photograph_inside(name: str) -> None:
-    tile, square = ALL[name].heights(), ALL[name.removesuffix("-tile")].heights()
-    assert max(seams(tile)) < 1.0 < max(seams(square))
+def test_a_tile_goes_on_across_its_borders_and_shows_the_photograph_inside(name: str) -> None:
+    tile = ALL[name].heights()
+    assert max(seams(tile)) < 1.0
+    if isinstance(ALL[name], textures.Procedural):
+        return
+    square = ALL[name.removesuffix("-tile")].heights()
     inside = slice(round(SAMPLES * OVERLAP), -1)
     assert np.corrcoef(tile[inside, inside].ravel(), square[inside, inside].ravel())[0, 1] > 0.99
 

@@ -56,7 +56,7 @@ def test_the_example_textures_are_in_the_split_of_the_pictures_that_they_are_cut
 
 def test_the_example_textures_are_never_trained_on() -> None:
     files = sorted(EXAMPLES.glob("*.png"))
-    assert len(files) == 15
+    assert len(files) == 24
     assert {split_of(source_of_file(file)) for file in files} == {"test"}
 
 
