@@ -19,6 +19,7 @@ from torch import Tensor
 
 from relief.arrays import Array
 from tactile.layer_response import layer_response
+from tactile.layered_response import layered_response
 from tactile.skin import Skin
 from tactile.strain import STRAIN_COMPONENTS
 
@@ -108,11 +109,11 @@ def sliding_layer(skin: Skin, samples: int, size_mm: float) -> CosineLayer:
     """The layer of a skin with sliding sides on an n x n patch, at unit modulus, in double precision.
 
     Args:
-        skin: only Poisson's ratio, thickness and depth matter here.
+        skin: all but force and modulus matters here.
         samples: n.
         size_mm: side of the patch.
     """
-    symbols = layer_symbols(samples, size_mm, skin.poisson_ratio, skin.thickness_mm, skin.depth_mm)
+    symbols = layer_symbols(samples, size_mm, skin)
     return CosineLayer(samples, size_mm, *map(torch.as_tensor, (*modes_at_centres(samples), *symbols)))
 
 
@@ -124,14 +125,13 @@ def modes_at_centres(n: int) -> tuple[Array, Array]:
     return np.cos(angle) * scale, np.sin(angle) * scale
 
 
-def layer_symbols(
-    n: int, size_mm: float, poisson_ratio: float, thickness_mm: float, depth_mm: float
-) -> tuple[Array, Array]:
-    """Surface compliance (n, n) in mm and strains at depth (6, n, n) per mode, at E = 1 MPa."""
+def layer_symbols(n: int, size_mm: float, skin: Skin) -> tuple[Array, Array]:
+    """Surface compliance (n, n) in mm and strains at depth (6, n, n) per mode, at a modulus of 1 MPa."""
     wavenumber = np.pi * np.arange(n) / size_mm
     kr, kc = np.meshgrid(wavenumber, wavenumber, indexing="ij")
     k = np.hypot(kr, kc)
-    layer = layer_response(k, poisson_ratio, thickness_mm, depth_mm)
+    block = skin.poisson_ratio, skin.thickness_mm, skin.depth_mm
+    layer = layered_response(k, *block, skin.stack) if skin.layers else layer_response(k, *block)
     # Lateral displacement is minus (U/k) times the gradient of the pressure pattern; W/k terms are those of
     # the shear strain.
     over_k = np.divide(layer.lateral, k, out=np.zeros_like(k), where=k > 0)

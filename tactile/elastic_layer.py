@@ -21,6 +21,7 @@ from relief.cache import Arrays, cached, fingerprint
 from relief.progress import stage
 from tactile.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd, sliding_layer
 from tactile.interpolation import mirrored_centres, mirrored_hats
+from tactile.layers import even_levels
 from tactile.skin import Skin
 from tactile.strain import STRAIN_COMPONENTS
 
@@ -121,7 +122,7 @@ def elastic_layer_operator(
     The coarse part takes some seconds to build the first time, and comes from disk after that.
 
     Args:
-        skin: only Poisson's ratio, thickness and depth matter here.
+        skin: all but force and modulus matters here.
         samples: n.
         size_mm: side of the patch.
         dtype: of the operator's tensors.
@@ -133,8 +134,7 @@ def elastic_layer_operator(
     """
     if coarse % 2:
         raise ValueError("coarse must be even: the mesh is split at its mirror planes")
-    block = Skin(poisson_ratio=skin.poisson_ratio, thickness_mm=skin.thickness_mm, depth_mm=skin.depth_mm)
-    return _operator(block, samples, size_mm, dtype, coarse, free_sides)
+    return _operator(skin.at_unit_modulus(), samples, size_mm, dtype, coarse, free_sides)
 
 
 @lru_cache(maxsize=8)
@@ -151,6 +151,7 @@ def _free_sides(skin: Skin, n: int, size: float, coarse: int) -> FreeSides:
         "nu": skin.poisson_ratio,
         "thickness": skin.thickness_mm,
         "depth": skin.depth_mm,
+        "layers": repr(skin.stack),
         "size": size,
         "coarse": coarse,
     }
@@ -178,13 +179,14 @@ def _free_minus_sliding(skin: Skin, size: float, coarse: int) -> Arrays:
     # Imported to build only: scikit-fem is not loaded while the cache serves.
     from tactile.structured.block import depth_levels, quarter_responses
 
-    levels = depth_levels(skin.depth_mm, skin.thickness_mm, COARSE_LAYER_MM)
+    if skin.layers:
+        levels = even_levels(skin.thickness_mm, COARSE_LAYER_MM, skin.stack)
+    else:
+        levels = depth_levels(skin.depth_mm, skin.thickness_mm, COARSE_LAYER_MM)
     both = []
     with stage("building the elastic layer (kept on disk)", 2) as advance:
         for sides in ("free", "sliding"):
-            both.append(
-                quarter_responses(size / 2.0, coarse // 2, levels, skin.depth_mm, skin.poisson_ratio, sides)
-            )
+            both.append(quarter_responses(size / 2.0, coarse // 2, levels, skin, sides))
             advance()
     free, sliding = both
     arrays: Arrays = {}

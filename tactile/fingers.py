@@ -27,7 +27,7 @@ VARIATIONS = (
     ("shallower receptors", 1.0, 2.0 / 3.0),
     ("deeper receptors", 1.0, 4.0 / 3.0),
 )
-"""Name, factor of Young's modulus and factor of the receptor depth of each finger. Of the default skin: 0.25,
+"""Name, factor of Young's moduli and factor of the receptor depth of each finger. Of the default skin: 0.25,
 0.5 and 1 MPa, and 0.5, 0.75 and 1 mm."""
 MOST_SAMPLES = 160
 """Most samples a side that are pressed; a finer patch is averaged to fewer."""
@@ -59,7 +59,9 @@ def _varied(skin: Skin, stiffness: float, depth: float) -> Skin:
     deeper = depth * skin.depth_mm
     if deeper >= skin.thickness_mm:
         deeper = 0.5 * (skin.depth_mm + skin.thickness_mm)
-    return replace(skin, young_modulus_mpa=stiffness * skin.young_modulus_mpa, depth_mm=deeper)
+    layers = tuple((thickness, stiffness * modulus) for thickness, modulus in skin.layers)
+    modulus = stiffness * skin.young_modulus_mpa
+    return replace(skin, young_modulus_mpa=modulus, depth_mm=deeper, layers=layers)
 
 
 @stage("pressing with other fingers")

@@ -160,8 +160,10 @@ def net_solver(skin: Skin, samples: int, size_mm: float, folder: Path = FOLDER) 
         folder: of the net's weights and card.
 
     Raises:
-        InputError: the folder has no such net, or the net holds for another skin or grid.
+        InputError: the folder has no such net, the net holds for another skin or grid, or skin has layers.
     """
+    if skin.layers:
+        raise InputError('touch.model: the net is trained for skin without layers; use "layer"')
     net, card = load_net_for("touch.model", KIND, CHANNELS, folder)
     _check(card.valid, validity(skin, samples, size_mm))
     return solver_of(net, elastic_layer_operator(skin, samples, size_mm, torch.float32))

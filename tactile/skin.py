@@ -1,7 +1,8 @@
 """The skin: a soft block under a rigid one, pressed on a rigid texture (paper section 4.2)."""
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 from relief.errors import InputError
 
@@ -10,6 +11,15 @@ MAX_POISSON_RATIO = 0.499
 LARGEST_THICKNESS_MM = 20.0
 """Largest thickness, mm, eight times the usual one. The meshes have layers of at most 0.3 mm, so that memory
 grows with the thickness: with 64 nodes a side 6.25 mm take a minute and 2.6 GB."""
+MOST_LAYERS = 8
+"""Most layers above the base."""
+THINNEST_LAYER_MM = 0.02
+"""Least thickness of a layer, mm, that of the stratum corneum."""
+MODULUS_RATIO = 1000.0
+"""Largest ratio, either way, of a layer's modulus to the base's: up to here the elements are measured."""
+
+Layers = tuple[tuple[float, float], ...]
+"""Layers of the skin from the surface down: thickness in mm and Young's modulus in MPa of each."""
 
 
 @dataclass(frozen=True)
@@ -21,11 +31,15 @@ class Skin:
     to 0.12). Displacements depend on force/E only, so one set of operators serves every modulus and force.
 
     Attributes:
-        young_modulus_mpa: Young's modulus of the soft half, N/mm².
+        young_modulus_mpa: Young's modulus of the soft half, N/mm²; with layers, that of the base below them.
         poisson_ratio: Poisson's ratio of the soft half, in [0, 0.499].
         force_n: total normal force, N.
         thickness_mm: thickness of the soft half, at most 20; it is bonded to the rigid half (bone).
-        depth_mm: depth of the receptors below the skin's surface, where strain is read.
+        depth_mm: depth of the receptors below the skin's surface, where strain is read; on a boundary between
+            layers it is the lower layer's strain.
+        layers: at most 8 layers above the base, from the surface down: thickness in mm, at least 0.02, and
+            Young's modulus in MPa, between a thousandth and a thousand times the base's. The base takes what
+            they leave of `thickness_mm`. Poisson's ratio is the same everywhere.
 
     Raises:
         InputError: a value is not finite or out of range.
@@ -36,9 +50,10 @@ class Skin:
     force_n: float = 10.0
     thickness_mm: float = 2.5
     depth_mm: float = 0.75
+    layers: Layers = ()
 
     def __post_init__(self) -> None:
-        for name, value in asdict(self).items():
+        for name, value in self.numbers().items():
             if not math.isfinite(value):
                 raise InputError(f"skin.{name}: {value} is not a finite number")
         for name in ("young_modulus_mpa", "force_n", "thickness_mm", "depth_mm"):
@@ -52,6 +67,56 @@ class Skin:
             raise InputError(
                 f"skin.depth_mm: {self.depth_mm} is not less than thickness_mm {self.thickness_mm}"
             )
+        self._check_layers()
+
+    def _check_layers(self) -> None:
+        try:
+            pairs = tuple((float(thickness), float(modulus)) for thickness, modulus in self.layers)
+        except (TypeError, ValueError):
+            raise InputError(
+                f"skin.layers: {self.layers!r} is not a list of pairs of thickness_mm and young_modulus_mpa"
+            ) from None
+        # A list, as files have it, would not be hashable.
+        object.__setattr__(self, "layers", pairs)
+        if len(pairs) > MOST_LAYERS:
+            raise InputError(f"skin.layers: {len(pairs)} layers are more than {MOST_LAYERS}")
+        for number, (thickness, modulus) in enumerate(pairs, 1):
+            # Written so that NaN is refused.
+            if not thickness >= THINNEST_LAYER_MM:
+                raise InputError(
+                    f"skin.layers: layer {number}: thickness {thickness} mm is not at least "
+                    f"{THINNEST_LAYER_MM:g}"
+                )
+            least, most = self.young_modulus_mpa / MODULUS_RATIO, self.young_modulus_mpa * MODULUS_RATIO
+            # Room for the rounding of moduli in units of the base's (`at_unit_modulus`).
+            if not (1.0 - 1e-12) * least <= modulus <= (1.0 + 1e-12) * most:
+                raise InputError(
+                    f"skin.layers: layer {number}: modulus {modulus} MPa is outside [{least:g}, {most:g}], a "
+                    f"thousandth to a thousand times young_modulus_mpa"
+                )
+        together = sum(thickness for thickness, _ in pairs)
+        if pairs and not together <= self.thickness_mm - THINNEST_LAYER_MM:
+            raise InputError(
+                f"skin.layers: {together:g} mm together leave less than {THINNEST_LAYER_MM:g} mm of "
+                f"thickness_mm {self.thickness_mm:g} for the base"
+            )
+
+    def numbers(self) -> dict[str, float]:
+        """The parameters that are numbers, by name: all but the layers."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "layers"}
+
+    def described(self) -> dict[str, Any]:
+        """The parameters by name, as files tell them; layers only where there are some."""
+        return self.numbers() | ({"layers": [list(layer) for layer in self.layers]} if self.layers else {})
+
+    @property
+    def stack(self) -> Layers:
+        """The layers, their moduli in units of `young_modulus_mpa`."""
+        return tuple((thickness, modulus / self.young_modulus_mpa) for thickness, modulus in self.layers)
+
+    def at_unit_modulus(self) -> "Skin":
+        """The skin that has the same operators: the one of unit modulus and force."""
+        return replace(self, young_modulus_mpa=1.0, force_n=1.0, layers=self.stack)
 
     def mean_pressure_mpa(self, size_mm: float) -> float:
         """Mean pressure in N/mm² on a square patch of side `size_mm`."""

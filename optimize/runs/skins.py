@@ -1,7 +1,6 @@
 """Skins of runs: the keys that describe a finger, and files that give them a name."""
 
 import os
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -15,12 +14,15 @@ from tactile.skin import LARGEST_THICKNESS_MM, MAX_POISSON_RATIO, Skin
 OWN = "own"
 """Name of a skin whose values are not all those of a file."""
 
+Layer = Annotated[tuple[Positive, Positive], Field(strict=False)]
+"""Thickness in mm and modulus in MPa of a layer: a list in TOML, which strict tuples would not take."""
+
 
 class SkinKeys(Section):
     """The keys of a skin file, which `[touch]` of a run file has as well.
 
     Attributes:
-        young_modulus_mpa, poisson_ratio, force_n, thickness_mm, depth_mm: as in `tactile.Skin`.
+        young_modulus_mpa, poisson_ratio, force_n, thickness_mm, depth_mm, layers: as in `tactile.Skin`.
     """
 
     young_modulus_mpa: Positive = 0.5
@@ -28,6 +30,7 @@ class SkinKeys(Section):
     force_n: Positive = 10.0
     thickness_mm: Annotated[float, Field(gt=0, le=LARGEST_THICKNESS_MM)] = 2.5
     depth_mm: Positive = 0.75
+    layers: Annotated[tuple[Layer, ...], Field(strict=False)] = ()
 
     @property
     def finger(self) -> Skin:
@@ -35,11 +38,11 @@ class SkinKeys(Section):
         return Skin(**{name: getattr(self, name) for name in SKIN_KEYS})
 
     @model_validator(mode="after")
-    def _depth_within_thickness(self) -> Self:
-        if self.depth_mm >= self.thickness_mm:
-            raise ValueError(
-                f"depth_mm: {self.depth_mm:g} is not less than thickness_mm {self.thickness_mm:g}"
-            )
+    def _depth_and_layers_within_thickness(self) -> Self:
+        try:
+            _ = self.finger
+        except InputError as error:
+            raise ValueError(str(error).removeprefix("skin.")) from None
         return self
 
 
@@ -58,7 +61,7 @@ def load_skin(name: str | os.PathLike[str] = DEFAULT_SKIN) -> Skin:
 
 def described_skin(skin: Skin, name: str) -> dict[str, Any]:
     """A skin as result.json and `--json` tell it: its name, without folder and suffix, and its values."""
-    return {"name": Path(name).stem, **asdict(skin)}
+    return {"name": Path(name).stem, **skin.described()}
 
 
 def skin_anchored(name: str, folder: Path) -> str:
@@ -82,7 +85,7 @@ def fill_in(touch: dict[str, Any]) -> None:
     # What is no text is left to the check of the section.
     if not isinstance(name, str) or len(own) == len(SKIN_KEYS) or name == OWN:
         return
-    file = _read(find_skin(name)).model_dump()
+    file = _read(find_skin(name)).model_dump(mode="json")
     touch |= file | own
     touch["skin"] = name if all(file[key] == value for key, value in own.items()) else OWN
 

@@ -23,6 +23,7 @@ INTRODUCED: Mapping[str, Any] = {
     "touch.force_n": 10.0,
     "touch.thickness_mm": 2.5,
     "touch.depth_mm": 0.75,
+    "touch.layers": [],
     "touch.roughness": None,
     "touch.jnd": None,
     "touch.contact_area_mm2": None,

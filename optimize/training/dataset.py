@@ -124,7 +124,7 @@ def plan_dataset(
         procedural_share: Share of the corpus that procedural families make.
         optimised: Folder with a manifest of optimised textures, which come after the corpus.
         touch: Model of touch.
-        skin: Skin, by default that of `tactile.Skin`.
+        skin: Skin without layers, by default that of `tactile.Skin`.
         lights: "studio", three lights; "random", ``directions`` lights; "none", no pictures.
         directions: Number of random lights of each texture.
         strata: Shadow rays along a pixel's side where light and shadow meet.
@@ -135,8 +135,11 @@ def plan_dataset(
         The plan.
 
     Raises:
-        InputError: A photograph or an optimised texture cannot be read.
+        InputError: A photograph or an optimised texture cannot be read; the skin is layered.
     """
+    skin = skin or tactile.Skin()
+    if skin.layers:
+        raise InputError("skin.layers: data sets are made for skin without layers")
     for photograph in photographs:
         photograph.read()
     more = [] if optimised is None else manifest.optimised(optimised)
@@ -155,7 +158,7 @@ def plan_dataset(
         samples=samples,
         size_mm=PATCH_SIDE_MM,
         touch=touch,
-        skin=asdict(skin or tactile.Skin()),
+        skin=skin.numbers(),
         lights=lights,
         directions={"studio": len(STUDIO_AZIMUTHS), "random": directions, "none": 0}[lights],
         scene=hashlib.sha256(STUDIO.read_bytes()).hexdigest(),

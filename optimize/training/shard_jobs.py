@@ -146,8 +146,9 @@ def _touch_fields(request: DatasetRequest, heights: Array) -> dict[str, Array]:
     from optimize.training.fields import touch_fields
 
     assert request.touch != "none"
+    parameters: dict[str, Any] = dict(request.skin)
     try:
-        return touch_fields(heights, request.size_mm, tactile.Skin(**request.skin), request.touch)
+        return touch_fields(heights, request.size_mm, tactile.Skin(**parameters), request.touch)
     except (tactile.ContactError, tactile.InputError) as error:
         raise _NoFieldsError(f"touch: {error}") from error
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -145,7 +146,8 @@ def skin_of(data: Fieldset) -> tactile.Skin:
     Raises:
         InputError: dataset.json does not describe a skin.
     """
+    parameters: dict[str, Any] = dict(data.request.skin)
     try:
-        return tactile.Skin(**data.request.skin)
+        return tactile.Skin(**parameters)
     except (TypeError, tactile.InputError) as error:
         raise InputError(f"{Path(data.folder) / 'dataset.json'}: skin: {error}") from error

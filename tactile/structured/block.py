@@ -6,7 +6,7 @@ u_x = 0 on the plane x = 0, an odd one leaves u_y = u_z = 0. Integration is sele
 volumetric part at one point, the rest at eight, because plain trilinear elements lock at nu = 0.48.
 
 Axes are (row, column, depth); depth runs from the contact face (0) to the bonded face. Young's modulus is 1
-throughout.
+in the base of the skin.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,8 @@ from skfem.helpers import ddot, div, sym_grad
 
 from relief.arrays import Array
 from tactile.cosine_layer import Parity
-from tactile.skin import lame
+from tactile.layers import moduli_of_rows, row_weights
+from tactile.skin import Skin, lame
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS
 
@@ -45,7 +46,7 @@ class QuarterResponse:
 
 
 def depth_levels(depth_mm: float, thickness_mm: float, coarsest_mm: float) -> Array:
-    """Node depths, from 0 to the thickness, with the receptors at the centre of a layer of elements.
+    """Node depths of a skin without layers, with the receptors at the centre of a row of elements.
 
     Args:
         depth_mm: receptor depth.
@@ -70,31 +71,31 @@ def depth_levels(depth_mm: float, thickness_mm: float, coarsest_mm: float) -> Ar
 
 
 def quarter_responses(
-    half_mm: float, quarter: int, levels: Array, depth_mm: float, poisson_ratio: float, sides: Sides
+    half_mm: float, quarter: int, levels: Array, skin: Skin, sides: Sides
 ) -> dict[Parity, QuarterResponse]:
     """Responses of the four parity blocks.
 
     Args:
         half_mm: half the side of the block.
         quarter: elements along half a side.
-        levels: node depths, from 0 to the thickness.
-        depth_mm: receptor depth; must be the centre of a layer of elements.
-        poisson_ratio: nu.
+        levels: node depths, from 0 to the thickness, among them the boundaries of the skin's layers.
+        skin: all but force and modulus matters here.
         sides: "free" (no traction) or "sliding" (no normal displacement, no shear).
-
-    Raises:
-        ValueError: no layer of elements is centred at the receptor depth.
     """
     line = np.linspace(0.0, half_mm, quarter + 1)
     mesh = skfem.MeshHex.init_tensor(line, line, levels)
     basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementHex1()), intorder=2)
-    stiffness = _stiffness(mesh, poisson_ratio)
+    stiffness = _stiffness(mesh, levels, skin)
 
     row, column, depth = mesh.p
     dofs = basis.nodal_dofs  # (3, nodes)
     face = np.flatnonzero(np.isclose(depth, 0.0))
     face = face[np.lexsort((column[face], row[face]))]
-    strain_operator = _strain_at_depth(basis, depth_mm)
+    centres = 0.5 * (levels[1:] + levels[:-1])
+    strain_operator = sum(
+        weight * _strain_at_depth(basis, centres[row])
+        for row, weight in row_weights(levels, skin.depth_mm, skin.stack)
+    )
 
     responses: dict[Parity, QuarterResponse] = {}
     for parity in ((False, False), (False, True), (True, True)):
@@ -122,31 +123,34 @@ def quarter_responses(
     return responses
 
 
-def _stiffness(mesh: skfem.MeshHex, poisson_ratio: float) -> sp.csr_matrix:
-    lam, mu = lame(1.0, poisson_ratio)
+def _stiffness(mesh: skfem.MeshHex, levels: Array, skin: Skin) -> sp.csr_matrix:
+    lam, mu = lame(1.0, skin.poisson_ratio)
+    row = np.searchsorted(levels, mesh.p[2, mesh.t].mean(axis=0)) - 1
+    moduli = moduli_of_rows(levels, skin.stack)[row]
 
     @skfem.BilinearForm
-    def volumetric(u, v, _):  # type: ignore[no-untyped-def]
-        return lam * div(u) * div(v)
+    def volumetric(u, v, w):  # type: ignore[no-untyped-def]
+        return w.modulus * (lam * div(u) * div(v))
 
     @skfem.BilinearForm
-    def shear(u, v, _):  # type: ignore[no-untyped-def]
-        return 2.0 * mu * ddot(sym_grad(u), sym_grad(v))
+    def shear(u, v, w):  # type: ignore[no-untyped-def]
+        return w.modulus * (2.0 * mu * ddot(sym_grad(u), sym_grad(v)))
 
     element = skfem.ElementVector(skfem.ElementHex1())
     # With intorder=1 scikit-fem takes eight points as well, so the one point is written out.
     one_point = skfem.Basis(mesh, element, quadrature=CENTRE)
     eight_points = skfem.Basis(mesh, element, intorder=3)
-    return sp.csr_matrix(volumetric.assemble(one_point) + shear.assemble(eight_points))
+    one, eight = (np.repeat(moduli[:, None], basis.X.shape[-1], 1) for basis in (one_point, eight_points))
+    return sp.csr_matrix(
+        volumetric.assemble(one_point, modulus=one) + shear.assemble(eight_points, modulus=eight)
+    )
 
 
 def _strain_at_depth(basis: skfem.Basis, depth_mm: float) -> sp.csr_matrix:
-    """(6 * elements, unknowns): strains at the centres of the elements at the receptor depth."""
+    """(6 * elements, unknowns): strains at the centres of the row of elements centred at a depth."""
     mesh = basis.mesh
     centres = mesh.p[:, mesh.t].mean(axis=1)
     here = np.flatnonzero(np.isclose(centres[2], depth_mm))
-    if here.size == 0:
-        raise ValueError(f"no layer of elements is centred at depth {depth_mm} mm")
     here = here[np.lexsort((centres[1][here], centres[0][here]))]
     centre = skfem.Basis(mesh, basis.elem, quadrature=CENTRE, elements=here)
     rows, columns, values = [], [], []

@@ -6,7 +6,7 @@ pitch off the mirror planes, so an element straddles each plane. Under a load th
 plane, the element's far node moves like plus or minus its near node; the far node is a ghost that is folded
 back, and a quarter of the block stands for the whole.
 
-Axes are (row, column, depth) as in `tactile.structured.block`. Young's modulus is 1 throughout.
+Axes are (row, column, depth) as in `tactile.structured.block`. Young's modulus is 1 in the base of the skin.
 """
 
 from collections.abc import Callable
@@ -21,6 +21,7 @@ from relief.arrays import Array
 from tactile.condensation import condensed
 from tactile.cosine_layer import Parity
 from tactile.interpolation import STENCIL, lagrange
+from tactile.layers import Stack, levels_within, moduli_of_rows
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS
 
@@ -35,6 +36,7 @@ class PixelBlock:
         levels: node depths, from 0 (contact face) to the thickness (bonded face).
         depth_mm: receptor depth.
         poisson_ratio: nu.
+        stack: layers above the base, whose modulus is 1; their boundaries are among the levels.
     """
 
     half_mm: float
@@ -42,11 +44,24 @@ class PixelBlock:
     levels: Array
     depth_mm: float
     poisson_ratio: float
+    stack: Stack = ()
 
     @property
     def pitch_mm(self) -> float:
         """Side of a pixel."""
         return self.half_mm / self.half
+
+    @property
+    def moduli(self) -> Array:
+        """(rows,) Young's modulus of each row of elements."""
+        return moduli_of_rows(self.levels, self.stack)
+
+    def at_depth(self, derivative: bool) -> Array:
+        """(levels - 1,) weights of the value or the slope at the receptors, from the nodes of their layer."""
+        weights, here = np.zeros(len(self.levels)), levels_within(self.levels, self.depth_mm, self.stack)
+        weights[here] = lagrange(self.levels[here], np.array([self.depth_mm]), derivative)[0]
+        # The bonded level does not move, so its column is left out.
+        return weights[:-1]
 
     @property
     def line(self) -> Array:
@@ -104,7 +119,7 @@ def folded_stiffness(block: PixelBlock, parity: Parity) -> sp.csr_matrix:
     weights = np.ones(block.half + 1)
     weights[0] = 0.5
     plane = matrices_along(block.line, weights)
-    depth = matrices_along(block.levels, np.ones(len(block.levels) - 1))
+    depth = matrices_along(block.levels, block.moduli)
     bonded = sp.identity(len(block.levels), format="csr")[:, :-1]
 
     def along(axis: int, test: int, trial: int, kind: str) -> sp.csr_matrix:
@@ -201,10 +216,7 @@ def _strain_at_depth(block: PixelBlock, parity: Parity, solution: Array) -> Arra
     """(6, half², loads) from nodal displacements (unknowns, loads)."""
     side = block.half + 1
     field = solution.reshape(3, side, side, len(block.levels) - 1, -1)
-    # The bonded level does not move, so its column is left out.
-    value, slope = (
-        lagrange(block.levels, np.array([block.depth_mm]), derivative)[0, :-1] for derivative in (False, True)
-    )
+    value, slope = block.at_depth(False), block.at_depth(True)
     at_depth, with_depth = (np.einsum("crzdl,d->crzl", field, w) for w in (value, slope))
 
     def derivative(component: int, by: int) -> Array:

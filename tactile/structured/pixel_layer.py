@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from relief.arrays import Array
-from tactile.interpolation import lagrange
 from tactile.skin import lame
 from tactile.structured.pixel_block import PixelBlock, kinds_along, matrices_along
 
@@ -59,8 +58,7 @@ def _modes(block: PixelBlock, row: Array, column: Array) -> tuple[Array, Array]:
     loads = np.broadcast_to(load.ravel(), (row.size, 3 * free))[..., None]
     solution = np.asarray(np.linalg.solve(matrix, loads)[..., 0], dtype=np.float64)
     field = solution.reshape(-1, 3, free)
-    place = np.array([block.depth_mm])
-    value, slope = (lagrange(block.levels, place, derivative)[0, :-1] for derivative in (False, True))
+    value, slope = block.at_depth(False), block.at_depth(True)
     at_depth, with_depth = field @ value, field @ slope
     u, v, w = at_depth.T
     # Symbol of the five-point difference by which `tactile.structured.pixel_block` reads strains.
@@ -83,7 +81,7 @@ def _stiffness(block: PixelBlock, phases: tuple[Array, Array]) -> Array:
     lam, mu = lame(1.0, block.poisson_ratio)
     free = len(block.levels) - 1
     along_depth = {
-        kind: m.toarray()[:-1, :-1] for kind, m in matrices_along(block.levels, np.ones(free)).items()
+        kind: m.toarray()[:-1, :-1] for kind, m in matrices_along(block.levels, block.moduli).items()
     }
 
     def in_plane(axis: int, test: int, trial: int, kind: str) -> Array:

@@ -86,9 +86,7 @@ def test_a_smooth_wave_moves_the_block_as_finite_elements_say(sides: Sides) -> N
     samples = 2 * quarter
     operator = elastic_layer_operator(skin, samples, SIZE, coarse=16, free_sides=sides == "free")
     levels = depth_levels(skin.depth_mm, skin.thickness_mm, 0.2)
-    even = quarter_responses(0.5 * SIZE, quarter, levels, skin.depth_mm, skin.poisson_ratio, sides)[
-        False, False
-    ]
+    even = quarter_responses(0.5 * SIZE, quarter, levels, skin, sides)[False, False]
 
     def wave(position: torch.Tensor) -> torch.Tensor:
         along = torch.cos(2.0 * torch.pi * position / SIZE)

@@ -273,7 +273,7 @@ def test_elements_make_of_long_waves_what_the_exact_layer_does() -> None:
             SIZE / 2.0, nodes // 2, graded_levels(SKIN.thickness_mm, SIZE / nodes), 0.75, SKIN.poisson_ratio
         )
         discrete = discrete_layer(mesh)
-        surface, strain = layer_symbols(nodes, SIZE, SKIN.poisson_ratio, SKIN.thickness_mm, 0.75)
+        surface, strain = layer_symbols(nodes, SIZE, SKIN)
         errors.append(
             (
                 np.abs(discrete.surface - surface)[:5, :5].max() / surface[:5, :5].max(),

@@ -136,9 +136,22 @@ def test_an_unknown_model_is_refused_in_one_line() -> None:
         ("thickness_mm", 99.0),
         ("depth_mm", 2.5),
         ("depth_mm", 0.0),
+        ("layers", ((2.5, 1.0),)),
+        ("layers", ((0.4, 1.0), (2.09, 1.0))),
+        ("layers", ((0.01, 1.0),)),
+        ("layers", ((float("nan"), 1.0),)),
+        ("layers", ((float("inf"), 1.0),)),
+        ("layers", ((0.7, 501.0),)),
+        ("layers", ((0.7, 0.0),)),
+        ("layers", ((0.7, float("nan")),)),
+        ("layers", ((0.1, 1.0),) * 9),
+        ("layers", ((0.7,),)),
+        ("layers", (0.7, 2.0)),
+        ("layers", (("thin", "stiff"),)),
+        ("layers", 3.0),
     ],
 )
-def test_a_bad_skin_is_refused_in_one_line(field: str, value: float) -> None:
+def test_a_bad_skin_is_refused_in_one_line(field: str, value: Any) -> None:
     with pytest.raises(InputError) as caught:
         Skin(**{field: value})
     message = str(caught.value)

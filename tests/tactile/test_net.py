@@ -175,6 +175,11 @@ def test_a_skin_or_grid_that_it_was_not_trained_for_is_refused(
         net_solver(skin, samples, size, folder)
 
 
+def test_a_layered_skin_is_refused_in_one_line(folder: Path) -> None:
+    with pytest.raises(tactile.InputError, match=r'skin without layers; use "layer"$'):
+        net_solver(Skin(layers=((0.7, 2.0),)), SAMPLES, SIZE, folder)
+
+
 def test_without_weights_the_model_is_refused_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(tactile.InputError, match=r"touch\.model: .*retouch train touch"):
         net_solver(SKIN, SAMPLES, SIZE, tmp_path)

@@ -29,12 +29,17 @@ def whole_basis(block: PixelBlock) -> skfem.Basis:
 
 
 def whole_stiffness(block: PixelBlock, volumetric: Volumetric = "one point") -> sp.csr_matrix:
-    """Stiffness of the whole block, the bonded face still free; unit Young's modulus."""
+    """Stiffness of the whole block, the bonded face still free; unit Young's modulus of the base."""
     lam, mu = lame(1.0, block.poisson_ratio)
     eight_points = whole_basis(block)
     one_point = skfem.Basis(eight_points.mesh, eight_points.elem, quadrature=CENTRE)
-    dilation = skfem.BilinearForm(lambda u, v, _: lam * div(u) * div(v))
-    shear = skfem.BilinearForm(lambda u, v, _: 2.0 * mu * ddot(sym_grad(u), sym_grad(v)))
+    faces, moduli = np.cumsum([h for h, _ in block.stack]), [*(modulus for _, modulus in block.stack), 1.0]
+
+    def modulus(w: skfem.assembly.form.form.FormExtraParams) -> np.ndarray:
+        return np.take(moduli, np.searchsorted(faces, w.x[2]))
+
+    dilation = skfem.BilinearForm(lambda u, v, w: modulus(w) * lam * div(u) * div(v))
+    shear = skfem.BilinearForm(lambda u, v, w: modulus(w) * 2.0 * mu * ddot(sym_grad(u), sym_grad(v)))
     volume = dilation.assemble(one_point if volumetric == "one point" else eight_points)
     return sp.csr_matrix(volume + shear.assemble(eight_points))
 

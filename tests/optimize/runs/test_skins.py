@@ -62,12 +62,24 @@ def test_an_overriding_skin_replaces_the_values_of_the_run_file(
     assert touch.finger == Skin(young_modulus_mpa=0.25, depth_mm=0.9, force_n=3.0)
 
 
-def test_a_run_goes_on_without_the_file_of_its_skin(tmp_path: Path, run_file: Path) -> None:
+@pytest.mark.parametrize("layers", ["", "layers = [[0.02, 20], [0.5, 1.5]]"])
+def test_a_run_goes_on_without_the_file_of_its_skin(tmp_path: Path, run_file: Path, layers: str) -> None:
+    with (tmp_path / "soft.toml").open("a") as file:
+        file.write(layers)
     run = config.load_run(run_file)
+    assert run.touch.finger.layers == (((0.02, 20.0), (0.5, 1.5)) if layers else ())
+    assert run.touch.skin == str(tmp_path / "soft.toml")
     (tmp_path / "resolved.toml").write_text(config.dump_resolved(run))
     (tmp_path / "soft.toml").unlink()
     again = config.load_run(tmp_path / "resolved.toml")
     assert again == run
+
+
+def test_layers_of_the_run_file_like_those_of_the_skin_keep_its_name(tmp_path: Path, run_file: Path) -> None:
+    (tmp_path / "soft.toml").write_text("layers = [[0.7, 2]]")
+    for layers, name in (("[[0.7, 2.0]]", str(tmp_path / "soft.toml")), ("[[0.8, 2.0]]", "own")):
+        touch = config.load_run(write(tmp_path, f'skin = "soft.toml"\nlayers = {layers}')).touch
+        assert touch.skin == name
 
 
 def test_the_name_of_a_skin_does_not_decide_a_run(tmp_path: Path, run_file: Path) -> None:
@@ -85,6 +97,14 @@ def test_the_name_of_a_skin_does_not_decide_a_run(tmp_path: Path, run_file: Path
         ('force_n = "much"', "soft.toml: force_n"),
         ("poisson_ration = 0.3", "soft.toml: poisson_ration: no such key; the nearest is poisson_ratio"),
         ("force_n = nan", "soft.toml: force_n"),
+        ("layers = 3", "soft.toml: layers"),
+        ("layers = [[0.7]]", "soft.toml: layers.0.1: missing"),
+        ("layers = [[0.7, -2]]", "soft.toml: layers.0.1"),
+        ("layers = [[2.6, 2]]", "soft.toml: layers: 2.6 mm together leave less"),
+        (
+            "layers = [[0.7, 2e5]]",
+            "soft.toml: layers: layer 1: modulus 200000.0 MPa is outside",
+        ),
         ("force_n = = 1", "soft.toml: not TOML"),
     ],
 )

@@ -8,6 +8,7 @@ import scipy.sparse.linalg as spla
 import skfem
 
 from tactile.cosine_layer import PARITIES, Parity
+from tactile.layers import Stack
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS
 from tactile.structured.pixel_block import (
@@ -57,9 +58,12 @@ def nodal(motion: Motion, block: PixelBlock = BLOCK) -> np.ndarray:
 
 
 @EVERY_PARITY
+@pytest.mark.parametrize("stack", [(), ((0.3, 4.0), (0.5, 0.1))], ids=["one layer", "three layers"])
 @pytest.mark.parametrize("nu", [0.0, 0.48, 0.499])
-def test_a_folded_quarter_stores_a_quarter_of_the_whole_blocks_energy(parity: Parity, nu: float) -> None:
-    block = PixelBlock(BLOCK.half_mm, BLOCK.half, BLOCK.levels, BLOCK.depth_mm, nu)
+def test_a_folded_quarter_stores_a_quarter_of_the_whole_blocks_energy(
+    parity: Parity, nu: float, stack: Stack
+) -> None:
+    block = PixelBlock(BLOCK.half_mm, BLOCK.half, BLOCK.levels, BLOCK.depth_mm, nu, stack)
     image = mirrored(block, parity)
     expected = (image.T @ whole_stiffness(block) @ image).toarray() / 4.0
     stiffness = folded_stiffness(block, parity).toarray()
