@@ -22,7 +22,7 @@ def find_study(path: str | os.PathLike[str]) -> Path:
         InputError: there is neither; the line lists the bundled names.
     """
     path = Path(path)
-    if path.is_file():
+    if os.path.isfile(path):
         return path
     for file in bundled_studies():
         if os.fspath(path) in (file.name, file.stem):

@@ -26,6 +26,9 @@ FORMATS = {
 HEIGHT_MAPS = (".png", ".tif", ".tiff", ".exr", ".npy")
 """Suffixes of the files that `relief.heightmap` reads."""
 
+PREVIEW = "-preview.png"
+"""End of the name of the preview that `retouch prepare` writes beside a height map."""
+
 PICTURES = (".jpg", ".jpeg", ".jfif", ".webp", ".bmp", ".gif", ".pgm", ".ppm")
 """Suffixes of more pictures, which `relief.preparing` makes height maps of."""
 

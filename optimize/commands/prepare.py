@@ -8,6 +8,7 @@ from optimize.commands.options import add_talk, console, contact_errors_name, pr
 from optimize.descent.targets import QUANTITIES, ROUGHNESS
 from optimize.report.formatting import number
 from relief.errors import InputError, naming
+from relief.formats import PREVIEW
 from relief.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES
 from relief.progress import stage
@@ -142,7 +143,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"{out}: -o: there is no folder {out.parent}")
     if out.is_dir():
         raise InputError(f"{out}: -o: is a folder")
-    shown = out.with_name(f"{out.stem}-preview.png")
+    shown = out.with_name(f"{out.stem}{PREVIEW}")
     for path in (out, shown):
         if path.exists() and arguments.picture.exists() and path.samefile(arguments.picture):
             raise InputError(f"{path}: -o: is the picture, or its preview would be; choose another name")

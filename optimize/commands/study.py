@@ -3,7 +3,9 @@
 import argparse
 import math
 import sys
+import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +27,7 @@ EPILOG = """\
 examples:
   retouch study --list
   retouch study demo --quick
+  retouch study --all --quick
   retouch study my-study.toml -o runs/my-study --textures ~/materials
   retouch study my-study.toml --redraw
 
@@ -47,6 +50,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="study file (.toml), or the name of a study that comes with Retouch",
     )
     parser.add_argument("--list", action="store_true", help="list the studies that come with Retouch")
+    parser.add_argument(
+        "--all",
+        action="store_true",
+        help="compute these one after another, each into the folder of its name in DIR (default: runs)",
+    )
     parser.add_argument(
         "-o",
         dest="out",
@@ -80,10 +88,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     if arguments.list:
         return _list(arguments)
-    if arguments.study is None:
-        raise InputError("study: a study file or the name of a bundled study is missing; --list lists these")
-    path = find_study(arguments.study)
-    out = arguments.out or Path("runs") / path.stem
+    if arguments.all == (arguments.study is not None):
+        raise InputError("study: name a study file, or a study that comes with Retouch, or --all; see --list")
+    paths = bundled_studies() if arguments.all else [find_study(arguments.study)]
+    if arguments.all and arguments.given is not None:
+        raise InputError("--from: is the document of one study, not of all")
+    out: Path = arguments.out or (Path("runs") if arguments.all else Path("runs") / paths[0].stem)
+    outcomes = [_study(path, out / path.stem if arguments.all else out, arguments) for path in paths]
+    if arguments.json:
+        print_json([one.entry for one in outcomes] if arguments.all else outcomes[0].entry)
+    return max(one.status for one in outcomes)
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """What became of a study: exit status, and what `--json` prints."""
+
+    status: int
+    entry: dict[str, Any]
+
+
+def _study(path: Path, out: Path, arguments: argparse.Namespace) -> _Outcome:
+    """Compute or redraw a study, write its files, and tell what became of it."""
+    from optimize.report.formatting import duration
     from optimize.studies import engine
     from optimize.studies.document import flat_rows, read_document
     from optimize.studies.rows import expand
@@ -91,6 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
     from optimize.studies.writing import write_study
     from optimize.workers.choice import runner
 
+    began = time.monotonic()
     study = load_study(path)
     expanded = expand(study, arguments.quick, arguments.textures)
     given = None if arguments.given is None else read_document(arguments.given).records
@@ -109,18 +137,17 @@ def run(arguments: argparse.Namespace) -> int:
         )
     content = write_study(out, study, expanded, rows, arguments.quick)
     failed = [f"{out / engine.ROWS / key[:12]}: {reason}" for key, reason in rows.failures.items()]
-    status = WITH_FAILURES if failed or expanded.faults else COMPLETE
-    if arguments.json:
-        files = [str(out / name) for name in (engine.PAGE, engine.SPREADSHEET, engine.DOCUMENT)]
-        failures = [*expanded.faults, *failed]
-        print_json({"folder": str(out), "rows": flat_rows(content), "failures": failures, "files": files})
-        return status
-    _tell(failed)
-    if not arguments.quiet:
+    if not arguments.json:
+        _tell(failed)
+    if not arguments.json and not arguments.quiet:
         missing = len(expanded.rows) - len(rows.records) - len(failed)
         rest = f", {missing} not computed yet" if missing else ""
-        print(f"{out / engine.PAGE}: {len(rows.records)} rows, {len(failed)} failed{rest}")
-    return status
+        took = "" if arguments.redraw else f", {duration(time.monotonic() - began)}"
+        print(f"{out / engine.PAGE}: {len(rows.records)} rows, {len(failed)} failed{rest}{took}", flush=True)
+    files = [str(out / name) for name in (engine.PAGE, engine.SPREADSHEET, engine.DOCUMENT)]
+    failures = [*expanded.faults, *failed]
+    entry = {"folder": str(out), "rows": flat_rows(content), "failures": failures, "files": files}
+    return _Outcome(WITH_FAILURES if failures else COMPLETE, entry)
 
 
 def _tell(lines: Sequence[str]) -> None:

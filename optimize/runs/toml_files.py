@@ -64,9 +64,10 @@ def first_fault(error: ValidationError, model: type[BaseModel]) -> str:
 
 
 def _fields(place: Sequence[str], model: type[BaseModel]) -> Mapping[str, FieldInfo]:
-    """The keys of a section; a number in ``place`` is the place of a section in a list of them."""
+    """The keys of a section; ``place`` may lead through lists and mappings of sections."""
     section: Any = model
     for part in place:
-        section = get_args(section)[0] if part.isdecimal() else section.model_fields[part].annotation
-    known: Mapping[str, FieldInfo] = section.model_fields
-    return known
+        known = getattr(section, "model_fields", None)
+        section = get_args(section)[-1] if known is None else known[part].annotation
+    found: Mapping[str, FieldInfo] = section.model_fields
+    return found

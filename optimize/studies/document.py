@@ -12,7 +12,7 @@ from pydantic import Field, ValidationError, model_validator
 from optimize.runs.toml_files import Section, first_fault
 from optimize.studies.engine import Rows
 from optimize.studies.measures import MEASURES
-from optimize.studies.records import LONGEST_TEXT, Cell, Record, Text
+from optimize.studies.records import LONGEST_TEXT, Cell, Key, Record, Text
 from optimize.studies.rows import Expanded
 from optimize.studies.study_file import Plot, Study
 from relief.errors import InputError
@@ -28,7 +28,7 @@ class RowOfTable(Section):
     """A row: its axis values, and the key of its record or failure."""
 
     labels: dict[Text, Cell]
-    key: str
+    key: Key
 
 
 class TableOfDocument(Section):
@@ -59,12 +59,15 @@ class Document(Section):
     quick: bool
     tables: list[TableOfDocument]
     records: Annotated[dict[str, Record], Field(max_length=100_000)]
-    failures: dict[str, Text]
+    failures: dict[Key, Text]
     faults: list[Text]
     plots: list[Plot]
 
     @model_validator(mode="after")
-    def _records_have_their_keys(self) -> Self:
+    def _parts_fit(self) -> Self:
+        for table in self.tables:
+            if any(row.labels.keys() != table.axes.keys() for row in table.rows):
+                raise ValueError(f"tables: {table.name}: a row has other axes than its table")
         for key, record in self.records.items():
             if record.key != key:
                 raise ValueError(f"records: {key[:80]}: is the record of another row")

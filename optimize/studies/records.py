@@ -28,8 +28,11 @@ LEFT_OUT = ("stop.message", "look.conditions", "verification.rounds")
 LONGEST_TEXT = 1000
 """Most characters of a text in a record or document."""
 Text = Annotated[str, Field(max_length=LONGEST_TEXT, pattern=r"^[^\x00-\x1f\x7f]*$")]
+Key = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+"""Key of a row: a SHA-256 in hexadecimal, of which the first digits name a folder."""
 Number = Annotated[float, Field(ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
-Cell = bool | int | Number | Text | None
+Whole = Annotated[int, Field(ge=-(1 << 63), lt=1 << 63)]
+Cell = bool | Whole | Number | Text | None
 """A value of a column."""
 Cells = Mapping[str, Cell]
 
@@ -50,7 +53,7 @@ class Record(Section):
         measures: values of the measures, by the names of the measures.
     """
 
-    key: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+    key: Key
     columns: dict[Text, Cell]
     measures: dict[Text, Measured] = Field(default_factory=dict)
 

@@ -15,7 +15,7 @@ from optimize.runs.touch_settings import RIVALS
 from optimize.studies.row_key import SHORT, row_key
 from optimize.studies.study_file import LABEL, Study, TableOfRuns, flat, text_of
 from relief.errors import InputError
-from relief.formats import HEIGHT_MAPS
+from relief.formats import HEIGHT_MAPS, PREVIEW
 
 TEXTURE = "texture"
 """Axis whose values `--textures` replaces."""
@@ -141,10 +141,12 @@ def expand(study: Study, quick: bool = False, textures: Path | None = None) -> E
 
 
 def _textures_in(folder: Path) -> list[_Value]:
-    """The height maps of a folder as values of an axis. Raises InputError."""
+    """The height maps of a folder, without their previews, as values of an axis. Raises InputError."""
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder")
     files = sorted(path.absolute() for path in folder.iterdir() if path.suffix.lower() in HEIGHT_MAPS)
+    previews = {path.with_name(f"{path.stem}{PREVIEW}") for path in files}
+    files = [path for path in files if path not in previews]
     if not files:
         raise InputError(f"{folder}: holds no height map ({', '.join(HEIGHT_MAPS)})")
     return _unlike([_Value(file.stem, {TEXTURE: str(file)}) for file in files])

@@ -159,7 +159,7 @@ def load_study(path: str | os.PathLike[str]) -> Study:
         raise InputError(f"{path}: {first_fault(error, Study)}") from error
     own = path.parent / study.base
     with naming(f"{path}: base"):
-        base = own if own.is_file() else find_file(study.base, ".toml")
+        base = own if os.path.isfile(own) else find_file(study.base, ".toml")
     study = study.model_copy(update={"base": os.path.abspath(base)})
     study._path = path.absolute()
     return study

@@ -14,8 +14,8 @@ from relief.heightmap import save_heights_exr
 SIDE = 16
 RUNS = {"gauss": "gauss-newton", "adam": "adam"}
 """Folders of runs, with their methods."""
-RESULTS, DATA, NETS, WEIGHTS, CACHE = "finished", "data", "nets", "weights", "cache"
-"""Folders of a finished run, of a data set, of a training on it, of a net, and of cached operators."""
+RESULTS, DATA, NETS, WEIGHTS, CACHE, STUDY = "finished", "data", "nets", "weights", "cache", "study"
+"""Folders of a finished run, a data set, a training on it, a net, cached operators and a study."""
 
 SCENE = """<scene version="3.9.1">
     <default name="resolution" value="16"/>
@@ -47,6 +47,21 @@ touch.jnd = 1
 descent = { method = "METHOD", steps = STEPS }
 verify = { model = "none", samples = 4 }
 look.samples = 4
+"""
+STUDY_FILE = """title = "T"
+base = "base.toml"
+measures = ["pace"]
+[[tables]]
+name = "feel"
+axes = { "touch.jnd" = [1, -1] }
+[[tables]]
+name = "steps"
+axes = { "descent.steps" = [1] }
+[quick]
+axes = { "touch.jnd" = [1] }
+[[plots]]
+x = "touch.jnd"
+y = "change_percent"
 """
 MESH = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
 MESH += "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
@@ -87,6 +102,7 @@ def make(folder: Path, learning: bool) -> dict[str, dict[str, bytes]]:
         "run files": run_files,
         "scenes": scenes,
         "checkpoints": run_files | runs,
+        "studies": run_files | _study(folder),
         **_learning(folder),
         "weights": _net(folder),
         "caches": {"plate.exr": run_files["plate.exr"], **_cache(folder)},
@@ -135,6 +151,29 @@ def _runs(folder: Path) -> dict[str, bytes]:
         for path, content in found.items()
         if path.split("/")[1] in ("run.toml", "history.jsonl", "checkpoint")
     }
+
+
+def _study(folder: Path) -> dict[str, bytes]:
+    """A study of two rows that are done, without pictures."""
+    from optimize.studies import engine
+    from optimize.studies.rows import expand
+    from optimize.studies.study_file import load_study
+    from optimize.studies.writing import write_study
+    from optimize.workers.jobs import JobResult, Runner, Work
+
+    def in_process(work: Work, observer: object) -> Runner:
+        return lambda jobs: (JobResult(job, work(job)) for job in jobs)
+
+    run = RUN.replace("../", "").replace("METHOD", "gauss-newton").replace("STEPS", "1")
+    (folder / "base.toml").write_text(run)
+    (folder / "study.toml").write_text(STUDY_FILE)
+    study = load_study(folder / "study.toml")
+    expanded = expand(study)
+    rows = engine.compute(expanded, folder / STUDY, in_process, study.measures)
+    write_study(folder / STUDY, study, expanded, rows, quick=False)
+    kept = ("study.json", "result.json", "heights.exr")
+    files = {path: content for path, content in _files(folder, STUDY).items() if path.endswith(kept)}
+    return files | {name: (folder / name).read_bytes() for name in ("base.toml", "study.toml")}
 
 
 def _learning(folder: Path) -> dict[str, dict[str, bytes]]:

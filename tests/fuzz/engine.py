@@ -15,7 +15,7 @@ import hypothesis
 from hypothesis import HealthCheck, Phase
 from hypothesis import strategies as st
 
-from tests.fuzz import heightmaps, pictures, run_files, saved, scenes
+from tests.fuzz import heightmaps, pictures, run_files, saved, scenes, studies
 from tests.fuzz.case import Case
 from tests.fuzz.worker import Outcome, serve
 
@@ -37,6 +37,7 @@ KINDS: Mapping[str, Strategy] = {
     "scenes": scenes.scenes,
     "checkpoints": saved.checkpoints,
     "results": saved.results,
+    "studies": studies.studies,
     "trainings": saved.trainings,
     "data sets": saved.data_sets,
     "weights": saved.weights,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
-from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, SIDE, WEIGHTS
+from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, SIDE, STUDY, WEIGHTS
 
 Reader = Callable[[Path, Sequence[Any]], None]
 """A function that reads the files of a folder, with the arguments of the case.
@@ -248,11 +248,35 @@ def read_weights(folder: Path, arguments: Sequence[Any]) -> None:
     _all_finite(asdict(card))
 
 
+def read_study(folder: Path, arguments: Sequence[Any]) -> None:
+    from optimize.studies import engine
+    from optimize.studies.document import document, document_bytes, flat_rows, read_document, spreadsheet
+    from optimize.studies.page import page
+    from optimize.studies.rows import expand
+    from optimize.studies.study_file import load_study
+
+    out, again = folder / STUDY, folder / "again.json"
+    study = load_study(folder / arguments[0])
+    for quick in (False, True):
+        expanded = expand(study, quick)
+        assert not any("\n" in fault for fault in expanded.faults), "a fault has several lines"
+        given = read_document(out / engine.DOCUMENT).records
+        content = document(study, expanded, engine.known(expanded, out, study.measures, given), quick)
+        again.write_bytes(document_bytes(content))
+        assert read_document(again) == content, "the document that is written is not the one that is read"
+        again.unlink()
+        _all_finite(flat_rows(content))
+        spreadsheet(content)
+        page(content, out)
+    page(read_document(out / engine.DOCUMENT), out)
+
+
 READERS: Mapping[str, Reader] = {
     "weights": read_weights,
     "height maps": read_height_map,
     "pictures": read_picture,
     "results": read_result,
+    "studies": read_study,
     "run files": read_run_file,
     "scenes": read_scene,
     "checkpoints": read_checkpoint,

@@ -28,8 +28,9 @@ WORK = 4096 * 16
 """Most samples of all pictures of a case; a scene that asks for more is sound, and explained instead."""
 LONGEST_LINE = 4000
 """Most characters of a refusal."""
-ENDED = (0, 3)
-"""Exit statuses of a command that was not refused: 3 is a run that ended short of its target."""
+ENDED = (0, 1, 3)
+"""Exit statuses of a command that was not refused: 1 is a study with rows that cannot be computed, where the
+command tells no traceback; 3 is a run that ended short of its target."""
 
 
 @dataclass(frozen=True)

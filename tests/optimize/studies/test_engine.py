@@ -16,6 +16,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from mitsuba_scenes.studies import bundled_studies
 from optimize.commands.main import main
 from optimize.runs.results import HISTORY
 from optimize.studies import engine, measures, row_job
@@ -177,20 +178,34 @@ def test_rows_of_a_document_count_as_done(
     assert begun == [] and table(tmp_path / "out") == table(whole)
 
 
-@pytest.mark.parametrize("hostile", ["swapped", "nan", "escape", "deep", "list"])
+@pytest.mark.parametrize("hostile", ["swapped", "axes", "nan", "huge", "foreign", "escape", "deep", "list"])
 def test_a_document_is_not_believed(whole: Path, tmp_path: Path, hostile: str) -> None:
     content = json.loads((whole / DOCUMENT).read_text())
     first, second, *_ = content["records"]
     columns = content["records"][first]["columns"]
     if hostile == "swapped":
         content["records"][first] = content["records"][second]
-    columns["steps"] = float("nan") if hostile == "nan" else columns["steps"]
+    columns["steps"] = {"nan": float("nan"), "huge": 10**400}.get(hostile, columns["steps"])
+    content["records"][first] |= {"colour": "red"} if hostile == "foreign" else {}
     columns["reason"] = "\x1b[31m" if hostile == "escape" else columns["reason"]
+    if hostile == "axes":
+        del content["tables"][0]["rows"][0]["labels"]["touch.jnd"]
     path = tmp_path / "study.json"
     path.write_text({"deep": "[" * 100_000, "list": "[]"}.get(hostile) or json.dumps(content))
     with pytest.raises(InputError, match=r"study\.json: not the document of a study") as caught:
         read_document(path)
     assert "\n" not in str(caught.value) and "\x1b" not in str(caught.value)
+
+
+def test_all_bundled_studies_by_one_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["study", "--all", "--quick", "--redraw", "-o", str(tmp_path)]) == 0
+    names = [path.stem for path in bundled_studies()]
+    assert [f"{tmp_path / name}/index.html" for name in names] == [
+        line.partition(": 0 rows, 0 failed, ")[0] for line in capsys.readouterr().out.splitlines()
+    ]
+    assert all(read_document(tmp_path / name / DOCUMENT).quick for name in names)
+    assert main(["study", "--all", "demo"]) == main(["study"]) == 2
+    assert main(["study", "--all", "--from", str(tmp_path / "demo" / DOCUMENT)]) == 2
 
 
 def test_a_folder_of_other_files_is_refused(study_file: Path, tmp_path: Path) -> None:

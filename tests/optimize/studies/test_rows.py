@@ -59,7 +59,8 @@ def test_textures_of_a_folder_replace_the_axis(tmp_path: Path, texture: Path) ->
     folder.mkdir()
     shutil.copy(texture, folder / "a.exr")
     save_heights_exr(folder / "b.exr", 0.5 * load_heights(texture))
-    shutil.copy(Path(load_run("gravel.toml").texture), folder / "b.png")
+    for name in ("b.png", "a-preview.png"):  # the second as `retouch prepare` names its preview of a.exr
+        shutil.copy(Path(load_run("gravel.toml").texture), folder / name)
     study = load_study(written(tmp_path, f'{HEAD}{AXES}texture = ["gravel", "brick"]\n'))
     (table,) = expand(study, textures=folder).tables
     assert [row.settings.texture for row in table.rows] == [folder / n for n in ("a.exr", "b.exr", "b.png")]
@@ -119,6 +120,7 @@ def test_rows_of_earlier_versions_are_found(tmp_path: Path, settings: str) -> No
         (f'{HEAD}{AXES}seed = [1]\n[quick]\ntables = ["b"]', "quick.tables: b: no such name; there are a"),
         (f"{HEAD}{AXES}seed = [1]\n{AXES}seed = [2]", "tables: two are called a"),
         (HEAD.replace("gravel", "sand") + f"{AXES}seed = [1]", "base: sand.toml: no such file"),
+        (HEAD.replace("gravel", "x" * 300) + f"{AXES}seed = [1]", ".toml: no such file"),
         (f"{HEAD}{AXES}touch.jndd = [1]", "a: touch.jndd: no such key of a run; the nearest is touch.jnd"),
         (f'{HEAD}{AXES}seed = ["x"]', "a: seed x: seed: Input should be a valid integer (given: 'x')"),
         (f"{HEAD}{AXES}free = [{{ seed = 1 }}]", "a: free: a value of several settings has a label"),
