@@ -1,6 +1,7 @@
 """Variants of Mitsuba: which one renders, and whether its pictures have gradients."""
 
 import difflib
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -129,7 +130,12 @@ def use(name: str) -> None:
     """Set again the variant in which a scene was loaded, should another be set."""
     import mitsuba
 
-    if mitsuba.variant() != name:
+    if mitsuba.variant() == name:
+        return
+    with warnings.catch_warnings():
+        # Every change of the variant loads Mitsuba's integrators anew, and Dr.Jit counts the functions that
+        # are compiled by it: after some hundred changes, as in a study, it warns of more than 1000.
+        warnings.filterwarnings("ignore", "The AST-transforming decorator", RuntimeWarning)
         mitsuba.set_variant(name)
 
 

@@ -104,3 +104,21 @@ def test_gradients_without_llvm_say_what_to_install(mi: ModuleType, monkeypatch:
     monkeypatch.setattr(mi, "variant", lambda: "scalar_rgb")
     with pytest.raises(InputError, match="apt install"):
         require_gradients()
+
+
+def test_many_changes_of_the_variant_warn_of_nothing(mi: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Dr.Jit warns of its 1001st compiled function, which a study reaches by changing the variant.
+
+    Here the warning is an error, which Mitsuba swallows: the integrators after the first would be missing.
+    """
+    import drjit.ast
+
+    before = mi.variant()
+    other = "llvm_ad_mono" if before == "llvm_ad_rgb" else "llvm_ad_rgb"
+    compiled = []
+    for start in (0, 2000):
+        monkeypatch.setattr(drjit.ast, "_syntax_counter", start)
+        variants.use(other)
+        compiled.append(vars(drjit.ast)["_syntax_counter"] - start)
+        variants.use(before)
+    assert compiled[0] == compiled[1] > 1
