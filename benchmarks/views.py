@@ -61,7 +61,7 @@ def optimised(texture: Path, sides: tuple[str, ...]) -> dict[str, Any]:
         weights[sides[0]] = "0.4"
     scene = load_scene(FILE, {"resolution": str(SIDE), **weights}, texture=texture)
     problem = Problem(scene.heights, scene.size_mm, tactile.Skin(), Targets(), scene)
-    wanted = tactile.jnd_scaled(problem.press(scene.heights, gradients=False).values["roughness"], JND)
+    wanted = tactile.jnd_scaled(problem.press(scene.heights, gradients=False).means["roughness"], JND)
     problem = Problem(scene.heights, scene.size_mm, tactile.Skin(), Targets.of(0.01, roughness=wanted), scene)
     began = time.perf_counter()
     method = GaussNewton(problem)

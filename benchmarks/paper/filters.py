@@ -66,7 +66,7 @@ def band_of(relief: Array) -> Array:
 
 
 def _touch(relief: Array) -> dict[str, float]:
-    return measure_touch(relief, PATCH_SIDE_MM, tactile.Skin(), "layer").values
+    return measure_touch(relief, PATCH_SIDE_MM, tactile.Skin(), "layer").means
 
 
 def _roughness(relief: Array) -> float:

@@ -29,7 +29,7 @@ def figure() -> dict[str, Any]:
     rows, ratios, fields = {}, {}, {}
     for name in TEXTURES:
         touch = measure_touch(heights(name), PATCH_SIDE_MM, tactile.Skin(), "fem")
-        strain, summed = touch.strain, touch.values[ROUGHNESS.name]
+        strain, summed = touch.strain[0], touch.means[ROUGHNESS.name]
         random = np.random.default_rng(0)
         drawn = [_variation(strain, *_segments(random, PAIRS)) for _ in range(ESTIMATES)]
         ratios[name], fields[name] = np.array(drawn) / summed, strain

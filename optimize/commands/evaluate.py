@@ -222,11 +222,11 @@ def described(textures: Sequence[Path], measured: "Sequence[TouchMeasures]") -> 
     from tactile import jnd_apart
 
     entries = []
-    first = measured[0].values[ROUGHNESS.name]
+    first = measured[0].means[ROUGHNESS.name]
     for path, touch in zip(textures, measured, strict=True):
-        entry = {"texture": str(path), **touch.values, "contact_fraction": touch.contact_fraction}
+        entry = {"texture": str(path), **touch.means, "contact_fraction": touch.contact_fraction}
         if len(measured) > 1:
-            roughness = touch.values[ROUGHNESS.name]
+            roughness = touch.means[ROUGHNESS.name]
             smooth = min(roughness, first) < SMOOTH
             entry["jnd_from_first"] = None if smooth else jnd_apart(roughness, first)
         entries.append(entry)

@@ -190,8 +190,8 @@ def _feel(prepared: "Prepared", touch: "TouchMeasures | None") -> dict[str, str]
         if prepared.relief_mm is None:
             return {"feel": "unknown without --relief-mm"}
         return {"feel": f"not pressed: more than {MOST_PRESSED} samples a side; retouch evaluate does it"}
-    roughness = touch.values[ROUGHNESS.name]
-    numbers = [f"{one.label} {number(touch.values[name])} {one.unit}" for name, one in QUANTITIES.items()]
+    roughness = touch.means[ROUGHNESS.name]
+    numbers = [f"{one.label} {number(touch.means[name])} {one.unit}" for name, one in QUANTITIES.items()]
     numbers.append(f"{100.0 * touch.contact_fraction:.0f} % of the plate in contact")
     lines = {"feel": ", ".join(text.rstrip() for text in numbers)}
     lowest, highest = NATURAL_ROUGHNESS
@@ -208,7 +208,7 @@ def _figures(prepared: "Prepared", touch: "TouchMeasures | None") -> list[tuple[
     slopes = [f"{angle:.0f}°" for angle in prepared.numbers["slopes_deg"].values()]
     figures = [(f"{prepared.relief_mm:.3g} mm", "relief"), (" / ".join(slopes), "slopes, median / steep")]
     if touch is not None:
-        figures.append((number(touch.values[ROUGHNESS.name]), "roughness V"))
+        figures.append((number(touch.means[ROUGHNESS.name]), "roughness V"))
         figures.append((f"{100.0 * touch.contact_fraction:.0f} %", "of the plate in contact"))
     if "tile" in prepared.numbers:
         tile = prepared.numbers["tile"]
@@ -222,7 +222,7 @@ def _entry(
     prepared: "Prepared", touch: "TouchMeasures | None", picture: Path, out: Path, shown: Path
 ) -> dict[str, Any]:
     """The numbers for programs."""
-    felt = {} if touch is None else {**touch.values, "contact_fraction": touch.contact_fraction}
+    felt = {} if touch is None else {**touch.means, "contact_fraction": touch.contact_fraction}
     files = {"picture_file": str(picture), "heights": str(out), "preview": str(shown)}
     return {**files, **prepared.numbers, **felt}
 

@@ -2,6 +2,8 @@
 
     E = E_rough + w1 E_vis + w2 E_reg    (`optimize.descent.energies`; contact areas likewise)
 
+with E_rough summed over the places of the finger.
+
 One optimiser takes both gradients: torch's through touch, and the pictures', which arrives as the gradient
 of a torch function. The energy |r - V| has no curvature at its minimum, so that steps overshoot the target;
 cosine decay of the learning rate makes the overshoot small. With constant weights the minimum of the sum may
@@ -22,10 +24,11 @@ import torch
 from torch import Tensor
 
 from optimize.descent import energies
-from optimize.descent.driver import Iterate, Remembered
+from optimize.descent.driver import PRESSURES, Iterate, Remembered
 from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.smoothing import smoothed
 from optimize.descent.step_pictures import fixed_pictures
+from optimize.descent.touch_measures import each
 from relief.arrays import Array
 from visual.exact.discontinuities import EdgeSamples
 
@@ -109,9 +112,9 @@ class AdamDescent:
     @staticmethod
     def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
         """The pressure, and after the first step the means of gradient and square; see the protocol."""
-        pressure, mean, square = (Remembered(heights.shape, low, math.inf) for low in (0.0, -math.inf, 0.0))
+        mean, square = (Remembered(heights.shape, low, math.inf) for low in (-math.inf, 0.0))
         begun = {"mean": mean, "square": square} if {"mean", "square"} & memory.keys() else {}
-        return {"pressure": pressure, **begun}
+        return {"pressure": PRESSURES, **begun}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights; see the protocol."""
@@ -160,9 +163,10 @@ class AdamDescent:
     def _stand(self, step: int, heights: Array, memory: Mapping[str, Array]) -> Iterate:
         problem, targets = self._problem, self._problem.targets
         self._heights = torch.tensor(heights, requires_grad=True)
-        pressure = memory.get("pressure")
-        touch = problem.model.press(self._heights, None if pressure is None else torch.as_tensor(pressure))
-        values = {quantity.name: quantity.value(touch, problem.size_mm) for quantity in targets.quantities}
+        fields, pressure = problem.fields(self._heights), memory.get("pressure")
+        begin = None if pressure is None else torch.as_tensor(pressure).reshape(fields.shape)
+        touch, size_mm = problem.model.press(fields, begin), problem.patches.size_mm
+        values = {quantity.name: quantity.value(touch, size_mm) for quantity in targets.quantities}
         pictures = self._pictures(self._heights)
         # The other weights grow with the unit of the target; of several, with the smallest.
         scale = min((target.quantity.energy_unit for target in targets.each), default=1.0)
@@ -180,11 +184,11 @@ class AdamDescent:
         return Iterate(
             step,
             heights,
-            {name: float(value.detach()) for name, value in values.items()},
-            float(touch.contact_fraction),
+            {name: each(value) for name, value in values.items()},
+            float(touch.contact_fraction.mean()),
             *change_percent(
                 pictures.detach().numpy(), self._target.numpy(), self._plate, problem.scene.weights
             ),
-            {**memory, "pressure": touch.pressure.detach().numpy().copy()},
+            {**memory, "pressure": touch.pressure.detach().reshape(-1, *fields.shape[-2:]).numpy().copy()},
             {name: float(term.detach()) for name, term in terms.items()},
         )

@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from optimize.descent.driver import DescentMethod, DescentResult, Iterate, StepRecord, descend
 from optimize.descent.stop_reason import StopReason
-from optimize.descent.targets import Targets, Values
+from optimize.descent.targets import Targets, Values, means
 from optimize.descent.touch_measures import TouchMeasures
 from relief.arrays import Array
 from relief.progress import stage
@@ -32,7 +33,8 @@ class OuterIteration:
     """One descent and its verification.
 
     Attributes:
-        surrogate_goals: goals of the descent, by the names of their quantities.
+        surrogate_goals: goals of the descent, by the names of their quantities; means over the touches, as
+            the other numbers are.
         values: of the best relief by the model that steers.
         verified: of the same relief by the verifying model.
         relative_error: of the true targets, by the verifying model.
@@ -72,13 +74,15 @@ class CorrectionState:
 
 def first_surrogate_targets(targets: Targets, steering: Values, verified: Values) -> Targets:
     """Targets of the first descent, by the original's own values under both models."""
-    return targets.scaled({name: _ratio(steering[name], verified[name]) for name in targets.goals()})
+    names = (target.quantity.name for target in targets.each)
+    return targets.scaled({name: _ratio(steering[name], verified[name]) for name in names})
 
 
-def _ratio(numerator: float, denominator: float) -> float:
-    if numerator <= 0.0 or denominator <= 0.0:
-        return 1.0
-    return float(np.clip(numerator / denominator, 1.0 / LARGEST_RATIO, LARGEST_RATIO))
+def _ratio(numerator: ArrayLike, denominator: ArrayLike) -> Array:
+    """(k,) factor of each touch; 1 where one of two values is nothing."""
+    one, other = np.atleast_1d(np.asarray(numerator)), np.atleast_1d(np.asarray(denominator))
+    ratio = np.divide(one, other, out=np.ones(len(one)), where=(one > 0.0) & (other > 0.0))
+    return np.asarray(np.clip(ratio, 1.0 / LARGEST_RATIO, LARGEST_RATIO))
 
 
 @dataclass(frozen=True)
@@ -153,8 +157,8 @@ def descend_with_correction(
             return replace(descent, reason=StopReason.INTERRUPTED), None, state
         last = OuterIteration(
             state.surrogate_targets.goals(),
-            descent.best.values,
-            verified.values,
+            means(descent.best.values),
+            means(verified.values),
             plan.targets.relative_error(verified.values),
             descent.last.step,
         )
@@ -167,7 +171,7 @@ def descend_with_correction(
         state = replace(state, closest=descent.best)
         if plan.targets.met(verified.values) or not descent.reason.met or number >= plan.corrections:
             return _judged(descent, plan.targets, verified), verified, state
-        ratios = {name: _ratio(goal, verified.values[name]) for name, goal in plan.targets.goals().items()}
+        ratios = {t.quantity.name: _ratio(t.goal, verified.values[t.quantity.name]) for t in plan.targets.each}
         surrogate = state.surrogate_targets.scaled(ratios)
         state = replace(state, surrogate_targets=surrogate)
         limit = plan.step_limit(number + 1)

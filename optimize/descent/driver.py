@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from optimize.descent.stop_reason import StopReason
-from optimize.descent.targets import Targets
+from optimize.descent.targets import Targets, Values, means
 from relief.arrays import Array
 from relief.errors import InputError
 from tactile import ContactError
@@ -32,7 +32,7 @@ class Iterate:
     Attributes:
         step: 0 is the start.
         heights: (rows, cols) mm.
-        values: of quantities of touch by name.
+        values: (k,) of quantities of touch by name, over the touches.
         contact_fraction: share of the samples under pressure.
         picture_mean, picture_rms: change of the pictures, in % of their mean.
         memory: state of the method beside the heights, by name; enough to go on from here.
@@ -41,25 +41,34 @@ class Iterate:
 
     step: int
     heights: Array
-    values: dict[str, float]
+    values: dict[str, Array]
     contact_fraction: float
     picture_mean: float
     picture_rms: float
     memory: dict[str, Array]
     energies: dict[str, float] = field(default_factory=dict)
 
+    @property
+    def means(self) -> dict[str, float]:
+        """Means of the values over the touches."""
+        return means(self.values)
+
     def finite(self) -> bool:
         """Whether every number is finite."""
-        numbers = (*self.values.values(), self.picture_rms)
-        return all(math.isfinite(n) for n in numbers) and bool(np.isfinite(self.heights).all())
+        numbers = (*self.values.values(), self.picture_rms, self.heights)
+        return all(bool(np.isfinite(n).all()) for n in numbers)
 
 
 class Remembered(NamedTuple):
-    """What an array of `Iterate.memory` may be: its shape, and its least and greatest value."""
+    """What an array of `Iterate.memory` may be: its shape, where -1 is any length, and its range."""
 
     shape: tuple[int, ...]
     least: float
     greatest: float
+
+
+PRESSURES = Remembered((-1, -1, -1), 0.0, math.inf)
+"""Pressures of a touch, (k, n, n) over its places; the run that goes on knows how many and how fine."""
 
 
 def check_memory(memory: Mapping[str, Array], expected: Mapping[str, Remembered]) -> None:
@@ -76,9 +85,9 @@ def check_memory(memory: Mapping[str, Array], expected: Mapping[str, Remembered]
         raise InputError(f"memory.{name}: {'missing' if name in expected else 'not that of the method'}")
     for name, (shape, least, greatest) in expected.items():
         array = memory[name]
-        if array.shape != shape:
+        if array.ndim != len(shape) or any(n not in (-1, m) for n, m in zip(shape, array.shape, strict=True)):
             raise InputError(f"memory.{name}: {array.shape} numbers, expected {shape}")
-        if not (least <= array.min() and array.max() <= greatest):
+        if not array.size or not (least <= array.min() and array.max() <= greatest):
             raise InputError(f"memory.{name}: numbers are not from {least:g} to {greatest:g}")
 
 
@@ -114,7 +123,7 @@ class StepRecord(NamedTuple):
     picture_rms: float
 
 
-def record_of(targets: Targets, values: dict[str, float], picture_rms: float) -> StepRecord:
+def record_of(targets: Targets, values: Values, picture_rms: float) -> StepRecord:
     """The record of a step with these values of touch."""
     return StepRecord(targets.relative_error(values), targets.met(values), picture_rms)
 

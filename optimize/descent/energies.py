@@ -7,6 +7,7 @@ same at every resolution. The paper's bound of the visual energy, 8, is 2 % of p
 """
 
 import torch
+from numpy.typing import ArrayLike
 from torch import Tensor
 
 PAPER_WHITE, PAPER_SIDE = 255.0, 128
@@ -18,9 +19,14 @@ VISUAL_BOUND = 0.02
 of white."""
 
 
-def target_energy(value: Tensor, goal: float) -> Tensor:
-    """E_rough = |r_trg - V| (term 1) or E_contact = |c_trg - A| in mm² (term 2), of a scalar."""
-    return (goal - value).abs()
+def target_energy(value: Tensor, goal: ArrayLike) -> Tensor:
+    """E_rough = |r_trg - V| (term 1) or E_contact = |c_trg - A| in mm² (term 2), the sum over the touches.
+
+    Args:
+        value: (k,) over the touches, or of one touch without dimensions.
+        goal: (k,), or a number for all.
+    """
+    return (torch.as_tensor(goal) - value.reshape(-1)).abs().sum()
 
 
 def visual_energy(pictures: Tensor, targets: Tensor, weights: Tensor) -> Tensor:

@@ -6,8 +6,11 @@ Each step minimises over the change x of the heights
     subject to g'x = the distance to the goals, at most 20 % of their values at once
 
 with d the picture difference, J its explicit sparse Jacobian (shadow edges included), W = I + w2 D'D, L the
-graph Laplacian, g the gradients of the targets. A step takes one sparse factorisation, and one right-hand
-side more for each target.
+graph Laplacian, which on axes that repeat goes around, g the gradients of the targets. A step takes one sparse
+factorisation, and one right-hand side more for each target at each place of the finger.
+
+Fingers at neighbouring places feel nearly the same relief, so that their constraints nearly repeat one another.
+Differences between such places are therefore not forced: `optimize.descent.forces` bounds the forces on them.
 """
 
 from __future__ import annotations
@@ -21,7 +24,9 @@ import numpy as np
 import scipy.sparse as sp
 import torch
 
-from optimize.descent.driver import Iterate, Remembered
+from optimize.descent.driver import PRESSURES, Iterate, Remembered
+from optimize.descent.forces import Aim
+from optimize.descent.laplacian import laplacian
 from optimize.descent.masking import masking_weights
 from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.touch_measures import TouchMeasures
@@ -64,6 +69,8 @@ CLOSE, PRESSES = 0.25, 5
 """Prediction error, as a share of the step, at which the forces on the targets need no further correction;
 and most presses for that. A press costs a fifth of the step's linear solve. Where the slopes of all targets
 hold over a step, only the step that arrives is corrected, until the targets are met."""
+SEVERAL_PRESSES = 2
+"""Most presses of a step of several touches, whose press takes as long as its linear solve."""
 DIVERGED = 2.0
 """If a correction's error exceeds this multiple of the smallest so far, a shorter step is tried."""
 LARGEST_CORRECTION = 3.0
@@ -123,8 +130,7 @@ class GaussNewton:
         problem = replace(problem, precision=problem.precision or torch.float32)
         self._problem = problem
         targets = problem.targets.each
-        self._goals = np.array([target.goal for target in targets])
-        self._tolerances = np.array([target.tolerance for target in targets])
+        self._aim = Aim(targets)
         self._slopes_hold = all(target.quantity.slope_holds for target in targets)
         self._views = _views(problem)
         # With the Jacobian, because the first step mostly starts here.
@@ -141,7 +147,7 @@ class GaussNewton:
     def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
         """Trust, and the pressure as a start of the next contact; see the protocol."""
         trust = Remembered((2,), LEAST_SHARE, MOST_DAMPING)
-        return {"trust": trust, "pressure": Remembered(heights.shape, 0.0, np.inf)}
+        return {"trust": trust, "pressure": PRESSURES}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights; see the protocol."""
@@ -157,7 +163,8 @@ class GaussNewton:
         for attempt in range(ATTEMPTS):
             response = _response(system, trust.damping, touch.gradients)
             heights, after, error = self._step(iterate.heights, touch, response, trust.share)
-            trust = trust.after(error, min(trust.share, _distance(self._values(touch), self._goals)))
+            distance = self._aim.distance(self._aim.values(touch.values))
+            trust = trust.after(error, min(trust.share, distance))
             if error <= REFUSED or attempt == ATTEMPTS - 1:
                 break
         if after.gradients.size == 0:
@@ -177,17 +184,16 @@ class GaussNewton:
             The relief with the smallest prediction error; its touch, with gradients if no correction was
             needed; that error as a share of the change wanted.
         """
-        problem, (free, pulls) = self._problem, response
-        values, goals, gradients = self._values(touch), self._goals, touch.gradients
-        wanted = np.clip(goals - values, -share * np.abs(values), share * np.abs(values))
-        # A step that has almost arrived is judged by the tolerance, not by its own small length.
-        reach = np.maximum(np.abs(wanted), self._tolerances * np.abs(goals))
+        problem, aim, (free, pulls) = self._problem, self._aim, response
+        values, gradients = aim.values(touch.values), touch.gradients
+        wanted = aim.wanted(values, share)
         slopes = gradients @ pulls
-        # Least squares, because a target that no height changes (full contact) has no gradient to pull along.
-        forces = np.linalg.lstsq(slopes, wanted - gradients @ free)[0]
+        forces = aim.forces(slopes, wanted - gradients @ free)
+        # Forces of several touches give way: what the slopes promise is what can be expected of them.
+        expected = gradients @ (free + pulls @ forces) if aim.several else wanted
         best, before = (start, touch, np.inf), None
-        arriving = bool((np.abs(goals - values) <= share * np.abs(values)).all())
-        for press in range(PRESSES):
+        arriving = aim.arriving(values, share)
+        for press in range(SEVERAL_PRESSES if aim.several else PRESSES):
             change = free + pulls @ forces
             scale = min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
             moved = start + scale * change.reshape(start.shape)
@@ -195,8 +201,8 @@ class GaussNewton:
             heights = within_limits(moved - (moved - problem.heights).mean())
             # The first press mostly is the last: it comes with the gradients that the next step needs.
             after = self._press(heights, best[1].pressure, gradients=press == 0)
-            change_of_values = self._values(after) - values
-            error = float(np.max(np.abs(change_of_values - scale * wanted) / reach))
+            changed = aim.values(after.values) - values
+            error = aim.error(changed, scale * expected, wanted)
             if error < best[2]:
                 best = heights, after, error
             # Where slopes hold over a step, only the step that arrives has to be exact.
@@ -208,10 +214,10 @@ class GaussNewton:
             if before is not None:
                 # Broyden's update: the slopes as the last two presses show them.
                 moved_by = forces - before[0]
-                unexplained = change_of_values - before[1] - slopes @ moved_by
+                unexplained = changed - before[1] - slopes @ moved_by
                 slopes = slopes + np.outer(unexplained, moved_by) / max(moved_by @ moved_by, 1e-300)
-            before = forces, change_of_values
-            correction = np.linalg.lstsq(slopes, wanted - change_of_values)[0]
+            before = forces, changed
+            correction = aim.forces(slopes, expected - changed)
             largest = LARGEST_CORRECTION * float(np.linalg.norm(forces))
             correction *= min(1.0, largest / max(float(np.linalg.norm(correction)), 1e-300))
             forces = forces + correction
@@ -219,10 +225,6 @@ class GaussNewton:
 
     def _press(self, heights: Array, start: Array | None, gradients: bool = True) -> TouchMeasures:
         return self._problem.press(heights, start, gradients, steering=True)
-
-    def _values(self, touch: TouchMeasures) -> Array:
-        """Current values of the targets, in the order of `TouchMeasures.gradients`."""
-        return np.array([touch.values[target.quantity.name] for target in self._problem.targets.each])
 
     def _evaluate(self, heights: Array) -> tuple[Pictures, ...]:
         return tuple(view.evaluate(heights, edges=self._problem.shadow_edges) for view in self._views)
@@ -246,7 +248,7 @@ class GaussNewton:
         """The undamped least squares of the look, and the matrix of the damping."""
         problem, shape = self._problem, heights.shape
         smooth = _picture_weight(self._target.shape[1:], problem.regularisation)
-        differences = laplacian(shape)
+        differences = laplacian(shape, problem.repeats)
         bend = ROUGHENING * (differences.T @ differences)
         matrix = 2.0 * bend
         load = -2.0 * (bend @ (heights - problem.heights).ravel())
@@ -275,33 +277,15 @@ def _views(problem: Problem) -> tuple[View | FastView | HeightView, ...]:
 
 
 @stage("solving for a step")
-def _response(system: _System, damping: float, gradients: Array) -> _Response:
+def _response(system: _System, damping: float, gradients: Array | sp.csr_matrix) -> _Response:
     """The least squares of the look solved: alone, and for a unit force along each target's gradient."""
     solve = factorised(system.matrix + damping * system.damping, minimum_degree=True)
-    solved = solve(np.column_stack((system.load, gradients.T)))
+    pulled = gradients.toarray() if sp.issparse(gradients) else gradients
+    solved = solve(np.column_stack((system.load, pulled.T)))
     return _Response(solved[:, 0], solved[:, 1:])
-
-
-def _distance(values: Array, goals: Array) -> float:
-    """The largest distance of a target to its goal, as a share of its value; at most 1, as from zero."""
-    left = np.abs(goals - values)
-    return float(np.max(left / np.maximum(np.maximum(np.abs(values), left), np.finfo(float).tiny)))
-
-
-@lru_cache(maxsize=4)
-def laplacian(shape: tuple[int, int]) -> sp.csr_matrix:
-    """Graph Laplacian of the height samples, positive semi-definite."""
-    rows, cols = (_differences(n) for n in shape)
-    return sp.csr_matrix(
-        sp.kron(rows.T @ rows, sp.identity(shape[1])) + sp.kron(sp.identity(shape[0]), cols.T @ cols)
-    )
 
 
 @lru_cache(maxsize=4)
 def _picture_weight(shape: tuple[int, int], regularisation: float) -> sp.csr_matrix:
     """W = I + w2 D'D on the pixels of a picture."""
     return sp.csr_matrix(sp.identity(shape[0] * shape[1]) + regularisation * laplacian(shape))
-
-
-def _differences(n: int) -> sp.csr_matrix:
-    return sp.csr_matrix(sp.diags([-np.ones(n - 1), np.ones(n - 1)], [0, 1], shape=(n - 1, n)))

@@ -1,4 +1,7 @@
-"""Linear scaling, the method to compare with: the relief scaled until its first target is met (paper 5.1)."""
+"""Linear scaling, the method to compare with: the relief scaled until its first target is met (paper 5.1).
+
+Of several places, the mean is to meet the mean of the goals: one scale cannot meet more.
+"""
 
 import math
 from collections.abc import Callable, Mapping
@@ -140,7 +143,7 @@ def _excess_of(problem: Problem) -> Callable[[Array], float]:
         nonlocal pressure
         touch = single.press(relief, pressure, gradients=False)
         pressure = touch.pressure
-        return touch.values[target.quantity.name] / target.goal - 1.0
+        return touch.means[target.quantity.name] / target.mean_goal - 1.0
 
     return excess
 

@@ -1,16 +1,21 @@
 """The problem of a descent: a relief, the feel to reach, the look to keep. Touch and sight meet here."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 import torch
 from torch import Tensor
 
 import tactile
 from optimize.descent.targets import Quantity, Targets
-from optimize.descent.touch_measures import TouchMeasures, touch_measures
+from optimize.descent.touch_measures import TouchMeasures, batches, each, touch_measures
 from relief.arrays import Array
 from relief.limits import HEIGHT_LIMIT_MM
+from relief.patches import STEERING_SAMPLES, Patches
+from relief.places import SPACING_MM, places
+from relief.surface import Surface
 from tactile.model import ModelName
 from visual.models import LookModel, look_model
 from visual.scene import Scene
@@ -22,7 +27,7 @@ class Problem:
 
     Attributes:
         heights: (rows, cols) the original, mm.
-        size_mm: side of the plate.
+        size_mm: width of the plate.
         skin: the finger.
         targets: the feel to reach.
         scene: renders the look to keep.
@@ -35,6 +40,10 @@ class Problem:
         seed: of everything random.
         touch, look: the models that steer the descent.
         precision: of touch; None for that of its model.
+        repeats: axes (rows, cols) along which the relief repeats.
+        spacing_mm: greatest distance between neighbouring places of the finger.
+        patches: of the relief under the finger, one at each place.
+        model: of touch, for one patch or a batch.
     """
 
     heights: Array
@@ -51,14 +60,25 @@ class Problem:
     touch: ModelName = "layer"
     look: LookModel = "exact"
     precision: torch.dtype | None = None
+    repeats: tuple[bool, bool] = (False, False)
+    spacing_mm: float = SPACING_MM
+    patches: Patches = field(init=False)
     model: tactile.TouchModel = field(init=False)
 
     def __post_init__(self) -> None:
+        surface = self.surface
+        patches = Patches(surface, places(surface, self.spacing_mm), STEERING_SAMPLES)
         # The fast models find contact in single precision; the rest of them then gains nothing by double.
         dtype = self.precision or (torch.float32 if self.fast_touch else torch.float64)
-        model = tactile.touch_model(self.skin, self.heights.shape[0], self.size_mm, dtype, self.touch)
+        model = tactile.touch_model(self.skin, patches.samples, patches.size_mm, dtype, self.touch)
+        object.__setattr__(self, "patches", patches)
         object.__setattr__(self, "model", model)
         object.__setattr__(self, "look", look_model(self.look))
+
+    @property
+    def surface(self) -> Surface:
+        """Size and sampling of the relief."""
+        return Surface((self.heights.shape[0], self.heights.shape[1]), self.size_mm, self.repeats)
 
     @property
     def fast_touch(self) -> bool:
@@ -72,37 +92,68 @@ class Problem:
         gradients: bool = True,
         steering: bool = False,
     ) -> TouchMeasures:
-        """Press on a relief by the model that steers.
+        """Press on a relief at all places by the model that steers.
 
         Args:
             heights: (rows, cols) mm.
-            start: (rows, cols) pressures (MPa) of a similar relief, to start from.
+            start: (k, n, n) pressures (MPa) of a similar relief, to start from.
             gradients: whether the gradients of the targets are wanted.
             steering: whether these are of the quantities' smoother stand-ins, where there are any.
 
         Raises:
             ContactError: the contact does not converge.
         """
+        touches, values, slopes = [], [], list[list[Array]]()
+        for part in batches(self.patches):
+            fields = self.patches.of(heights, part)
+            touch, of_part, of_targets = self._press(
+                fields, None if start is None else start[part], gradients, steering
+            )
+            touches.append(touch)
+            values.append(of_part)
+            slopes.append(of_targets)
+        by_target = [np.concatenate(of_batches) for of_batches in zip(*slopes, strict=True)]
+        return touch_measures(touches, values, self.touch, gradients=self._rows(by_target))
+
+    def fields(self, heights: Tensor) -> Tensor:
+        """Patches (k, n, n) of a relief (rows, cols), or (n, n) if there is one; differentiable."""
+        if self.patches.whole:
+            return heights
+        patches: Tensor = _Patches.apply(heights, self.patches)
+        return patches if self.patches.count > 1 else patches[0]
+
+    def _press(
+        self, fields: Array, start: Array | None, gradients: bool, steering: bool
+    ) -> tuple[tactile.Touch, dict[str, Array], list[Array]]:
+        """Press on patches (b, n, n): touch, values (b,) by name, and each target's gradients (b, n, n)."""
         dtype = self.model.flat_strain.dtype
-        field_ = torch.as_tensor(heights, dtype=dtype).clone().requires_grad_(gradients)
-        touch = self.model.press(field_, None if start is None else torch.as_tensor(start, dtype=dtype))
-        values, rows = {}, []
+        # A single patch is pressed without a dimension for places.
+        shape = fields.shape if self.patches.count > 1 else fields.shape[1:]
+        field_ = torch.as_tensor(fields.reshape(shape), dtype=dtype).clone().requires_grad_(gradients)
+        begin = None if start is None else torch.as_tensor(start.reshape(shape), dtype=dtype)
+        touch = self.model.press(field_, begin)
+        values, rows = dict[str, Array](), []
         for target in self.targets.each if gradients else ():
             smooth = target.quantity.steering_value if steering else None
             if smooth is None:
                 followed = self.value_of(target.quantity, touch)
-                values[target.quantity.name] = float(followed.detach())
+                values[target.quantity.name] = each(followed)
             else:
-                followed = smooth(touch, self.size_mm)
-            (gradient,) = torch.autograd.grad(followed, field_, retain_graph=True)
-            rows.append(gradient.double().numpy().ravel())
+                followed = smooth(touch, self.patches.size_mm)
+            # The touches of a batch do not depend on one another: the gradient of their sum holds them all.
+            (gradient,) = torch.autograd.grad(followed.sum(), field_, retain_graph=True)
+            rows.append(gradient.double().numpy().reshape(fields.shape))
         with torch.no_grad():
             for quantity in self.targets.quantities:
                 if quantity.name not in values:
-                    values[quantity.name] = float(self.value_of(quantity, touch))
-        return touch_measures(
-            touch, values, self.touch, gradients=np.array(rows).reshape(len(rows), heights.size)
-        )
+                    values[quantity.name] = each(self.value_of(quantity, touch))
+        return touch, values, rows
+
+    def _rows(self, by_target: list[Array]) -> Array | sp.csr_matrix:
+        """Gradients of the targets by the patches, (k, n, n) each, as gradients by the relief."""
+        if self.patches.whole or not by_target:
+            return np.array(by_target).reshape(len(by_target), self.heights.size)
+        return sp.vstack([self.patches.rows(of_target) for of_target in by_target], format="csr")
 
     def plate_weights(self, pictures: Array) -> Array:
         """Weights of the pixels of a step's pictures, (conditions, rows, cols); see `Scene.plate_weights`."""
@@ -113,7 +164,20 @@ class Problem:
     def value_of(self, quantity: Quantity, touch: tactile.Touch) -> Tensor:
         """A quantity of a touch, by the cheaper estimate where touch itself is by a fast model."""
         value = quantity.fast_value if self.fast_touch else None
-        return (value or quantity.value)(touch, self.size_mm)
+        return (value or quantity.value)(touch, self.patches.size_mm)
+
+
+class _Patches(torch.autograd.Function):
+    """Patches of a relief as a torch function, with the exact adjoint, the same in every run."""
+
+    @staticmethod
+    def forward(ctx: Any, heights: Tensor, patches: Patches) -> Tensor:
+        ctx.patches = patches
+        return torch.as_tensor(patches.of(heights.detach().numpy()))
+
+    @staticmethod
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None]:
+        return torch.as_tensor(ctx.patches.back(gradients[0].numpy())), None
 
 
 def within_limits(heights: Array) -> Array:

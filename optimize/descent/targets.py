@@ -12,15 +12,26 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 import tactile
+from relief.arrays import Array
+from tactile.jnd import ROUGHNESS_JND
 
 if TYPE_CHECKING:
     from torch import Tensor
 
     from tactile.model import Touch
 
-Values = Mapping[str, float]
-"""Values of quantities by their names."""
+Values = Mapping[str, Array]
+"""Values of quantities by their names, each (k,) over the touches."""
+
+PLACE_JND = 0.25
+"""Largest distance of a place from its own goal that counts as met, just-noticeable differences."""
+FLAT_SHARE = 0.02
+"""Share of the mean goal below which a place counts as flat: its distance from its goal is measured as if
+value and goal were this share, because ratios to a value of nearly nothing mean nothing."""
 
 LARGEST_JND = 10.0
 """Largest roughness change, JND: a factor of 1.19 ** 10 = 5.7, more than any relief up to 3 mm gives."""
@@ -53,6 +64,17 @@ class GoalKey:
     goal: Callable[[float, float], float] = lambda number, original: number
     relative: bool = False
 
+    def goals(self, number: float, original: Array) -> Array:
+        """(k,) goals of the touches, by the original's own values (k,).
+
+        A number that states the quantity itself is the mean of the goals, which keep the proportions of the
+        original's values.
+        """
+        if self.relative:
+            return np.array([self.goal(number, float(value)) for value in original])
+        mean = original.mean()
+        return number * (original / mean if mean > 0.0 else np.ones_like(original))
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -63,8 +85,7 @@ class Quantity:
         label: for tables and sentences.
         symbol, unit: for the screen; the unit may be empty.
         decimals: digits behind the point on the screen.
-        value: from a touch and the side of the plate (mm) to the number, differentiable; the touch has no
-            leading dimensions.
+        value: from a touch (..., n, n) and the side of the patch (mm) to the numbers (...), differentiable.
         fast_value: a cheaper estimate for descents by a fast model of touch; None: `value`.
         steering_value: a smoother stand-in whose gradient gives a step its direction; None: `value`.
         slope_holds: whether the gradient predicts the quantity well over a whole step. Else every step is
@@ -146,32 +167,77 @@ GOAL_KEYS = {key.key: (quantity, key) for quantity in QUANTITIES.values() for ke
 """Keys of `[touch]` that state a goal, each with its quantity."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Target:
-    """A quantity with its goal.
+    """A quantity with its goal at each touch.
 
     Attributes:
-        goal: in the quantity's unit.
-        tolerance: largest relative error that counts as met.
+        goal: (k,) over the touches, in the quantity's unit; a number stands for one touch.
+        tolerance: largest relative error of the mean over the touches that counts as met.
     """
 
     quantity: Quantity
-    goal: float
+    goal: Array
     tolerance: float
 
+    def __init__(self, quantity: Quantity, goal: ArrayLike, tolerance: float) -> None:
+        for name, value in (("quantity", quantity), ("goal", _each(goal)), ("tolerance", tolerance)):
+            object.__setattr__(self, name, value)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Target):
+            return NotImplemented
+        same = self.quantity == other.quantity and self.tolerance == other.tolerance
+        return same and np.array_equal(self.goal, other.goal)
+
+    @property
+    def mean_goal(self) -> float:
+        """The mean of the goals over the touches."""
+        return float(self.goal.mean())
+
+    @property
+    def floor(self) -> float:
+        """The value that stands for smaller ones where values are compared by their ratio."""
+        return FLAT_SHARE * self.mean_goal
+
+    @property
+    def place_limit(self) -> float:
+        """Largest distance of a touch from its goal that counts as met, as a logarithm of their ratio."""
+        return max(PLACE_JND * math.log(ROUGHNESS_JND), math.log1p(self.tolerance))
+
     def relative_error(self, values: Values) -> float:
-        """Distance to the goal, relative to the goal."""
-        return abs(values[self.quantity.name] / self.goal - 1.0)
+        """Distance to the goals: at most `tolerance` if, and only if, the target is met.
+
+        Of one touch, the distance relative to the goal. Of several, the relative distance of their mean, or
+        the tolerance times the largest distance of a touch in units of `place_limit`, whichever is larger.
+        """
+        reached = _each(values[self.quantity.name])
+        mean = abs(float(reached.mean()) / self.mean_goal - 1.0)
+        if reached.size == 1:
+            return mean
+        apart = np.abs(np.log(np.maximum(reached, self.floor) / np.maximum(self.goal, self.floor)))
+        return max(mean, self.tolerance / self.place_limit * float(apart.max()))
 
     def met(self, values: Values) -> bool:
-        """Whether the value lies within the tolerance."""
+        """Whether the mean lies within the tolerance, and every touch near its own goal."""
         return self.relative_error(values) <= self.tolerance
 
     @property
     def sentence(self) -> str:
         """The target in words, as in `roughness 0.0689 within 1 %`."""
-        goal = self.quantity.text(self.goal)
-        return f"{self.quantity.label} {goal} within {100.0 * self.tolerance:g} %"
+        goal, several = self.quantity.text(self.mean_goal), self.goal.size > 1
+        where = f" on average over {self.goal.size} places" if several else ""
+        return f"{self.quantity.label} {goal}{where} within {100.0 * self.tolerance:g} %"
+
+
+def _each(values: ArrayLike) -> Array:
+    """(k,) over the touches; a number is one touch's."""
+    return np.atleast_1d(np.asarray(values, dtype=np.float64))
+
+
+def means(values: Values) -> dict[str, float]:
+    """Means of values over the touches, by the names of the quantities."""
+    return {name: float(np.mean(each)) for name, each in values.items()}
 
 
 @dataclass(frozen=True)
@@ -181,7 +247,7 @@ class Targets:
     each: tuple[Target, ...] = field(default=())
 
     @classmethod
-    def of(cls, tolerance: float, **goals: float) -> Targets:
+    def of(cls, tolerance: float, **goals: ArrayLike) -> Targets:
         """Targets for quantities of the table by name, as in `Targets.of(0.01, roughness=0.07)`."""
         return cls(tuple(Target(QUANTITIES[name], goal, tolerance) for name, goal in goals.items()))
 
@@ -197,17 +263,17 @@ class Targets:
         return " and ".join(target.sentence for target in self.each)
 
     def goals(self) -> dict[str, float]:
-        """Goals by the names of their quantities."""
-        return {target.quantity.name: target.goal for target in self.each}
+        """Means of the goals over the touches, by the names of their quantities."""
+        return {target.quantity.name: target.mean_goal for target in self.each}
 
     def relative_error(self, values: Values) -> float:
-        """Largest relative error of the targets; 0 without any."""
+        """Largest relative error of the targets (`Target.relative_error`); 0 without any."""
         return max((target.relative_error(values) for target in self.each), default=0.0)
 
     def met(self, values: Values) -> bool:
         """Whether every target is met."""
         return all(target.met(values) for target in self.each)
 
-    def scaled(self, factors: Values) -> Targets:
-        """The same targets with every goal times the factor of its quantity."""
+    def scaled(self, factors: Mapping[str, ArrayLike]) -> Targets:
+        """The same targets with every goal times the factors of its quantity, (k,) or one for all touches."""
         return Targets(tuple(replace(t, goal=factors[t.quantity.name] * t.goal) for t in self.each))

@@ -1,45 +1,61 @@
-"""Touch measures: what a finger gets from a relief, as numbers and maps, by one model of touch."""
+"""Touch measures: what fingers get from a relief, as numbers and maps, by one model of touch."""
+
+from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 import torch
 from numpy.typing import ArrayLike
 
 import tactile
-from optimize.descent.targets import QUANTITIES, ROUGHNESS, Quantity
-from relief.arrays import Array
+from optimize.descent.targets import QUANTITIES, ROUGHNESS, Quantity, means
+from relief.arrays import Array, Index
+from relief.patches import Patches
+from relief.places import places
+from relief.progress import stage
+from relief.surface import Surface
 from tactile.model import FEM_MESH, ModelName
 from tactile.pair_variation import check_patch
 
 _log = logging.getLogger(__name__)
 
+BATCH_SAMPLES = 1 << 19
+"""Most samples of patches that are pressed together: 32 patches of 128 x 128. Larger batches gain no time."""
+
 
 @dataclass(frozen=True)
 class TouchMeasures:
-    """What a finger gets from a relief.
+    """What a finger gets from a relief at each of k places.
 
     Attributes:
         model: of touch.
         mesh: nodes along a side of the finite elements; None for other models.
-        values: of quantities by name, in their units.
-        contact_fraction: share of the samples under pressure.
-        strain, pressure: (rows, cols); pressure in MPa.
-        gradients: (targets, rows * cols) of the targets' quantities by the heights; no rows if not asked for.
+        values: (k,) of quantities by name, in their units.
+        contact_fraction: share of the samples under pressure, mean over the places.
+        strain, pressure: (k, n, n) on the patches; pressure in MPa.
+        gradients: (targets * k, rows * cols) of the targets' quantities by the heights, a sparse matrix if
+            there are several places; the places of a target follow one another. No rows if not asked for.
     """
 
     model: ModelName
     mesh: int | None
-    values: dict[str, float]
+    values: dict[str, Array]
     contact_fraction: float
     strain: Array
     pressure: Array
-    gradients: Array
+    gradients: Array | sp.csr_matrix
+
+    @property
+    def means(self) -> dict[str, float]:
+        """Means of the values over the places."""
+        return means(self.values)
 
     def __repr__(self) -> str:
-        numbers = ", ".join(f"{name} {value:.4g}" for name, value in self.values.items())
+        numbers = ", ".join(f"{name} {value:.4g}" for name, value in self.means.items())
         return f"<touch by {self.model}: {numbers}, {100.0 * self.contact_fraction:.0f} % in contact>"
 
 
@@ -50,48 +66,93 @@ def measure_touch(
     model: ModelName,
     mesh: int = FEM_MESH,
     quantities: Iterable[Quantity] = QUANTITIES.values(),
+    repeats: tuple[bool, bool] = (False, False),
+    at: Index | None = None,
 ) -> TouchMeasures:
     """Press on a relief from a cold start, in double precision, with roughness by the full sum.
 
     Args:
         heights: (rows, cols) mm.
-        size_mm: side of the plate.
+        size_mm: width of the plate.
         mesh: nodes along a side of the finite elements.
         quantities: to be measured.
+        repeats: axes (rows, cols) along which the relief repeats.
+        at: (k, 2) places; None: those of `relief.places.places`.
 
     Raises:
         InputError: heights, size or skin are out of range; the message names the field.
         ContactError: the contact does not converge.
     """
-    quantities = tuple(quantities)
+    quantities, heights = tuple(quantities), np.asarray(heights)
     if ROUGHNESS in quantities:
         # Before the operators are built, which can take many seconds.
-        check_patch(size_mm)
-    touch = tactile.press(torch.as_tensor(heights), size_mm, skin, model, mesh=mesh)
-    measures = touch_measures(
-        touch,
-        {quantity.name: float(quantity.value(touch, size_mm)) for quantity in quantities},
-        model,
-        mesh if model == "fem" else None,
-    )
+        check_patch(min(size_mm, size_mm * heights.shape[0] / heights.shape[1]))
+    surface = Surface((heights.shape[0], heights.shape[1]), size_mm, repeats)
+    patches = Patches(surface, places(surface) if at is None else at)
+
+    def press(fields: Array) -> tuple[tactile.Touch, dict[str, Array]]:
+        # A plate that is its own patch is pressed as it is, without a dimension for places.
+        field = torch.as_tensor(fields if len(fields) > 1 else fields[0])
+        touch = tactile.press(field, patches.size_mm, skin, model, mesh=mesh)
+        values = {one.name: each(one.value(touch, patches.size_mm)) for one in quantities}
+        return touch, values
+
+    measures = collected(patches, heights, press, model, mesh if model == "fem" else None)
     _log.info("pressed: %r", measures)
     return measures
 
 
+Press = Callable[[Array], tuple[tactile.Touch, dict[str, Array]]]
+"""Map from patches (k, n, n) to their touch and the values of quantities (k,) by name."""
+
+
+def collected(
+    patches: Patches, heights: Array, press: Press, model: ModelName, mesh: int | None = None
+) -> TouchMeasures:
+    """Press on all patches of a relief, batch by batch; fields as in `TouchMeasures`, without gradients."""
+    touches, values = [], []
+    parts = batches(patches)
+    with stage("pressing on places", len(parts)) as advance:
+        for part in parts:
+            touch, of_part = press(patches.of(heights, part))
+            touches.append(touch)
+            values.append(of_part)
+            advance()
+    return touch_measures(touches, values, model, mesh, columns=heights.size)
+
+
+def batches(patches: Patches) -> list[slice]:
+    """Parts of the patches that are pressed together."""
+    size = max(1, BATCH_SAMPLES // patches.samples**2)
+    return [slice(start, start + size) for start in range(0, patches.count, size)]
+
+
+def each(value: torch.Tensor) -> Array:
+    """(k,) of a quantity's values, of which one has no dimension."""
+    return np.atleast_1d(value.detach().double().numpy())
+
+
 def touch_measures(
-    touch: tactile.Touch,
-    values: dict[str, float],
+    touches: Sequence[tactile.Touch],
+    values: Sequence[dict[str, Array]],
     model: ModelName,
     mesh: int | None = None,
-    gradients: Array | None = None,
+    gradients: Array | sp.csr_matrix | None = None,
+    columns: int = 0,
 ) -> TouchMeasures:
-    """The measures of a touch without leading dimensions; fields as in `TouchMeasures`."""
+    """The measures of touches, each (n, n) or (batch, n, n), and of their values; see `TouchMeasures`."""
+
+    def maps(name: str) -> Array:
+        found = [getattr(touch, name).detach().double().numpy() for touch in touches]
+        return np.concatenate([field.reshape(-1, *field.shape[-2:]) for field in found])
+
+    fractions = np.concatenate([each(touch.contact_fraction) for touch in touches])
     return TouchMeasures(
         model,
         mesh,
-        values,
-        float(touch.contact_fraction),
-        touch.strain.detach().double().numpy(),
-        touch.pressure.detach().double().numpy(),
-        np.zeros((0, touch.strain.numel())) if gradients is None else gradients,
+        {name: np.concatenate([of_part[name] for of_part in values]) for name in values[0]},
+        float(fractions.mean()),
+        maps("strain"),
+        maps("pressure"),
+        np.zeros((0, columns)) if gradients is None else gradients,
     )

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
 from optimize.descent.correction import CorrectionState, OuterIteration
 from optimize.descent.driver import Iterate
@@ -51,6 +51,14 @@ class Checkpoint:
 
 _Step = Annotated[int, Field(ge=0)]
 _Values = dict[str, NotNegative]
+_Each = Annotated[tuple[NotNegative, ...], Field(min_length=1)]
+"""A number for each touch."""
+
+
+def _not_all_zero(goal: tuple[float, ...]) -> tuple[float, ...]:
+    if not any(goal):
+        raise ValueError("a goal above 0 is needed")
+    return goal
 
 
 @dataclass(frozen=True)
@@ -58,7 +66,7 @@ class _Iterate:
     """The numbers of an iterate; its arrays are tensors of the file."""
 
     step: _Step
-    values: _Values
+    values: dict[str, _Each]
     contact_fraction: Annotated[float, Field(ge=0, le=1)]
     picture_mean: NotNegative
     picture_rms: NotNegative
@@ -67,7 +75,7 @@ class _Iterate:
 @dataclass(frozen=True)
 class _Target:
     quantity: str
-    goal: Positive
+    goal: Annotated[tuple[NotNegative, ...], Field(min_length=1), AfterValidator(_not_all_zero)]
     tolerance: Annotated[float, Field(gt=0, lt=1)]
 
 
@@ -135,17 +143,23 @@ def save_checkpoint(run_dir: Path, checkpoint: Checkpoint) -> None:
         "key": dict(checkpoint.key),
         "history": checkpoint.history,
         "targets": [
-            {"quantity": target.quantity.name, "goal": target.goal, "tolerance": target.tolerance}
+            {"quantity": target.quantity.name, "goal": target.goal.tolist(), "tolerance": target.tolerance}
             for target in state.surrogate_targets.each
         ],
         "iterations": [asdict(iteration) for iteration in state.iterations],
     }
     for name, iterate in iterates.items():
-        numbers[name] = iterate and {key: getattr(iterate, key) for key in _Iterate.__annotations__}
+        numbers[name] = iterate and _numbers(iterate)
         if iterate is not None:
             tensors[f"{name}.heights"] = iterate.heights
             tensors |= {f"{name}.memory.{key}": value for key, value in iterate.memory.items()}
     write_atomically(run_dir / FILE, tensor_bytes(tensors, json.dumps(numbers)))
+
+
+def _numbers(iterate: Iterate) -> dict[str, Any]:
+    """What `_Iterate` holds, of JSON types."""
+    numbers = {key: getattr(iterate, key) for key in _Iterate.__annotations__}
+    return numbers | {"values": {name: each.tolist() for name, each in iterate.values.items()}}
 
 
 def load_checkpoint(run_dir: Path) -> Checkpoint:
@@ -166,13 +180,17 @@ def load_checkpoint(run_dir: Path) -> Checkpoint:
         current, best = (_iterate(name, getattr(header, name), tensors) for name in ("current", "best"))
         closest = None if header.closest is None else _iterate("closest", header.closest, tensors)
         targets = tuple(Target(QUANTITIES[t.quantity], t.goal, t.tolerance) for t in header.targets)
+        iterates = {"current": current, "best": best} | ({} if closest is None else {"closest": closest})
+        touches = {len(each) for iterate in iterates.values() for each in iterate.values.values()}
+        if len(touches | {target.goal.size for target in targets}) > 1:
+            raise ValueError("values: are not of the same touches")
         iterations = tuple(OuterIteration(**asdict(iteration)) for iteration in header.iterations)
         steps = [0, *(iteration.steps for iteration in iterations), current.step]
         if steps != sorted(steps) or max(best.step, closest.step if closest else 0) > current.step:
             raise ValueError("steps: are not in order")
         if (closest is None) != (not iterations):
             raise ValueError("closest: does not fit the iterations")
-        if len({iterate.heights.shape for iterate in (current, best, closest or best)}) > 1:
+        if len({iterate.heights.shape for iterate in iterates.values()}) > 1:
             raise ValueError("heights: differ in shape")
     except ValidationError as error:
         fault = error.errors(include_url=False)[0]
@@ -193,5 +211,5 @@ def _iterate(name: str, numbers: _Iterate, tensors: Mapping[str, Array]) -> Iter
             raise ValueError(f"{key}: not every value is a finite number")
     if heights.ndim != 2 or not heights.size or heights.min() < 0.0 or heights.max() > HEIGHT_LIMIT_MM:
         raise ValueError(f"{name}.heights: are not a relief of 0 to {HEIGHT_LIMIT_MM:g} mm")
-    values = {quantity: numbers.values[quantity] for quantity in QUANTITIES}
+    values = {quantity: np.array(numbers.values[quantity]) for quantity in QUANTITIES}
     return Iterate(**vars(numbers) | {"values": values}, heights=heights, memory=memory)

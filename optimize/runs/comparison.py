@@ -201,11 +201,11 @@ def _summary(
                 "size_mm": subject.size_mm,
                 "samples": heights.shape[0],
                 "relief_mm": float(np.ptp(heights)),
-                **touch.values,
+                **touch.means,
                 "contact_fraction": touch.contact_fraction,
             }
         )
-    roughness = [touch.values[ROUGHNESS.name] for touch in touches]
+    roughness = [touch.means[ROUGHNESS.name] for touch in touches]
     jnd = None if min(roughness) < SMOOTH else tactile.jnd_apart(roughness[1], roughness[0])
     return {
         "first": entries[0],
@@ -233,14 +233,14 @@ def _content(
         pictures_before=none if seen.before is None else seen.before.mean,
         pictures_after=none if seen.after is None else seen.after.mean,
         white=1.0 if seen.scene is None else seen.scene.white,
-        strain_before=first.strain,
-        strain_after=second.strain,
+        strain_before=first.strain[0],
+        strain_after=second.strain[0],
         heights_before=one.read.heights,
         heights_after=other.read.heights,
         size_mm=one.size_mm,
         size_after_mm=None if _alike(one.size_mm, other.size_mm) else other.size_mm,
-        pressure_before=first.pressure,
-        pressure_after=second.pressure,
+        pressure_before=first.pressure[0],
+        pressure_after=second.pressure[0],
         colours_before=None if seen.colours is None else seen.colours[0],
         colours_after=None if seen.colours is None else seen.colours[1],
         plate=None if seen.scene is None else seen.scene.plate_weights(),

@@ -240,7 +240,7 @@ def _in_notebook() -> bool:
 def step_line(targets: "Targets", iterate: "Iterate", seconds: float) -> str:
     """What a step of a descent has come to, in a line."""
     felt = "  ".join(
-        f"{quantity.symbol} {quantity.text(iterate.values[quantity.name])}" for quantity in targets.quantities
+        f"{quantity.symbol} {quantity.text(iterate.means[quantity.name])}" for quantity in targets.quantities
     )
     error = 100.0 * targets.relative_error(iterate.values)
     return (

@@ -93,7 +93,7 @@ def reach(scene: Scene, skin: Skin) -> Reach:
         _log.info("exact models take the steps: %s", unable)
         touch, look = "layer", "exact"
     problem = Problem(scene.heights, scene.size_mm, skin, Targets(), scene, touch=touch, look=look)
-    original = problem.press(scene.heights, gradients=False).values[ROUGHNESS.name]
+    original = problem.press(scene.heights, gradients=False).means[ROUGHNESS.name]
     changed = _fast_change(scene) if look == "fast" else _rendered_change(scene)
     with stage("short descents", 2 * len(RUNGS), at_most=True) as advance:
         rougher, smoother = (_way(problem, original, sense, changed, advance) for sense in (1.0, -1.0))
@@ -109,7 +109,7 @@ def _way(
         targets = Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(original, sense * rung))
         method = GaussNewton(replace(problem, targets=targets))
         found = descend(method, targets, method.begin(0, heights, memory), STEPS).best
-        jnd = sense * float(tactile.jnd_apart(found.values[ROUGHNESS.name], original))
+        jnd = sense * float(tactile.jnd_apart(found.means[ROUGHNESS.name], original))
         ends.append((jnd, changed(found.heights)))
         advance()
         _log.info("%+.2f JND: the pictures change by %.2f %% of white", sense * jnd, ends[-1][1])

@@ -14,7 +14,7 @@ import tactile
 from optimize.descent.correction import OuterIteration
 from optimize.descent.driver import DescentResult, Iterate, StepRecord, record_of
 from optimize.descent.problem import Problem
-from optimize.descent.targets import QUANTITIES, ROUGHNESS, Targets, Values
+from optimize.descent.targets import QUANTITIES, ROUGHNESS, Targets, Values, means
 from optimize.descent.touch_measures import TouchMeasures
 from optimize.report import metrics
 from optimize.report.content import Baseline, Report
@@ -116,22 +116,24 @@ class History:
     def trace(self) -> list[StepRecord]:
         """Records of the steps of this outer iteration."""
         return [
-            record_of(self.targets, row, row["picture_rms_percent"])
+            record_of(self.targets, _values(row), row["picture_rms_percent"])
             for row in self.rows
             if row["step"] > 0 and row["round"] == self.iteration
         ]
 
     def add(self, iterate: Iterate, seconds: float) -> None:
         """Append an iterate."""
-        row: dict[str, float | None] = {
+        places = {name: each.tolist() for name, each in iterate.values.items() if each.size > 1}
+        row: dict[str, Any] = {
             "step": iterate.step,
             "round": self.iteration,
-            **iterate.values,
+            **iterate.means,
             **_by_prefix("target", self.targets.goals()),
             "picture_mean_percent": iterate.picture_mean,
             "picture_rms_percent": iterate.picture_rms,
             **{f"energy_{name}": energy for name, energy in iterate.energies.items()},
             "seconds": seconds,
+            **({"places": places} if places else {}),
         }
         self.rows.append(row)
         self._digest.update(_line(row).encode())
@@ -139,8 +141,14 @@ class History:
             file.write(_line(row))
 
 
-def _line(row: Mapping[str, float | None]) -> str:
+def _line(row: Mapping[str, Any]) -> str:
     return json.dumps(row) + "\n"
+
+
+def _values(row: Mapping[str, Any]) -> dict[str, Array]:
+    """The values of touch of a row, (k,) over the touches."""
+    numbers = row.get("places") or {name: [row[name]] for name in QUANTITIES}
+    return {name: np.array(each) for name, each in numbers.items()}
 
 
 def holds_run(run_dir: Path) -> bool:
@@ -178,7 +186,7 @@ def write(
     problem: Problem,
     outcome: Outcome,
     times: Mapping[str, Moment],
-    history: list[dict[str, float | None]],
+    history: list[dict[str, Any]],
 ) -> dict[str, Any]:
     """Write pictures, result.json and the report beside the relief; returns the content of result.json.
 
@@ -208,15 +216,15 @@ def write(
             colours_before=colours[0],
             colours_after=colours[1],
             white=problem.scene.white,
-            strain_before=outcome.touch_before.strain,
-            strain_after=outcome.touch_after.strain,
+            strain_before=outcome.touch_before.strain[0],
+            strain_after=outcome.touch_after.strain[0],
             heights_before=problem.heights,
             heights_after=heights,
             size_mm=problem.size_mm,
             history=history,
             heights_png_mm=(0.0, white_mm(heights)),
-            pressure_before=outcome.touch_before.pressure,
-            pressure_after=outcome.touch_after.pressure,
+            pressure_before=outcome.touch_before.pressure[0],
+            pressure_after=outcome.touch_after.pressure[0],
             tolerance=settings.descent.tolerance,
             settings=settings.model_dump(mode="json", exclude_none=True),
             baseline=baseline,
@@ -235,8 +243,9 @@ def summarise(
     first, felt = outcome.touch_before, outcome.touch_after
     verified = felt if outcome.iterations else None
     jnd = None
-    if first.values[ROUGHNESS.name] > 0.0 and felt.values[ROUGHNESS.name] > 0.0:
-        jnd = tactile.jnd_apart(felt.values[ROUGHNESS.name], first.values[ROUGHNESS.name])
+    before, after = first.means[ROUGHNESS.name], felt.means[ROUGHNESS.name]
+    if before > 0.0 and after > 0.0:
+        jnd = tactile.jnd_apart(after, before)
     change = best.heights - problem.heights
     return {
         "stop": {
@@ -248,9 +257,9 @@ def summarise(
         "touch": {
             "model": problem.touch,
             **_by_prefix("target", problem.targets.goals()),
-            **_by_prefix("initial", first.values),
-            **best.values,
-            **_by_prefix("verified", {} if verified is None else verified.values),
+            **_by_prefix("initial", first.means),
+            **best.means,
+            **_by_prefix("verified", {} if verified is None else verified.means),
             "verified_by": None if verified is None else verified.model,
             "contact_fraction": felt.contact_fraction,
             "jnd_from_original": jnd,
@@ -260,7 +269,7 @@ def summarise(
             "miss_percent": None
             if verified is None
             else 100.0 * problem.targets.relative_error(verified.values),
-            **_by_prefix("believed_initial", outcome.steering_values),
+            **_by_prefix("believed_initial", means(outcome.steering_values)),
             "rounds": [iteration.as_json() for iteration in outcome.iterations],
         },
         "look": {
@@ -293,6 +302,6 @@ def summarise(
     }
 
 
-def _by_prefix(prefix: str, values: Values) -> dict[str, float | None]:
+def _by_prefix(prefix: str, values: Mapping[str, float]) -> dict[str, float | None]:
     """A key `prefix_name` for every quantity of the table, None where there is no value."""
     return {f"{prefix}_{name}": values.get(name) for name in QUANTITIES}

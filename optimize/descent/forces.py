@@ -1,0 +1,92 @@
+"""Forces of a Gauss-Newton step on its targets: what a step is to change, and how hard it has to pull.
+
+A target of one touch is a constraint that the step meets. Several touches feel nearly the same relief, and
+their differences would take large forces, which the pictures pay for. Each touch then gives way to its force
+like a spring: the mean, which all forces move, is met within a thousandth, and differences between places are
+met as far as they cost little.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from optimize.descent.targets import Target
+from relief.arrays import Array
+
+YIELDING = 0.03
+"""Change by which a touch gives way to its force, as a share of what the force changes there by itself."""
+LEAST_SLOPE = 1e-3
+"""Least slope of a touch that the spring counts with, as a share of the steepest: that of a flat place is 0."""
+
+
+class Aim:
+    """The goals of a descent as constraints, one for each target at each touch, target by target.
+
+    Attributes:
+        goals: (constraints,) in the quantities' units.
+        several: whether there are several touches.
+    """
+
+    def __init__(self, targets: Sequence[Target]) -> None:
+        self._targets = tuple(targets)
+        self._tolerances = np.concatenate([np.full(t.goal.size, t.tolerance) for t in targets])
+        self._limits = np.concatenate([np.full(t.goal.size, t.place_limit) for t in targets])
+        ends = np.cumsum([0, *(target.goal.size for target in targets)])
+        self._parts = [slice(start, end) for start, end in zip(ends[:-1], ends[1:], strict=True)]
+        self.goals = np.concatenate([target.goal for target in targets])
+        self.several = any(target.goal.size > 1 for target in targets)
+        floors = [np.full(t.goal.size, t.floor if t.goal.size > 1 else 0.0) for t in targets]
+        self._floors = np.concatenate(floors)
+
+    def values(self, values: Mapping[str, Array]) -> Array:
+        """(constraints,) current values, in the order of `TouchMeasures.gradients`."""
+        return np.concatenate([values[target.quantity.name] for target in self._targets])
+
+    def wanted(self, values: Array, share: float) -> Array:
+        """(constraints,) change towards the goals, by at most a share of the values."""
+        most = share * self._sizes(values)
+        return np.clip(self.goals - values, -most, most)
+
+    def arriving(self, values: Array, share: float) -> bool:
+        """Whether no goal is farther away than a step may go."""
+        return bool((np.abs(self.goals - values) <= share * self._sizes(values)).all())
+
+    def distance(self, values: Array) -> float:
+        """Largest distance of a target's mean to its goal, as a share of the mean; at most 1, as from zero."""
+        now, goals = (np.array([of[part].mean() for part in self._parts]) for of in (values, self.goals))
+        left = np.abs(goals - now)
+        return float(np.max(left / np.maximum(np.maximum(np.abs(now), left), np.finfo(float).tiny)))
+
+    def error(self, changed: Array, predicted: Array, wanted: Array) -> float:
+        """Largest difference between a change and its prediction, as a share of the change wanted.
+
+        A step that has almost arrived is judged by the tolerance, not by its own small length. Of several
+        touches, each is judged by the usual change of all, and their mean by its own change.
+        """
+        off = np.abs(changed - predicted)
+        if not self.several:
+            return float(np.max(off / np.maximum(np.abs(wanted), self._tolerances * np.abs(self.goals))))
+        errors = []
+        for part in self._parts:
+            usual = float(np.sqrt(np.square(wanted[part]).mean()))
+            limits = self._limits[part] * np.maximum(self.goals[part], self._floors[part])
+            errors.append(np.max(off[part] / np.maximum(np.maximum(np.abs(wanted[part]), usual), limits)))
+            mean = abs(float((changed - predicted)[part].mean()))
+            least = self._tolerances[part].mean() * self.goals[part].mean()
+            errors.append(mean / max(abs(float(wanted[part].mean())), least))
+        return float(max(errors))
+
+    def forces(self, slopes: Array, change: Array) -> Array:
+        """(constraints,) forces that change the values, by the slopes (constraints, constraints)."""
+        if not self.several:
+            # Least squares, because a target that no height changes (full contact) has no slope.
+            return np.asarray(np.linalg.lstsq(slopes, change)[0])
+        own = np.diagonal(slopes)
+        springs = np.empty_like(own)
+        for part in self._parts:
+            springs[part] = np.maximum(own[part], max(LEAST_SLOPE * float(own[part].max()), 1e-300))
+        return np.asarray(np.linalg.solve(slopes + np.diag(YIELDING * springs), change))
+
+    def _sizes(self, values: Array) -> Array:
+        """(constraints,) what a share is of: the values, of a flat place those of its surroundings."""
+        return np.maximum(np.abs(values), self._floors)

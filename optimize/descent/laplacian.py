@@ -1,0 +1,23 @@
+"""Graph Laplacian of height samples or pixels, which on axes that repeat goes around."""
+
+from functools import lru_cache
+
+import numpy as np
+import scipy.sparse as sp
+
+
+@lru_cache(maxsize=4)
+def laplacian(shape: tuple[int, int], repeats: tuple[bool, bool] = (False, False)) -> sp.csr_matrix:
+    """Graph Laplacian of the height samples, positive semi-definite; axes that repeat go around."""
+    rows, cols = (_differences(n, around) for n, around in zip(shape, repeats, strict=True))
+    return sp.csr_matrix(
+        sp.kron(rows.T @ rows, sp.identity(shape[1])) + sp.kron(sp.identity(shape[0]), cols.T @ cols)
+    )
+
+
+def _differences(n: int, around: bool = False) -> sp.csr_matrix:
+    inner = sp.csr_matrix(sp.diags([-np.ones(n - 1), np.ones(n - 1)], [0, 1], shape=(n - 1, n)))
+    if not around:
+        return inner
+    seam = sp.csr_matrix(([1.0, -1.0], ([0, 0], [0, n - 1])), shape=(1, n))
+    return sp.vstack([inner, seam], format="csr")
