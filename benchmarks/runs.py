@@ -88,7 +88,7 @@ def measure(scene: Scene, before: dict[int, Batches], way: str, jnd: float) -> d
     curve: list[list[float]] = []
 
     def follow(current: Iterate, best: Iterate, seconds: float) -> None:
-        error = 100.0 * (current.values["roughness"] / wanted - 1.0)
+        error = 100.0 * (current.means["roughness"] / wanted - 1.0)
         curve.append([time.process_time() - cpu_began, error, current.picture_rms])
 
     if way == "linear scaling":

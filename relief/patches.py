@@ -69,7 +69,7 @@ class Patches:
 
     @cached_property
     def spline(self) -> Array | None:
-        """(samples, rows of the patch) weights of the splines along an axis; None: samples are as they are."""
+        """(samples, rows of the patch) weights of the splines along an axis; None: samples stay."""
         n, m = self.shape[0], self.samples
         extent = self.size_mm / self.surface.pitch_mm
         if n == m and math.isclose(extent, n, rel_tol=1e-9):
@@ -86,7 +86,7 @@ class Patches:
         return np.asarray(self.spline @ patches @ self.spline.T)
 
     def back(self, patches: Array) -> Array:
-        """(rows, cols) sum of fields on patches (k, samples, samples) over the relief, the adjoint of `of`."""
+        """(rows, cols) sum of fields (k, samples, samples) over their patches, the adjoint of `of`."""
         return paste(self._spread(patches), self.places, self.surface.shape)
 
     def rows(self, gradients: Array) -> sp.csr_matrix:
@@ -96,8 +96,10 @@ class Patches:
         size = self.shape[0] * self.shape[1]
         starts = np.arange(self.count + 1) * size
         rows, cols = self.surface.shape
-        matrix = sp.csr_matrix((values.ravel(), columns.ravel(), starts), (self.count, rows * cols))
-        # A tile smaller than its patch lies under the patch more than once.
+        # A copy, because the numbers are sorted in place; a tile smaller than its patch lies under the patch
+        # more than once.
+        data = (values.ravel().copy(), columns.ravel(), starts)
+        matrix = sp.csr_matrix(data, (self.count, rows * cols))
         matrix.sum_duplicates()
         return matrix
 

@@ -171,7 +171,9 @@ def descend_with_correction(
         state = replace(state, closest=descent.best)
         if plan.targets.met(verified.values) or not descent.reason.met or number >= plan.corrections:
             return _judged(descent, plan.targets, verified), verified, state
-        ratios = {t.quantity.name: _ratio(t.goal, verified.values[t.quantity.name]) for t in plan.targets.each}
+        ratios = {
+            t.quantity.name: _ratio(t.goal, verified.values[t.quantity.name]) for t in plan.targets.each
+        }
         surrogate = state.surrogate_targets.scaled(ratios)
         state = replace(state, surrogate_targets=surrogate)
         limit = plan.step_limit(number + 1)

@@ -55,8 +55,8 @@ class Iterate:
 
     def finite(self) -> bool:
         """Whether every number is finite."""
-        numbers = (*self.values.values(), self.picture_rms, self.heights)
-        return all(bool(np.isfinite(n).all()) for n in numbers)
+        arrays = (*self.values.values(), self.heights)
+        return math.isfinite(self.picture_rms) and all(bool(np.isfinite(array).all()) for array in arrays)
 
 
 class Remembered(NamedTuple):

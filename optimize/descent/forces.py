@@ -7,6 +7,7 @@ met as far as they cost little.
 """
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from relief.arrays import Array
 YIELDING = 0.03
 """Change by which a touch gives way to its force, as a share of what the force changes there by itself."""
 LEAST_SLOPE = 1e-3
-"""Least slope of a touch that the spring counts with, as a share of the steepest: that of a flat place is 0."""
+"""Least slope of a touch that the spring counts with, as a share of the steepest; a flat place has none."""
 
 
 class Aim:
@@ -32,7 +33,7 @@ class Aim:
         self._tolerances = np.concatenate([np.full(t.goal.size, t.tolerance) for t in targets])
         self._limits = np.concatenate([np.full(t.goal.size, t.place_limit) for t in targets])
         ends = np.cumsum([0, *(target.goal.size for target in targets)])
-        self._parts = [slice(start, end) for start, end in zip(ends[:-1], ends[1:], strict=True)]
+        self._parts = [slice(start, end) for start, end in pairwise(ends)]
         self.goals = np.concatenate([target.goal for target in targets])
         self.several = any(target.goal.size > 1 for target in targets)
         floors = [np.full(t.goal.size, t.floor if t.goal.size > 1 else 0.0) for t in targets]
@@ -52,7 +53,7 @@ class Aim:
         return bool((np.abs(self.goals - values) <= share * self._sizes(values)).all())
 
     def distance(self, values: Array) -> float:
-        """Largest distance of a target's mean to its goal, as a share of the mean; at most 1, as from zero."""
+        """Largest distance of a target's mean to its goal, as a share of the mean; at most 1."""
         now, goals = (np.array([of[part].mean() for part in self._parts]) for of in (values, self.goals))
         left = np.abs(goals - now)
         return float(np.max(left / np.maximum(np.maximum(np.abs(now), left), np.finfo(float).tiny)))

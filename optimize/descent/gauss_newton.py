@@ -6,11 +6,10 @@ Each step minimises over the change x of the heights
     subject to g'x = the distance to the goals, at most 20 % of their values at once
 
 with d the picture difference, J its explicit sparse Jacobian (shadow edges included), W = I + w2 D'D, L the
-graph Laplacian, which on axes that repeat goes around, g the gradients of the targets. A step takes one sparse
-factorisation, and one right-hand side more for each target at each place of the finger.
-
-Fingers at neighbouring places feel nearly the same relief, so that their constraints nearly repeat one another.
-Differences between such places are therefore not forced: `optimize.descent.forces` bounds the forces on them.
+graph Laplacian, which on axes that repeat goes around, g the gradients of the targets. A step takes one
+sparse factorisation, and one right-hand side more for each target at each place of the finger. Fingers at
+neighbouring places feel nearly the same relief; `optimize.descent.forces` bounds the forces that would tell
+such places apart.
 """
 
 from __future__ import annotations
@@ -280,7 +279,7 @@ def _views(problem: Problem) -> tuple[View | FastView | HeightView, ...]:
 def _response(system: _System, damping: float, gradients: Array | sp.csr_matrix) -> _Response:
     """The least squares of the look solved: alone, and for a unit force along each target's gradient."""
     solve = factorised(system.matrix + damping * system.damping, minimum_degree=True)
-    pulled = gradients.toarray() if sp.issparse(gradients) else gradients
+    pulled = gradients if isinstance(gradients, np.ndarray) else gradients.toarray()
     solved = solve(np.column_stack((system.load, pulled.T)))
     return _Response(solved[:, 0], solved[:, 1:])
 

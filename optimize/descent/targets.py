@@ -205,7 +205,7 @@ class Target:
         """Largest distance of a touch from its goal that counts as met, as a logarithm of their ratio."""
         return max(PLACE_JND * math.log(ROUGHNESS_JND), math.log1p(self.tolerance))
 
-    def relative_error(self, values: Values) -> float:
+    def relative_error(self, values: Mapping[str, ArrayLike]) -> float:
         """Distance to the goals: at most `tolerance` if, and only if, the target is met.
 
         Of one touch, the distance relative to the goal. Of several, the relative distance of their mean, or
@@ -218,7 +218,7 @@ class Target:
         apart = np.abs(np.log(np.maximum(reached, self.floor) / np.maximum(self.goal, self.floor)))
         return max(mean, self.tolerance / self.place_limit * float(apart.max()))
 
-    def met(self, values: Values) -> bool:
+    def met(self, values: Mapping[str, ArrayLike]) -> bool:
         """Whether the mean lies within the tolerance, and every touch near its own goal."""
         return self.relative_error(values) <= self.tolerance
 
@@ -266,14 +266,15 @@ class Targets:
         """Means of the goals over the touches, by the names of their quantities."""
         return {target.quantity.name: target.mean_goal for target in self.each}
 
-    def relative_error(self, values: Values) -> float:
+    def relative_error(self, values: Mapping[str, ArrayLike]) -> float:
         """Largest relative error of the targets (`Target.relative_error`); 0 without any."""
         return max((target.relative_error(values) for target in self.each), default=0.0)
 
-    def met(self, values: Values) -> bool:
+    def met(self, values: Mapping[str, ArrayLike]) -> bool:
         """Whether every target is met."""
         return all(target.met(values) for target in self.each)
 
     def scaled(self, factors: Mapping[str, ArrayLike]) -> Targets:
         """The same targets with every goal times the factors of its quantity, (k,) or one for all touches."""
-        return Targets(tuple(replace(t, goal=factors[t.quantity.name] * t.goal) for t in self.each))
+        factor = {name: np.asarray(each, dtype=np.float64) for name, each in factors.items()}
+        return Targets(tuple(replace(t, goal=factor[t.quantity.name] * t.goal) for t in self.each))

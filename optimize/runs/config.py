@@ -131,9 +131,10 @@ class Run(Section):
 
     Attributes:
         scene, texture: files; absolute paths once loaded.
-        size_mm: side of the plate, mm; by default that of the texture's header, else that of the scene.
+        size_mm: width of the plate, mm; by default that of the texture's header, else that of the scene.
         relief_mm: height of white above black, mm, in a picture; by default that of its header.
         height_scale: mm for a height of 1 in a file that holds heights; without meaning for pictures.
+        repeats: whether the relief goes on as itself beyond its rim: along both axes, or along "x" or "y".
         seed: of all random numbers.
         define: values of the scene's parameters, by name.
         touch, look, descent, verify: the sections of the run file.
@@ -144,12 +145,18 @@ class Run(Section):
     size_mm: Annotated[float, Field(ge=SMALLEST_PLATE_MM, le=LARGEST_PLATE_MM)] | None = None
     relief_mm: Annotated[float, Field(ge=SMALLEST_RELIEF_MM, le=LARGEST_RELIEF_MM)] | None = None
     height_scale: Annotated[float, Field(ge=1.0 / LARGEST_HEIGHT_SCALE, le=LARGEST_HEIGHT_SCALE)] = 1.0
+    repeats: bool | Literal["x", "y"] = False
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     define: Mapping[str, str] = {}
     touch: Touch
     look: Look = Look()
     descent: DescentSettings = DescentSettings()
     verify: Verify = Verify()
+
+    @property
+    def axes_repeat(self) -> tuple[bool, bool]:
+        """Whether the relief repeats along y (rows) and along x (columns)."""
+        return self.repeats in (True, "y"), self.repeats in (True, "x")
 
     @field_validator("define", mode="before")
     @classmethod

@@ -18,7 +18,7 @@ from optimize.descent.driver import DescentResult, Iterate, check_memory
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import QUANTITIES
-from optimize.descent.touch_measures import TouchMeasures, measure_touch
+from optimize.descent.touch_measures import TouchMeasures
 from optimize.report.metrics import known
 from optimize.runs import results
 from optimize.runs.checkpoint import FILE as CHECKPOINT
@@ -26,6 +26,8 @@ from optimize.runs.checkpoint import Checkpoint, check_key, load_checkpoint, sav
 from optimize.runs.clock import Moment, now
 from optimize.runs.config import Run, load_run
 from optimize.runs.directory import check_vacant, clear
+from optimize.runs.felt_places import FeltPlaces, sampled
+from optimize.runs.history import History
 from optimize.runs.interrupts import interruptible
 from optimize.runs.key import SETTINGS, run_key
 from optimize.runs.preparation import METHODS, Prepared, prepare
@@ -33,7 +35,9 @@ from optimize.runs.progress import followed, step_line
 from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.files import remove_partial
+from relief.places import between
 from relief.progress import Progress, say, stage, this_stage
+from tactile.model import ModelName
 from visual.converged import change_from, colour_pictures, converged
 from visual.noise import Batches
 
@@ -113,7 +117,7 @@ def run(
             # First, so that a folder with anything of a run in it is known by its run.toml.
             results.write_settings(run_dir, settings)
             clear(run_dir)
-            history = results.History(run_dir, state.surrogate_targets, 0, after=0)
+            history = History(run_dir, state.surrogate_targets, 0, after=0)
             return _descend_and_write(prepared, state, segment, run_dir, history, began, 0.0)
 
 
@@ -144,7 +148,7 @@ def resume(
     began = now()
     with _telling_how_to_go_on(run_dir), followed(progress, quiet):
         remove_partial(run_dir)
-        history = results.History(
+        history = History(
             run_dir, state.surrogate_targets, len(state.iterations), current.step, checkpoint.history
         )
         prepared = prepare(settings, variant)
@@ -153,11 +157,25 @@ def resume(
                 f"{run_dir / CHECKPOINT}: {current.heights.shape} heights, "
                 f"the texture has {prepared.problem.heights.shape}"
             )
+        _check_touches(run_dir, checkpoint, prepared)
         limit = prepared.plan.step_limit(len(state.iterations))
         method = prepared.plan.method_for(state.surrogate_targets, limit)
         start = method.begin(current.step, current.heights, current.memory)
         segment = Segment(method, start, checkpoint.best)
         return _descend_and_write(prepared, state, segment, run_dir, history, began, checkpoint.seconds)
+
+
+def _check_touches(run_dir: Path, checkpoint: Checkpoint, prepared: Prepared) -> None:
+    """Raise InputError if the numbers of a checkpoint are not those of the run's places."""
+    patches, current = prepared.problem.patches, checkpoint.current
+    pressures = (patches.count, patches.samples, patches.samples)
+    shape = current.memory["pressure"].shape if "pressure" in current.memory else pressures
+    for name, found, expected in (
+        ("memory.pressure", shape, pressures),
+        *((f"values.{name}", each.shape, (patches.count,)) for name, each in current.values.items()),
+    ):
+        if found != expected:
+            raise InputError(f"{run_dir / CHECKPOINT}: {name}: {found} numbers, expected {expected}")
 
 
 class _Recorder:
@@ -166,7 +184,7 @@ class _Recorder:
     def __init__(
         self,
         run_dir: Path,
-        history: results.History,
+        history: History,
         key: Mapping[str, Any],
         state: CorrectionState,
         segment: Segment,
@@ -211,7 +229,7 @@ def _descend_and_write(
     state: CorrectionState,
     segment: Segment,
     run_dir: Path,
-    history: results.History,
+    history: History,
     began: Moment,
     earlier_seconds: float,
 ) -> Result:
@@ -255,17 +273,30 @@ def _measure(
     samples, seed = settings.verify.samples, settings.seed + 1
     limits = {} if samples is None else {"most": samples, "least": samples}
     before, after = converged(problem.scene, problem.heights, best, known(problem.scene), seed, **limits)
+    places = problem.patches.places
+    touch = FeltPlaces(places, prepared.touch_before, verified or prepared.press(best, "layer", places))
     return results.Outcome(
         descent=descent,
         steering_values=prepared.steering.values,
-        touch_before=prepared.touch_before,
-        touch_after=verified or measure_touch(best, problem.size_mm, problem.skin, "layer"),
+        touch=touch,
+        between=_between(prepared, best, touch.after.model),
         iterations=state.iterations,
         pictures_before=before,
         pictures_after=after,
         baseline_pictures=_baseline(prepared, before, seed) if settings.verify.baseline else None,
         colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,
     )
+
+
+def _between(prepared: Prepared, best: Array, model: ModelName) -> FeltPlaces | None:
+    """Touch between the steered places, by the model that verifies; None if there is one place in all."""
+    problem = prepared.problem
+    places = sampled(between(problem.surface, problem.spacing_mm))
+    if len(places) == 0:
+        return None
+    with stage("verifying between the places"):
+        before, after = (prepared.press(heights, model, places) for heights in (problem.heights, best))
+    return FeltPlaces(places, before, after)
 
 
 def _baseline(prepared: Prepared, before: Batches, seed: int) -> Array | None:

@@ -1,7 +1,7 @@
 """Preparation of a run: scene loaded, original pressed, targets in numbers; nothing is written yet."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,9 +17,10 @@ from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.report.jod import jod_obstacle
 from optimize.runs.config import Run
 from optimize.runs.touch_settings import too_large
-from relief.arrays import Array
+from relief.arrays import Array, Index
 from relief.errors import InputError, naming
 from relief.progress import stage
+from relief.seam import check_seams
 from tactile.model import ModelName
 from visual.converged import MOST_SAMPLES
 from visual.models import LookModel
@@ -47,6 +48,7 @@ class Prepared:
         plan: of the outer iterations.
         steering: touch of the original by the model that steers.
         touch_before: of the original by the verifying model, or by the model that steers if there is none.
+        press: measures heights (rows, cols) by a model of touch at places (k, 2).
         surrogate_targets: of the first descent.
     """
 
@@ -55,6 +57,7 @@ class Prepared:
     plan: Plan
     steering: TouchMeasures
     touch_before: TouchMeasures
+    press: Callable[[Array, ModelName, Index], TouchMeasures]
     surrogate_targets: Targets
 
 
@@ -80,6 +83,7 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel]
         if not goal_key.relative:
             # Before the operators of the skin are built, which can take many seconds.
             _check_goal(settings, quantity, goal_key, number, scene.size_mm)
+    check_seams(scene.heights, settings.axes_repeat, settings.texture)
     if np.ptp(scene.heights) == 0.0:
         key = next(iter(settings.touch.numbers()))
         raise InputError(
@@ -119,11 +123,19 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             seed=settings.seed,
             touch=touch.model,
             look=look,
+            repeats=settings.axes_repeat,
+            spacing_mm=touch.spacing_mm,
         )
-    mesh = settings.verify.resolution
     verifier: ModelName | None = "fem" if settings.verify.model == "fem" else None
+
+    places = untargeted.patches.places
+
+    def press(heights: Array, model: ModelName, at: Index) -> TouchMeasures:
+        mesh, repeats = settings.verify.resolution, untargeted.repeats
+        return measure_touch(heights, scene.size_mm, untargeted.skin, model, mesh, repeats=repeats, at=at)
+
     with naming(settings.texture), stage("pressing on the original"):
-        original = measure_touch(scene.heights, scene.size_mm, untargeted.skin, verifier or touch.model, mesh)
+        original = press(scene.heights, verifier or touch.model, places)
     targets = _targets(settings, scene.size_mm, original.values)
     problem = replace(untargeted, targets=targets)
 
@@ -137,9 +149,9 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         return LinearScaling(aiming) if descent.method == "scaling" else GaussNewton(aiming)
 
     def verify(heights: Array) -> TouchMeasures:
-        return measure_touch(heights, scene.size_mm, problem.skin, verifier or "layer", mesh)
+        return press(heights, verifier or "layer", places)
 
-    steering = untargeted.press(scene.heights, original.pressure, gradients=False)
+    steering = untargeted.press(scene.heights, _start(untargeted, original), gradients=False)
     return Prepared(
         settings,
         problem,
@@ -153,8 +165,15 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         ),
         steering,
         original,
+        press,
         first_surrogate_targets(targets, steering.values, original.values),
     )
+
+
+def _start(problem: Problem, touch: TouchMeasures) -> Array | None:
+    """Pressures to start the first press of a descent from; None where its patches have another grid."""
+    side = problem.patches.samples
+    return touch.pressure if touch.pressure.shape[1:] == (side, side) else None
 
 
 def _look_weight(settings: Run) -> float:
@@ -189,9 +208,9 @@ def _targets(settings: Run, size_mm: float, original: Values) -> Targets:
     """The targets of a run, by the original's own values. Raises InputError."""
     targets = []
     for quantity, key, number in settings.touch.goals():
-        goal = key.goal(number, original[quantity.name])
-        _check_goal(settings, quantity, key, goal, size_mm)
-        targets.append(Target(quantity, goal, settings.descent.tolerance))
+        goals = key.goals(number, original[quantity.name])
+        _check_goal(settings, quantity, key, float(goals.max()), size_mm)
+        targets.append(Target(quantity, goals, settings.descent.tolerance))
     return Targets(tuple(targets))
 
 

@@ -1,6 +1,5 @@
 """The run directory: settings, history, heights, plates to print, pictures, result.json and report."""
 
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,23 +11,23 @@ import numpy as np
 
 import tactile
 from optimize.descent.correction import OuterIteration
-from optimize.descent.driver import DescentResult, Iterate, StepRecord, record_of
+from optimize.descent.driver import DescentResult
 from optimize.descent.problem import Problem
-from optimize.descent.targets import QUANTITIES, ROUGHNESS, Targets, Values, means
-from optimize.descent.touch_measures import TouchMeasures
+from optimize.descent.targets import ROUGHNESS, Values, means
 from optimize.report import metrics
 from optimize.report.content import Baseline, Report
 from optimize.report.page import write_report
 from optimize.report.pictures import write_pictures
 from optimize.runs.checkpoint import FILE as CHECKPOINT
-from optimize.runs.checkpoint import stuck
 from optimize.runs.clock import Moment
 from optimize.runs.config import Run, dump_resolved
+from optimize.runs.felt_places import FeltPlaces, place_numbers
+from optimize.runs.history import HISTORY, by_prefix
 from optimize.runs.key import REPORT, RESULT, SETTINGS, described
 from optimize.runs.skins import described_skin
 from relief.arrays import Array
 from relief.export import export_plate
-from relief.files import naming_errors, read_limited, write_atomically
+from relief.files import write_atomically
 from relief.formats import PLATES
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.limits import SMALLEST_RELIEF_MM
@@ -36,9 +35,6 @@ from visual.noise import Batches
 
 MARK = b"# The settings of the run in this folder, written by retouch optimize.\n"
 """First line of run.toml, the file that a run writes first and whole: the sign of a run directory."""
-HISTORY = "history.jsonl"
-LARGEST_HISTORY = 1 << 28
-"""Most bytes of a history: 100,000 steps, the most of a run, take a fifth."""
 WRITTEN = (
     *(SETTINGS, HISTORY, "checkpoint", "renders", "heights.exr", "heights.png"),
     *(*PLATES, RESULT, REPORT),
@@ -55,7 +51,8 @@ class Outcome:
     Attributes:
         descent: its best relief is what the run gives.
         steering_values: of the original by the model that steered.
-        touch_before, touch_after: of the original and of the best relief; by the verification, if any.
+        touch: of the original and of the best relief at the steered places; by the verification, if any.
+        between: the same between those places; None if there is one place.
         iterations: of descent and verification; none if verification was not wanted.
         pictures_before, pictures_after: converged, with the same random numbers batch by batch.
         colours: before and after in linear RGB, (conditions, rows, cols, 3); None if the scene is grey.
@@ -65,90 +62,13 @@ class Outcome:
 
     descent: DescentResult
     steering_values: Values
-    touch_before: TouchMeasures
-    touch_after: TouchMeasures
+    touch: FeltPlaces
+    between: FeltPlaces | None
     iterations: tuple[OuterIteration, ...]
     pictures_before: Batches
     pictures_after: Batches
     baseline_pictures: Array | None
     colours: tuple[Array, Array] | None = None
-
-
-class History:
-    """history.jsonl: one line a step, appended; on resuming, read back up to the step `after`.
-
-    Attributes:
-        targets: surrogate targets of the current outer iteration.
-        iteration: its number, from 0.
-        rows: content of the file.
-
-    Raises:
-        InputError: a line is not a step, or `digest` is given and the rows have another.
-    """
-
-    def __init__(
-        self, run_dir: Path, targets: Targets, iteration: int, after: int, digest: str | None = None
-    ) -> None:
-        self._path, self.targets, self.iteration = run_dir / HISTORY, targets, iteration
-        self._digest = hashlib.sha256()
-        self.rows: list[dict[str, Any]] = []
-        if self._path.is_file():
-            # A kill may have cut the last line short; its step is not in the checkpoint, written after it.
-            whole = read_limited(self._path, LARGEST_HISTORY).splitlines(keepends=True)
-            lines = [line for line in whole if line.endswith(b"\n")]
-            try:
-                rows = [json.loads(line) for line in lines]
-                self.rows = [row for row in rows if row["step"] <= after]
-            except (ValueError, TypeError, LookupError, RecursionError) as error:
-                raise stuck(f"{self._path}: not a history of steps;") from error
-        content = "".join(map(_line, self.rows)).encode()
-        self._digest.update(content)
-        if digest not in (None, self.digest):
-            raise stuck(f"{self._path}: not the history of the checkpoint;")
-        if self._path.is_file():
-            write_atomically(self._path, content)
-
-    @property
-    def digest(self) -> str:
-        """SHA-256 of the rows."""
-        return self._digest.hexdigest()
-
-    def trace(self) -> list[StepRecord]:
-        """Records of the steps of this outer iteration."""
-        return [
-            record_of(self.targets, _values(row), row["picture_rms_percent"])
-            for row in self.rows
-            if row["step"] > 0 and row["round"] == self.iteration
-        ]
-
-    def add(self, iterate: Iterate, seconds: float) -> None:
-        """Append an iterate."""
-        places = {name: each.tolist() for name, each in iterate.values.items() if each.size > 1}
-        row: dict[str, Any] = {
-            "step": iterate.step,
-            "round": self.iteration,
-            **iterate.means,
-            **_by_prefix("target", self.targets.goals()),
-            "picture_mean_percent": iterate.picture_mean,
-            "picture_rms_percent": iterate.picture_rms,
-            **{f"energy_{name}": energy for name, energy in iterate.energies.items()},
-            "seconds": seconds,
-            **({"places": places} if places else {}),
-        }
-        self.rows.append(row)
-        self._digest.update(_line(row).encode())
-        with naming_errors(self._path), self._path.open("a", encoding="utf-8") as file:
-            file.write(_line(row))
-
-
-def _line(row: Mapping[str, Any]) -> str:
-    return json.dumps(row) + "\n"
-
-
-def _values(row: Mapping[str, Any]) -> dict[str, Array]:
-    """The values of touch of a row, (k,) over the touches."""
-    numbers = row.get("places") or {name: [row[name]] for name in QUANTITIES}
-    return {name: np.array(each) for name, each in numbers.items()}
 
 
 def holds_run(run_dir: Path) -> bool:
@@ -216,15 +136,15 @@ def write(
             colours_before=colours[0],
             colours_after=colours[1],
             white=problem.scene.white,
-            strain_before=outcome.touch_before.strain[0],
-            strain_after=outcome.touch_after.strain[0],
+            strain_before=outcome.touch.before.strain[0],
+            strain_after=outcome.touch.after.strain[0],
             heights_before=problem.heights,
             heights_after=heights,
             size_mm=problem.size_mm,
             history=history,
             heights_png_mm=(0.0, white_mm(heights)),
-            pressure_before=outcome.touch_before.pressure[0],
-            pressure_after=outcome.touch_after.pressure[0],
+            pressure_before=outcome.touch.before.pressure[0],
+            pressure_after=outcome.touch.after.pressure[0],
             tolerance=settings.descent.tolerance,
             settings=settings.model_dump(mode="json", exclude_none=True),
             baseline=baseline,
@@ -240,7 +160,7 @@ def summarise(
 ) -> dict[str, Any]:
     """The content of result.json."""
     best, reason = outcome.descent.best, outcome.descent.reason
-    first, felt = outcome.touch_before, outcome.touch_after
+    first, felt = outcome.touch.before, outcome.touch.after
     verified = felt if outcome.iterations else None
     jnd = None
     before, after = first.means[ROUGHNESS.name], felt.means[ROUGHNESS.name]
@@ -256,20 +176,21 @@ def summarise(
         },
         "touch": {
             "model": problem.touch,
-            **_by_prefix("target", problem.targets.goals()),
-            **_by_prefix("initial", first.means),
+            **by_prefix("target", problem.targets.goals()),
+            **by_prefix("initial", first.means),
             **best.means,
-            **_by_prefix("verified", {} if verified is None else verified.means),
+            **by_prefix("verified", {} if verified is None else verified.means),
             "verified_by": None if verified is None else verified.model,
             "contact_fraction": felt.contact_fraction,
             "jnd_from_original": jnd,
+            "places": place_numbers(problem.surface, outcome.touch, outcome.between, problem.targets),
         },
         "verification": {
             "resolution": None if verified is None else verified.mesh,
             "miss_percent": None
             if verified is None
             else 100.0 * problem.targets.relative_error(verified.values),
-            **_by_prefix("believed_initial", means(outcome.steering_values)),
+            **by_prefix("believed_initial", means(outcome.steering_values)),
             "rounds": [iteration.as_json() for iteration in outcome.iterations],
         },
         "look": {
@@ -300,8 +221,3 @@ def summarise(
         "seed": settings.seed,
         **described(settings),
     }
-
-
-def _by_prefix(prefix: str, values: Mapping[str, float]) -> dict[str, float | None]:
-    """A key `prefix_name` for every quantity of the table, None where there is no value."""
-    return {f"{prefix}_{name}": values.get(name) for name in QUANTITIES}

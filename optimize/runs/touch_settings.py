@@ -7,6 +7,8 @@ from pydantic import Field, create_model, model_validator
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.descent.targets import GOAL_KEYS, GoalKey, Quantity
 from optimize.runs.skins import SKIN_KEYS, SkinKeys
+from relief.limits import LARGEST_PLATE_MM
+from relief.places import SPACING_MM
 
 RIVALS = {
     f"touch.{one}": [other.key for other in quantity.goals if other is not key]
@@ -16,6 +18,10 @@ RIVALS = {
 it; the overriding key replaces them."""
 
 
+SMALLEST_SPACING_MM = 0.1
+"""Least distance between places of the finger, mm: neighbours then feel the same within a thousandth."""
+
+
 class _TouchModel(SkinKeys):
     """`[touch]`: the feel to reach, the model of touch that steers, and the skin.
 
@@ -23,11 +29,13 @@ class _TouchModel(SkinKeys):
 
     Attributes:
         model: of touch, for the descent.
+        spacing_mm: greatest distance between neighbouring places of the finger, mm.
         skin: name or file whose values the keys of `SkinKeys` have that are not given; "own" where one of
             those that are given differs.
     """
 
     model: Literal["layer", "quick", "net"] = "layer"
+    spacing_mm: Annotated[float, Field(ge=SMALLEST_SPACING_MM, le=LARGEST_PLATE_MM)] = SPACING_MM
     skin: Annotated[str, Field(min_length=1)] = DEFAULT_SKIN
 
     def goals(self) -> list[tuple[Quantity, GoalKey, float]]:

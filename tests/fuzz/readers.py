@@ -78,6 +78,7 @@ def read_checkpoint(folder: Path, arguments: Sequence[Any]) -> None:
     from optimize.runs import results
     from optimize.runs.checkpoint import check_key, load_checkpoint
     from optimize.runs.config import load_run
+    from optimize.runs.history import History
     from optimize.runs.preparation import METHODS
 
     run_dir = folder / arguments[0]
@@ -87,7 +88,7 @@ def read_checkpoint(folder: Path, arguments: Sequence[Any]) -> None:
     current, state = checkpoint.current, checkpoint.state
     remembered = METHODS[settings.descent.method].remembered(current.heights, current.memory)
     check_memory(current.memory, remembered)
-    history = results.History(
+    history = History(
         run_dir, state.surrogate_targets, len(state.iterations), current.step, checkpoint.history
     )
     for record in history.trace():

@@ -15,6 +15,7 @@ from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.descent.touch_measures import TouchMeasures
 from tests.optimize.conftest import ProblemWith
+from tests.optimize.descent.one_touch import one_touch
 
 PAPER_TOLERANCE = 0.1
 PAPER_RATE = 0.027
@@ -23,17 +24,17 @@ PAPER_RATE = 0.027
 @pytest.fixture
 def quick(problem_with: ProblemWith, original: TouchMeasures) -> Problem:
     """Two just-noticeable differences rougher, with few samples a pixel."""
-    targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.values["roughness"], 2))
+    targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.means["roughness"], 2))
     return replace(problem_with(targets), look_weight=LOOK_WEIGHT)
 
 
 def test_the_first_steps_go_toward_the_target(quick: Problem) -> None:
     method = AdamDescent(quick, AdamSettings(100))
     at = method.begin(0, quick.heights, {})
-    roughness = [at.values["roughness"]]
+    roughness = [at.means["roughness"]]
     for _ in range(3):
         at = method.advance(at)
-        roughness.append(at.values["roughness"])
+        roughness.append(at.means["roughness"])
     assert np.all(np.diff(roughness) > 0.0)
     # The plate may be lifted as a whole.
     assert np.ptp(at.heights - quick.heights) <= 2.0 * 3.3 * PAPER_RATE
@@ -44,7 +45,7 @@ def test_the_first_steps_go_toward_the_target(quick: Problem) -> None:
 def test_forty_steps_reach_the_papers_tolerance(
     problem_with: ProblemWith, original: TouchMeasures, jnd: float
 ) -> None:
-    targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.values["roughness"], jnd))
+    targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.means["roughness"], jnd))
     problem = replace(problem_with(targets), look_weight=LOOK_WEIGHT)
     method = AdamDescent(problem, AdamSettings(40))
     descent = descend(method, targets, method.begin(0, problem.heights, {}), 40)
@@ -54,15 +55,15 @@ def test_forty_steps_reach_the_papers_tolerance(
 
 
 def test_both_targets_are_approached_together(quick: Problem, original: TouchMeasures) -> None:
-    area = Targets.of(PAPER_TOLERANCE, contact_area_mm2=0.9 * original.values["contact_area_mm2"])
+    area = Targets.of(PAPER_TOLERANCE, contact_area_mm2=0.9 * original.means["contact_area_mm2"])
     targets = Targets((*quick.targets.each, *area.each))
     problem = replace(quick, targets=targets)
     method = AdamDescent(problem, AdamSettings(100))
     start = at = method.begin(0, problem.heights, {})
     for _ in range(3):
         at = method.advance(at)
-    assert at.values["roughness"] > start.values["roughness"]
-    assert at.values["contact_area_mm2"] < start.values["contact_area_mm2"]
+    assert at.means["roughness"] > start.means["roughness"]
+    assert at.means["contact_area_mm2"] < start.means["contact_area_mm2"]
 
 
 def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(quick: Problem) -> None:
@@ -110,7 +111,7 @@ def test_the_energies_of_a_step_are_those_of_the_paper(
     method = AdamDescent(replace(quick, samples=samples), AdamSettings(20, smoothing=smoothing))
     at = method.begin(0, quick.heights, {})
     goal = quick.targets.goals()["roughness"]
-    assert at.energies["roughness"] == pytest.approx(goal - at.values["roughness"])
+    assert at.energies["roughness"] == pytest.approx(goal - at.means["roughness"])
     assert at.energies["visual"] < 1e-6 and at.energies["regularisation"] < 1e-6
     after = method.advance(at)
     assert after.energies["roughness"] < at.energies["roughness"]
@@ -129,7 +130,7 @@ def test_smoothed_steps_move_hills_rather_than_samples(quick: Problem) -> None:
 def test_the_papers_rule_stops_once_feel_and_look_are_within_its_bounds(
     quick: Problem, original: TouchMeasures
 ) -> None:
-    targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.values["roughness"], 0.8))
+    targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.means["roughness"], 0.8))
     problem = replace(quick, targets=targets)
     method = AdamDescent(problem, AdamSettings(12, learning_rate=0.01, stop="paper"))
     descent = descend(method, targets, method.begin(0, quick.heights, {}), 12)
@@ -139,5 +140,5 @@ def test_the_papers_rule_stops_once_feel_and_look_are_within_its_bounds(
     bound = energies.visual_bound(torch.as_tensor(quick.scene.weights))
     assert descent.last.energies["visual"] < bound
     # Neither half of the rule is enough.
-    assert not method.satisfied(replace(descent.last, values={"roughness": 1.0, "contact_area_mm2": 1.0}))
+    assert not method.satisfied(replace(descent.last, values=one_touch(roughness=1.0, contact_area_mm2=1.0)))
     assert not method.satisfied(replace(descent.last, energies={"visual": 1.01 * bound}))

@@ -17,6 +17,7 @@ from optimize.descent.driver import Iterate, Remembered
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.descent.touch_measures import TouchMeasures
+from tests.optimize.descent.one_touch import one_touch
 
 Array = np.ndarray
 TARGETS = Targets.of(0.01, roughness=0.1)
@@ -25,8 +26,8 @@ NOTHING = np.zeros((2, 2))
 FIRST_STEPS = 3
 
 
-def touch(roughness: float, area: float) -> dict[str, float]:
-    return {"roughness": roughness, "contact_area_mm2": area}
+def touch(roughness: float, area: float) -> dict[str, Array]:
+    return one_touch(roughness=roughness, contact_area_mm2=area)
 
 
 def iterate(step: int, roughness: float, area: float) -> Iterate:
@@ -50,7 +51,7 @@ class Straight:
         return iterate(step, *heights[0])
 
     def advance(self, current: Iterate) -> Iterate:
-        return iterate(current.step + 1, *(current.values | self.goals).values())
+        return iterate(current.step + 1, *(current.means | self.goals).values())
 
     def satisfied(self, current: Iterate) -> bool:
         return False
@@ -112,7 +113,7 @@ def test_a_model_that_is_off_by_a_factor_is_corrected_once() -> None:
     assert goals == pytest.approx([0.1, 0.1 / 1.1])
     errors = [iteration.relative_error for iteration in state.iterations]
     assert errors == pytest.approx([0.1, 0.0], abs=1e-12)
-    assert verified is not None and verified.values["roughness"] == pytest.approx(0.1)
+    assert verified is not None and verified.means["roughness"] == pytest.approx(0.1)
     assert descent.reason is StopReason.CONVERGED
 
 
@@ -150,8 +151,8 @@ def test_it_says_so_when_the_corrections_are_used_up() -> None:
 def test_a_correction_that_makes_it_worse_is_undone() -> None:
     descent, verified, state, _ = descend(TARGETS, verification(lambda v: 0.11 if v >= 0.1 else 0.3))
     assert [round(iteration.relative_error, 6) for iteration in state.iterations] == [0.1, 2.0]
-    assert verified is not None and verified.values["roughness"] == 0.11
-    assert descent.best.values["roughness"] == 0.1
+    assert verified is not None and verified.means["roughness"] == 0.11
+    assert descent.best.means["roughness"] == 0.1
     assert descent.reason is StopReason.NOT_CONFIRMED
 
 

@@ -20,6 +20,7 @@ from optimize.descent.driver import (
 from optimize.descent.targets import Targets
 from relief.errors import InputError
 from tactile import ContactError
+from tests.optimize.descent.one_touch import one_touch
 
 Array = np.ndarray
 TARGETS = Targets.of(0.01, roughness=0.1)
@@ -28,7 +29,9 @@ MET, NEAR, FAR = 0.1, 0.11, 0.2
 
 def iterate(step: int, roughness: float, change: float) -> Iterate:
     """Heights tell the step, too."""
-    return Iterate(step, np.full((2, 2), float(step)), {"roughness": roughness}, 0.5, change, change, {})
+    return Iterate(
+        step, np.full((2, 2), float(step)), one_touch(roughness=roughness), 0.5, change, change, {}
+    )
 
 
 class Scripted:
@@ -207,7 +210,7 @@ def test_the_best_of_an_earlier_segment_is_kept() -> None:
 
 
 def trace_of(visits: Sequence[tuple[float, float]]) -> list[StepRecord]:
-    return [record_of(TARGETS, {"roughness": roughness}, change) for roughness, change in visits]
+    return [record_of(TARGETS, one_touch(roughness=roughness), change) for roughness, change in visits]
 
 
 @pytest.mark.parametrize("cut", [1, 3, 4])

@@ -36,7 +36,7 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     untargeted = partial(Problem, scene.heights, SIZE, tactile.Skin(), scene=scene, look="fast")
     before = untargeted(targets=Targets()).press(scene.heights, gradients=False)
     return untargeted(
-        targets=Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(before.values["roughness"], 2))
+        targets=Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(before.means["roughness"], 2))
     )
 
 

@@ -13,7 +13,8 @@ import torch
 import tactile
 from optimize.descent import gauss_newton
 from optimize.descent.driver import DescentResult, check_memory, descend
-from optimize.descent.gauss_newton import GaussNewton, _distance
+from optimize.descent.forces import Aim
+from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
@@ -31,7 +32,7 @@ PICTURE_SAMPLES = 64
 
 
 def rougher(original: TouchMeasures, jnd: float) -> Targets:
-    return Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(original.values["roughness"], jnd))
+    return Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(original.means["roughness"], jnd))
 
 
 def walk(problem: Problem, steps: int = STEPS) -> DescentResult:
@@ -53,9 +54,9 @@ def test_roughness_is_reached_with_less_change_of_look_than_by_scaling(
     descent = walk(problem)
     heights = descent.best.heights
     assert descent.reason is StopReason.CONVERGED
-    assert measure_touch(heights, problem.size_mm, problem.skin, "layer").values[
-        "roughness"
-    ] == pytest.approx(problem.targets.goals()["roughness"], rel=TOLERANCE)
+    assert measure_touch(heights, problem.size_mm, problem.skin, "layer").means["roughness"] == pytest.approx(
+        problem.targets.goals()["roughness"], rel=TOLERANCE
+    )
     assert heights.min() >= 0.0 and heights.max() <= HEIGHT_LIMIT_MM
     scaled = linear_scaling(problem)
     assert scaled is not None
@@ -68,12 +69,12 @@ def test_contact_area_alone_is_reached(
 ) -> None:
     """In more steps: the area falls steeply with the gap, so that its slope holds for short steps only."""
     problem = problem_with(
-        Targets.of(TOLERANCE, contact_area_mm2=factor * original.values["contact_area_mm2"])
+        Targets.of(TOLERANCE, contact_area_mm2=factor * original.means["contact_area_mm2"])
     )
     descent = walk(problem, steps=2 * STEPS)
     assert descent.reason.met
     touch = measure_touch(descent.best.heights, problem.size_mm, problem.skin, "layer")
-    assert touch.values["contact_area_mm2"] == pytest.approx(
+    assert touch.means["contact_area_mm2"] == pytest.approx(
         problem.targets.goals()["contact_area_mm2"], rel=TOLERANCE
     )
 
@@ -81,7 +82,7 @@ def test_contact_area_alone_is_reached(
 def test_roughness_and_contact_area_are_reached_together(
     problem_with: ProblemWith, original: TouchMeasures
 ) -> None:
-    area = Targets.of(TOLERANCE, contact_area_mm2=0.9 * original.values["contact_area_mm2"])
+    area = Targets.of(TOLERANCE, contact_area_mm2=0.9 * original.means["contact_area_mm2"])
     targets = Targets((*rougher(original, 1).each, *area.each))
     problem = problem_with(targets)
     descent = walk(problem)
@@ -93,14 +94,14 @@ def test_roughness_and_contact_area_are_reached_together(
 def test_a_small_step_changes_the_roughness_as_predicted(
     problem_with: ProblemWith, original: TouchMeasures
 ) -> None:
-    problem = problem_with(Targets.of(TOLERANCE, roughness=1.01 * original.values["roughness"]))
+    problem = problem_with(Targets.of(TOLERANCE, roughness=1.01 * original.means["roughness"]))
     method = GaussNewton(problem)
     start = method.begin(0, problem.heights, {})
     following = method.advance(start)
     change = (following.heights - start.heights).ravel()
     predicted = float(problem.press(problem.heights).gradients[0] @ change)
-    assert following.values["roughness"] - start.values["roughness"] == pytest.approx(predicted, rel=0.05)
-    assert predicted == pytest.approx(0.01 * original.values["roughness"], rel=0.05)
+    assert following.means["roughness"] - start.means["roughness"] == pytest.approx(predicted, rel=0.05)
+    assert predicted == pytest.approx(0.01 * original.means["roughness"], rel=0.05)
 
 
 def test_a_step_goes_no_further_than_it_may(problem_with: ProblemWith, original: TouchMeasures) -> None:
@@ -111,9 +112,7 @@ def test_a_step_goes_no_further_than_it_may(problem_with: ProblemWith, original:
     change = following.heights - start.heights
     largest = gauss_newton.LARGEST_STEP_MM
     assert np.abs(change - np.median(change)).max() <= 2.0 * largest
-    assert (
-        following.values["roughness"] < (1.0 + 2.0 * gauss_newton.LARGEST_SHARE) * start.values["roughness"]
-    )
+    assert following.means["roughness"] < (1.0 + 2.0 * gauss_newton.LARGEST_SHARE) * start.means["roughness"]
 
 
 def test_without_shadow_edges_the_look_changes_more(
@@ -147,7 +146,7 @@ def test_steps_in_single_precision_go_where_those_in_double_go(
     assert not np.array_equal(ends[0].heights, ends[1].heights)
     change = np.abs(ends[1].heights - problem.heights).max()
     np.testing.assert_allclose(ends[0].heights, ends[1].heights, atol=1e-2 * change)
-    assert ends[0].values["roughness"] == pytest.approx(ends[1].values["roughness"], rel=1e-3)
+    assert ends[0].means["roughness"] == pytest.approx(ends[1].means["roughness"], rel=1e-3)
 
 
 def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(
@@ -176,9 +175,10 @@ def test_where_small_changes_leave_the_feel_alone_the_target_is_out_of_reach(
 
 
 def test_what_a_target_still_needs_is_told_of_values_of_zero_too() -> None:
-    assert _distance(np.array([2.0]), np.array([1.5])) == pytest.approx(0.25)
-    assert _distance(np.zeros(2), np.array([0.0, 0.3])) == 1.0
-    assert _distance(np.zeros(1), np.zeros(1)) == 0.0
+    aim = Aim(Targets.of(TOLERANCE, roughness=1.5).each)
+    assert aim.distance(np.array([2.0])) == pytest.approx(0.25)
+    assert aim.distance(np.zeros(1)) == 1.0
+    assert aim.distance(np.array([1.5])) == 0.0
 
 
 def test_without_a_weight_the_look_counts_for_nothing(

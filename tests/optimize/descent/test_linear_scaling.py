@@ -29,7 +29,7 @@ def test_a_roughness_within_reach_is_met(
     problem_with: ProblemWith, original: TouchMeasures, jnd: float
 ) -> None:
     problem = problem_with(
-        Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(original.values["roughness"], jnd))
+        Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(original.means["roughness"], jnd))
     )
     scaled = linear_scaling(problem)
     assert scaled is not None
@@ -43,7 +43,7 @@ def test_a_contact_area_within_reach_is_met(
     problem_with: ProblemWith, original: TouchMeasures, factor: float
 ) -> None:
     problem = problem_with(
-        Targets.of(TOLERANCE, contact_area_mm2=factor * original.values["contact_area_mm2"])
+        Targets.of(TOLERANCE, contact_area_mm2=factor * original.means["contact_area_mm2"])
     )
     scaled = linear_scaling(problem)
     assert scaled is not None
@@ -55,7 +55,7 @@ def test_a_contact_area_within_reach_is_met(
 def test_a_lifted_relief_scales_as_one_on_the_ground(
     problem_with: ProblemWith, original: TouchMeasures
 ) -> None:
-    problem = problem_with(Targets.of(TOLERANCE, roughness=1.2 * original.values["roughness"]))
+    problem = problem_with(Targets.of(TOLERANCE, roughness=1.2 * original.means["roughness"]))
     one, other = linear_scaling(problem), linear_scaling(replace(problem, heights=problem.heights + 0.7))
     assert one is not None and other is not None
     np.testing.assert_allclose(one, other, rtol=0.1 * TOLERANCE)
@@ -66,7 +66,7 @@ def test_a_roughness_that_three_millimetres_do_not_give_is_out_of_reach(
     problem_with: ProblemWith, original: TouchMeasures, jnd: float
 ) -> None:
     problem = problem_with(
-        Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(original.values["roughness"], jnd))
+        Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(original.means["roughness"], jnd))
     )
     assert linear_scaling(problem) is None
 
@@ -81,7 +81,7 @@ def test_a_relief_of_full_height_can_still_be_lowered(problem_with: ProblemWith)
     tallest = replace(problem, heights=HEIGHT_LIMIT_MM * problem.heights / problem.heights.max())
     scaled = linear_scaling(tallest)
     assert scaled is not None
-    assert tallest.press(scaled, gradients=False).values["roughness"] == pytest.approx(0.1, rel=TOLERANCE)
+    assert tallest.press(scaled, gradients=False).means["roughness"] == pytest.approx(0.1, rel=TOLERANCE)
 
 
 def test_a_stretched_wave_is_as_much_longer() -> None:
@@ -105,7 +105,7 @@ def test_a_stretched_relief_keeps_its_range_and_what_is_too_fine_is_blurred() ->
 def test_what_height_reaches_is_not_scaled_sideways(
     problem_with: ProblemWith, original: TouchMeasures
 ) -> None:
-    problem = problem_with(Targets.of(TOLERANCE, roughness=0.8 * original.values["roughness"]))
+    problem = problem_with(Targets.of(TOLERANCE, roughness=0.8 * original.means["roughness"]))
     np.testing.assert_array_equal(scaled_both_ways(problem), linear_scaling(problem))
 
 
@@ -114,7 +114,7 @@ def test_what_three_millimetres_do_not_reach_is_scaled_sideways(problem_with: Pr
     fine = stretched(problem.heights, 0.6)
     tallest = fine - fine.min()
     tallest *= HEIGHT_LIMIT_MM / tallest.max()
-    reached = problem.press(tallest, gradients=False).values["roughness"]
+    reached = problem.press(tallest, gradients=False).means["roughness"]
     problem = replace(problem, heights=fine, targets=Targets.of(TOLERANCE, roughness=1.2 * reached))
     assert linear_scaling(problem) is None
     scaled = scaled_both_ways(problem)
@@ -135,7 +135,7 @@ def test_a_roughness_out_of_reach_both_ways_is_missed_by_less_than_the_original_
 def test_the_method_arrives_in_one_step_from_wherever_it_stands(
     problem_with: ProblemWith, original: TouchMeasures
 ) -> None:
-    problem = problem_with(Targets.of(TOLERANCE, roughness=1.2 * original.values["roughness"]))
+    problem = problem_with(Targets.of(TOLERANCE, roughness=1.2 * original.means["roughness"]))
     method = LinearScaling(problem)
     start = method.begin(0, problem.heights, {})
     assert (start.picture_mean, start.picture_rms, start.memory) == (0.0, 0.0, {})

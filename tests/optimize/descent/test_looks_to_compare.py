@@ -27,7 +27,7 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     path = write_scene(tmp_path_factory.mktemp("scene"), hills(2.0, 2.5), lights, PLASTIC)
     scene = load_scene(path)
     untargeted = Problem(scene.heights, SIZE, tactile.Skin(), Targets(), scene, touch="quick")
-    before = untargeted.press(scene.heights, gradients=False).values["roughness"]
+    before = untargeted.press(scene.heights, gradients=False).means["roughness"]
     return replace(untargeted, targets=Targets.of(0.01, roughness=tactile.jnd_scaled(before, 1.0)))
 
 

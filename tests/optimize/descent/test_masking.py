@@ -36,7 +36,7 @@ def test_a_descent_keeps_the_smooth_part_better_by_masking(tmp_path: Path) -> No
     relief[:, 16:] += 0.4 * np.random.default_rng(0).random((32, 16))
     scene = load_scene(write_scene(tmp_path, relief, [sun(35.0, 10.0)], PLASTIC))
     problem = Problem(relief, SIZE, tactile.Skin(), Targets(), scene, touch="quick", look="fast")
-    before = problem.press(relief, gradients=False).values["roughness"]
+    before = problem.press(relief, gradients=False).means["roughness"]
     problem = replace(problem, targets=Targets.of(0.01, roughness=tactile.jnd_scaled(before, 1.0)))
 
     def changed(masking: float) -> Array:

@@ -45,7 +45,7 @@ def difference(problem: Problem, direction: np.ndarray, step: float) -> np.ndarr
     there, back = (
         problem.press(problem.heights + sign * step * direction, gradients=False) for sign in (1.0, -1.0)
     )
-    change = [there.values[name] - back.values[name] for name in ("roughness", "contact_area_mm2")]
+    change = [there.means[name] - back.means[name] for name in ("roughness", "contact_area_mm2")]
     return np.array(change) / (2.0 * step)
 
 
@@ -70,16 +70,16 @@ def test_a_warm_start_changes_the_time_not_the_feel(problem_with: ProblemWith) -
     cold = problem.press(problem.heights)
     nearby = problem.press(problem.heights * 1.05)
     warm = problem.press(problem.heights, nearby.pressure)
-    assert warm.values["roughness"] == pytest.approx(cold.values["roughness"], rel=1e-6)
-    assert warm.values["contact_area_mm2"] == pytest.approx(cold.values["contact_area_mm2"], rel=1e-6)
+    assert warm.means["roughness"] == pytest.approx(cold.means["roughness"], rel=1e-6)
+    assert warm.means["contact_area_mm2"] == pytest.approx(cold.means["contact_area_mm2"], rel=1e-6)
 
 
 def test_a_fast_model_feels_about_the_same_in_double_precision(problem_with: ProblemWith) -> None:
     exact = problem_with(Targets.of(0.01, roughness=0.1, contact_area_mm2=50.0))
     fast = replace(exact, touch="quick")
     one, other = (problem.press(exact.heights) for problem in (exact, fast))
-    assert other.values["roughness"] == pytest.approx(one.values["roughness"], rel=0.05)
-    assert other.values["contact_area_mm2"] == pytest.approx(one.values["contact_area_mm2"], rel=0.05)
+    assert other.means["roughness"] == pytest.approx(one.means["roughness"], rel=0.05)
+    assert other.means["contact_area_mm2"] == pytest.approx(one.means["contact_area_mm2"], rel=0.05)
     assert other.gradients.dtype == other.strain.dtype == other.pressure.dtype == np.float64
     for ours, theirs in zip(other.gradients, one.gradients, strict=True):
         assert ours @ theirs > 0.9 * np.linalg.norm(ours) * np.linalg.norm(theirs)

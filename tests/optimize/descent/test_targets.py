@@ -63,7 +63,7 @@ def test_the_gradient_of_a_third_quantity_is_right(problem_with: ProblemWith) ->
     slope = float(problem.press(problem.heights).gradients[0] @ direction.ravel())
 
     def value(step: float) -> float:
-        return problem.press(problem.heights + step * direction, gradients=False).values["mean_strain"]
+        return problem.press(problem.heights + step * direction, gradients=False).means["mean_strain"]
 
     step = 1e-5
     assert slope == pytest.approx((value(step) - value(-step)) / (2.0 * step), rel=2e-3)
@@ -72,7 +72,7 @@ def test_the_gradient_of_a_third_quantity_is_right(problem_with: ProblemWith) ->
 @pytest.mark.parametrize("factor", [1.15, 0.9])
 def test_a_third_quantity_is_steered(problem_with: ProblemWith, factor: float) -> None:
     start = problem_with(Targets((Target(MEAN_STRAIN, 1.0, TOLERANCE),)))
-    original = start.press(start.heights, gradients=False).values["mean_strain"]
+    original = start.press(start.heights, gradients=False).means["mean_strain"]
     targets = Targets((Target(MEAN_STRAIN, factor * original, TOLERANCE),))
     problem = problem_with(targets)
     method = GaussNewton(problem)

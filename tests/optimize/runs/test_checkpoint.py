@@ -19,13 +19,13 @@ from relief.errors import InputError
 from relief.tensors import Arrays, read_tensors, tensor_bytes
 
 
-def iterate(step: int) -> Iterate:
+def iterate(step: int, touches: int = 1) -> Iterate:
     random = np.random.default_rng(step)
     memory = {"pressure": random.random((4, 4)), "damping": np.array(0.125)}
     return Iterate(
         step,
         heights=random.random((4, 4)),
-        values={"roughness": random.random(), "contact_area_mm2": random.random()},
+        values={"roughness": random.random(touches), "contact_area_mm2": random.random(touches)},
         contact_fraction=random.random(),
         picture_mean=random.random(),
         picture_rms=random.random(),
@@ -36,20 +36,30 @@ def iterate(step: int) -> Iterate:
 FRESH = CorrectionState(Targets.of(0.01, roughness=0.1))
 CORRECTED = CorrectionState(
     Targets.of(0.01, roughness=0.1 / 3.0, contact_area_mm2=55.0),
-    (OuterIteration({"roughness": 0.1}, iterate(3).values, iterate(4).values, 0.1, 4),),
+    (OuterIteration({"roughness": 0.1}, iterate(3).means, iterate(4).means, 0.1, 4),),
     iterate(4),
 )
 CHECKPOINT = Checkpoint(current=iterate(7), best=iterate(5), state=CORRECTED, seconds=12.25)
 
 
 def assert_same(one: Iterate, other: Iterate) -> None:
-    numbers = ("step", "values", "contact_fraction", "picture_mean", "picture_rms")
+    numbers = ("step", "contact_fraction", "picture_mean", "picture_rms")
     assert [getattr(one, name) for name in numbers] == [getattr(other, name) for name in numbers]
+    np.testing.assert_equal(one.values, other.values)
     np.testing.assert_array_equal(one.heights, other.heights)
     assert one.memory.keys() == other.memory.keys()
     for name, value in one.memory.items():
         np.testing.assert_array_equal(value, other.memory[name])
         assert value.shape == other.memory[name].shape
+
+
+def test_every_touch_is_saved(tmp_path: Path) -> None:
+    targets = Targets.of(0.01, roughness=[0.1 / 3.0, 0.2, 0.0])
+    each = iterate(2, 3)
+    save_checkpoint(tmp_path, Checkpoint(each, each, CorrectionState(targets), 1.0))
+    loaded = load_checkpoint(tmp_path)
+    assert_same(loaded.current, each)
+    assert loaded.state.surrogate_targets == targets
 
 
 def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
@@ -176,6 +186,7 @@ def put(name: str, place: Any, value: object) -> Callable[[Arrays, dict[str, Any
     return change
 
 
+TWO = {"roughness": [0.1], "contact_area_mm2": [1.0]}
 FORGERIES: dict[str, tuple[Callable[[Arrays, dict[str, Any]], object], str]] = {
     "heights of 500 mm": (put("current.heights", (0, 0), 500.0), "current.heights"),
     "heights below the plate": (put("best.heights", (0, 0), -0.1), "best.heights"),
@@ -190,10 +201,18 @@ FORGERIES: dict[str, tuple[Callable[[Arrays, dict[str, Any]], object], str]] = {
     "memory without end": (put("current.memory.pressure", (1, 1), np.inf), "current.memory.pressure"),
     "a step before the first": (put("current", "step", -1), "current.step"),
     "a best step after the last": (put("best", "step", 8), "steps"),
-    "a roughness that is none": (put("best", "values", {"roughness": float("nan")}), "best.values.roughness"),
-    "a quantity that is missing": (put("best", "values", {"roughness": 0.1}), "contact_area_mm2"),
+    "a roughness that is none": (
+        put("best", "values", {"roughness": [float("nan")]}),
+        "best.values.roughness",
+    ),
+    "a quantity that is missing": (put("best", "values", {"roughness": [0.1]}), "contact_area_mm2"),
+    "values of more touches": (
+        put("best", "values", {"roughness": [0.1, 0.1], "contact_area_mm2": [1.0]}),
+        "values",
+    ),
     "more contact than plate": (put("current", "contact_fraction", 1.5), "current.contact_fraction"),
-    "a goal of nothing": (lambda _, n: n["targets"][0].update(goal=0.0), "targets.0.goal"),
+    "a goal of nothing": (lambda _, n: n["targets"][0].update(goal=[0.0]), "targets.0.goal"),
+    "goals of more touches": (lambda _, n: n["targets"][0].update(goal=[0.1, 0.2]), "values"),
     "a quantity of no table": (lambda _, n: n["targets"][0].update(quantity="colour"), "colour"),
     "an error that is none": (
         lambda _, n: n["iterations"][0].update(relative_error=float("inf")),

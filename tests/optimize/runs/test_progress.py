@@ -15,8 +15,9 @@ from optimize.runs import progress
 from optimize.runs.progress import followed, shown, step_line
 from relief import progress as stages
 from relief.progress import Progress, say, stage
+from tests.optimize.descent.one_touch import one_touch
 
-STEP = Iterate(3, np.zeros((2, 2)), {"roughness": 0.07, "contact_area_mm2": 31.0}, 0.5, 2.6512, 5.0, {})
+STEP = Iterate(3, np.zeros((2, 2)), one_touch(roughness=0.07, contact_area_mm2=31.0), 0.5, 2.6512, 5.0, {})
 
 
 def until(condition: Callable[[], bool]) -> None:

@@ -20,9 +20,12 @@ from optimize.report.content import Report
 from optimize.runs import results
 from optimize.runs.clock import Moment
 from optimize.runs.config import Run, run_from_scene
-from optimize.runs.results import History, Outcome
+from optimize.runs.felt_places import FeltPlaces
+from optimize.runs.history import HISTORY, History
+from optimize.runs.results import Outcome
 from relief.errors import InputError
 from tests.optimize.conftest import ProblemWith
+from tests.optimize.descent.one_touch import one_touch
 from visual.noise import Batches
 
 TARGETS = Targets.of(0.01, roughness=0.1)
@@ -30,7 +33,7 @@ TARGETS = Targets.of(0.01, roughness=0.1)
 
 def iterate(step: int, heights: np.ndarray | None = None) -> Iterate:
     heights = np.zeros((2, 2)) if heights is None else heights
-    values = {"roughness": 0.1 + 0.001 / 3 * step, "contact_area_mm2": 60.0}
+    values = one_touch(roughness=0.1 + 0.001 / 3 * step, contact_area_mm2=60.0)
     return Iterate(step, heights, values, 0.5, 1.0 / 3.0, 2.0, {})
 
 
@@ -45,12 +48,12 @@ def test_a_history_is_one_line_a_step(tmp_path: Path) -> None:
     history = History(tmp_path, TARGETS, 0, after=0)
     for step in range(3):
         history.add(iterate(step), seconds=0.5 * step)
-    rows = [json.loads(line) for line in (tmp_path / results.HISTORY).read_text().splitlines()]
+    rows = [json.loads(line) for line in (tmp_path / HISTORY).read_text().splitlines()]
     assert rows == history.rows
     assert rows[2] == {
         "step": 2,
         "round": 0,
-        "roughness": iterate(2).values["roughness"],
+        "roughness": iterate(2).means["roughness"],
         "target_roughness": 0.1,
         "contact_area_mm2": 60.0,
         "target_contact_area_mm2": None,
@@ -72,7 +75,7 @@ def test_a_line_that_a_kill_cut_short_is_left_out(tmp_path: Path) -> None:
     history = History(tmp_path, TARGETS, 0, after=0)
     for step in range(3):
         history.add(iterate(step), 0.0)
-    path = tmp_path / results.HISTORY
+    path = tmp_path / HISTORY
     path.write_text(path.read_text()[:-20])
     assert steps(History(tmp_path, TARGETS, 0, after=2)) == [0, 1]
 
@@ -129,7 +132,7 @@ TAMPERED = {
 @pytest.mark.parametrize("tampered", TAMPERED)
 def test_a_history_that_is_not_the_runs_is_refused_and_stays(tmp_path: Path, tampered: str) -> None:
     digest = grow(tmp_path, 3).digest
-    path = tmp_path / results.HISTORY
+    path = tmp_path / HISTORY
     content = TAMPERED[tampered](path.read_text()).encode(errors="surrogateescape")
     path.write_bytes(content)
     with pytest.raises(InputError) as caught:
@@ -141,7 +144,7 @@ def test_a_history_that_is_not_the_runs_is_refused_and_stays(tmp_path: Path, tam
 
 def test_a_history_that_is_missing_is_refused(tmp_path: Path) -> None:
     digest = grow(tmp_path, 3).digest
-    (tmp_path / results.HISTORY).unlink()
+    (tmp_path / HISTORY).unlink()
     with pytest.raises(InputError, match="not the history of the checkpoint"):
         History(tmp_path, TARGETS, 0, after=2, digest=digest)
 
@@ -168,12 +171,12 @@ def outcome(problem: Problem, verified: bool) -> Outcome:
     best = iterate(3, lower)
     first, felt = (measure_touch(h, problem.size_mm, problem.skin, "layer") for h in (problem.heights, lower))
     goals = {"roughness": 0.1}
-    iterations = (OuterIteration(goals, best.values, felt.values, 0.2, 7),)
+    iterations = (OuterIteration(goals, best.means, felt.means, 0.2, 7),)
     return Outcome(
         descent=DescentResult(best, iterate(7, lower), StopReason.STEP_LIMIT),
         steering_values=first.values,
-        touch_before=first,
-        touch_after=felt,
+        touch=FeltPlaces(problem.patches.places, first, felt),
+        between=None,
         iterations=iterations if verified else (),
         pictures_before=before,
         pictures_after=after,
@@ -200,16 +203,16 @@ def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, set
     verified = measure_touch(0.8 * problem.heights, problem.size_mm, problem.skin, "layer")
     told = results.summarise(settings, problem, outcome(problem, True), {})
     touch = told["touch"]
-    assert touch["roughness"] == iterate(3).values["roughness"]
-    assert (touch["verified_roughness"], touch["verified_by"]) == (verified.values["roughness"], "layer")
+    assert touch["roughness"] == iterate(3).means["roughness"]
+    assert (touch["verified_roughness"], touch["verified_by"]) == (verified.means["roughness"], "layer")
     assert touch["jnd_from_original"] == pytest.approx(
-        tactile.jnd_apart(verified.values["roughness"], touch["initial_roughness"])
+        tactile.jnd_apart(verified.means["roughness"], touch["initial_roughness"])
     )
     assert touch["jnd_from_original"] < 0.0
-    assert touch["verified_contact_area_mm2"] == verified.values["contact_area_mm2"]
+    assert touch["verified_contact_area_mm2"] == verified.means["contact_area_mm2"]
     assert told["verification"]["resolution"] is None
     assert told["verification"]["miss_percent"] == pytest.approx(
-        100.0 * abs(verified.values["roughness"] / 0.1 - 1.0)
+        100.0 * abs(verified.means["roughness"] / 0.1 - 1.0)
     )
     assert [r["aimed_roughness"] for r in told["verification"]["rounds"]] == [TARGETS.goals()["roughness"]]
 

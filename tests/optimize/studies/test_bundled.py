@@ -21,7 +21,7 @@ def textures(study: str) -> dict[str, Run]:
 def value(run: Run, quantity: str) -> float:
     """What the finger of a run gets from its texture."""
     heights = load_height_map(run.texture, relief_mm=run.relief_mm).heights
-    return measure_touch(heights, PATCH_SIDE_MM, run.touch.finger, "layer").values[quantity]
+    return measure_touch(heights, PATCH_SIDE_MM, run.touch.finger, "layer").means[quantity]
 
 
 def test_the_seven_textures_of_figure_15_are_0_06_to_0_08_rough() -> None:

@@ -1,0 +1,90 @@
+"""Roughness of a result against the original's over the places of the finger, for result.json."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from optimize.descent.targets import FLAT_SHARE, ROUGHNESS, Targets
+from optimize.descent.touch_measures import TouchMeasures
+from relief.arrays import Array, Index
+from relief.places import centres_mm
+from relief.surface import Surface
+from tactile.jnd import ROUGHNESS_JND
+
+MOST_BETWEEN = 64
+"""Most places between the steered ones that are pressed; of more, as many are taken evenly."""
+
+
+@dataclass(frozen=True)
+class FeltPlaces:
+    """Original and result at some places, by one model of touch.
+
+    Attributes:
+        places: (k, 2) as in `relief.places`.
+        before, after: touch of original and result.
+    """
+
+    places: Index
+    before: TouchMeasures
+    after: TouchMeasures
+
+    @property
+    def jnd(self) -> Array:
+        """(k,) just-noticeable differences; NaN at places that are flat."""
+        before, after = (touch.values[ROUGHNESS.name] for touch in (self.before, self.after))
+        least = FLAT_SHARE * before.mean()
+        felt = (before > least) & (after > 0.0)
+        ratio = np.divide(after, before, out=np.full(len(before), np.nan), where=felt)
+        return np.asarray(np.log(ratio) / np.log(ROUGHNESS_JND))
+
+
+def sampled(places: Index) -> Index:
+    """At most `MOST_BETWEEN` of the places, evenly taken."""
+    if len(places) <= MOST_BETWEEN:
+        return places
+    return places[np.linspace(0, len(places) - 1, MOST_BETWEEN).round().astype(np.int64)]
+
+
+def place_numbers(
+    surface: Surface, steered: FeltPlaces, between: FeltPlaces | None, targets: Targets
+) -> dict[str, Any]:
+    """The section `touch.places` of result.json.
+
+    Args:
+        surface: of the relief.
+        steered: places of the descent.
+        between: places between them; None if there are none.
+        targets: of the run.
+
+    Returns:
+        Count, mean, least and largest JND over all places; the same of the steered ones and of those between
+        them; and of every place its centre (mm from the first row's and first column's edge), its values
+        and its goals.
+    """
+    sides = {"steered": steered} | ({} if between is None else {"between": between})
+    return {
+        **_spread(np.concatenate([side.jnd for side in sides.values()])),
+        **{name: {**_spread(side.jnd), **_listed(surface, side)} for name, side in sides.items()},
+        "goals": {target.quantity.name: target.goal.tolist() for target in targets.each},
+    }
+
+
+def _spread(jnd: Array) -> dict[str, Any]:
+    felt = jnd[np.isfinite(jnd)]
+    numbers: Mapping[str, Any] = {"jnd_mean": np.mean, "jnd_min": np.min, "jnd_max": np.max}
+    return {
+        "count": len(jnd),
+        **{name: float(of(felt)) if felt.size else None for name, of in numbers.items()},
+    }
+
+
+def _listed(surface: Surface, side: FeltPlaces) -> dict[str, Any]:
+    """Centre and values of every place."""
+    values = {
+        f"{when}_{name}": each.tolist()
+        for when, touch in (("initial", side.before), ("verified", side.after))
+        for name, each in touch.values.items()
+    }
+    return {"centres_mm": centres_mm(surface, side.places).tolist(), **values}
