@@ -141,7 +141,8 @@ def write(
             heights_before=problem.heights,
             heights_after=heights,
             size_mm=problem.size_mm,
-            history=history,
+            # Its table of steps has a column for each number, and none for the places.
+            history=[{name: each for name, each in row.items() if name != "places"} for row in history],
             heights_png_mm=(0.0, white_mm(heights)),
             pressure_before=outcome.touch.before.pressure[0],
             pressure_after=outcome.touch.after.pressure[0],

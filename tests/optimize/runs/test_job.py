@@ -422,7 +422,7 @@ def full(*_: object, **__: object) -> None:
     ("place", "command"),
     [
         ("optimize.runs.results.write_settings", "the same command goes on"),
-        pytest.param("optimize.runs.results.History.add", "--force", marks=pytest.mark.slow),
+        pytest.param("optimize.runs.history.History.add", "--force", marks=pytest.mark.slow),
         ("optimize.runs.job.save_checkpoint", "--force"),
         pytest.param("optimize.runs.results.write_relief", "retouch resume", marks=pytest.mark.slow),
         ("optimize.runs.results.write", "retouch resume"),
