@@ -1,12 +1,12 @@
 """Roughness of a result against the original's over the places of the finger, for result.json."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from optimize.descent.targets import FLAT_SHARE, ROUGHNESS, Targets
+from optimize.descent.targets import FLAT_SHARE, ROUGHNESS, Targets, Values
 from optimize.descent.touch_measures import TouchMeasures
 from relief.arrays import Array, Index
 from relief.places import centres_mm
@@ -16,6 +16,9 @@ from tactile.jnd import ROUGHNESS_JND
 MOST_BETWEEN = 64
 """Most places between the steered ones that are pressed; of more, as many are taken evenly."""
 
+SAME = 1e-9
+"""Largest spread of the factors from original to goal, as a share, that counts as one factor."""
+
 
 @dataclass(frozen=True)
 class FeltPlaces:
@@ -24,11 +27,13 @@ class FeltPlaces:
     Attributes:
         places: (k, 2) as in `relief.places`.
         before, after: touch of original and result.
+        goals: (k,) goals by the names of their quantities; none for a quantity without a target.
     """
 
     places: Index
     before: TouchMeasures
     after: TouchMeasures
+    goals: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def jnd(self) -> Array:
@@ -47,16 +52,31 @@ def sampled(places: Index) -> Index:
     return places[np.linspace(0, len(places) - 1, MOST_BETWEEN).round().astype(np.int64)]
 
 
-def place_numbers(
-    surface: Surface, steered: FeltPlaces, between: FeltPlaces | None, targets: Targets
-) -> dict[str, Any]:
+def goals_between(targets: Targets, original: Values, at: Values) -> dict[str, Array]:
+    """Goals between the steered places, where every target is the same change of all steered places.
+
+    Args:
+        targets: of the steered places.
+        original: values of the original at these places.
+        at: values of the original between them.
+    """
+    goals = {}
+    for target in targets.each:
+        name = target.quantity.name
+        own, goal = original[name], target.goal
+        factors = (goal / own)[own > 0.0]
+        if factors.size and np.ptp(factors) <= SAME * factors.mean():
+            goals[name] = factors.mean() * at[name]
+    return goals
+
+
+def place_numbers(surface: Surface, steered: FeltPlaces, between: FeltPlaces | None) -> dict[str, Any]:
     """The section `touch.places` of result.json.
 
     Args:
         surface: of the relief.
         steered: places of the descent.
         between: places between them; None if there are none.
-        targets: of the run.
 
     Returns:
         Count, mean, least and largest JND over all places; the same of the steered ones and of those between
@@ -67,7 +87,6 @@ def place_numbers(
     return {
         **_spread(np.concatenate([side.jnd for side in sides.values()])),
         **{name: {**_spread(side.jnd), **_listed(surface, side)} for name, side in sides.items()},
-        "goals": {target.quantity.name: target.goal.tolist() for target in targets.each},
     }
 
 
@@ -81,10 +100,7 @@ def _spread(jnd: Array) -> dict[str, Any]:
 
 
 def _listed(surface: Surface, side: FeltPlaces) -> dict[str, Any]:
-    """Centre and values of every place."""
-    values = {
-        f"{when}_{name}": each.tolist()
-        for when, touch in (("initial", side.before), ("verified", side.after))
-        for name, each in touch.values.items()
-    }
+    """Centre, values and goals of every place."""
+    numbers = (("initial", side.before.values), ("verified", side.after.values), ("target", side.goals))
+    values = {f"{when}_{name}": each.tolist() for when, of in numbers for name, each in of.items()}
     return {"centres_mm": centres_mm(surface, side.places).tolist(), **values}

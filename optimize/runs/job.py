@@ -26,7 +26,7 @@ from optimize.runs.checkpoint import Checkpoint, check_key, load_checkpoint, sav
 from optimize.runs.clock import Moment, now
 from optimize.runs.config import Run, load_run
 from optimize.runs.directory import check_vacant, clear
-from optimize.runs.felt_places import FeltPlaces, sampled
+from optimize.runs.felt_places import FeltPlaces, goals_between, sampled
 from optimize.runs.history import History
 from optimize.runs.interrupts import interruptible
 from optimize.runs.key import SETTINGS, run_key
@@ -274,7 +274,9 @@ def _measure(
     limits = {} if samples is None else {"most": samples, "least": samples}
     before, after = converged(problem.scene, problem.heights, best, known(problem.scene), seed, **limits)
     places = problem.patches.places
-    touch = FeltPlaces(places, prepared.touch_before, verified or prepared.press(best, "layer", places))
+    felt = verified or prepared.press(best, "layer", places)
+    goals = {target.quantity.name: target.goal for target in problem.targets.each}
+    touch = FeltPlaces(places, prepared.touch_before, felt, goals)
     return results.Outcome(
         descent=descent,
         steering_values=prepared.steering.values,
@@ -296,7 +298,8 @@ def _between(prepared: Prepared, best: Array, model: ModelName) -> FeltPlaces | 
         return None
     with stage("verifying between the places"):
         before, after = (prepared.press(heights, model, places) for heights in (problem.heights, best))
-    return FeltPlaces(places, before, after)
+    goals = goals_between(problem.targets, prepared.touch_before.values, before.values)
+    return FeltPlaces(places, before, after, goals)
 
 
 def _baseline(prepared: Prepared, before: Batches, seed: int) -> Array | None:

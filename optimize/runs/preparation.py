@@ -75,6 +75,7 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel]
         size_mm=settings.size_mm,
         relief_mm=settings.relief_mm,
         height_scale=settings.height_scale,
+        repeats=settings.axes_repeat,
     )
     look = steering_look(settings, scene)
     if scene.colour:

@@ -184,7 +184,7 @@ def summarise(
             "verified_by": None if verified is None else verified.model,
             "contact_fraction": felt.contact_fraction,
             "jnd_from_original": jnd,
-            "places": place_numbers(problem.surface, outcome.touch, outcome.between, problem.targets),
+            "places": place_numbers(problem.surface, outcome.touch, outcome.between),
         },
         "verification": {
             "resolution": None if verified is None else verified.mesh,
