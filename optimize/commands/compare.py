@@ -20,7 +20,7 @@ from optimize.commands.options import (
     print_json,
     seed,
 )
-from optimize.descent.targets import QUANTITIES
+from optimize.descent.quantities import QUANTITIES
 from optimize.report.formatting import MODEL_NAMES, number, percent, tries_of_100
 from relief.errors import InputError
 

@@ -20,7 +20,7 @@ from optimize.commands.options import (
     contact_errors_name,
     print_json,
 )
-from optimize.descent.targets import LARGEST_JND, LIMIT_PERCENT, QUANTITIES, ROUGHNESS
+from optimize.descent.quantities import LARGEST_JND, LIMIT_PERCENT, QUANTITIES, ROUGHNESS
 from optimize.report.formatting import MODEL_NAMES, model_name, number
 from relief.errors import InputError, naming
 from relief.progress import stage

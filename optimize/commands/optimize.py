@@ -23,7 +23,7 @@ from optimize.commands.options import (
     print_json,
     seed,
 )
-from optimize.descent.targets import GOAL_KEYS, QUANTITIES
+from optimize.descent.quantities import GOAL_KEYS, QUANTITIES
 from relief.errors import InputError
 from relief.formats import HEIGHT_MAPS
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from optimize.commands.options import add_talk, console, contact_errors_name, print_json, whole_number
-from optimize.descent.targets import QUANTITIES, ROUGHNESS
+from optimize.descent.quantities import QUANTITIES, ROUGHNESS
 from optimize.report.formatting import number
 from relief.errors import InputError, naming
 from relief.formats import PREVIEW

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from optimize.descent.targets import QUANTITIES
+from optimize.descent.quantities import QUANTITIES
 from optimize.report.formatting import between, duration, number, percent, plus_minus, rounded, tries_of_100
 from relief.formats import PLATES
 

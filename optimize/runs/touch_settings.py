@@ -25,7 +25,7 @@ SMALLEST_SPACING_MM = 0.1
 class _TouchModel(SkinKeys):
     """`[touch]`: the feel to reach, the model of touch that steers, and the skin.
 
-    The goals are added below, from the table in `optimize.descent.targets`; at least one is needed.
+    The goals are added below, from the table in `optimize.descent.quantities`; at least one is needed.
 
     Attributes:
         model: of touch, for the descent.
