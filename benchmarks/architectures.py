@@ -39,6 +39,7 @@ from optimize.training.look_setup import studio_sky
 from optimize.training.touch_accuracy import LEAST_ROUGHNESS
 from optimize.training.touch_loss import LEAST_STRAIN, TouchLoss, skin_of, touch_loss
 from optimize.training.touch_loss import examples_of as touch_examples
+from relief.surface import Surface
 from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset, open_fieldset
 from surrogate.nets.augmentation import transformed
@@ -358,7 +359,7 @@ def _sweep_error(size_mm: float) -> Callable[[nn.Module, Examples], Tensor]:
         ):
             toward = light.double() / light.double().norm()
             x, y, z = (float(part) for part in toward)
-            sweep = shadow_sweep(len(relief), size_mm, (x, y, z), relief.dtype)
+            sweep = shadow_sweep(Surface((len(relief), len(relief)), size_mm), (x, y, z), relief.dtype)
             found = lit_picture(refined(relief), faces, sweep)
             errors.append(100.0 * (found - picture).abs().mean() / picture.mean())
         return torch.stack(errors)

@@ -69,9 +69,7 @@ def first_light(look: FastRenderer) -> FastRenderer:
     """A renderer of the first picture alone, which one of the paper's nets makes."""
     assert look.table is not None
     first = BsdfTable(look.table.values[:1])
-    return FastRenderer(
-        look.samples, look.size_mm, look.toward[:1], look.condition[:1], 1, first, look.ambient
-    )
+    return FastRenderer(look.surface, look.toward[:1], look.condition[:1], 1, first, look.ambient)
 
 
 def picture_errors(
@@ -80,9 +78,7 @@ def picture_errors(
     """Mean error of the pixels of each texture, in % of the mean: lights alone, all light, the sky."""
     toward = np.array(look.toward)
     assert look.ambient is not None
-    alone = FastRenderer(
-        look.samples, look.size_mm, look.toward, look.condition, look.conditions, look.table, None
-    )
+    alone = FastRenderer(look.surface, look.toward, look.condition, look.conditions, look.table, None)
     errors: dict[str, list[float]] = {"lights alone": [], "studio": [], "ambient": []}
     for number, relief in enumerate(reliefs):
         truth = reference_pictures(scene, toward, relief, folder)

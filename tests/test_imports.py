@@ -29,7 +29,10 @@ ALLOWED = {
     "visual.lights": {*RELIEF, "visual.backend"},
     "visual.scene_file": {*RELIEF, "visual.backend", "visual.lights"},
     "visual.exact": {*RELIEF, "visual.backend", "visual.lights", "visual.geometry"},
-    "visual.fast": {*RELIEF, "visual.backend", "visual.lights", "visual.exact", "surrogate.nets"},
+    "visual.fast": {
+        *RELIEF,
+        *("visual.backend", "visual.lights", "visual.geometry", "visual.exact", "surrogate.nets"),
+    },
     "visual": {
         *RELIEF,
         *(f"visual.{room}" for room in ("backend", "geometry", "lights", "scene_file", "exact", "fast")),

@@ -27,7 +27,7 @@ from visual.explain import explain
 from visual.fast.conversion import fast_renderer
 from visual.fast.renderer import FastRenderer, FilmWeights, box_weights
 from visual.geometry.film_samples import hidden_plate, plate_pixels
-from visual.geometry.halo import halo_of
+from visual.geometry.halo import halo_of, rise_of
 from visual.geometry.topology import plate_topology
 from visual.height_view import HeightView
 from visual.lights.kind import Light
@@ -87,7 +87,9 @@ class Scene:
         self.heights = heights
         self.size_mm = self._description.plate.size_mm
         self.surface = Surface((heights.shape[0], heights.shape[1]), self.size_mm, repeats)
-        halo = halo_of(self.surface, heights, [light.direction for light in self._description.lights])
+        halo = halo_of(
+            self.surface, rise_of(heights), [light.direction for light in self._description.lights]
+        )
         self.plate = plate_topology(*self.surface.shape, self.size_mm, halo)
         self.resolution = _resolution(checked, self._description, self._needs)
         self.samples = self._description.cameras[self._needs.cameras[0]].samples
@@ -303,14 +305,24 @@ class Scene:
             variants.require_gradients()
             bsdf = plate_bsdf(self.light_scenes()[0].scene)
             lights = [self.illumination(light) for light in self._needs.alone]
-            ambient, samples = self._description.ambient, self.heights.shape[0]
-            reconstruction, film = self.light_scenes()[0].cameras[0].filter, None
-            if self.resolution[0] != samples:
-                film = box_weights(self.resolution[0], samples)
-            elif reconstruction is not None:
-                film = FilmWeights(reconstruction.along(samples, 2), reconstruction.along(2 * samples, 1))
-            self._fast[shadows] = fast_renderer(samples, self.size_mm, bsdf, lights, ambient, film, shadows)
+            film = self._film_weights()
+            self._fast[shadows] = fast_renderer(
+                self.surface, rise_of(self.heights), bsdf, lights, self._description.ambient, film, shadows
+            )
         return self._fast[shadows]
+
+    def _film_weights(self) -> tuple[FilmWeights, FilmWeights] | None:
+        """Weights of the fast look's film along y and x; None for a box and one pixel at each sample."""
+        reconstruction, samples = self.light_scenes()[0].cameras[0].filter, self.surface.shape
+        if self.resolution != samples:
+            down, across = (box_weights(*axis) for axis in zip(self.resolution, samples, strict=True))
+        elif reconstruction is not None:
+            down, across = (
+                FilmWeights(reconstruction.along(n, 2), reconstruction.along(2 * n, 1)) for n in samples
+            )
+        else:
+            return None
+        return down, across
 
     def illumination(self, light: Light, directions: int = FIXED_DIRECTIONS) -> ParallelLights:
         """Fixed parallel lights that stand for a light of the scene."""

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from relief.surface import Surface
 from visual.fast.ambient_net import AmbientLight, UnoccludedLight, trained_ambient_light
 from visual.fast.bsdf_table import ambient_table, light_table
 from visual.fast.renderer import FastRenderer, FilmWeights
@@ -16,23 +17,23 @@ LEAST_RADIANCE = 1e-9
 
 
 def fast_renderer(
-    samples: int,
-    size_mm: float,
+    surface: Surface,
+    rise_mm: float,
     bsdf: Any,
     lights: Sequence[ParallelLights],
     ambient: RGB,
-    film: FilmWeights | None = None,
+    film: tuple[FilmWeights, FilmWeights] | None = None,
     shadows: bool = True,
 ) -> FastRenderer:
     """The fast renderer of a plate seen from straight above.
 
     Args:
-        samples: height samples a side.
-        size_mm: side of the plate.
+        surface: of the plate.
+        rise_mm: expected from the lowest to the highest point of its reliefs.
         bsdf: the plate's material in Mitsuba's current variant.
         lights: what shines in each condition; with none, the one condition is ambient light alone.
         ambient: radiance from all around, added to every condition; red, green and blue.
-        film: weights of the film; None for a box and one pixel at each sample.
+        film: weights of the film along y and x; None for a box and one pixel at each sample.
         shadows: whether the plate casts shadows on itself and hides ambient light from itself.
 
     Raises:
@@ -47,8 +48,7 @@ def fast_renderer(
         table = ambient_table(bsdf, np.array(ambient))
         around = trained_ambient_light(table) if shadows else UnoccludedLight(table)
     return FastRenderer(
-        samples,
-        size_mm,
+        surface,
         tuple((float(x), float(y), float(z)) for x, y, z in toward),
         tuple(number for number, alone in enumerate(lights) for _ in alone.toward),
         max(len(lights), 1),
@@ -56,4 +56,5 @@ def fast_renderer(
         around,
         film,
         shadows,
+        rise_mm,
     )

@@ -27,40 +27,53 @@ OUTSIDE = -1e4
 """Height beyond the plate, in samples: lower than any horizon."""
 
 
-def horizons(lengths: Tensor) -> Tensor:
+def horizons(lengths: Tensor, repeats: tuple[bool, bool] = (False, False)) -> Tensor:
     """Tangents of the horizons' elevation, not negative.
 
     Args:
-        lengths: (batch, n, n) heights in units of the distance between samples. Nothing stands beyond them.
+        lengths: (batch, r, c) heights in units of the distance between samples.
+        repeats: whether the same heights go on along y and x; nothing stands beyond an axis that ends.
 
     Returns:
-        (batch, DIRECTIONS, n, n); in single precision whatever that of `lengths`.
+        (batch, DIRECTIONS, r, c); in single precision whatever that of `lengths`.
     """
-    tangents: Tensor = _Horizons.apply(lengths.float().contiguous())
+    outer = _surrounded(lengths.float(), repeats).contiguous()
+    tangents: Tensor = _Horizons.apply(outer)
     return tangents.to(lengths.dtype)
 
 
+def _surrounded(lengths: Tensor, repeats: tuple[bool, bool]) -> Tensor:
+    """Lengths (batch, r + 2 REACH, c + 2 REACH) with `REACH` samples of what lies beyond each side."""
+    for axis, wraps in zip((1, 2), repeats, strict=True):
+        if wraps:
+            n = lengths.shape[axis]
+            place = torch.arange(-REACH, n + REACH, device=lengths.device) % n
+            lengths = lengths.index_select(axis, place)
+    down, across = (0 if wraps else REACH for wraps in repeats)
+    return functional.pad(lengths, (across, across, down, down), value=OUTSIDE)
+
+
 class _Horizons(torch.autograd.Function):
-    """`horizons` with its derivative.
+    """Tangents by lengths with all that lies around them, with their derivative.
 
     The distance index of each horizon, needed only by the backward pass, is stored in the low four mantissa
     bits of its tangent.
     """
 
     @staticmethod
-    def forward(ctx: Any, lengths: Tensor) -> Tensor:
-        n, tracked = lengths.shape[-1], ctx.needs_input_grad[0]
-        outer, half = functional.pad(lengths, (REACH,) * 4, value=OUTSIDE), len(DIRECTIONS) // 2
-        width = outer.shape[-1]
+    def forward(ctx: Any, outer: Tensor) -> Tensor:
+        tracked, half = ctx.needs_input_grad[0], len(DIRECTIONS) // 2
+        height, width = outer.shape[-2:]
+        lengths = outer[:, REACH : height - REACH, REACH : width - REACH].contiguous()
         # Two opposite directions at once: their samples differ by a fixed step in memory.
-        steepest = lengths.new_full((half, 2, len(lengths), n, n), LEVEL_TANGENT)
+        steepest = lengths.new_full((half, 2, *lengths.shape), LEVEL_TANGENT)
         steepest.view(torch.int32).bitwise_and_(~DISTANCE_MASK)
         rise = torch.empty_like(steepest[0])
         bits, middle = rise.view(torch.int32), REACH * (width + 1)
         for (row, col), most in zip(DIRECTIONS[:half], steepest, strict=True):
             for index, distance in enumerate(DISTANCES, 1):
                 away = distance * abs(row * width + col)
-                there = outer.as_strided(rise.shape, (2 * away, width * width, width, 1), middle - away)
+                there = outer.as_strided(rise.shape, (2 * away, height * width, width, 1), middle - away)
                 torch.sub(there, lengths, out=rise)
                 rise.mul_(1.0 / (distance * math.hypot(row, col)))
                 if tracked:
@@ -68,7 +81,7 @@ class _Horizons(torch.autograd.Function):
                 torch.maximum(most, rise, out=most)
             if row * width + col > 0:
                 most.copy_(most.flip(0))
-        steepest = steepest.transpose(0, 1).reshape(len(DIRECTIONS), len(lengths), n, n)
+        steepest = steepest.transpose(0, 1).reshape(len(DIRECTIONS), *lengths.shape)
         if tracked:
             ctx.save_for_backward(steepest)
         return steepest.transpose(0, 1)
@@ -76,21 +89,22 @@ class _Horizons(torch.autograd.Function):
     @staticmethod
     def backward(ctx: Any, gradient: Tensor) -> Tensor:
         (steepest,) = ctx.saved_tensors
-        items, n = steepest.shape[1:3]
-        width = n + 2 * REACH
+        items, rows, cols = steepest.shape[1:]
+        height, width = rows + 2 * REACH, cols + 2 * REACH
         device = gradient.device
         direction = torch.arange(len(DIRECTIONS), device=device)[:, None, None, None] * (DISTANCE_MASK + 1)
         step = (steepest.view(torch.int32).bitwise_and(DISTANCE_MASK) + direction).view(-1)
         per_length, offset = (values.to(device) for values in _steps(width))
         by_rise = gradient.transpose(0, 1) * per_length.index_select(0, step).view(steepest.shape)
-        place = torch.arange(n, device=device) + REACH
-        item = torch.arange(items, device=device)[:, None, None] * width**2
-        own = item + place[:, None] * width + place
+        row, col = (torch.arange(n, device=device) + REACH for n in (rows, cols))
+        item = torch.arange(items, device=device)[:, None, None] * (height * width)
+        own = item + row[:, None] * width + col
         there = own + offset.index_select(0, step).view(steepest.shape)
-        to_outer = gradient.new_zeros(items * width * width)
+        to_outer = gradient.new_zeros(items * height * width)
         to_outer.index_add_(0, there.view(-1), by_rise.reshape(-1))
-        inside = slice(REACH, REACH + n)
-        return to_outer.view(items, width, width)[:, inside, inside] - by_rise.sum(0)
+        to_outer = to_outer.view(items, height, width)
+        to_outer[:, REACH : REACH + rows, REACH : REACH + cols] -= by_rise.sum(0)
+        return to_outer
 
 
 @lru_cache(maxsize=4)
@@ -115,11 +129,11 @@ def approximate_visibility(tangents: Tensor, slope_x: Tensor, slope_y: Tensor) -
     The share left is the sum over directions of cos² of the horizon over that of the face's own plane.
 
     Args:
-        tangents: (batch, DIRECTIONS, n, n) of the horizons.
-        slope_x, slope_y: (batch, n, n) dz/dx and dz/dy of the faces.
+        tangents: (batch, DIRECTIONS, r, c) of the horizons.
+        slope_x, slope_y: (batch, r, c) dz/dx and dz/dy of the faces.
 
     Returns:
-        (batch, n, n) in (0, 1].
+        (batch, r, c) in (0, 1].
     """
     slopes = torch.stack((slope_x, slope_y), 1).flatten(2)
     own = (_unit_directions().to(slopes) @ slopes).view(tangents.shape).clamp_min(0.0)

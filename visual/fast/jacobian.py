@@ -16,10 +16,11 @@ import torch
 from torch import Tensor
 
 from relief.arrays import Array, Index
+from relief.surface import Surface
 from visual.exact.view import Pictures
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.lit_shares import BoundaryTriangles, lit_shares
-from visual.fast.refinement import face_slopes, on_quarters, on_triangles, pixel_means, quarter_means, refined
+from visual.fast.refinement import on_quarters, on_triangles, pixel_means, quarter_means, refined
 from visual.fast.renderer import FastRenderer
 from visual.fast.shadow_sweep import ShadowSweep
 
@@ -31,18 +32,18 @@ class FastView:
         self._renderer = renderer
 
     def evaluate(self, heights: Array, jacobian: bool = True, edges: bool = True) -> Pictures:
-        """Pictures (conditions, 2n, 2n) of a relief, and their Jacobians (4 n², n²).
+        """Pictures (conditions, 2r, 2c) of a relief, and their Jacobians (4 r c, r c).
 
         Args:
-            heights: (n, n) mm.
+            heights: (r, c) mm.
             jacobian: whether derivatives are wanted.
             edges: whether the derivatives include the motion of shadow boundaries.
         """
         renderer, field = self._renderer, torch.as_tensor(heights, dtype=torch.float64)
-        slopes, fine = face_slopes(field, renderer.size_mm), refined(field)
-        side = 2 * renderer.samples
-        pictures = torch.zeros(renderer.conditions, side, side, dtype=field.dtype)
-        by_slope = torch.zeros(2, renderer.conditions, 2, side, side, dtype=field.dtype)
+        slopes, fine = renderer.slopes(field), refined(field, renderer.surface.repeats)
+        rows, cols = renderer.surface.shape
+        pictures = torch.zeros(renderer.conditions, 2 * rows, 2 * cols, dtype=field.dtype)
+        by_slope = torch.zeros(2, renderer.conditions, 2, 2 * rows, 2 * cols, dtype=field.dtype)
         by_shadow: list[list[sp.csr_matrix]] = [[] for _ in range(renderer.conditions)]
         for number, (toward, condition) in enumerate(zip(renderer.toward, renderer.condition, strict=True)):
             assert renderer.table is not None
@@ -63,16 +64,15 @@ class FastView:
             unoccluded = quarter_means(on_triangles(faces))
             with torch.no_grad():
                 visibility = on_quarters(
-                    renderer.ambient.visibility(field, renderer.size_mm, pixel_means(unoccluded))
+                    renderer.ambient.visibility(field, renderer.surface, pixel_means(unoccluded))
                 )
             pictures += unoccluded * visibility
             if jacobian:
                 for of_slope, change in zip(by_slope, tilted, strict=True):
                     of_slope += visibility * on_triangles(change)
         shown, film = pictures.numpy(), None
-        if renderer.film is not None and renderer.film.between_quarters is not None:
-            along = renderer.film.between_quarters
-            film = sp.csr_matrix(sp.kron(along, along))
+        if renderer.film is not None and renderer.film[0].between_quarters is not None:
+            film = sp.csr_matrix(sp.kron(*(of_side.between_quarters for of_side in renderer.film)))
             shown = (film @ shown.reshape(len(shown), -1).T).T.reshape(shown.shape)
         if not jacobian:
             return Pictures(shown, ())
@@ -83,19 +83,18 @@ class FastView:
         return Pictures(shown, tuple(j if film is None else film @ j for j in jacobians))
 
     def _jacobian(self, by_slope: Array, by_shadow: list[sp.csr_matrix]) -> sp.csr_matrix:
-        """(4 n², n²), from derivatives of triangles (2, 2, 2n, 2n) by slopes and of quarters by corners."""
-        n = self._renderer.samples
+        """(4 r c, r c), from derivatives of triangles (2, 2, 2r, 2c) by slopes and of quarters by corners."""
+        surface = self._renderer.surface
         result = sum(
-            _by_face(values, n) @ slope
-            for values, slope in zip(by_slope, _slope_matrices(n, self._renderer.size_mm), strict=True)
+            _by_face(values) @ slope for values, slope in zip(by_slope, _slope_matrices(surface), strict=True)
         )
         if by_shadow:
-            result = result + sum(by_shadow[1:], by_shadow[0]) @ _refinement(n)
+            result = result + sum(by_shadow[1:], by_shadow[0]) @ _refinement(surface)
         return sp.csr_matrix(result)
 
 
 def _with_slopes(table: BsdfTable, slopes: tuple[Tensor, Tensor]) -> tuple[Tensor, Tensor, Tensor]:
-    """Radiance (2, n + 1, n + 1) of faces, and its derivatives by dz/dx and dz/dy."""
+    """Radiance (2, r + 1, c + 1) of faces, and its derivatives by dz/dx and dz/dy."""
     x, y = (slope.detach().clone().requires_grad_() for slope in slopes)
     radiance = table.to(x.dtype)(x, y)[0]
     by_x, by_y = torch.autograd.grad(radiance.sum(), (x, y))
@@ -106,11 +105,11 @@ def _by_corner(
     sweep: ShadowSweep, boundary: BoundaryTriangles, highest_column: Tensor, radiance: Tensor
 ) -> sp.csr_matrix:
     """(quarters, corners) derivative of quarters of pixels by heights of corners, as shadows move."""
-    side = radiance.shape[-1]
-    corners = (side + 1) ** 2
+    down, across = radiance.shape[-2:]
+    quarters, corners = down * across, (down + 1) * (across + 1)
     weight = 0.5 * radiance.reshape(-1)[boundary.triangle] * boundary.by_clearance
-    quarter = (boundary.triangle % side**2).expand_as(boundary.corners)
-    by_clearance = _matrix(quarter, boundary.corners, weight, (side * side, corners))
+    quarter = (boundary.triangle % quarters).expand_as(boundary.corners)
+    by_clearance = _matrix(quarter, boundary.corners, weight, (quarters, corners))
     shaded = torch.unique(boundary.corners)
     occluders, weights = sweep.occluders(highest_column, shaded)
     cleared = _matrix(shaded.expand_as(occluders), occluders, weights, (corners, corners + 1))
@@ -122,24 +121,35 @@ def _matrix(rows: Tensor, columns: Tensor, values: Tensor, shape: tuple[int, int
     return sp.csr_matrix(flat, shape=shape)
 
 
-def _by_face(values: Array, n: int) -> sp.csr_matrix:
-    """(4 n², faces) derivative of quarters by faces, from derivatives (2, 2n, 2n) of their triangles."""
-    faces = torch.arange(2 * (n + 1) ** 2).view(2, n + 1, n + 1)
+def _by_face(values: Array) -> sp.csr_matrix:
+    """(4 r c, faces) derivative of quarters by faces, from derivatives (2, 2r, 2c) of their triangles."""
+    down, across = (n // 2 + 1 for n in values.shape[1:])
+    faces = torch.arange(2 * down * across).view(2, down, across)
     columns = on_triangles(faces).numpy().ravel()
-    rows = np.tile(np.arange(4 * n * n), 2)
-    return sp.csr_matrix((0.5 * values.ravel(), (rows, columns)), shape=(4 * n * n, faces.numel()))
+    quarters = values[0].size
+    rows = np.tile(np.arange(quarters), 2)
+    return sp.csr_matrix((0.5 * values.ravel(), (rows, columns)), shape=(quarters, faces.numel()))
+
+
+def _ring(surface: Surface) -> Index:
+    """(r + 2, c + 2) numbers of the samples, with a ring of the outermost, or of the neighbours'."""
+    ring = np.arange(surface.shape[0] * surface.shape[1]).reshape(surface.shape)
+    for pad, wraps in zip((((1, 1), (0, 0)), ((0, 0), (1, 1))), surface.repeats, strict=True):
+        ring = np.pad(ring, pad, mode="wrap" if wraps else "edge")
+    return ring
 
 
 @lru_cache(maxsize=2)
-def _slope_matrices(n: int, size_mm: float) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-    """(faces, n²) each: dz/dx and dz/dy of faces by heights, in the order of `face_slopes`."""
-    ring, spacing = np.pad(np.arange(n * n).reshape(n, n), 1, mode="edge"), size_mm / n
+def _slope_matrices(surface: Surface) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    """(faces, r c) each: dz/dx and dz/dy of faces by heights, in the order of `face_slopes`."""
+    ring, spacing = _ring(surface), surface.pitch_mm
+    samples = surface.shape[0] * surface.shape[1]
 
     def difference(high: Index, low: Index) -> sp.csr_matrix:
         rows = np.arange(high.size)
         values = np.repeat((1.0 / spacing, -1.0 / spacing), high.size)
         columns = np.concatenate((high.ravel(), low.ravel()))
-        return sp.csr_matrix((values, (np.tile(rows, 2), columns)), shape=(high.size, n * n))
+        return sp.csr_matrix((values, (np.tile(rows, 2), columns)), shape=(high.size, samples))
 
     right, left = ring[:, 1:], ring[:, :-1]
     upper, lower = ring[:-1], ring[1:]
@@ -150,14 +160,15 @@ def _slope_matrices(n: int, size_mm: float) -> tuple[sp.csr_matrix, sp.csr_matri
 
 
 @lru_cache(maxsize=2)
-def _refinement(n: int) -> sp.csr_matrix:
-    """((2n + 1)², n²) matrix of `refined`, which is linear."""
-    ring = np.pad(np.arange(n * n).reshape(n, n), 1, mode="edge")
-    ends = np.empty((2, 2 * n + 1, 2 * n + 1), dtype=np.int64)
+def _refinement(surface: Surface) -> sp.csr_matrix:
+    """((2r + 1) (2c + 1), r c) matrix of `refined`, which is linear."""
+    ring, (down, across) = _ring(surface), surface.shape
+    ends = np.empty((2, 2 * down + 1, 2 * across + 1), dtype=np.int64)
     ends[:, 1::2, 1::2] = ring[1:-1, 1:-1]
     ends[:, 0::2, 1::2] = ring[:-1, 1:-1], ring[1:, 1:-1]
     ends[:, 1::2, 0::2] = ring[1:-1, :-1], ring[1:-1, 1:]
     ends[:, 0::2, 0::2] = ring[:-1, 1:], ring[1:, :-1]
-    corners = (2 * n + 1) ** 2
+    corners = ends[0].size
     rows = np.tile(np.arange(corners), 2)
-    return sp.csr_matrix((np.full(2 * corners, 0.5), (rows, ends.ravel())), shape=(corners, n * n))
+    shape = corners, down * across
+    return sp.csr_matrix((np.full(2 * corners, 0.5), (rows, ends.ravel())), shape=shape)

@@ -22,9 +22,9 @@ class BoundaryTriangles:
     """Triangles of quarters of pixels that the boundary of a shadow crosses.
 
     Attributes:
-        triangle: (k,) flat numbers in (2, m - 1, m - 1): upper left triangles of all quarters, then lower
+        triangle: (k,) flat numbers in (2, p - 1, q - 1): upper left triangles of all quarters, then lower
             right ones.
-        corners: (3, k) flat numbers in (m, m): first the corner that is alone on its side of the boundary.
+        corners: (3, k) flat numbers in (p, q): first the corner that is alone on its side of the boundary.
         share: (k,) lit share of the triangle.
         by_clearance: (3, k) derivative of `share` by the clearance of the corners, 1/mm.
     """
@@ -39,21 +39,21 @@ def lit_shares(clearance: Tensor) -> tuple[Tensor, BoundaryTriangles]:
     """Lit shares of all triangles of quarters of pixels.
 
     Args:
-        clearance: (m, m) mm, of the corners of quarters.
+        clearance: (p, q) mm, of the corners of quarters.
 
     Returns:
-        Shares (2, m - 1, m - 1) in [0, 1], and the triangles at which they lie strictly between.
+        Shares (2, p - 1, q - 1) in [0, 1], and the triangles at which they lie strictly between.
     """
-    side = clearance.shape[0]
+    down, across = clearance.shape
     above = (clearance > 0.0).numpy().view(np.uint8)
     # Which of its three corners are lit, as the bits of a number.
     code = np.stack((above[:-1, :-1], above[1:, 1:]))
     code += 2 * above[:-1, 1:]
     code += 4 * above[1:, :-1]
     triangle = np.flatnonzero((code - 1) < ALL_LIT - 1)
-    kind = code.reshape(-1).take(triangle) + 8 * (triangle >= (side - 1) ** 2)
+    kind = code.reshape(-1).take(triangle) + 8 * (triangle >= (down - 1) * (across - 1))
     corners = torch.from_numpy(
-        _first_corners(side).take(triangle) + _steps_to_corners(side).take(kind, axis=1)
+        _first_corners(down, across).take(triangle) + _steps_to_corners(across).take(kind, axis=1)
     )
     values = clearance.reshape(-1).index_select(0, corners.view(-1)).view(corners.shape)
     share, by_clearance = positive_share(values)
@@ -64,22 +64,22 @@ def lit_shares(clearance: Tensor) -> tuple[Tensor, BoundaryTriangles]:
 
 
 @lru_cache(maxsize=4)
-def _first_corners(side: int) -> Index:
-    """(triangles,) upper left corner of the quarter of every triangle, as flat numbers in (side, side)."""
-    corner = np.arange(side * side).reshape(side, side)[:-1, :-1]
+def _first_corners(down: int, across: int) -> Index:
+    """(triangles,) upper left corner of the quarter of every triangle, as flat numbers in (down, across)."""
+    corner = np.arange(down * across).reshape(down, across)[:-1, :-1]
     return np.tile(corner.ravel(), 2)
 
 
 @lru_cache(maxsize=4)
-def _steps_to_corners(side: int) -> Index:
+def _steps_to_corners(across: int) -> Index:
     """(3, 16) flat steps from the upper left corner of a quarter to the corners of `BoundaryTriangles`.
 
     By the code of the lit corners; those of lower right triangles from 8 on.
     """
     alone = {1: 0, 6: 0, 2: 1, 5: 1, 4: 2, 3: 2}
     steps = np.zeros((3, 16), dtype=np.int64)
-    for which, own in enumerate((0, side + 1)):
-        corners = (own, 1, side)
+    for which, own in enumerate((0, across + 1)):
+        corners = (own, 1, across)
         for code, odd in alone.items():
             steps[:, code + 8 * which] = corners[odd], corners[odd - 2], corners[odd - 1]
     return steps

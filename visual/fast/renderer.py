@@ -15,6 +15,8 @@ import scipy.sparse as sp
 import torch
 from torch import Tensor
 
+from relief.limits import HEIGHT_LIMIT_MM
+from relief.surface import Surface
 from visual.fast.ambient_net import AmbientLight, UnoccludedLight
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.lit_picture import lit_picture, lit_share, pooled_faces
@@ -27,6 +29,7 @@ from visual.fast.refinement import (
     refined,
 )
 from visual.fast.shadow_sweep import ShadowSweep, shadow_sweep
+from visual.geometry.halo import halo_of
 from visual.lights.parallel import OVERHEAD
 
 
@@ -34,7 +37,7 @@ class FilmWeights(NamedTuple):
     """Weights of half samples along one side of a picture, by a film; each row has the sum 1.
 
     Attributes:
-        of_quarters: (pixels, 2n), for pixels.
+        of_quarters: (pixels, 2n), for pixels, along a side of n samples.
         between_quarters: (2n, 2n), for pictures in which quarters of samples are pixels; None for a box.
     """
 
@@ -55,35 +58,36 @@ class FastRenderer:
     """A plate under lights that shine one condition at a time, each with the ambient light.
 
     Attributes:
-        samples: height samples a side, n.
-        size_mm: side of the plate.
+        surface: of the plate, r x c height samples.
         toward: unit vectors toward parallel lights.
         condition: for each of these lights the number of the picture in which the light shines.
         conditions: number of pictures.
         table: radiance of faces under each light; None without lights.
         ambient: light from all around; None without.
-        film: weights of the film; None for a box and one pixel at each sample.
+        film: weights of the film along y and x; None for a box and one pixel at each sample.
         shadows: whether the parallel lights cast shadows.
+        rise_mm: expected from the lowest to the highest point of the reliefs, by which shadows come in from
+            the neighbours of a tile.
     """
 
-    samples: int
-    size_mm: float
+    surface: Surface
     toward: tuple[tuple[float, float, float], ...]
     condition: tuple[int, ...]
     conditions: int
     table: BsdfTable | None
     ambient: AmbientLight | UnoccludedLight | None
-    film: FilmWeights | None = None
+    film: tuple[FilmWeights, FilmWeights] | None = None
     shadows: bool = True
+    rise_mm: float = HEIGHT_LIMIT_MM
 
     def pictures(self, heights: Tensor) -> Tensor:
         """Render reliefs, differentiably; in single precision whatever that of the heights.
 
         Args:
-            heights: (..., n, n) mm.
+            heights: (..., r, c) mm.
 
         Returns:
-            (..., conditions, pixels, pixels) radiance.
+            (..., conditions, rows, cols) radiance.
         """
         flat = heights.reshape(-1, *heights.shape[-2:])
         show = self._pictures if self.film is None else self._filtered
@@ -94,19 +98,23 @@ class FastRenderer:
         """The shadow sweep of a light; None if the light casts no shadow, as from straight above."""
         if not self.shadows or math.hypot(*toward[:2]) <= OVERHEAD:
             return None
-        return shadow_sweep(self.samples, self.size_mm, toward, dtype)
+        return shadow_sweep(self.surface, toward, dtype, halo_of(self.surface, self.rise_mm, [toward]))
+
+    def slopes(self, heights: Tensor) -> tuple[Tensor, Tensor]:
+        """Slopes dz/dx and dz/dy of all faces; see `face_slopes`."""
+        return face_slopes(heights, self.surface.width_mm, self.surface.repeats)
 
     def _pictures(self, heights: Tensor) -> Tensor:
-        slopes = face_slopes(heights, self.size_mm)
+        slopes = self.slopes(heights)
         parts: list[list[Tensor]] = [[] for _ in range(self.conditions)]
         if self.table is not None:
-            fine = refined(heights)
+            fine = refined(heights, self.surface.repeats)
             radiance = self.table.to(heights.dtype)(*slopes)
             for toward, condition, faces in zip(self.toward, self.condition, radiance, strict=True):
                 parts[condition].append(lit_picture(fine, faces, self.sweep(toward, heights.dtype)))
         if self.ambient is not None:
             unoccluded = pooled_faces(None, self.ambient.table.to(heights.dtype)(*slopes)[0])
-            ambient = unoccluded * self.ambient.visibility(heights, self.size_mm, unoccluded)
+            ambient = unoccluded * self.ambient.visibility(heights, self.surface, unoccluded)
             for shining in parts:
                 shining.append(ambient)
         dark = heights.new_zeros(heights.shape)
@@ -115,11 +123,11 @@ class FastRenderer:
     def _filtered(self, heights: Tensor) -> Tensor:
         """The same by the weights of the film, by way of quarters of samples."""
         assert self.film is not None
-        slopes = face_slopes(heights, self.size_mm)
-        side = 2 * self.samples
-        quarters = [heights.new_zeros(side, side) for _ in range(self.conditions)]
+        slopes = self.slopes(heights)
+        rows, cols = self.surface.shape
+        quarters = [heights.new_zeros(2 * rows, 2 * cols) for _ in range(self.conditions)]
         if self.table is not None:
-            fine = refined(heights)
+            fine = refined(heights, self.surface.repeats)
             radiance = self.table.to(heights.dtype)(*slopes)
             for toward, condition, faces in zip(self.toward, self.condition, radiance, strict=True):
                 share = lit_share(fine, self.sweep(toward, heights.dtype))
@@ -127,7 +135,7 @@ class FastRenderer:
                 quarters[condition] = quarters[condition] + quarter_means(lit)
         if self.ambient is not None:
             unoccluded = quarter_means(on_triangles(self.ambient.table.to(heights.dtype)(*slopes)[0]))
-            visibility = self.ambient.visibility(heights, self.size_mm, pixel_means(unoccluded))
+            visibility = self.ambient.visibility(heights, self.surface, pixel_means(unoccluded))
             quarters = [shining + unoccluded * on_quarters(visibility) for shining in quarters]
-        weights = torch.as_tensor(self.film.of_quarters.toarray()).to(heights.dtype)
-        return torch.stack([weights @ shining @ weights.T for shining in quarters])
+        down, across = (torch.as_tensor(film.of_quarters.toarray()).to(heights.dtype) for film in self.film)
+        return torch.stack([down @ shining @ across.T for shining in quarters])

@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from relief.arrays import Index
+from relief.grid import NO_HALO, Halo
+from relief.surface import Surface
 
 OUTSIDE_MM = -1e4
 """Height beyond the plate, mm: so low that nothing there casts a shadow."""
@@ -32,14 +34,14 @@ OUTSIDE_MM = -1e4
 
 @dataclass(frozen=True, eq=False)
 class ShadowSweep:
-    """Lines along which shadows of one light fall on a grid of corners (m, m), whatever their heights.
+    """Lines along which shadows of one light fall on a grid of corners (p, q), whatever their heights.
 
     Lines run along the light's azimuth and begin a row of corners apart. A step along a line is one column of
     corners; columns are counted from the light's side of the plate. All lines cross a column in the same
     proportion between two corners, and all corners of a column lie in the same proportion between two lines.
 
     Attributes:
-        crossed: (lines + 1, columns) flat number of the corner before which a line crosses a column, m²
+        crossed: (lines + 1, columns) flat number of the corner before which a line crosses a column, p q
             beyond the grid; the crossing lies between the line's own corner and the next line's.
         corner_weight: (columns,) weight of the latter of these corners.
         drop: (columns,) mm by which a light ray lies lower at a column than at the first.
@@ -59,7 +61,7 @@ class ShadowSweep:
     corner_drop: Tensor
 
     def clearance(self, fine: Tensor) -> Tensor:
-        """Clearance (m, m), mm, of corners of heights (m, m), mm: positive in light, negative in shadow."""
+        """Clearance (p, q), mm, of corners of heights (p, q), mm: positive in light, negative in shadow."""
         return self.trace(fine)[0]
 
     def trace(self, fine: Tensor) -> tuple[Tensor, Tensor]:
@@ -81,7 +83,7 @@ class ShadowSweep:
             corners: (k,) flat numbers.
 
         Returns:
-            (4, k) flat numbers, m² beyond the grid, and (4, k) their weights: minus the derivatives of the
+            (4, k) flat numbers, p q beyond the grid, and (4, k) their weights: minus the derivatives of the
             clearance of `corners`.
         """
         lines, columns = highest_column.shape
@@ -105,41 +107,55 @@ class ShadowSweep:
 
 @lru_cache(maxsize=32)
 def shadow_sweep(
-    samples: int, size_mm: float, toward: tuple[float, float, float], dtype: torch.dtype
+    surface: Surface, toward: tuple[float, float, float], dtype: torch.dtype, halo: Halo = NO_HALO
 ) -> ShadowSweep:
     """The shadow sweep of a light over the corners of quarters of pixels.
 
+    On an axis that repeats, a line goes on through the neighbours: it crosses their corners, which are those
+    of the plate once more. Along the columns the line begins in the halo.
+
     Args:
-        samples: height samples a side, n; there are (2n + 1)² corners.
-        size_mm: side of the plate.
+        surface: of r x c height samples; there are (2r + 1) (2c + 1) corners.
         toward: unit vector toward the light, not straight up.
         dtype: of weights and lengths.
+        halo: samples of the neighbours along y and x whose shadows reach the plate.
     """
-    side = 2 * samples + 1
+    down_side, across_side = (2 * n + 1 for n in surface.shape)
     right, down = toward[0], -toward[1]
     transposed = abs(right) < abs(down)
+    side, crossing, axis = across_side, down_side, 1
     if transposed:
         right, down = down, right
-    column = np.arange(side)
-    grid_column = column if right < 0.0 else side - 1 - column
+        side, crossing, axis = down_side, across_side, 0
+    before = 2 * halo[axis] if surface.repeats[axis] else 0
+    column = np.arange(before + side)
+    columns = len(column)
+    grid_column = column - before if right < 0.0 else before + side - 1 - column
+    grid_column[:before] %= side - 1
     slope = -down / abs(right)  # rows a column, away from the light
-    spacing = size_mm / (side - 1)
+    spacing = 0.5 * surface.pitch_mm
     drop = toward[2] / math.hypot(toward[0], toward[1]) * math.hypot(1.0, slope) * spacing * column
 
-    def corner(row: Index) -> Index:
-        number = grid_column * side + row if transposed else row * side + grid_column
-        return np.where((row >= 0) & (row < side), number, side * side)
+    def corner(row: Index, grid_column: Index) -> Index:
+        inside = (row >= 0) & (row < crossing)
+        if surface.repeats[1 - axis]:
+            row, inside = np.where(inside, row, row % (crossing - 1)), np.ones_like(inside)
+        number = grid_column * crossing + row if transposed else row * side + grid_column
+        return np.where(inside, number, side * crossing)
 
-    first = math.floor(-max(0.0, slope * (side - 1))) - 1
-    last = math.ceil(side - 1 - min(0.0, slope * (side - 1))) + 1
+    # Lines that pass the plate's own corners, which lie in the last columns.
+    shifts = (-slope * column[before], -slope * column[-1])
+    first = math.floor(min(shifts)) - 1
+    last = math.ceil(crossing - 1 + max(shifts)) + 1
     shift = np.floor(slope * column).astype(np.int64)
-    crossed = corner(np.arange(first, last + 2)[:, None] + shift)
+    crossed = corner(np.arange(first, last + 2)[:, None] + shift, grid_column)
     # A corner lies between the two lines that pass it in its own column.
-    row, back = np.arange(side)[:, None], np.floor(-slope * column).astype(np.int64)
-    previous = (row + back - first) * side + column - 1
-    previous[:, 0] = (last - first) * side
-    order = np.empty(side * side, dtype=np.int64)
-    order[corner(np.broadcast_to(row, (side, side))).ravel()] = np.arange(side * side)
+    row, back = np.arange(crossing)[:, None], np.floor(-slope * column).astype(np.int64)
+    previous = (row + back - first) * columns + column - 1
+    previous[:, 0] = (last - first) * columns
+    own, shape = slice(before, None), (crossing, side)
+    order = np.empty(side * crossing, dtype=np.int64)
+    order[corner(np.broadcast_to(row, shape), grid_column[own]).ravel()] = np.arange(side * crossing)
 
     def whole(values: Index) -> Tensor:
         return torch.from_numpy(np.ascontiguousarray(values))
@@ -152,7 +168,7 @@ def shadow_sweep(
         real(slope * column - shift),
         real(drop),
         real(np.append((-slope * column - back)[1:], 0.0)),
-        whole(previous.ravel()[order]),
-        whole(np.broadcast_to(np.maximum(column - 1, 0), (side, side)).ravel()[order]),
-        real(np.broadcast_to(drop, (side, side)).ravel()[order]),
+        whole(previous[:, own].ravel()[order]),
+        whole(np.broadcast_to(np.maximum(column - 1, 0)[own], shape).ravel()[order]),
+        real(np.broadcast_to(drop[own], shape).ravel()[order]),
     )

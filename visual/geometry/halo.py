@@ -16,18 +16,22 @@ FEWEST = 2
 """Least samples of the halo: cells on both sides of the seam are whole."""
 
 
-def halo_of(surface: Surface, heights: Array, toward: Sequence[tuple[float, float, float] | None]) -> Halo:
+def rise_of(heights: Array) -> float:
+    """Rise, mm, expected between the lowest and highest points of a relief (rows, cols) during a run."""
+    return MARGIN * float(heights.max() - heights.min())
+
+
+def halo_of(surface: Surface, rise_mm: float, toward: Sequence[tuple[float, float, float] | None]) -> Halo:
     """Samples of the neighbours from which something reaches the plate, one period at most.
 
     Args:
         surface: of the relief.
-        heights: (rows, cols) mm.
+        rise_mm: from the lowest to the highest point, of `rise_of`.
         toward: unit vectors toward the lights; None for light of many directions.
 
     Returns:
         Samples beyond each side along y and x, 0 where the surface ends.
     """
-    rise = MARGIN * float(heights.max() - heights.min())
 
     def reach(axis: int) -> float:
         """Distance along an axis, mm, from which the highest sample reaches the lowest."""
@@ -39,7 +43,7 @@ def halo_of(surface: Surface, heights: Array, toward: Sequence[tuple[float, floa
                 if level == 0.0:
                     continue
                 along, tangent = abs(light[1 - axis]) / level, max(light[2] / level, 0.0)
-            longest = max(longest, rise * along / tangent if tangent > 0.0 else math.inf)
+            longest = max(longest, rise_mm * along / tangent if tangent > 0.0 else math.inf)
         return longest
 
     def samples(axis: int) -> int:

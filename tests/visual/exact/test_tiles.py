@@ -11,7 +11,7 @@ import torch
 from relief.surface import Surface
 from tests.visual.differences import by_gradients, differ_by_noise, measured
 from tests.visual.scenes import PLASTIC, SIDE, SIZE_MM, Array, hills, sky, sun, toward, write_scene
-from visual.geometry.halo import FEWEST, LEAST_TANGENT, MARGIN, halo_of
+from visual.geometry.halo import FEWEST, LEAST_TANGENT, MARGIN, halo_of, rise_of
 from visual.scene import Scene, load_scene
 
 BOTH = (True, True)
@@ -37,20 +37,20 @@ def samples_across(length_mm: float) -> int:
 
 
 def test_the_halo_reaches_as_far_as_shadows_along_each_axis() -> None:
-    surface, heights = Surface((SIDE, SIDE), SIZE_MM, BOTH), hills(0.8)
+    surface, rise = Surface((SIDE, SIDE), SIZE_MM, BOTH), rise_of(hills(0.8))
     shadow = MARGIN * 0.8 / np.tan(np.radians(40.0))
     east, north = tuple(toward(40.0, 0.0)), tuple(toward(40.0, 90.0))
-    assert halo_of(surface, heights, [east]) == (FEWEST, samples_across(shadow))
-    assert halo_of(surface, heights, [east, north]) == (samples_across(shadow),) * 2
-    assert halo_of(surface, heights, [(0.0, 0.0, 1.0)]) == (FEWEST, FEWEST)
-    assert halo_of(surface, heights, [None]) == (samples_across(MARGIN * 0.8 / LEAST_TANGENT),) * 2
+    assert halo_of(surface, rise, [east]) == (FEWEST, samples_across(shadow))
+    assert halo_of(surface, rise, [east, north]) == (samples_across(shadow),) * 2
+    assert halo_of(surface, rise, [(0.0, 0.0, 1.0)]) == (FEWEST, FEWEST)
+    assert halo_of(surface, rise, [None]) == (samples_across(MARGIN * 0.8 / LEAST_TANGENT),) * 2
 
 
 def test_the_halo_is_one_period_at_most_and_ends_with_the_surface() -> None:
     lights = [tuple(toward(1.0, 45.0))]
-    assert halo_of(Surface((SIDE, SIDE), SIZE_MM, BOTH), hills(), lights) == (SIDE, SIDE)
-    assert halo_of(Surface((SIDE, SIDE), SIZE_MM, (False, True)), hills(), lights) == (0, SIDE)
-    assert halo_of(Surface((SIDE, SIDE), SIZE_MM), hills(), [None]) == (0, 0)
+    assert halo_of(Surface((SIDE, SIDE), SIZE_MM, BOTH), 1.5, lights) == (SIDE, SIDE)
+    assert halo_of(Surface((SIDE, SIDE), SIZE_MM, (False, True)), 1.5, lights) == (0, SIDE)
+    assert halo_of(Surface((SIDE, SIDE), SIZE_MM), 1.5, [None]) == (0, 0)
 
 
 @pytest.mark.parametrize("light", [sun(20), sky()], ids=["sun", "sky"])

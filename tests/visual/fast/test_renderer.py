@@ -10,6 +10,7 @@ import pytest
 import torch
 
 from relief.errors import InputError
+from relief.surface import Surface
 from tests.tactile.reliefs import waves
 from tests.visual.scenes import CUBE, FLOOR, sun
 from visual.fast.bsdf_table import BsdfTable
@@ -67,7 +68,7 @@ def test_scenes_beyond_the_fast_renderer_are_refused_in_one_line(
 
 def test_a_light_straight_above_casts_no_shadow() -> None:
     table = BsdfTable(torch.ones(1, 8, 8, dtype=torch.float64))
-    look = FastRenderer(SIDE, 10.0, ((0.0, 0.0, 1.0),), (0,), 1, table, None)
+    look = FastRenderer(Surface((SIDE, SIDE), 10.0), ((0.0, 0.0, 1.0),), (0,), 1, table, None)
     heights = waves(SIDE, 2.0)
     torch.testing.assert_close(look.pictures(heights), torch.ones(1, SIDE, SIDE, dtype=torch.float64))
     np.testing.assert_allclose(FastView(look).evaluate(heights.numpy()).pictures, 1.0)
@@ -76,10 +77,12 @@ def test_a_light_straight_above_casts_no_shadow() -> None:
 def test_pictures_and_gradients_take_no_mitsuba() -> None:
     script = """
 import sys, torch
+from relief.surface import Surface
 from visual.fast.renderer import FastRenderer
 from visual.fast.jacobian import FastView
 from visual.fast.bsdf_table import BsdfTable
-look = FastRenderer(16, 10.0, ((0.6, 0.0, 0.8),), (0,), 1, BsdfTable(torch.rand(1, 16, 16)), None)
+table = BsdfTable(torch.rand(1, 16, 16))
+look = FastRenderer(Surface((16, 16), 10.0), ((0.6, 0.0, 0.8),), (0,), 1, table, None)
 heights = torch.rand(16, 16, dtype=torch.float64, requires_grad=True)
 look.pictures(heights).sum().backward()
 FastView(look).evaluate(heights.detach().numpy())

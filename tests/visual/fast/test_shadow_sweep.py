@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import torch
 
+from relief.surface import Surface
 from tests.tactile.reliefs import waves
 from visual.fast.lit_picture import lit_picture
 from visual.fast.refinement import face_slopes, refined
@@ -15,6 +16,7 @@ from visual.geometry.top_view import face_at
 from visual.geometry.topology import plate_topology
 
 SIZE, SIDE = 10.0, 32
+PLATE = Surface((SIDE, SIDE), SIZE)
 DOUBLE = torch.float64
 
 
@@ -25,7 +27,7 @@ def toward(elevation: float, azimuth: float) -> tuple[float, float, float]:
 
 def lit(heights: torch.Tensor, light: tuple[float, float, float]) -> torch.Tensor:
     """(n, n) share of each pixel that light reaches: in no shadow, and on a face that looks toward it."""
-    sweep = shadow_sweep(heights.shape[0], SIZE, light, heights.dtype)
+    sweep = shadow_sweep(PLATE, light, heights.dtype)
     slope_x, slope_y = face_slopes(heights.detach(), SIZE)
     facing = (light[2] - slope_x * light[0] - slope_y * light[1] > 0.0).to(heights.dtype)
     return lit_picture(refined(heights), facing, sweep)
@@ -66,7 +68,7 @@ def test_points_lie_in_light_where_no_ray_is_blocked(azimuth: int, mi: ModuleTyp
     heights, plate = waves(SIDE, 2.0).numpy(), plate_topology(SIDE, SIDE, SIZE)
     light = toward(25.0, azimuth)
     fine = refined(torch.as_tensor(heights))
-    clearance = shadow_sweep(SIDE, SIZE, light, DOUBLE).clearance(fine).numpy()
+    clearance = shadow_sweep(PLATE, light, DOUBLE).clearance(fine).numpy()
     random = np.random.default_rng(azimuth)
     rows, cols = random.integers(1, 2 * SIDE, (2, 200))
     spacing = SIZE / (2 * SIDE)
@@ -104,7 +106,7 @@ def test_gradients_are_those_of_small_changes() -> None:
 def test_the_clearance_of_a_corner_changes_with_its_occluders(azimuth: float) -> None:
     """`ShadowSweep.occluders` against finite differences of `ShadowSweep.clearance`."""
     fine = refined(waves(SIDE, 2.0))
-    sweep = shadow_sweep(SIDE, SIZE, toward(20.0, azimuth), DOUBLE)
+    sweep = shadow_sweep(PLATE, toward(20.0, azimuth), DOUBLE)
     clearance, highest_column = sweep.trace(fine)
     corners = torch.arange(7, fine.numel(), 101)
     occluders, weights = sweep.occluders(highest_column, corners)
