@@ -69,6 +69,12 @@ def _jod(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
     return {"jod": sum(each) / len(each), "jod_worst": min(each)}
 
 
+def _places(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
+    from optimize.studies.between import felt_between
+
+    return felt_between(run_dir, run, result)
+
+
 MEASURES: Mapping[str, Measure] = {
     measure.name: measure
     for measure in (
@@ -91,6 +97,20 @@ MEASURES: Mapping[str, Measure] = {
             },
             _jod,
             jod_obstacle,
+        ),
+        Measure(
+            "places",
+            1,
+            {
+                "between_count": "Places between the steered ones that were pressed, by finite elements.",
+                "between_mean_jnd": "Just-noticeable differences from the original, mean over these places.",
+                "between_least_jnd": "The least of them.",
+                "between_most_jnd": "The largest of them.",
+                "between_off_jnd": "Their mean, less the target.",
+                "between_worst_jnd": "The largest distance of a place from the target.",
+            },
+            _places,
+            seconds=30.0,
         ),
     )
 }

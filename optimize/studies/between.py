@@ -1,0 +1,78 @@
+"""Feel of a result between the places that its descent has steered, by finite elements."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from optimize.descent.targets import ROUGHNESS
+from optimize.descent.touch_measures import measure_touch
+from optimize.runs.config import Run
+from optimize.runs.felt_places import FeltPlaces, sampled
+from relief.heightmap import load_heights
+from relief.places import SPACING_MM, between
+from visual.scene import load_scene
+
+
+def felt_between(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str, float | None]:
+    """Just-noticeable differences from the original to the result of a run, away from the steered places.
+
+    The places lie in the middle between those of the usual spacing, whatever the spacing of the run, so that
+    runs that are steered at one place compare with others.
+
+    Args:
+        run_dir: of the run.
+        run: its settings.
+        result: content of result.json; not needed.
+
+    Returns:
+        The columns of the measure; None on a plate that has one place, and for distances from the target
+        where the run has none in JND.
+    """
+    texture = {name: getattr(run, name) for name in ("texture", "size_mm", "relief_mm", "height_scale")}
+    scene = load_scene(run.scene, run.define, **texture, repeats=run.axes_repeat)
+    at = sampled(between(scene.surface, min(run.touch.spacing_mm, SPACING_MM)))
+    if not len(at):
+        return dict.fromkeys(NAMES)
+    before, after = (
+        measure_touch(
+            heights,
+            scene.size_mm,
+            run.touch.finger,
+            "fem",
+            run.verify.resolution,
+            (ROUGHNESS,),
+            run.axes_repeat,
+            at,
+        )
+        for heights in (scene.heights, load_heights(run_dir / "heights.exr"))
+    )
+    jnd = FeltPlaces(at, before, after).jnd
+    felt = jnd[np.isfinite(jnd)]
+    if not felt.size:
+        return dict.fromkeys(NAMES) | {"between_count": 0.0}
+    target = run.touch.numbers().get("jnd")
+    off = None if target is None else felt - target
+    numbers = (
+        len(felt),
+        felt.mean(),
+        felt.min(),
+        felt.max(),
+        None if off is None else off.mean(),
+        None if off is None else np.abs(off).max(),
+    )
+    return {
+        name: None if number is None else float(number) for name, number in zip(NAMES, numbers, strict=True)
+    }
+
+
+NAMES = (
+    "between_count",
+    "between_mean_jnd",
+    "between_least_jnd",
+    "between_most_jnd",
+    "between_off_jnd",
+    "between_worst_jnd",
+)
+"""Columns of the measure."""
