@@ -65,6 +65,9 @@ _SETTINGS = {
 }
 """Key in the run file of each option that takes a number."""
 
+VARYING = ("roughness_map", "roughness_from", "roughness_to", "region")
+"""Keys of `[touch]` that state a target that varies over the surface, for `--set`."""
+
 FAST = ('touch.model="quick"', 'look.model="auto"')
 """Settings of `--fast`, which `--set` overrides."""
 
@@ -153,7 +156,7 @@ def run(arguments: argparse.Namespace) -> int:
     _read_texture(settings)
     name = arguments.source if _is_run_file(arguments.source) else settings.texture
     out = arguments.out or Path("runs") / name.stem
-    _refuse_inputs_in(out, (arguments.source, settings.scene, settings.texture))
+    _refuse_inputs_in(out, (arguments.source, *settings.files().values()))
     if arguments.dry_run:
         return _forecast(settings, out, arguments)
     from optimize.runs import job
@@ -176,7 +179,7 @@ def load(arguments: argparse.Namespace) -> "Run":
     if texture is None:
         return config.load_run(source, overrides(arguments))
     settings = overrides(arguments)
-    targets = {f"touch.{key}" for key in GOAL_KEYS}
+    targets = {f"touch.{key}" for key in (*GOAL_KEYS, *VARYING)}
     if not {setting.partition("=")[0].strip() for setting in settings} & targets:
         raise InputError(f"{source}: no target: give --roughness, --jnd, or one for the contact area")
     return config.run_from_scene(scene, texture, settings)

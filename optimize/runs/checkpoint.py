@@ -16,7 +16,7 @@ from optimize.descent.correction import CorrectionState, OuterIteration
 from optimize.descent.driver import Iterate
 from optimize.descent.targets import QUANTITIES, Target, Targets
 from optimize.runs.config import Run
-from optimize.runs.key import CHANGEABLE, FILES, run_key
+from optimize.runs.key import CHANGEABLE, run_key
 from optimize.runs.toml_files import NotNegative, Positive
 from relief.errors import InputError
 from relief.files import write_atomically
@@ -113,12 +113,12 @@ def check_key(settings_file: Path, settings: Run, key: Mapping[str, Any]) -> Non
     Raises:
         InputError: a setting or a file is not the one that the run began with.
     """
-    now = run_key(settings)
+    now, files = run_key(settings), settings.files()
     for name in sorted(now.keys() | key.keys()):
         if now.get(name) != key.get(name):
             fault = (
-                f"{getattr(settings, name)} is not the file that the run began with"
-                if name in FILES
+                f"{files[name]} is not the file that the run began with"
+                if name in files
                 else f"{now.get(name)}, but the run began with {key.get(name)}"
             )
             allowed = ", ".join(CHANGEABLE)

@@ -10,12 +10,12 @@ from typing import Annotated, Any, Literal, Self
 import tomli_w
 from pydantic import Field, ValidationError, field_validator, model_validator
 
-from mitsuba_scenes import bundled, find_file
-from optimize.runs.skins import OWN, fill_in, skin_anchored
+from mitsuba_scenes import find_file
+from optimize.runs.run_paths import anchor
+from optimize.runs.skins import fill_in
 from optimize.runs.toml_files import NotNegative, Positive, Section, first_fault, read_toml
 from optimize.runs.touch_settings import RIVALS, Touch, too_large
 from relief.errors import InputError
-from relief.formats import HEIGHT_MAPS
 from relief.limits import (
     EYE_DISTANCE_CM,
     FARTHEST_EYE_CM,
@@ -158,6 +158,10 @@ class Run(Section):
         """Whether the relief repeats along y (rows) and along x (columns)."""
         return self.repeats in (True, "y"), self.repeats in (True, "x")
 
+    def files(self) -> dict[str, Path]:
+        """The files that the run reads, by their dotted keys."""
+        return {"scene": self.scene, "texture": self.texture, **self.touch.maps()}
+
     @field_validator("define", mode="before")
     @classmethod
     def _as_text(cls, define: Any) -> Any:
@@ -243,8 +247,7 @@ def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
         run = Run.model_validate(values)
     except ValidationError as error:
         raise InputError(f"{path}: {first_fault(error, Run)}") from error
-    for key in ("scene", "texture"):
-        file = getattr(run, key)
+    for key, file in run.files().items():
         if not os.path.isfile(file):
             raise InputError(f"{path}: {key}: {file}: no such file")
     return run
@@ -265,24 +268,6 @@ def run_keys() -> dict[str, Any]:
     return keys
 
 
-def anchor(values: dict[str, Any], folder: Path) -> None:
-    """Make the paths of a run absolute, relative ones from ``folder``; all files may be bundled ones.
-
-    Args:
-        values: of a run file, or by dotted key.
-        folder: of relative paths.
-    """
-    touch = values.get("touch")
-    for section, key in ((values, "touch.skin"), (touch if isinstance(touch, dict) else {}, "skin")):
-        if isinstance(section.get(key), str) and section[key] != OWN:
-            section[key] = skin_anchored(section[key], folder)
-    for key, suffixes in (("scene", (".xml",)), ("texture", HEIGHT_MAPS)):
-        if isinstance(values.get(key), str):
-            file = folder / values[key]
-            found = None if os.path.isfile(file) else bundled(values[key], *suffixes)
-            values[key] = os.path.abspath(found or file)
-
-
 def _override(values: dict[str, Any], override: str) -> None:
     name, equals, text = override.partition("=")
     keys = [key.strip() for key in name.split(".")]
@@ -299,11 +284,10 @@ def _override(values: dict[str, Any], override: str) -> None:
         section = section.setdefault(key, {})
         if not isinstance(section, dict):
             raise _in_override(override, f"{key} is not a section")
-    section[keys[-1]] = parsed["value"]
-    if len(keys) == 1:
-        anchor(section, Path.cwd())
-    elif keys == ["touch", "skin"]:
-        anchor({"touch": section}, Path.cwd())
+    key = ".".join(keys)
+    setting = {key: parsed["value"]}
+    anchor(setting, Path.cwd())
+    section[keys[-1]] = setting[key]
 
 
 def _in_override(override: str, fault: str) -> InputError:

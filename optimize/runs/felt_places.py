@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from optimize.descent.targets import FLAT_SHARE, ROUGHNESS, Targets, Values
+from optimize.descent.targets import FLAT_SHARE, ROUGHNESS
 from optimize.descent.touch_measures import TouchMeasures
 from relief.arrays import Array, Index
 from relief.places import centres_mm
@@ -15,9 +15,6 @@ from tactile.jnd import ROUGHNESS_JND
 
 MOST_BETWEEN = 64
 """Most places between the steered ones that are pressed; of more, as many are taken evenly."""
-
-SAME = 1e-9
-"""Largest spread of the factors from original to goal, as a share, that counts as one factor."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +33,23 @@ class FeltPlaces:
     goals: Mapping[str, Array] = field(default_factory=dict)
 
     @property
+    def off(self) -> Array:
+        """(k,) just-noticeable differences of the result from its goals; none without a goal of roughness."""
+        goals = self.goals.get(ROUGHNESS.name, np.zeros(0))
+        return _jnd(self.after.values[ROUGHNESS.name][: len(goals)], goals)
+
+    @property
     def jnd(self) -> Array:
         """(k,) just-noticeable differences; NaN at places that are flat."""
-        before, after = (touch.values[ROUGHNESS.name] for touch in (self.before, self.after))
-        least = FLAT_SHARE * before.mean()
-        felt = (before > least) & (after > 0.0)
-        ratio = np.divide(after, before, out=np.full(len(before), np.nan), where=felt)
-        return np.asarray(np.log(ratio) / np.log(ROUGHNESS_JND))
+        return _jnd(self.after.values[ROUGHNESS.name], self.before.values[ROUGHNESS.name])
+
+
+def _jnd(values: Array, reference: Array) -> Array:
+    """(k,) just-noticeable differences; NaN where the reference is flat."""
+    least = FLAT_SHARE * reference.mean() if reference.size else 0.0
+    felt = (reference > least) & (values > 0.0)
+    ratio = np.divide(values, reference, out=np.full(len(values), np.nan), where=felt)
+    return np.asarray(np.log(ratio) / np.log(ROUGHNESS_JND))
 
 
 def sampled(places: Index) -> Index:
@@ -50,24 +57,6 @@ def sampled(places: Index) -> Index:
     if len(places) <= MOST_BETWEEN:
         return places
     return places[np.linspace(0, len(places) - 1, MOST_BETWEEN).round().astype(np.int64)]
-
-
-def goals_between(targets: Targets, original: Values, at: Values) -> dict[str, Array]:
-    """Goals between the steered places, where every target is the same change of all steered places.
-
-    Args:
-        targets: of the steered places.
-        original: values of the original at these places.
-        at: values of the original between them.
-    """
-    goals = {}
-    for target in targets.each:
-        name = target.quantity.name
-        own, goal = original[name], target.goal
-        factors = (goal / own)[own > 0.0]
-        if factors.size and np.ptp(factors) <= SAME * factors.mean():
-            goals[name] = factors.mean() * at[name]
-    return goals
 
 
 def place_numbers(surface: Surface, steered: FeltPlaces, between: FeltPlaces | None) -> dict[str, Any]:
@@ -79,13 +68,15 @@ def place_numbers(surface: Surface, steered: FeltPlaces, between: FeltPlaces | N
         between: places between them; None if there are none.
 
     Returns:
-        Count, mean, least and largest JND over all places; the same of the steered ones and of those between
-        them; and of every place its centre (mm from the first row's and first column's edge), its values
-        and its goals.
+        Count, mean, least and largest JND over all places, and the largest distance of a place from its goal
+        of roughness, JND. Of the steered places, and of those between them: the same four numbers, and for
+        each place its centre (mm from the first row's and first column's edge), its values and its goals.
     """
     sides = {"steered": steered} | ({} if between is None else {"between": between})
+    off = np.abs(np.concatenate([side.off for side in sides.values()]))
     return {
         **_spread(np.concatenate([side.jnd for side in sides.values()])),
+        "farthest_from_target_jnd": float(np.nanmax(off)) if np.isfinite(off).any() else None,
         **{name: {**_spread(side.jnd), **_listed(surface, side)} for name, side in sides.items()},
     }
 

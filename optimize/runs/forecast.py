@@ -46,6 +46,7 @@ class Forecast:
         size_mm, relief_mm: of the plate.
         resolution: (rows, cols) of the pictures.
         conditions: their names.
+        targets: what is to be felt, in words.
         touch, look, verify: models that steer and verify.
         steps: about how many.
         seconds, memory_gib, disk_mib: about.
@@ -58,6 +59,7 @@ class Forecast:
     relief_mm: float
     resolution: tuple[int, int]
     conditions: tuple[str, ...]
+    targets: tuple[str, ...]
     touch: str
     look: str
     verify: str
@@ -78,6 +80,7 @@ class Forecast:
         yield "texture", f"{self.samples} x {self.samples} samples"
         yield "plate", f"{self.size_mm:g} x {self.size_mm:g} mm, relief {number(self.relief_mm)} mm"
         yield "pictures", f"{', '.join(self.conditions)}; {cols} x {rows} pixels"
+        yield "target", "; ".join(self.targets)
         verified = "nothing verifies" if self.verify == "none" else f"verified by {model_name(self.verify)}"
         yield "models", f"touch {model_name(self.touch)}, look {self.look}; {verified}"
         yield "time", f"about {duration(self.seconds)}, for about {self.steps} steps (two cores)"
@@ -97,7 +100,7 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
     Raises:
         InputError: what is wrong with the input, in one line; or there is no room on the disk.
     """
-    scene, look = checked_scene(settings, variant)
+    scene, look, maps = checked_scene(settings, variant)
     samples, verify = scene.heights.shape[0], settings.verify
     skin = settings.touch.finger
     with naming(settings.texture):
@@ -119,6 +122,10 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         relief_mm=float(scene.heights.max() - scene.heights.min()),
         resolution=scene.resolution,
         conditions=scene.conditions,
+        targets=(
+            *(f"{key} {number(value)}" for key, value in settings.touch.numbers().items()),
+            *(varied.words(settings.touch.spacing_mm) for varied in maps),
+        ),
         touch=settings.touch.model,
         look=look,
         verify=verify.model,

@@ -26,7 +26,7 @@ from optimize.runs.checkpoint import Checkpoint, check_key, load_checkpoint, sav
 from optimize.runs.clock import Moment, now
 from optimize.runs.config import Run, load_run
 from optimize.runs.directory import check_vacant, clear
-from optimize.runs.felt_places import FeltPlaces, goals_between, sampled
+from optimize.runs.felt_places import FeltPlaces, sampled
 from optimize.runs.history import History
 from optimize.runs.interrupts import interruptible
 from optimize.runs.key import SETTINGS, run_key
@@ -298,8 +298,7 @@ def _between(prepared: Prepared, best: Array, model: ModelName) -> FeltPlaces | 
         return None
     with stage("verifying between the places"):
         before, after = (prepared.press(heights, model, places) for heights in (problem.heights, best))
-    goals = goals_between(problem.targets, prepared.touch_before.values, before.values)
-    return FeltPlaces(places, before, after, goals)
+    return FeltPlaces(places, before, after, prepared.goals.at(places, before.values))
 
 
 def _baseline(prepared: Prepared, before: Batches, seed: int) -> Array | None:

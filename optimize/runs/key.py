@@ -18,8 +18,9 @@ LARGEST_RESULT = 1 << 24
 """Most bytes of result.json: 100 times those of a run with 64 lights."""
 LARGEST_NUMBER = 1e300
 """Largest number of result.json; NaN, which Python's reader of JSON takes, is not within."""
-FILES = ("scene", "texture")
-"""Settings that name a file, which may be moved, but not changed, before a run is resumed."""
+FILES = ("scene", "texture", "touch.roughness_map")
+"""Settings that name a file, but for the masks of regions. Files may be moved, but not changed, before a run
+is resumed (`Run.files`)."""
 NAMES = ("touch.skin",)
 """Settings that only name what other settings spell out."""
 CHANGEABLE = (
@@ -31,7 +32,7 @@ CHANGEABLE = (
 
 def described(settings: Run) -> dict[str, Any]:
     """The settings of a run and the SHA-256 of its files, as result.json has them."""
-    files = {name: hashlib.sha256(getattr(settings, name).read_bytes()).hexdigest() for name in FILES}
+    files = {name: hashlib.sha256(file.read_bytes()).hexdigest() for name, file in settings.files().items()}
     return {"settings": settings.model_dump(mode="json"), "sha256": files}
 
 
@@ -97,8 +98,10 @@ def _key(description: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _flat(values: Mapping[str, Any], before: str = "") -> dict[str, Any]:
-    """Flatten nested mappings; keys are joined by dots."""
+    """Flatten nested mappings and lists of them; keys and numbers in lists are joined by dots."""
     flat: dict[str, Any] = {}
     for name, value in values.items():
+        if isinstance(value, list) and all(isinstance(item, Mapping) for item in value):
+            value = dict(enumerate(value))
         flat |= _flat(value, f"{before}{name}.") if isinstance(value, Mapping) else {before + name: value}
     return flat

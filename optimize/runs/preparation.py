@@ -1,7 +1,7 @@
 """Preparation of a run: scene loaded, original pressed, targets in numbers; nothing is written yet."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,11 +16,14 @@ from optimize.descent.targets import GoalKey, Quantity, Target, Targets, Values
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.report.jod import jod_obstacle
 from optimize.runs.config import Run
+from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
 from optimize.runs.touch_settings import too_large
 from relief.arrays import Array, Index
 from relief.errors import InputError, naming
+from relief.places import places
 from relief.progress import stage
 from relief.seam import check_seams
+from relief.surface import Surface
 from tactile.model import ModelName
 from visual.converged import MOST_SAMPLES
 from visual.models import LookModel
@@ -48,6 +51,7 @@ class Prepared:
         plan: of the outer iterations.
         steering: touch of the original by the model that steers.
         touch_before: of the original by the verifying model, or by the model that steers if there is none.
+        goals: at the steered places and anywhere else.
         press: measures heights (rows, cols) by a model of touch at places (k, 2).
         surrogate_targets: of the first descent.
     """
@@ -57,12 +61,16 @@ class Prepared:
     plan: Plan
     steering: TouchMeasures
     touch_before: TouchMeasures
+    goals: RunGoals
     press: Callable[[Array, ModelName, Index], TouchMeasures]
     surrogate_targets: Targets
 
 
-def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel]:
-    """The scene of a run, checked as far as it can be without pressing, and the look that steers.
+def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel, tuple[GoalMap, ...]]:
+    """The scene of a run, checked as far as it can be without pressing.
+
+    Returns:
+        The scene, the look that steers, and the goals that vary over the surface.
 
     Raises:
         InputError: what is wrong with scene, texture or targets, in one line.
@@ -86,10 +94,12 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel]
             _check_goal(settings, quantity, goal_key, number, scene.size_mm)
     check_seams(scene.heights, settings.axes_repeat, settings.texture)
     if np.ptp(scene.heights) == 0.0:
-        key = next(iter(settings.touch.numbers()))
+        key = next(iter(settings.touch.stated().values()))
         raise InputError(
             f"{settings.texture}: touch.{key}: the texture is flat; there is no relief to change"
         )
+    surface = Surface((scene.heights.shape[0], scene.heights.shape[1]), scene.size_mm, settings.axes_repeat)
+    maps = goal_maps(settings.touch, surface, places(surface, settings.touch.spacing_mm))
     # Refused now, not after the descent.
     if settings.verify.jod and (obstacle := jod_obstacle()):
         raise InputError(f"verify.jod: {obstacle}")
@@ -98,7 +108,7 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel]
         glimpse = scene.render(samples=1, seed=settings.seed)
     if float(glimpse.mean()) < BLACK * scene.white:
         raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
-    return scene, look
+    return scene, look, maps
 
 
 def prepare(settings: Run, variant: str | None) -> Prepared:
@@ -108,7 +118,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         InputError: what is wrong with the input, in one line.
     """
     touch, descent = settings.touch, settings.descent
-    scene, look = checked_scene(settings, variant)
+    scene, look, maps = checked_scene(settings, variant)
     with naming(settings.texture):
         untargeted = Problem(
             scene.heights,
@@ -129,15 +139,15 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         )
     verifier: ModelName | None = "fem" if settings.verify.model == "fem" else None
 
-    places = untargeted.patches.places
+    steered = untargeted.patches.places
 
     def press(heights: Array, model: ModelName, at: Index) -> TouchMeasures:
         mesh, repeats = settings.verify.resolution, untargeted.repeats
         return measure_touch(heights, scene.size_mm, untargeted.skin, model, mesh, repeats=repeats, at=at)
 
     with naming(settings.texture), stage("pressing on the original"):
-        original = press(scene.heights, verifier or touch.model, places)
-    targets = _targets(settings, scene.size_mm, original.values)
+        original = press(scene.heights, verifier or touch.model, steered)
+    targets = _targets(settings, scene.size_mm, original.values, maps, steered)
     problem = replace(untargeted, targets=targets)
 
     def method_for(surrogate: Targets, steps: int) -> DescentMethod:
@@ -150,7 +160,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         return LinearScaling(aiming) if descent.method == "scaling" else GaussNewton(aiming)
 
     def verify(heights: Array) -> TouchMeasures:
-        return press(heights, verifier or "layer", places)
+        return press(heights, verifier or "layer", steered)
 
     steering = untargeted.press(scene.heights, _start(untargeted, original), gradients=False)
     return Prepared(
@@ -166,6 +176,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         ),
         steering,
         original,
+        RunGoals(targets, original.values, maps),
         press,
         first_surrogate_targets(targets, steering.values, original.values),
     )
@@ -205,13 +216,17 @@ def steering_look(settings: Run, scene: Scene) -> LookModel:
     return "fast" if look == "auto" else look
 
 
-def _targets(settings: Run, size_mm: float, original: Values) -> Targets:
-    """The targets of a run, by the original's own values. Raises InputError."""
+def _targets(settings: Run, size_mm: float, original: Values, maps: Sequence[GoalMap], at: Index) -> Targets:
+    """The targets of a run at places (k, 2), by the original's own values (k,). Raises InputError."""
     targets = []
     for quantity, key, number in settings.touch.goals():
         goals = key.goals(number, original[quantity.name])
         _check_goal(settings, quantity, key, float(goals.max()), size_mm)
         targets.append(Target(quantity, goals, settings.descent.tolerance))
+    for varied in maps:
+        own = original[varied.quantity.name]
+        varied.check(at, own)
+        targets.append(Target(varied.quantity, varied.goals(at, own), settings.descent.tolerance))
     return Targets(tuple(targets))
 
 

@@ -1,21 +1,83 @@
 """Section `[touch]` of a run file: the feel to reach, the model of touch that steers, and the skin."""
 
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, create_model, model_validator
 
 from mitsuba_scenes.fingers import DEFAULT_SKIN
-from optimize.descent.targets import GOAL_KEYS, GoalKey, Quantity
+from optimize.descent.targets import GOAL_KEYS, ROUGHNESS, GoalKey, Quantity
 from optimize.runs.skins import SKIN_KEYS, SkinKeys
+from optimize.runs.toml_files import Positive, Section
 from relief.limits import LARGEST_PLATE_MM
 from relief.places import SPACING_MM
 
+MOST_REGIONS = 256
+"""Most regions of a surface."""
+MAP_KEYS = (("roughness_map", "roughness_range"), ("roughness_from", "roughness_to", "axis"))
+"""Keys of `[touch]` that together state a roughness that varies: by a map, and along an axis."""
+_ROUGHNESS_KEYS = (*((key.key,) for key in ROUGHNESS.goals), *MAP_KEYS)
 RIVALS = {
-    f"touch.{one}": [other.key for other in quantity.goals if other is not key]
-    for one, (quantity, key) in GOAL_KEYS.items()
-} | {"touch.skin": list(SKIN_KEYS)}
+    **{
+        f"touch.{one}": [other.key for other in quantity.goals if other is not key]
+        for one, (quantity, key) in GOAL_KEYS.items()
+    },
+    **{
+        f"touch.{one}": [key for other in _ROUGHNESS_KEYS if other is not keys for key in other]
+        for keys in _ROUGHNESS_KEYS
+        for one in keys
+    },
+    "touch.skin": list(SKIN_KEYS),
+}
 """For each goal key of `[touch]`, the other keys for the same quantity, and for the skin those that describe
-it; the overriding key replaces them."""
+it; the overriding key replaces them. Regions stay, because they may state several quantities."""
+_GOAL_FIELDS: dict[str, Any] = {
+    name: (Annotated[float, Field(allow_inf_nan=False, **key.bounds)] | None, None)
+    for name, (_, key) in GOAL_KEYS.items()
+}
+
+Goals = list[tuple[Quantity, GoalKey, float]]
+
+
+def _given(section: Section) -> Goals:
+    """The goals that a section gives, each with its quantity and its key. Raises ValueError."""
+    each = [(quantity, key, getattr(section, name)) for name, (quantity, key) in GOAL_KEYS.items()]
+    goals = [(quantity, key, number) for quantity, key, number in each if number is not None]
+    names: dict[str, str] = {}
+    for quantity, key, _ in goals:
+        if quantity.name in names:
+            raise ValueError(f"{names[quantity.name]} and {key.key} exclude each other")
+        names[quantity.name] = key.key
+    return goals
+
+
+class _RegionModel(Section):
+    """`[[touch.region]]`: a part of the surface with a feel of its own; the goals are added below.
+
+    Attributes:
+        mask: picture or array over the whole surface, white or above 0.5 in the region; absolute once loaded.
+    """
+
+    mask: Annotated[Path, Field(strict=False)]
+
+    def goals(self) -> Goals:
+        """The goals that are given, each with its quantity and its key."""
+        return _given(self)
+
+    @model_validator(mode="after")
+    def _a_goal_a_quantity(self) -> Self:
+        if not self.goals():
+            raise ValueError(f"a target is missing: {_ALL_KEYS}")
+        return self
+
+
+*_others, _last = GOAL_KEYS
+_ALL_KEYS = f"{', '.join(_others)} or {_last}"
+if TYPE_CHECKING:
+    Region = _RegionModel
+else:
+    Region = create_model("Region", __base__=_RegionModel, **_GOAL_FIELDS)
+    """`[[touch.region]]` with a field for each goal key of the table."""
 
 
 SMALLEST_SPACING_MM = 0.1
@@ -25,52 +87,79 @@ SMALLEST_SPACING_MM = 0.1
 class _TouchModel(SkinKeys):
     """`[touch]`: the feel to reach, the model of touch that steers, and the skin.
 
-    The goals are added below, from the table in `optimize.descent.quantities`; at least one is needed.
+    The goals that are numbers are added below, from the table in `optimize.descent.quantities`. At least one
+    goal is needed: a number, or one that varies over the surface (`optimize.runs.goal_maps`).
 
     Attributes:
         model: of touch, for the descent.
         spacing_mm: greatest distance between neighbouring places of the finger, mm.
         skin: name or file whose values the keys of `SkinKeys` have that are not given; "own" where one of
             those that are given differs.
+        roughness_map: picture or array over the whole surface, of the roughness to be felt; absolute once
+            loaded.
+        roughness_range: roughness of black and of white, if the map is a picture.
+        roughness_from, roughness_to: felt by the first and the last finger along the axis.
+        axis: "x", from left to right, unless it is "y", from top to bottom.
+        region: parts of the surface with a feel of their own; the rest keeps the original's.
     """
 
     model: Literal["layer", "quick", "net"] = "layer"
     spacing_mm: Annotated[float, Field(ge=SMALLEST_SPACING_MM, le=LARGEST_PLATE_MM)] = SPACING_MM
     skin: Annotated[str, Field(min_length=1)] = DEFAULT_SKIN
+    roughness_map: Annotated[Path, Field(strict=False)] | None = None
+    roughness_range: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
+    roughness_from: Positive | None = None
+    roughness_to: Positive | None = None
+    axis: Literal["x", "y"] | None = None
+    region: Annotated[tuple[Region, ...], Field(strict=False, max_length=MOST_REGIONS)] = ()
 
-    def goals(self) -> list[tuple[Quantity, GoalKey, float]]:
-        """The goals that are given, each with its quantity and its key."""
-        each = [(quantity, key, getattr(self, name)) for name, (quantity, key) in GOAL_KEYS.items()]
-        return [(quantity, key, number) for quantity, key, number in each if number is not None]
+    def goals(self) -> Goals:
+        """The goals that are numbers, each with its quantity and its key."""
+        return _given(self)
 
     def numbers(self) -> dict[str, float]:
-        """The goals that are given, by their keys."""
+        """The goals that are numbers, by their keys."""
         return {key.key: number for _, key, number in self.goals()}
+
+    def stated(self) -> dict[str, str]:
+        """The key that states a goal of each quantity, by the quantity's name. Raises ValueError."""
+        keys = [(quantity.name, key.key) for quantity, key, _ in self.goals()]
+        keys += [(ROUGHNESS.name, first) for first, *_ in MAP_KEYS if getattr(self, first) is not None]
+        regional = {quantity.name: "region" for region in self.region for quantity, _, _ in region.goals()}
+        stated: dict[str, str] = {}
+        for name, key in (*keys, *regional.items()):
+            if name in stated:
+                raise ValueError(f"{stated[name]} and {key} exclude each other")
+            stated[name] = key
+        return stated
+
+    def maps(self) -> dict[str, Path]:
+        """Files of maps and masks by their keys, as in `touch.region.0.mask`."""
+        masks = {f"touch.region.{number}.mask": region.mask for number, region in enumerate(self.region)}
+        return masks if self.roughness_map is None else {"touch.roughness_map": self.roughness_map} | masks
 
     @model_validator(mode="after")
     def _one_goal_a_quantity(self) -> Self:
-        given: dict[str, str] = {}
-        for quantity, key, _ in self.goals():
-            if quantity.name in given:
-                raise ValueError(f"{given[quantity.name]} and {key.key} exclude each other")
-            given[quantity.name] = key.key
-        if not given:
-            *others, last = GOAL_KEYS
-            raise ValueError(f"a target is missing: {', '.join(others)} or {last}")
+        if not self.stated() and self.roughness_to is None:
+            raise ValueError(f"a target is missing: {_ALL_KEYS}")
+        return self
+
+    @model_validator(mode="after")
+    def _whole_maps(self) -> Self:
+        if self.roughness_range is not None and self.roughness_map is None:
+            raise ValueError("roughness_range: is for a roughness_map, which is missing")
+        if (self.roughness_from is None) != (self.roughness_to is None):
+            missing = "roughness_from" if self.roughness_from is None else "roughness_to"
+            raise ValueError(f"{missing}: missing; a roughness along an axis has two ends")
+        if self.axis is not None and self.roughness_from is None:
+            raise ValueError("axis: is for roughness_from and roughness_to, which are missing")
         return self
 
 
 if TYPE_CHECKING:
     Touch = _TouchModel
 else:
-    Touch = create_model(
-        "Touch",
-        __base__=_TouchModel,
-        **{
-            name: (Annotated[float, Field(allow_inf_nan=False, **key.bounds)] | None, None)
-            for name, (_, key) in GOAL_KEYS.items()
-        },
-    )
+    Touch = create_model("Touch", __base__=_TouchModel, **_GOAL_FIELDS)
     """`[touch]` with a field for each goal key of the table."""
 
 

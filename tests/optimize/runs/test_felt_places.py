@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from optimize.descent.targets import Targets
 from optimize.descent.touch_measures import TouchMeasures
-from optimize.runs.felt_places import MOST_BETWEEN, FeltPlaces, goals_between, place_numbers, sampled
+from optimize.runs.felt_places import MOST_BETWEEN, FeltPlaces, place_numbers, sampled
 from relief.places import between, places
 from relief.surface import Surface
 
@@ -30,6 +29,7 @@ def test_the_spread_is_over_all_places_and_over_each_kind() -> None:
     assert (numbers["count"], numbers["steered"]["count"], numbers["between"]["count"]) == (5, 3, 2)
     assert numbers["jnd_mean"] == pytest.approx(2.0)
     assert (numbers["jnd_min"], numbers["jnd_max"]) == (pytest.approx(1.5), pytest.approx(2.5))
+    assert numbers["farthest_from_target_jnd"] == pytest.approx(0.5)
     assert numbers["steered"]["jnd_min"] == pytest.approx(1.9)
     assert numbers["steered"]["target_roughness"] == pytest.approx([0.05 * 1.19**2] * 3)
     assert numbers["between"]["centres_mm"][1] == [5.0, 0.0]
@@ -41,13 +41,7 @@ def test_a_flat_place_has_no_jnd() -> None:
     assert place_numbers(TILE, side, None)["jnd_max"] == pytest.approx(side.jnd[0])
     nowhere = FeltPlaces(places(TILE, 5.0)[:1], measures(0.0), measures(0.0))
     assert place_numbers(TILE, nowhere, None)["jnd_mean"] is None
-
-
-def test_a_goal_between_is_the_same_change_or_none() -> None:
-    original, at = measures(0.04, 0.05).values, measures(0.045).values
-    same = goals_between(Targets.of(0.01, roughness=[0.08, 0.1]), original, at)
-    np.testing.assert_allclose(same["roughness"], [0.09])
-    assert goals_between(Targets.of(0.01, roughness=[0.08, 0.08]), original, at) == {}
+    assert place_numbers(TILE, nowhere, None)["farthest_from_target_jnd"] is None
 
 
 def test_of_many_places_between_a_bounded_number_is_pressed() -> None:

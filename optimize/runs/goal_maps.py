@@ -1,0 +1,223 @@
+"""Goals that vary over a surface: maps, regions, and roughness along an axis, and what they ask at a place.
+
+A finger feels what lies under all of its patch, and roughness is a mean over pairs of receptors anywhere on
+the patch. So the goal at a place is the mean of the map over the patch there: steps of a map become ramps as
+wide as the patch, which is as sharp as a feel can change.
+"""
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+
+from optimize.descent.targets import (
+    LARGEST_JND,
+    QUANTITIES,
+    ROUGHNESS,
+    GoalKey,
+    Quantity,
+    Targets,
+    Values,
+)
+from optimize.runs.touch_settings import Touch
+from relief.arrays import Array, Index
+from relief.errors import InputError, naming
+from relief.limits import PATCH_SIDE_MM
+from relief.maps import load_map, means_under
+from relief.places import centres_mm, patch_shape, places
+from relief.surface import Surface
+from tactile.jnd import ROUGHNESS_JND
+
+_log = logging.getLogger(__name__)
+
+WHITE = 0.5
+"""Value of a mask above which a point lies in the region."""
+FELT_SHARE = 0.5
+"""Share of the finger's patch, of a region at least once, below which a warning tells of the mixture felt."""
+_MAPPED = {key.key: key for key in ROUGHNESS.goals}["roughness"]
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part of the surface and its goal.
+
+    Attributes:
+        key: of the goal.
+        inside: (rows, cols) 1 in the part, else 0.
+        number: for the key, or (rows, cols) numbers.
+    """
+
+    key: GoalKey
+    inside: Array
+    number: Array | float
+
+
+@dataclass(frozen=True, eq=False)
+class GoalMap:
+    """The goal of a quantity over a surface; outside of all parts, the original's own value.
+
+    Attributes:
+        name: of the key of `[touch]` that states the goal.
+    """
+
+    name: str
+    quantity: Quantity
+    surface: Surface
+    parts: tuple[Part, ...]
+
+    def goals(self, at: Index, original: Array) -> Array:
+        """(k,) goals at places (k, 2), by the original's own values (k,) there."""
+        goals = original.copy()
+        for part in self.parts:
+            share = means_under(part.inside, self.surface, at)
+            numbers = means_under(part.inside * part.number, self.surface, at)
+            numbers = numbers / np.where(share > 0.0, share, 1.0)
+            wanted = [part.key.goal(*each) for each in zip(numbers, original, strict=True)]
+            goals += share * (np.array(wanted) - original)
+        return goals
+
+    def words(self, spacing_mm: float) -> str:
+        """The goals over the lattice of places, as `retouch optimize --dry-run` tells them."""
+        at = places(self.surface, spacing_mm)
+        if self.name == "region":
+            parts = "one region" if len(self.parts) == 1 else f"{len(self.parts)} regions"
+            return f"{self.quantity.label} in {parts}, {len(at)} places in all"
+        goals = self.goals(at, np.zeros(len(at)))
+        ends = f"{self.quantity.text(goals.min())} to {self.quantity.text(goals.max())}"
+        return f"{self.quantity.label} {ends} over {len(at)} places"
+
+    def check(self, at: Index, original: Array) -> None:
+        """Raise InputError for a goal out of reach of its place; the line names the nearest in reach."""
+        goals = self.goals(at, original)
+        side_mm = patch_shape(self.surface)[0] * self.surface.pitch_mm
+        nearest = np.minimum(goals, self.quantity.largest(side_mm))
+        if self.quantity is ROUGHNESS:
+            farthest = ROUGHNESS_JND**LARGEST_JND
+            nearest = np.clip(goals, original / farthest, original * farthest)
+        if (far := np.flatnonzero(nearest != goals)).size:
+            one, text = far[0], self.quantity.text
+            down, right = centres_mm(self.surface, at)[one]
+            raise InputError(
+                f"touch.{self.name}: {right:.4g} mm from the left and {down:.4g} mm from the top, "
+                f"{self.quantity.label} {text(goals[one])} is out of reach of the original's "
+                f"{text(original[one])}; the nearest is {text(nearest[one])}"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class RunGoals:
+    """What a run is to reach anywhere on its surface.
+
+    Attributes:
+        targets: with the goals at the steered places.
+        original: the original's own values there.
+        maps: of the goals that vary over the surface.
+    """
+
+    targets: Targets
+    original: Values
+    maps: tuple[GoalMap, ...] = ()
+
+    def at(self, points: Index, original: Values) -> dict[str, Array]:
+        """(k,) goals of each targeted quantity at any places (k, 2), by the original's own values there."""
+        maps = {varied.quantity.name: varied for varied in self.maps}
+        goals = {}
+        for target in self.targets.each:
+            name = target.quantity.name
+            if name in maps:
+                goals[name] = maps[name].goals(points, original[name])
+            else:
+                # A number asks for the same factor on the original's value everywhere.
+                own = self.original[name].mean()
+                same = np.full(len(points), target.mean_goal)
+                goals[name] = original[name] * (target.mean_goal / own) if own > 0.0 else same
+        return goals
+
+
+def goal_maps(touch: Touch, surface: Surface, at: Index) -> tuple[GoalMap, ...]:
+    """The goals of `[touch]` that vary over the surface; their files are read and checked.
+
+    Args:
+        touch: the section of the run.
+        surface: to be touched.
+        at: (k, 2) places where fingers land.
+
+    Raises:
+        InputError: a file is damaged or has other proportions than the surface, a region is empty or overlaps
+            another, or the surface has no length for a gradient.
+    """
+    maps = []
+    if touch.roughness_map is not None:
+        maps.append(_of_everywhere("roughness_map", surface, _mapped(touch, surface)))
+    if touch.roughness_from is not None and touch.roughness_to is not None:
+        field = _along(touch.axis or "x", touch.roughness_from, touch.roughness_to, surface)
+        maps.append(_of_everywhere("roughness_from", surface, field))
+    return (*maps, *_regions(touch, surface, at))
+
+
+def _of_everywhere(name: str, surface: Surface, roughness: Array) -> GoalMap:
+    part = Part(_MAPPED, np.ones(surface.shape), roughness)
+    return GoalMap(name, ROUGHNESS, surface, (part,))
+
+
+def _mapped(touch: Touch, surface: Surface) -> Array:
+    """(rows, cols) roughness of a map. Raises InputError."""
+    assert touch.roughness_map is not None
+    with naming("touch.roughness_map"):
+        values, grey = load_map(touch.roughness_map, surface)
+    if grey:
+        if touch.roughness_range is None:
+            raise InputError("touch.roughness_range: missing; a picture needs that of black and of white")
+        black, white = touch.roughness_range
+        return black + (white - black) * values
+    if touch.roughness_range is not None:
+        raise InputError(f"touch.roughness_range: is for pictures; {touch.roughness_map} holds roughness")
+    if values.min() <= 0.0:
+        raise InputError(f"touch.roughness_map: {touch.roughness_map}: {values.min():g} is not above 0")
+    return values
+
+
+def _along(axis: str, first: float, last: float, surface: Surface) -> Array:
+    """(rows, cols) roughness in proportion to the way along an axis; `first` and `last` are patches' means.
+
+    Raises:
+        InputError: there is only one place along the axis, or the axis repeats.
+    """
+    along = 0 if axis == "y" else 1
+    length = surface.shape[along] - patch_shape(surface)[along]
+    if surface.repeats[along]:
+        raise InputError(f"touch.roughness_from: along {axis}, the surface repeats, which leaves no ends")
+    if length == 0:
+        raise InputError(
+            f"touch.roughness_from: along {axis}, the surface is {surface.size_mm[along]:g} mm long; "
+            f"a finger of {PATCH_SIDE_MM:g} mm has no way to go"
+        )
+    centres = np.arange(surface.shape[along]) + 0.5 - 0.5 * patch_shape(surface)[along]
+    line = first + (last - first) * (centres / length)
+    return np.broadcast_to(line[:, None] if along == 0 else line, surface.shape)
+
+
+def _regions(touch: Touch, surface: Surface, at: Index) -> tuple[GoalMap, ...]:
+    """One goal map for each quantity that regions state. Raises InputError."""
+    covered = np.zeros(surface.shape, dtype=np.int64)
+    parts: dict[str, list[Part]] = {}
+    for number, region in enumerate(touch.region):
+        with naming(f"touch.region.{number}.mask"):
+            inside = load_map(region.mask, surface)[0] > WHITE
+            if not inside.any():
+                raise InputError(f"{region.mask}: the region is empty; a mask is white in its region")
+            if (others := covered[inside]).any():
+                other, share = others.max() - 1, 100.0 * np.count_nonzero(others) / inside.size
+                raise InputError(f"{region.mask}: overlaps region {other} on {share:.2g} % of the surface")
+        covered[inside] = number + 1
+        felt = float(means_under(inside.astype(np.float64), surface, at).max())
+        if felt < FELT_SHARE:
+            _log.warning(
+                "touch.region.%d: at most %.0f %% of what lies under a finger of %g mm; it feels a mixture",
+                number,
+                100.0 * felt,
+                PATCH_SIDE_MM,
+            )
+        for quantity, key, value in region.goals():
+            parts.setdefault(quantity.name, []).append(Part(key, inside.astype(np.float64), value))
+    return tuple(GoalMap("region", QUANTITIES[name], surface, tuple(each)) for name, each in parts.items())
