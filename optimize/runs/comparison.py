@@ -16,6 +16,7 @@ from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.report import metrics
 from optimize.report.comparison import write_comparison
 from optimize.report.content import Comparison
+from optimize.runs.fingers import felt_by_fingers
 from optimize.runs.preparation import BLACK
 from optimize.runs.progress import followed
 from optimize.runs.skins import described_skin, load_skin
@@ -105,8 +106,11 @@ def compare(
         for subject in (one, other):
             with naming(subject.file), stage(f"pressing on {subject.name}"):
                 touches.append(measure_touch(subject.read.heights, subject.size_mm, finger, model))
+        surfaces = (one.surface, other.surface)
+        fingers = felt_by_fingers(one.read.heights, other.read.heights, surfaces, finger)
         seen = look.of(one, other)
     found = _summary(one, other, touches, seen, (finger, skin_name), model, scene_file)
+    found["fingers"] = fingers
     if page is not None:
         write_comparison(Path(page), _content(one, other, touches, seen, found))
         found["page"] = str(page)

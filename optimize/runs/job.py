@@ -27,6 +27,7 @@ from optimize.runs.clock import Moment, now
 from optimize.runs.config import Run, load_run
 from optimize.runs.directory import check_vacant, clear
 from optimize.runs.felt_places import FeltPlaces, sampled
+from optimize.runs.fingers import felt_by_fingers
 from optimize.runs.history import History
 from optimize.runs.interrupts import interruptible
 from optimize.runs.key import SETTINGS, run_key
@@ -286,6 +287,7 @@ def _measure(
         pictures_before=before,
         pictures_after=after,
         baseline_pictures=_baseline(prepared, before, seed) if settings.verify.baseline else None,
+        fingers=felt_by_fingers(problem.heights, best, (problem.surface, problem.surface), problem.skin),
         colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,
     )
 

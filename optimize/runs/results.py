@@ -55,6 +55,7 @@ class Outcome:
         between: the same between those places; None if there is one place.
         iterations: of descent and verification; none if verification was not wanted.
         pictures_before, pictures_after: converged, with the same random numbers batch by batch.
+        fingers: how the change feels to other fingers (`optimize.runs.fingers`).
         colours: before and after in linear RGB, (conditions, rows, cols, 3); None if the scene is grey.
         baseline_pictures: (conditions, rows, cols) radiance, converged; None where linear scaling cannot
             reach the target.
@@ -68,6 +69,7 @@ class Outcome:
     pictures_before: Batches
     pictures_after: Batches
     baseline_pictures: Array | None
+    fingers: Mapping[str, Any] | None = None
     colours: tuple[Array, Array] | None = None
 
 
@@ -184,6 +186,7 @@ def summarise(
             "verified_by": None if verified is None else verified.model,
             "contact_fraction": felt.contact_fraction,
             "jnd_from_original": jnd,
+            "fingers": outcome.fingers,
             "places": place_numbers(problem.surface, outcome.touch, outcome.between),
         },
         "verification": {

@@ -10,6 +10,7 @@ from optimize.runs.config import Run, load_run
 from optimize.runs.key import SETTINGS
 from relief.errors import InputError
 from relief.heightmap import HeightMap, load_height_map
+from relief.surface import Surface
 
 RESULT = "heights.exr"
 """File of a run directory that holds its result."""
@@ -37,6 +38,12 @@ class Subject:
     def size_mm(self) -> float:
         """Side of the plate, mm."""
         return self.read.side_mm
+
+    @property
+    def surface(self) -> Surface:
+        """Size and sampling of the relief."""
+        rows, cols = self.read.heights.shape
+        return Surface((rows, cols), self.size_mm)
 
 
 def read_subjects(

@@ -43,7 +43,7 @@ def test_roughness_is_that_of_whole_presses(number: int) -> None:
     )
 
 
-def test_fine_patches_are_averaged() -> None:
+def test_fine_patches_are_resampled() -> None:
     fine = roughness_by_finger(bumps(2 * MOST_SAMPLES)[None], SKIN)
     coarse = roughness_by_finger(bumps(MOST_SAMPLES)[None], SKIN)
     assert fine == pytest.approx(coarse, rel=5e-3)

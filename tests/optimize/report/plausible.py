@@ -7,6 +7,18 @@ import numpy as np
 from optimize.report.content import Baseline, Report
 
 SIZE_MM = 10.0
+FINGERS = {
+    **{"count": 2, "places": 1, "jnd_mean": 2.25, "jnd_min": 1.65, "jnd_max": 2.85, "jnd_std": 0.6},
+    "each": [
+        {"name": name, "young_modulus_mpa": modulus, "depth_mm": 0.75, "initial_roughness": 0.043}
+        | {"roughness": reached, "jnd": jnd}
+        for name, modulus, reached, jnd in (
+            ("this finger", 0.5, 0.0706, 2.85),
+            ("stiffer skin", 1.0, 0.0573, 1.65),
+        )
+    ],
+}
+"""The entry `fingers` of result.json, of two fingers."""
 
 
 def relief(n: int, seed: int, wavelength_mm: float = 1.5) -> np.ndarray:
@@ -58,7 +70,7 @@ def plausible(n: int = 64, azimuths: tuple[int, ...] = (10, 130, 250)) -> Report
             "touch": {
                 **{"target_roughness": 0.07, "initial_roughness": 0.043, "roughness": 0.0699},
                 **{"verified_roughness": 0.0706, "verified_by": "fem", "contact_area_mm2": 51.2},
-                **{"contact_fraction": 0.48, "jnd_from_original": 2.85},
+                **{"contact_fraction": 0.48, "jnd_from_original": 2.85, "fingers": FINGERS},
             },
             "look": {
                 "pixel_change_percent": [1.2, 1.1, 1.3][: len(azimuths)],

@@ -63,6 +63,12 @@ def test_it_shows_every_condition_before_after_and_by_difference(tmp_path: Path)
         assert text.count(f'alt="{name}, signed difference"') == 2
 
 
+def test_it_tells_how_other_fingers_feel_the_change(tmp_path: Path) -> None:
+    text = " ".join(Outline(page(tmp_path, plausible())).text.split())
+    assert "the result is +1.65 to +2.85 just-noticeable differences from the original" in text
+    assert "Stiffer skin1.00.750.04300.0573+1.65" in text
+
+
 def test_it_tells_target_achieved_and_verified_roughness_and_the_odds(tmp_path: Path) -> None:
     text = " ".join(Outline(page(tmp_path, plausible())).text.split())
     for words in (

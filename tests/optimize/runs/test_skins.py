@@ -53,6 +53,15 @@ def test_values_of_the_run_file_go_before_those_of_the_skin(tmp_path: Path, run_
     assert touch.finger == Skin(young_modulus_mpa=0.25, depth_mm=0.9, force_n=2.0)
 
 
+def test_a_layered_skin_keeps_its_name_where_the_run_file_says_the_same(
+    tmp_path: Path, run_file: Path
+) -> None:
+    (tmp_path / "soft.toml").write_text("young_modulus_mpa = 0.4\nlayers = [[0.7, 2.0]]\n")
+    touch = config.load_run(write(tmp_path, 'skin = "soft.toml"\nlayers = [[0.7, 2.0]]')).touch
+    assert touch.skin == str(tmp_path / "soft.toml")
+    assert touch.finger == Skin(young_modulus_mpa=0.4, layers=((0.7, 2.0),))
+
+
 def test_an_overriding_skin_replaces_the_values_of_the_run_file(
     tmp_path: Path, run_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

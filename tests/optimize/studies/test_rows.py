@@ -67,6 +67,16 @@ def test_textures_of_a_folder_replace_the_axis(tmp_path: Path, texture: Path) ->
     assert table.axes["texture"] == ("a", str(folder / "b.exr"), str(folder / "b.png"))
 
 
+def test_skins_are_an_axis(tmp_path: Path) -> None:
+    (tmp_path / "soft.toml").write_text("young_modulus_mpa = 0.25\n")
+    text = f'{HEAD}[set]\n"touch.force_n" = 5\n{AXES}"touch.skin" = ["paper", "soft.toml"]\n'
+    (table,) = expand(load_study(written(tmp_path, text))).tables
+    assert [tuple(row.labels.values()) for row in table.rows] == [("paper",), ("soft",)]
+    skins = [row.settings.touch.finger for row in table.rows]
+    assert [(skin.young_modulus_mpa, skin.force_n) for skin in skins] == [(0.5, 10.0), (0.25, 10.0)]
+    assert len({row_key(row.settings) for row in table.rows}) == 2
+
+
 def test_rows_that_coincide_between_tables_are_one(study_file: Path) -> None:
     expanded = expand(load_study(study_file))
     assert [len(table.rows) for table in expanded.tables] == [2, 2]
