@@ -1,6 +1,15 @@
 """The surface of a relief: how large it is, how finely it is sampled, and along which axes it repeats."""
 
 from dataclasses import dataclass
+from typing import Literal
+
+Repeats = bool | Literal["x", "y"]
+"""How a run file and the commands state where a relief repeats: along both axes, one, or none."""
+
+
+def axes(repeats: Repeats | None) -> tuple[bool, bool]:
+    """Whether a relief repeats along y (rows) and along x (columns)."""
+    return repeats in (True, "y"), repeats in (True, "x")
 
 
 @dataclass(frozen=True)

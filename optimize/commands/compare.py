@@ -11,6 +11,7 @@ from optimize.commands.options import (
     add_distance,
     add_mitsuba,
     add_plate,
+    add_repeats,
     add_skin,
     add_talk,
     check_scales,
@@ -60,6 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", dest="out", type=Path, default=PAGE, metavar="PAGE", help=f"file to write (default: {PAGE})"
     )
     add_plate(parser)
+    add_repeats(parser, "the run's, or not")
     parser.add_argument(
         "--model",
         choices=tuple(MODEL_NAMES),
@@ -106,6 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
             variant=arguments.variant,
             model=arguments.model,
             skin=arguments.skin,
+            repeats=arguments.repeats,
             samples=arguments.samples,
             seed=arguments.seed,
             quiet=arguments.quiet,
@@ -161,6 +164,9 @@ def lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     shares = " and ".join(f"{100.0 * side['contact_fraction']:.0f} %" for side in sides)
     yield "in contact", f"{shares} of the plate"
     yield "feel", _feel(found)
+    if (places := found["places"]) is not None:
+        least, largest = (number(places[f"jnd_{end}"], 2) for end in ("min", "max"))
+        yield "places", f"{least} to {largest} JND over {places['count']} places"
     look = found["look"]
     if look is None:
         yield "pictures", f"not compared: {found['no_look']}"

@@ -13,6 +13,7 @@ from optimize.commands.options import (
     TEXTURE,
     add_mitsuba,
     add_plate,
+    add_repeats,
     add_skin,
     add_talk,
     check_scales,
@@ -74,6 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=TEXTURE,
     )
     add_plate(parser)
+    add_repeats(parser)
     parser.add_argument(
         "--model",
         choices=tuple(MODEL_NAMES),
@@ -101,6 +103,8 @@ def run(arguments: argparse.Namespace) -> int:
     from optimize.runs.skins import described_skin
     from relief.heightmap import load_height_map
     from relief.lengths import RANGES
+    from relief.seam import check_seams
+    from relief.surface import axes
 
     arguments.textures = [find_texture(texture) for texture in arguments.textures]
     check_scales(arguments, arguments.textures)
@@ -110,10 +114,13 @@ def run(arguments: argparse.Namespace) -> int:
     lengths = {key: getattr(arguments, key) for key in RANGES}
     read = [load_height_map(texture, **lengths) for texture in arguments.textures]
     sizes = [height_map.side_mm for height_map in read]
+    repeats = axes(arguments.repeats)
+    for texture, height_map in zip(arguments.textures, read, strict=True):
+        check_seams(height_map.heights, repeats, texture)
     measured = []
     with stage("evaluating", len(read)) as advance:
         for texture, height_map, size_mm in zip(arguments.textures, read, sizes, strict=True):
-            measured.append(measure(texture, height_map.heights, size_mm, skin, arguments.model))
+            measured.append(measure(texture, height_map.heights, size_mm, skin, arguments.model, repeats))
             advance()
     entries = described(arguments.textures, measured)
     for texture, entry in zip(arguments.textures, entries, strict=True):
@@ -166,6 +173,7 @@ def _scene(arguments: argparse.Namespace) -> Path | None:
 def reached(texture: Path, scene: Path, skin: Skin, arguments: argparse.Namespace) -> dict[str, Any]:
     """How much rougher and smoother a texture can be made in a scene; the entry `reach` of the JSON."""
     from optimize.runs.reach import reach
+    from relief.surface import axes
     from visual.scene import load_scene
 
     with naming(texture), contact_errors_name(texture), stage(f"reach of {texture.name}"):
@@ -177,6 +185,7 @@ def reached(texture: Path, scene: Path, skin: Skin, arguments: argparse.Namespac
             arguments.size_mm,
             arguments.relief_mm,
             arguments.height_scale,
+            axes(arguments.repeats),
         )
         return {"scene": str(scene), **reach(loaded, skin).as_json()}
 
@@ -193,16 +202,22 @@ def _ways(found: Mapping[str, Any]) -> str:
 
 
 def measure(
-    path: Path, heights: "NDArray[np.float64]", size_mm: float, skin: Skin, model: "ModelName"
+    path: Path,
+    heights: "NDArray[np.float64]",
+    size_mm: float,
+    skin: Skin,
+    model: "ModelName",
+    repeats: tuple[bool, bool] = (False, False),
 ) -> "TouchMeasures":
-    """Press the skin on a texture.
+    """Press the skin on a texture, at every place of a tile or of a plate larger than a finger.
 
     Args:
         path: of the texture, for error messages.
         heights: (rows, cols), mm.
-        size_mm: side of the plate, mm.
+        size_mm: width of the plate, mm.
         skin: the finger.
         model: a key of `MODEL_NAMES`.
+        repeats: axes (rows, cols) along which the texture repeats.
 
     Raises:
         InputError: unfit heights, size or model, or a contact that does not converge; the line names `path`.
@@ -210,11 +225,14 @@ def measure(
     from optimize.descent.touch_measures import measure_touch
 
     with naming(path), contact_errors_name(path):
-        return measure_touch(heights, size_mm, skin, model)
+        return measure_touch(heights, size_mm, skin, model, repeats=repeats)
 
 
 def described(textures: Sequence[Path], measured: "Sequence[TouchMeasures]") -> list[dict[str, Any]]:
     """One entry a texture: its name, every quantity of touch, and the share of the plate in contact.
+
+    Touched at several places, these are means, and `places` has the count with the least and the largest of
+    each quantity.
 
     Of several textures, also `jnd_from_first`: just-noticeable differences rougher than the first, or None
     where one of the two has no roughness.
@@ -225,6 +243,13 @@ def described(textures: Sequence[Path], measured: "Sequence[TouchMeasures]") -> 
     first = measured[0].means[ROUGHNESS.name]
     for path, touch in zip(textures, measured, strict=True):
         entry = {"texture": str(path), **touch.means, "contact_fraction": touch.contact_fraction}
+        if (count := len(touch.values[ROUGHNESS.name])) > 1:
+            ends = {
+                f"{name}_{end}": float(of(each))
+                for name, each in touch.values.items()
+                for end, of in (("min", min), ("max", max))
+            }
+            entry["places"] = {"count": count, **ends}
         if len(measured) > 1:
             roughness = touch.means[ROUGHNESS.name]
             smooth = min(roughness, first) < SMOOTH
@@ -242,11 +267,22 @@ def table(entries: Sequence[Mapping[str, Any]]) -> "Table":
     rows.add_column("texture", overflow="fold")
     several = "jnd_from_first" in entries[0]
     labels = [quantity.label for quantity in QUANTITIES.values()]
-    for label in (*labels, "in contact", *(["JND from first"] if several else [])):
+    spread = any("places" in entry for entry in entries)
+    columns = [*labels, "in contact", *(["JND from first"] if several else [])]
+    for label in (*columns, *(["over the places"] if spread else [])):
         rows.add_column(label, justify="right", no_wrap=True)
     for entry in entries:
         values = [f"{number(entry[name])} {quantity.unit}".rstrip() for name, quantity in QUANTITIES.items()]
         apart = [number(entry["jnd_from_first"])] if several else []
         contact = f"{100.0 * entry['contact_fraction']:.0f} %"
-        rows.add_row(Text(entry["texture"]), *values, contact, *apart)
+        rows.add_row(Text(entry["texture"]), *values, contact, *apart, *([_spread(entry)] if spread else []))
     return rows
+
+
+def _spread(entry: Mapping[str, Any]) -> str:
+    """Number of the places, least and largest roughness."""
+    if "places" not in entry:
+        return "1 place"
+    places = entry["places"]
+    least, largest = (number(places[f"{ROUGHNESS.name}_{end}"]) for end in ("min", "max"))
+    return f"{places['count']} places, {least} to {largest}"

@@ -15,6 +15,7 @@ from optimize.commands.options import (
     add_distance,
     add_mitsuba,
     add_plate,
+    add_repeats,
     add_skin,
     add_talk,
     check_scales,
@@ -117,6 +118,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"Mitsuba scene (.xml); a bundled one goes by its name (default: the run file's, or {SCENE})",
     )
     add_plate(plate, "the run file's", "the scene's")
+    add_repeats(plate, "the run file's, or not")
 
     finger = parser.add_argument_group("the finger")
     add_skin(finger, "the run file's, or ")
@@ -217,6 +219,8 @@ def overrides(arguments: argparse.Namespace) -> Sequence[str]:
     files = {"scene": arguments.scene, "texture": arguments.texture, "touch.skin": arguments.skin}
     settings += [f"{key}={_quoted(str(file))}" for key, file in files.items() if file is not None]
     settings += [f"define.{key}={_quoted(value)}" for key, value in arguments.defines]
+    if arguments.repeats is not None:
+        settings.append(f"repeats={json.dumps(arguments.repeats)}")
     if arguments.fast:
         settings += FAST
     if not arguments.baseline:

@@ -152,6 +152,29 @@ def add_plate(parser: argparse._ActionsContainer, first: str = "", size: str = f
         )
 
 
+def add_repeats(parser: argparse._ActionsContainer, first: str = "") -> None:
+    """Add `--repeats` and `--repeats-along`, whose `repeats` is True, "x", "y", or None where not given.
+
+    Args:
+        parser: of the verb.
+        first: where the value comes from if it is not given, for the help.
+    """
+    one = parser.add_mutually_exclusive_group()
+    default = f" (default: {first})" if first else ""
+    one.add_argument(
+        "--repeats",
+        action="store_const",
+        const=True,
+        help=f"the relief is a tile, which goes on as itself beyond its rim{default}",
+    )
+    one.add_argument(
+        "--repeats-along",
+        dest="repeats",
+        choices=("x", "y"),
+        help="the relief repeats along one axis only",
+    )
+
+
 def add_skin(parser: argparse._ActionsContainer, first: str = "") -> None:
     """Add `--skin`, None where not given.
 

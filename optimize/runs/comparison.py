@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.report import metrics
 from optimize.report.comparison import write_comparison
 from optimize.report.content import Comparison
+from optimize.runs.felt_places import place_spread
 from optimize.runs.fingers import felt_by_fingers
 from optimize.runs.preparation import BLACK
 from optimize.runs.progress import followed
@@ -25,6 +26,8 @@ from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.progress import stage
+from relief.seam import check_seams
+from relief.surface import Repeats, axes
 from tactile.model import ModelName
 from tactile.skin import Skin
 from visual.converged import colour_pictures, converged
@@ -49,6 +52,7 @@ def compare(
     variant: str | None = None,
     model: ModelName = "layer",
     skin: str | Path | None = None,
+    repeats: Repeats | None = None,
     samples: int | None = None,
     seed: int | None = None,
     distance_cm: float = EYE_DISTANCE_CM,
@@ -69,6 +73,7 @@ def compare(
         model: of touch.
         skin: name of a bundled skin, or a skin file; by default that of the run, if one is a run, else the
             default skin.
+        repeats: whether the reliefs are tiles, along both axes, "x" or "y"; by default as the run, if one is.
         samples: a pixel; by default as many as the change of the pictures needs, or 256 if the grids differ.
         seed: of the pictures; by default that of the run's own pictures, else 0.
         distance_cm: from the eye to the plate, for FLIP.
@@ -100,13 +105,17 @@ def compare(
     own = run is not None and scene is None
     scene_file = find_file(run.scene if run is not None and own else scene or SCENE, ".xml")
     known = dict(run.define) if run is not None and own else {}
-    look = _Look(scene_file, known | dict(defines or {}), variant, samples, seed, distance_cm)
+    ends = axes(repeats) if repeats is not None or run is None else run.axes_repeat
+    for subject in (one, other):
+        check_seams(subject.read.heights, ends, subject.file)
+    look = _Look(scene_file, known | dict(defines or {}), variant, samples, seed, distance_cm, ends)
     with followed(None, quiet):
         touches = []
         for subject in (one, other):
             with naming(subject.file), stage(f"pressing on {subject.name}"):
-                touches.append(measure_touch(subject.read.heights, subject.size_mm, finger, model))
-        surfaces = (one.surface, other.surface)
+                heights, size = subject.read.heights, subject.size_mm
+                touches.append(measure_touch(heights, size, finger, model, repeats=ends))
+        surfaces = (replace(one.surface, repeats=ends), replace(other.surface, repeats=ends))
         fingers = felt_by_fingers(one.read.heights, other.read.heights, surfaces, finger)
         seen = look.of(one, other)
     found = _summary(one, other, touches, seen, (finger, skin_name), model, scene_file)
@@ -147,6 +156,7 @@ class _Look:
     samples: int | None
     seed: int
     distance_cm: float
+    repeats: tuple[bool, bool]
 
     def of(self, one: Subject, other: Subject) -> Seen:
         """Render both reliefs under the scene's conditions. Raises InputError."""
@@ -179,9 +189,8 @@ class _Look:
         return Seen(scene, before, after, colours, {"conditions": list(scene.conditions)} | numbers)
 
     def _loaded(self, subject: Subject) -> Scene:
-        ends = (False, False)
         return load_scene(
-            self.scene, self.defines, self.variant, subject.file, repeats=ends, **subject.lengths
+            self.scene, self.defines, self.variant, subject.file, repeats=self.repeats, **subject.lengths
         )
 
 
@@ -215,6 +224,7 @@ def _summary(
         "first": entries[0],
         "second": entries[1],
         "jnd_apart": jnd,
+        "places": place_spread(*touches),
         "told_apart_probability": None if jnd is None else tactile.discrimination_probability(jnd),
         "look": seen.numbers,
         "no_look": seen.reason or None,

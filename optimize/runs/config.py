@@ -26,6 +26,7 @@ from relief.limits import (
     SMALLEST_PLATE_MM,
     SMALLEST_RELIEF_MM,
 )
+from relief.surface import Repeats, axes
 from tactile.limits import FEM_MESH, MAX_MESH, MIN_MESH
 
 _log = logging.getLogger(__name__)
@@ -145,7 +146,7 @@ class Run(Section):
     size_mm: Annotated[float, Field(ge=SMALLEST_PLATE_MM, le=LARGEST_PLATE_MM)] | None = None
     relief_mm: Annotated[float, Field(ge=SMALLEST_RELIEF_MM, le=LARGEST_RELIEF_MM)] | None = None
     height_scale: Annotated[float, Field(ge=1.0 / LARGEST_HEIGHT_SCALE, le=LARGEST_HEIGHT_SCALE)] = 1.0
-    repeats: bool | Literal["x", "y"] = False
+    repeats: Repeats = False
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     define: Mapping[str, str] = {}
     touch: Touch
@@ -156,7 +157,7 @@ class Run(Section):
     @property
     def axes_repeat(self) -> tuple[bool, bool]:
         """Whether the relief repeats along y (rows) and along x (columns)."""
-        return self.repeats in (True, "y"), self.repeats in (True, "x")
+        return axes(self.repeats)
 
     def files(self) -> dict[str, Path]:
         """The files that the run reads, by their dotted keys."""

@@ -52,6 +52,12 @@ def _jnd(values: Array, reference: Array) -> Array:
     return np.asarray(np.log(ratio) / np.log(ROUGHNESS_JND))
 
 
+def place_spread(before: TouchMeasures, after: TouchMeasures) -> dict[str, Any] | None:
+    """Count, mean, least and largest JND over places; None for one place, or for other numbers of places."""
+    one, other = (touch.values[ROUGHNESS.name] for touch in (before, after))
+    return _spread(_jnd(other, one)) if 1 < len(one) == len(other) else None
+
+
 def sampled(places: Index) -> Index:
     """At most `MOST_BETWEEN` of the places, evenly taken."""
     if len(places) <= MOST_BETWEEN:

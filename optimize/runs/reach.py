@@ -92,8 +92,11 @@ def reach(scene: Scene, skin: Skin) -> Reach:
     except InputError as unable:
         _log.info("exact models take the steps: %s", unable)
         touch, look = "layer", "exact"
-    problem = Problem(scene.heights, scene.size_mm, skin, Targets(), scene, touch=touch, look=look)
-    original = problem.press(scene.heights, gradients=False).means[ROUGHNESS.name]
+    repeats = scene.surface.repeats
+    problem = Problem(
+        scene.heights, scene.size_mm, skin, Targets(), scene, touch=touch, look=look, repeats=repeats
+    )
+    original = problem.press(scene.heights, gradients=False).values[ROUGHNESS.name]
     changed = _fast_change(scene) if look == "fast" else _rendered_change(scene)
     with stage("short descents", 2 * len(RUNGS), at_most=True) as advance:
         rougher, smoother = (_way(problem, original, sense, changed, advance) for sense in (1.0, -1.0))
@@ -101,15 +104,16 @@ def reach(scene: Scene, skin: Skin) -> Reach:
 
 
 def _way(
-    problem: Problem, original: float, sense: float, changed: Callable[[Array], float], advance: Stage
+    problem: Problem, original: Array, sense: float, changed: Callable[[Array], float], advance: Stage
 ) -> Way:
     ends: list[tuple[float, float]] = []
     heights, memory = problem.heights, dict[str, Array]()
     for rung in RUNGS:
-        targets = Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(original, sense * rung))
+        goals = [tactile.jnd_scaled(float(value), sense * rung) for value in original]
+        targets = Targets.of(TOLERANCE, roughness=goals)
         method = GaussNewton(replace(problem, targets=targets))
         found = descend(method, targets, method.begin(0, heights, memory), STEPS).best
-        jnd = sense * float(tactile.jnd_apart(found.means[ROUGHNESS.name], original))
+        jnd = sense * float(tactile.jnd_apart(found.means[ROUGHNESS.name], float(original.mean())))
         ends.append((jnd, changed(found.heights)))
         advance()
         _log.info("%+.2f JND: the pictures change by %.2f %% of white", sense * jnd, ends[-1][1])
