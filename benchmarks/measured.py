@@ -19,7 +19,6 @@ from benchmarks import (
     look,
     runs,
     touch_net,
-    views,
 )
 from benchmarks.common import RESULTS, load, table
 
@@ -81,7 +80,6 @@ def main() -> None:
         _gradients(),
         _look(),
         _fast_models(),
-        _views(),
         _models(),
         _touch(),
         (RESULTS / "earlier.md").read_text(encoding="utf-8"),
@@ -236,18 +234,6 @@ def _minutes() -> str:
     return " and ".join(
         f"{minutes:g}" for minutes in sorted({r["minutes"] for r in load("architectures")["rows"].values()})
     )
-
-
-def _views() -> str:
-    found = load("views")
-    return f"""## How many views keep the look
-
-`python -m benchmarks.views`: gravel, 64 x 64, +2 JND, kept from above, from above and the south, from above
-and four sides at 45 degrees, as in the paper's figure 19 (there all results lie within 2.1 %). Mean change
-of the pictures in % of the mean picture, by Mitsuba at 256 samples a pixel; seconds of descent.
-
-{views.as_table(found["runs"], found["apart"])}
-"""
 
 
 def _models() -> str:
