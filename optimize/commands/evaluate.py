@@ -243,13 +243,8 @@ def described(textures: Sequence[Path], measured: "Sequence[TouchMeasures]") -> 
     first = measured[0].means[ROUGHNESS.name]
     for path, touch in zip(textures, measured, strict=True):
         entry = {"texture": str(path), **touch.means, "contact_fraction": touch.contact_fraction}
-        if (count := len(touch.values[ROUGHNESS.name])) > 1:
-            ends = {
-                f"{name}_{end}": float(of(each))
-                for name, each in touch.values.items()
-                for end, of in (("min", min), ("max", max))
-            }
-            entry["places"] = {"count": count, **ends}
+        if touch.ends["count"] > 1:
+            entry["places"] = touch.ends
         if len(measured) > 1:
             roughness = touch.means[ROUGHNESS.name]
             smooth = min(roughness, first) < SMOOTH
