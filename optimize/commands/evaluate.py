@@ -137,7 +137,7 @@ def run(arguments: argparse.Namespace) -> int:
     screen.print(table(entries))
     plates = " and ".join(f"{size_mm:g} x {size_mm:g}" for size_mm in dict.fromkeys(sizes))
     screen.print(
-        f"{model_name(arguments.model).capitalize()}, {skin.young_modulus_mpa:g} MPa, "
+        f"{model_name(arguments.model).capitalize()}, skin {Path(name).stem}: {_moduli(skin)}, "
         f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {plates} mm."
     )
     if scene is not None:
@@ -158,6 +158,12 @@ def _skin(arguments: argparse.Namespace) -> tuple[str, Skin]:
     with naming("evaluate"):
         skin = replace(named, **given)
     return name if skin == named else OWN, skin
+
+
+def _moduli(skin: Skin) -> str:
+    """The layers of a skin from the surface down, and the modulus of the rest."""
+    layers = "".join(f"{thickness:g} mm of {modulus:g} over " for thickness, modulus in skin.layers)
+    return f"{layers}{skin.young_modulus_mpa:g} MPa"
 
 
 def _scene(arguments: argparse.Namespace) -> Path | None:
