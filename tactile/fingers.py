@@ -99,12 +99,12 @@ def roughness_by_finger(heights: ArrayLike, skin: Skin, size_mm: float = PATCH_S
         load = finger.skin.mean_pressure_mpa(size_mm) / finger.skin.young_modulus_mpa
         if load not in pressures:
             pressures[load] = solve_contact(operator, patches, load).pressure
-        strain = smallest_eigenvalue(_at_depth(operator, finger.skin).strain(pressures[load]))
+        strain = smallest_eigenvalue(at_depth(operator, finger.skin).strain(pressures[load]))
         rows.append(roughness(strain[:-1] - strain[-1], size_mm).double().numpy())
     return np.stack(rows)
 
 
-def _at_depth(operator: ElasticLayerOperator, skin: Skin) -> ElasticLayerOperator:
-    """The operator with the layer's strain at the receptor depth of a skin."""
+def at_depth(operator: ElasticLayerOperator, skin: Skin) -> ElasticLayerOperator:
+    """The operator with the layer's strain at the receptor depth of a skin; free sides as they are."""
     symbols = sliding_layer(skin, operator.samples, operator.size_mm).strain_symbols
     return replace(operator, strain_symbols=symbols.to(operator.symbol.dtype))

@@ -37,6 +37,7 @@ class Iterate:
         picture_mean, picture_rms: change of the pictures, in % of their mean.
         memory: state of the method beside the heights, by name; enough to go on from here.
         energies: terms of the sum that the method minimises, by name, unweighted; empty if there are none.
+        fingers: distance of other fingers from their goals, in the % of picture change that it counts as.
     """
 
     step: int
@@ -47,6 +48,12 @@ class Iterate:
     picture_rms: float
     memory: dict[str, Array]
     energies: dict[str, float] = field(default_factory=dict)
+    fingers: float = 0.0
+
+    @property
+    def cost(self) -> float:
+        """What is to be small once targets are met: the picture change with other fingers' part, %."""
+        return math.hypot(self.picture_rms, self.fingers)
 
     @property
     def means(self) -> dict[str, float]:
@@ -56,7 +63,7 @@ class Iterate:
     def finite(self) -> bool:
         """Whether every number is finite."""
         arrays = (*self.values.values(), self.heights)
-        return math.isfinite(self.picture_rms) and all(bool(np.isfinite(array).all()) for array in arrays)
+        return math.isfinite(self.cost) and all(bool(np.isfinite(array).all()) for array in arrays)
 
 
 class Remembered(NamedTuple):
@@ -116,16 +123,16 @@ class DescentMethod(Protocol):
 
 
 class StepRecord(NamedTuple):
-    """A step for the stopping rules: relative error, whether the targets are met, picture change in %."""
+    """A step for the stopping rules: relative error, whether the targets are met, `Iterate.cost`."""
 
     relative_error: float
     met: bool
-    picture_rms: float
+    cost: float
 
 
-def record_of(targets: Targets, values: Values, picture_rms: float) -> StepRecord:
+def record_of(targets: Targets, values: Values, cost: float) -> StepRecord:
     """The record of a step with these values of touch."""
-    return StepRecord(targets.relative_error(values), targets.met(values), picture_rms)
+    return StepRecord(targets.relative_error(values), targets.met(values), cost)
 
 
 @dataclass(frozen=True)
@@ -163,7 +170,7 @@ def descend(
         trace: records of the steps of an earlier segment.
     """
     best = start if best is None else better(targets, best, start)
-    if targets.met(best.values) and best.picture_rms == 0.0:
+    if targets.met(best.values) and best.cost == 0.0:
         # Nothing is to be gained: this is the original, and it feels as wanted.
         return DescentResult(best, start, StopReason.CONVERGED)
     current = start
@@ -179,7 +186,7 @@ def descend(
                 return DescentResult(best, current, StopReason.NON_FINITE)
             current = following
             best = better(targets, best, current)
-            records.append(record_of(targets, current.values, current.picture_rms))
+            records.append(record_of(targets, current.values, current.cost))
             if on_step is not None:
                 on_step(current, best, time.perf_counter() - began)
     except KeyboardInterrupt:
@@ -195,7 +202,7 @@ def better(targets: Targets, one: Iterate, other: Iterate) -> Iterate:
     """The iterate with the targets met; of two such the closer look; of none the smaller relative error."""
     met = [targets.met(iterate.values) for iterate in (one, other)]
     if met[0] and met[1]:
-        return other if other.picture_rms < one.picture_rms else one
+        return other if other.cost < one.cost else one
     if met[0] != met[1]:
         return one if met[0] else other
     errors = [targets.relative_error(iterate.values) for iterate in (one, other)]
@@ -218,7 +225,7 @@ def _settled(records: Sequence[StepRecord], patience: int) -> bool:
     recent = records[-patience - 1 :]
     if len(recent) <= patience or not all(record.met for record in recent):
         return False
-    return min(record.picture_rms for record in recent[1:]) > (1.0 - STALL) * recent[0].picture_rms
+    return min(record.cost for record in recent[1:]) > (1.0 - STALL) * recent[0].cost
 
 
 def _hopeless(records: Sequence[StepRecord]) -> bool:

@@ -27,8 +27,10 @@ from optimize.descent.driver import PRESSURES, Iterate, Remembered
 from optimize.descent.forces import Aim
 from optimize.descent.laplacian import laplacian
 from optimize.descent.masking import masking_weights
+from optimize.descent.other_fingers import Drawn, FingersFelt, OtherFingers
 from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.touch_measures import TouchMeasures
+from optimize.descent.trust import DAMPING, LARGEST_SHARE, LEAST_SHARE, MOST_DAMPING, Trust
 from relief.arrays import Array
 from relief.progress import stage
 from tactile.sparse import factorised
@@ -37,8 +39,6 @@ from visual.exact.view import Pictures, View
 from visual.fast.jacobian import FastView
 from visual.height_view import HeightView
 
-DAMPING = 1.0
-"""Damping mu of the first step, for pictures in units of their mean and heights in mm, one pixel a sample."""
 SMOOTHING = 10.0
 """Weight of the differences between neighbouring samples in the damping."""
 ROUGHENING = 3.0
@@ -53,17 +53,8 @@ EDGE_SAMPLES = EdgeSamples(shadows=2, visibility=4)
 """Samples along moving edges: their motion is then about as noisy as these pictures."""
 DIRECTIONS = 16
 """Parallel lights that stand for each light that is not parallel."""
-LARGEST_SHARE, LEAST_SHARE = 0.2, 0.002
-"""Bounds of the share of its current value by which one step may change a target."""
-MISSED, HIT = 0.5, 0.25
-"""Prediction errors, as shares of the step, above which damping grows and below which it falls."""
-RAISED, EASED = 8.0, 0.25
-"""Factors of the damping: growth where the prediction error is as large as the step (in proportion below
-that), and fall. A fall by 0.5 made brick take two more steps for its last and smallest changes."""
 REFUSED, ATTEMPTS = 0.75, 4
 """Prediction error, as a share of the step, above which a step is tried again, shorter; and most tries."""
-LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e4
-"""Bounds of the damping mu."""
 CLOSE, PRESSES = 0.25, 5
 """Prediction error, as a share of the step, at which the forces on the targets need no further correction;
 and most presses for that. A press costs a fifth of the step's linear solve. Where the slopes of all targets
@@ -74,27 +65,6 @@ DIVERGED = 2.0
 """If a correction's error exceeds this multiple of the smallest so far, a shorter step is tried."""
 LARGEST_CORRECTION = 3.0
 """Largest change of the forces by one correction, in units of the last forces."""
-
-
-class Trust(NamedTuple):
-    """Trust in the linear model: the damping mu, and the share of a target's value that a step may change."""
-
-    damping: float
-    share: float
-
-    def after(self, error: float, tried: float) -> Trust:
-        """The trust in the next step.
-
-        Args:
-            error: prediction error of this step, as a share of its length.
-            tried: the largest share of a target's value that this step meant to change.
-        """
-        damping = self.damping * (RAISED * error if error > MISSED else EASED if error < HIT else 1.0)
-        share = 0.5 * tried if error > MISSED else self.share * (1.5 if error < HIT else 1.0)
-        return Trust(
-            float(np.clip(damping, LEAST_DAMPING, MOST_DAMPING)),
-            float(np.clip(share, LEAST_SHARE, LARGEST_SHARE)),
-        )
 
 
 class _System(NamedTuple):
@@ -117,6 +87,7 @@ class _Evaluation(NamedTuple):
 
     look: tuple[Pictures, ...]
     touch: TouchMeasures
+    others: FingersFelt | None
 
 
 class GaussNewton:
@@ -141,6 +112,9 @@ class GaussNewton:
         self._roots = np.sqrt(masking_weights(target, problem.masking))
         self._plate = problem.plate_weights(self._target)
         self._current: _Evaluation | None = None
+        # Pixels that change as a whole, by the weights that they have in the sum.
+        pixels = float(self._weights.sum()) * float((self._plate > 0.0).mean()) * self._target[0].size
+        self._others = None if problem.fingers is None else OtherFingers(problem, problem.fingers, pixels)
 
     @staticmethod
     def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
@@ -156,11 +130,12 @@ class GaussNewton:
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step, shortened until the targets follow their prediction."""
         assert self._current is not None
-        look, touch = self._current
+        look, touch, others = self._current
+        drawn = None if others is None else others.drawn()
         trust = Trust(*iterate.memory["trust"])
         system = self._system(iterate.heights, look)
         for attempt in range(ATTEMPTS):
-            response = _response(system, trust.damping, touch.gradients)
+            response = _response(system, trust.damping, touch.gradients, drawn)
             heights, after, error = self._step(iterate.heights, touch, response, trust.share)
             distance = self._aim.distance(self._aim.values(touch.values))
             trust = trust.after(error, min(trust.share, distance))
@@ -231,7 +206,8 @@ class GaussNewton:
     def _stand(self, step: int, heights: Array, touch: TouchMeasures, trust: Trust) -> Iterate:
         unmoved = np.array_equal(heights, self._problem.heights)
         look = self._original if unmoved else self._evaluate(heights)
-        self._current = _Evaluation(look, touch)
+        others = None if self._others is None else self._others.press(heights)
+        self._current = _Evaluation(look, touch, others)
         pictures = np.concatenate([of_view.pictures for of_view in look]) * self._unit
         return Iterate(
             step,
@@ -240,6 +216,7 @@ class GaussNewton:
             touch.contact_fraction,
             *change_percent(pictures, self._target, self._plate, self._problem.scene.weights),
             {"trust": np.array(trust), "pressure": touch.pressure},
+            fingers=0.0 if others is None else others.percent,
         )
 
     @stage("collecting the equations of a step")
@@ -276,11 +253,24 @@ def _views(problem: Problem) -> tuple[View | FastView | HeightView, ...]:
 
 
 @stage("solving for a step")
-def _response(system: _System, damping: float, gradients: Array | sp.csr_matrix) -> _Response:
-    """The least squares of the look solved: alone, and for a unit force along each target's gradient."""
+def _response(
+    system: _System, damping: float, gradients: Array | sp.csr_matrix, drawn: Drawn | None = None
+) -> _Response:
+    """The least squares solved: alone, and for a unit force along each target's gradient.
+
+    Values that are only drawn to their goals are terms of low rank beside those of the look, which the
+    matrix of the look is factorised without (Woodbury's formula).
+    """
     solve = factorised(system.matrix + damping * system.damping, minimum_degree=True)
     pulled = gradients if isinstance(gradients, np.ndarray) else gradients.toarray()
-    solved = solve(np.column_stack((system.load, pulled.T)))
+    columns = [system.load, *pulled, *(() if drawn is None else drawn.gradients)]
+    solved = solve(np.column_stack(columns))
+    if drawn is not None:
+        solved, by_drawn = np.split(solved, [1 + len(pulled)], axis=1)
+        own = np.diag(1.0 / drawn.stiffness) + drawn.gradients @ by_drawn
+        missing = -drawn.gradients @ solved
+        missing[:, 0] += drawn.wanted
+        solved = solved + by_drawn @ np.linalg.solve(own, missing)
     return _Response(solved[:, 0], solved[:, 1:])
 
 

@@ -22,6 +22,20 @@ from visual.scene import Scene
 
 
 @dataclass(frozen=True)
+class FingerRange:
+    """What fingers beside the steered one are to feel (`optimize.descent.other_fingers`).
+
+    Attributes:
+        factors: (k,) by which the roughness that each of them feels is to change, over the places.
+        weight: picture change, rms in % of the mean, that counts as much as one just-noticeable difference
+            of the fingers from their goals, rms over them.
+    """
+
+    factors: Array
+    weight: float
+
+
+@dataclass(frozen=True)
 class Problem:
     """One optimisation.
 
@@ -42,6 +56,7 @@ class Problem:
         precision: of touch; None for that of its model.
         repeats: axes (rows, cols) along which the relief repeats.
         spacing_mm: greatest distance between neighbouring places of the finger.
+        fingers: what other fingers are to feel; None if that does not matter.
         patches: of the relief under the finger, one at each place.
         model: of touch, for one patch or a batch.
     """
@@ -62,6 +77,7 @@ class Problem:
     precision: torch.dtype | None = None
     repeats: tuple[bool, bool] = (False, False)
     spacing_mm: float = SPACING_MM
+    fingers: FingerRange | None = None
     patches: Patches = field(init=False)
     model: tactile.TouchModel = field(init=False)
 

@@ -70,6 +70,7 @@ class _Iterate:
     contact_fraction: Annotated[float, Field(ge=0, le=1)]
     picture_mean: NotNegative
     picture_rms: NotNegative
+    fingers: NotNegative = 0.0
 
 
 @dataclass(frozen=True)

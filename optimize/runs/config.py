@@ -183,6 +183,12 @@ class Run(Section):
         return self
 
     @model_validator(mode="after")
+    def _fingers_by_gauss_newton(self) -> Self:
+        if self.touch.fingers == "range" and self.descent.method != "gauss-newton":
+            raise ValueError(f"touch.fingers: {self.descent.method} steers one finger; gauss-newton a range")
+        return self
+
+    @model_validator(mode="after")
     def _goals_fit_the_plate(self) -> Self:
         size_mm = LARGEST_PLATE_MM if self.size_mm is None else self.size_mm
         for quantity, key, goal in self.touch.goals():

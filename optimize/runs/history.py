@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -61,7 +62,11 @@ class History:
     def trace(self) -> list[StepRecord]:
         """Records of the steps of this outer iteration."""
         return [
-            record_of(self.targets, _values(row), row["picture_rms_percent"])
+            record_of(
+                self.targets,
+                _values(row),
+                math.hypot(row["picture_rms_percent"], row.get("fingers_percent", 0.0)),
+            )
             for row in self.rows
             if row["step"] > 0 and row["round"] == self.iteration
         ]
@@ -76,6 +81,7 @@ class History:
             **by_prefix("target", self.targets.goals()),
             "picture_mean_percent": iterate.picture_mean,
             "picture_rms_percent": iterate.picture_rms,
+            **({"fingers_percent": iterate.fingers} if iterate.fingers else {}),
             **{f"energy_{name}": energy for name, energy in iterate.energies.items()},
             "seconds": seconds,
             **({"places": places} if places else {}),

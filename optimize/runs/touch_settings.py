@@ -80,6 +80,8 @@ else:
     """`[[touch.region]]` with a field for each goal key of the table."""
 
 
+LARGEST_FINGERS_WEIGHT = 1000.0
+"""Largest weight of other fingers, ten times the one from which they hardly come closer."""
 SMALLEST_SPACING_MM = 0.1
 """Least distance between places of the finger, mm: neighbours then feel the same within a thousandth."""
 
@@ -93,6 +95,9 @@ class _TouchModel(SkinKeys):
     Attributes:
         model: of touch, for the descent.
         spacing_mm: greatest distance between neighbouring places of the finger, mm.
+        fingers: "range" draws other fingers (`tactile.fingers`) to the same change as well.
+        fingers_weight: picture change, rms in % of the mean, that counts as much as one just-noticeable
+            difference of the other fingers from that change.
         skin: name or file whose values the keys of `SkinKeys` have that are not given; "own" where one of
             those that are given differs.
         roughness_map: picture or array over the whole surface, of the roughness to be felt; absolute once
@@ -105,6 +110,8 @@ class _TouchModel(SkinKeys):
 
     model: Literal["layer", "quick", "net"] = "layer"
     spacing_mm: Annotated[float, Field(ge=SMALLEST_SPACING_MM, le=LARGEST_PLATE_MM)] = SPACING_MM
+    fingers: Literal["one", "range"] = "one"
+    fingers_weight: Annotated[float, Field(gt=0, le=LARGEST_FINGERS_WEIGHT)] = 20.0
     skin: Annotated[str, Field(min_length=1)] = DEFAULT_SKIN
     roughness_map: Annotated[Path, Field(strict=False)] | None = None
     roughness_range: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
@@ -153,6 +160,12 @@ class _TouchModel(SkinKeys):
             raise ValueError(f"{missing}: missing; a roughness along an axis has two ends")
         if self.axis is not None and self.roughness_from is None:
             raise ValueError("axis: is for roughness_from and roughness_to, which are missing")
+        return self
+
+    @model_validator(mode="after")
+    def _fingers_by_roughness(self) -> Self:
+        if self.fingers == "range" and not (ROUGHNESS.name in self.stated() or self.roughness_to is not None):
+            raise ValueError("fingers: a range of fingers needs a goal of roughness, such as jnd")
         return self
 
 

@@ -19,6 +19,8 @@ INTRODUCED: Mapping[str, Any] = {
     "seed": 0,
     "touch.model": "layer",
     "touch.spacing_mm": 2.5,
+    "touch.fingers": "one",
+    "touch.fingers_weight": 20.0,
     "touch.skin": "paper",
     "touch.young_modulus_mpa": 0.5,
     "touch.poisson_ratio": 0.48,

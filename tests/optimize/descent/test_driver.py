@@ -250,3 +250,11 @@ def test_of_two_that_miss_the_target_the_nearer_is_better_whatever_its_look() ->
     one, other = iterate(1, NEAR, 9.0), iterate(2, FAR, 0.0)
     assert better(TARGETS, one, other) is one
     assert better(TARGETS, other, one) is one
+
+
+def test_what_other_fingers_feel_counts_like_a_change_of_the_pictures() -> None:
+    near, far = (replace(iterate(1, MET, 3.0), fingers=fingers) for fingers in (4.0, 5.0))
+    assert near.cost == pytest.approx(5.0)
+    assert better(TARGETS, far, near) is near and better(TARGETS, near, far) is near
+    assert better(TARGETS, near, iterate(2, MET, 5.1)) is near
+    assert not replace(near, fingers=np.inf).finite()

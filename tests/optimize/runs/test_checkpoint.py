@@ -30,6 +30,7 @@ def iterate(step: int, touches: int = 1) -> Iterate:
         picture_mean=random.random(),
         picture_rms=random.random(),
         memory=memory,
+        fingers=random.random(),
     )
 
 
@@ -43,7 +44,7 @@ CHECKPOINT = Checkpoint(current=iterate(7), best=iterate(5), state=CORRECTED, se
 
 
 def assert_same(one: Iterate, other: Iterate) -> None:
-    numbers = ("step", "contact_fraction", "picture_mean", "picture_rms")
+    numbers = ("step", "contact_fraction", "picture_mean", "picture_rms", "fingers")
     assert [getattr(one, name) for name in numbers] == [getattr(other, name) for name in numbers]
     np.testing.assert_equal(one.values, other.values)
     np.testing.assert_array_equal(one.heights, other.heights)

@@ -186,6 +186,10 @@ def test_an_overridden_path_is_relative_to_the_working_directory(
         ("jnd = 1\n[descent]\nsteps = 0", "descent.steps"),
         ("jnd = 1\n[descent]\ntolerance = 1.5", "descent.tolerance"),
         ('jnd = 1\n[verify]\nmodel = "truth"', "verify.model"),
+        ('jnd = 1\nfingers = "many"', "touch.fingers"),
+        ("jnd = 1\nfingers_weight = 0", "touch.fingers_weight"),
+        ('contact_area_mm2 = 40\nfingers = "range"', "touch: fingers: a range of fingers needs a goal of"),
+        ('jnd = 1\nfingers = "range"\n[descent]\nmethod = "adam"', "touch.fingers: adam steers one finger"),
     ],
 )
 def test_a_value_out_of_range_is_named(run_file: Path, touch: str, key: str) -> None:
@@ -262,3 +266,9 @@ def test_a_key_of_many_parts_is_refused_at_once(run_file: Path, content: str) ->
 def test_an_override_that_is_none_is_named(run_file: Path, override: str) -> None:
     with pytest.raises(InputError, match=r"seed|=3|jnd"):
         config.load_run(run_file, ["seed=1", override])
+
+
+def test_a_range_of_fingers_has_a_weight(run_file: Path) -> None:
+    touch = config.load_run(run_file, ["touch.fingers=range", "touch.fingers_weight=5"]).touch
+    assert (touch.fingers, touch.fingers_weight) == ("range", 5.0)
+    assert config.load_run(run_file).touch.fingers == "one"

@@ -1,0 +1,40 @@
+"""Trust in the linear model of a step: how strongly it is damped, and how far it may go."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+DAMPING = 1.0
+"""Damping mu of the first step, for pictures in units of their mean and heights in mm, one pixel a sample."""
+LARGEST_SHARE, LEAST_SHARE = 0.2, 0.002
+"""Bounds of the share of its current value by which one step may change a target."""
+MISSED, HIT = 0.5, 0.25
+"""Prediction errors, as shares of the step, above which damping grows and below which it falls."""
+RAISED, EASED = 8.0, 0.25
+"""Factors of the damping: growth where the prediction error is as large as the step (in proportion below
+that), and fall. A fall by 0.5 made brick take two more steps for its last and smallest changes."""
+LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e4
+"""Bounds of the damping mu."""
+
+
+class Trust(NamedTuple):
+    """Trust in the linear model: the damping mu, and the share of a target's value that a step may change."""
+
+    damping: float
+    share: float
+
+    def after(self, error: float, tried: float) -> Trust:
+        """The trust in the next step.
+
+        Args:
+            error: prediction error of this step, as a share of its length.
+            tried: the largest share of a target's value that this step meant to change.
+        """
+        damping = self.damping * (RAISED * error if error > MISSED else EASED if error < HIT else 1.0)
+        share = 0.5 * tried if error > MISSED else self.share * (1.5 if error < HIT else 1.0)
+        return Trust(
+            float(np.clip(damping, LEAST_DAMPING, MOST_DAMPING)),
+            float(np.clip(share, LEAST_SHARE, LARGEST_SHARE)),
+        )
