@@ -21,7 +21,7 @@ def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) 
 
     Args:
         heights_mm: (rows, cols) heights in mm, row 0 at +y, column 0 at -x; z = 0 is the top of the base.
-        size_mm: Side of the plate, mm.
+        size_mm: Width of the plate, mm.
         base_mm: Thickness under z = 0, mm; the bottom is flat at z = -base_mm.
 
     Returns:
@@ -50,7 +50,7 @@ def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: flo
     Args:
         path: The file; missing folders are made.
         heights_mm: As for `plate_mesh`.
-        size_mm: Side of the plate, mm.
+        size_mm: Width of the plate, mm.
         base_mm: Thickness under z = 0, mm.
 
     Returns:

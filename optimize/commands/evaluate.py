@@ -137,7 +137,7 @@ def run(arguments: argparse.Namespace) -> int:
     screen.print(table(entries))
     plates = " and ".join(f"{size_mm:g} x {size_mm:g}" for size_mm in dict.fromkeys(sizes))
     screen.print(
-        f"{model_name(arguments.model).capitalize()}, {skin.young_modulus_mpa:g} MPa, "
+        f"{model_name(arguments.model).capitalize()}, skin {Path(name).stem}: {_moduli(skin)}, "
         f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {plates} mm."
     )
     if scene is not None:
@@ -158,6 +158,12 @@ def _skin(arguments: argparse.Namespace) -> tuple[str, Skin]:
     with naming("evaluate"):
         skin = replace(named, **given)
     return name if skin == named else OWN, skin
+
+
+def _moduli(skin: Skin) -> str:
+    """The layers of a skin from the surface down, and the modulus of the rest."""
+    layers = "".join(f"{thickness:g} mm of {modulus:g} over " for thickness, modulus in skin.layers)
+    return f"{layers}{skin.young_modulus_mpa:g} MPa"
 
 
 def _scene(arguments: argparse.Namespace) -> Path | None:
@@ -243,13 +249,8 @@ def described(textures: Sequence[Path], measured: "Sequence[TouchMeasures]") -> 
     first = measured[0].means[ROUGHNESS.name]
     for path, touch in zip(textures, measured, strict=True):
         entry = {"texture": str(path), **touch.means, "contact_fraction": touch.contact_fraction}
-        if (count := len(touch.values[ROUGHNESS.name])) > 1:
-            ends = {
-                f"{name}_{end}": float(of(each))
-                for name, each in touch.values.items()
-                for end, of in (("min", min), ("max", max))
-            }
-            entry["places"] = {"count": count, **ends}
+        if touch.ends["count"] > 1:
+            entry["places"] = touch.ends
         if len(measured) > 1:
             roughness = touch.means[ROUGHNESS.name]
             smooth = min(roughness, first) < SMOOTH

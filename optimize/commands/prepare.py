@@ -167,10 +167,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _touch(prepared: "Prepared", picture: Path) -> "TouchMeasures | None":
-    """What a finger feels on the plate, or on one tile of it, by the elastic layer.
+    """What a finger feels all over the plate or the tile, by the elastic layer.
 
     None if no relief is known, or too much is to be pressed.
     """
+    repeats = not prepared.numbers.keys().isdisjoint(("tile", "plate"))
     heights, size_mm = prepared.heights, prepared.size_mm or PATCH_SIDE_MM
     if "plate" in prepared.numbers:
         size_mm, side = (prepared.numbers["plate"][name] for name in ("tile_mm", "tile_samples"))
@@ -181,7 +182,7 @@ def _touch(prepared: "Prepared", picture: Path) -> "TouchMeasures | None":
     from tactile.skin import Skin
 
     with naming(picture), contact_errors_name(picture), stage("pressing the skin on the relief"):
-        return measure_touch(heights, size_mm, Skin(), "layer")
+        return measure_touch(heights, size_mm, Skin(), "layer", repeats=(repeats, repeats))
 
 
 def _feel(prepared: "Prepared", touch: "TouchMeasures | None") -> dict[str, str]:
@@ -193,6 +194,9 @@ def _feel(prepared: "Prepared", touch: "TouchMeasures | None") -> dict[str, str]
     roughness = touch.means[ROUGHNESS.name]
     numbers = [f"{one.label} {number(touch.means[name])} {one.unit}" for name, one in QUANTITIES.items()]
     numbers.append(f"{100.0 * touch.contact_fraction:.0f} % of the plate in contact")
+    if (ends := touch.ends)["count"] > 1:
+        least, largest = (number(ends[f"{ROUGHNESS.name}_{end}"]) for end in ("min", "max"))
+        numbers.append(f"means over {ends['count']} places of the finger, roughness {least} to {largest}")
     lines = {"feel": ", ".join(text.rstrip() for text in numbers)}
     lowest, highest = NATURAL_ROUGHNESS
     if not lowest <= roughness <= highest:
@@ -222,7 +226,11 @@ def _entry(
     prepared: "Prepared", touch: "TouchMeasures | None", picture: Path, out: Path, shown: Path
 ) -> dict[str, Any]:
     """The numbers for programs."""
-    felt = {} if touch is None else {**touch.means, "contact_fraction": touch.contact_fraction}
+    felt: dict[str, Any] = {}
+    if touch is not None:
+        felt = {**touch.means, "contact_fraction": touch.contact_fraction}
+        if touch.ends["count"] > 1:
+            felt["places"] = touch.ends
     files = {"picture_file": str(picture), "heights": str(out), "preview": str(shown)}
     return {**files, **prepared.numbers, **felt}
 

@@ -54,6 +54,13 @@ class TouchMeasures:
         """Means of the values over the places."""
         return means(self.values)
 
+    @property
+    def ends(self) -> dict[str, float]:
+        """The `count` of places, and the least and largest of each quantity, as `NAME_min` and `NAME_max`."""
+        pairs = {"min": np.min, "max": np.max}
+        each = {f"{name}_{end}": float(of(v)) for name, v in self.values.items() for end, of in pairs.items()}
+        return {"count": len(next(iter(self.values.values()))), **each}
+
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name} {value:.4g}" for name, value in self.means.items())
         return f"<touch by {self.model}: {numbers}, {100.0 * self.contact_fraction:.0f} % in contact>"

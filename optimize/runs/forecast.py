@@ -5,17 +5,19 @@ Intel Xeon (docs/decisions.md). They are proportional to the samples or pixels; 
 scene may take half or twice as much.
 """
 
-import os
 import shutil
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from optimize.report.formatting import duration, model_name, number
 from optimize.runs.config import Run
+from optimize.runs.memory import machine_gib, needed_gib
 from optimize.runs.preparation import checked_scene
 from relief.errors import InputError, naming
+from relief.patches import Patches
+from relief.places import places
 from tactile.model import check_model
 from visual.models import LookModel
 
@@ -29,8 +31,8 @@ RENDERED, UNTIL_KNOWN = 2, 64
 """Reliefs whose final pictures are rendered, and about how many samples a pixel make their change known."""
 ADAM_STEP = 4.0
 """Seconds of one of Adam's steps in units of those of its pictures: the gradient takes most of a step."""
-MEMORY_GIB, SAMPLE_GIB = 0.5, 1.5e-5
-"""Peak memory, GiB: of any run, and for each height sample."""
+PLACE_S = 0.07
+"""Seconds of a step for each place of the finger beyond the first."""
 FOLDER_MIB, SAMPLE_MIB, PIXEL_MIB = 0.2, 1.7e-4, 1.6e-5
 """Size of the run's folder, MiB: of any, for each height sample, and for each pixel of each condition."""
 ANY_STEPS = 6
@@ -42,8 +44,9 @@ class Forecast:
     """What a run will do and take.
 
     Attributes:
-        samples: height samples a side.
-        size_mm, relief_mm: of the plate.
+        samples, rows: height samples along the width and along the height.
+        places: of the finger.
+        size_mm, relief_mm: width and relief of the plate.
         resolution: (rows, cols) of the pictures.
         conditions: their names.
         targets: what is to be felt, in words.
@@ -55,6 +58,8 @@ class Forecast:
     """
 
     samples: int
+    rows: int
+    places: int
     size_mm: float
     relief_mm: float
     resolution: tuple[int, int]
@@ -77,8 +82,11 @@ class Forecast:
     def lines(self) -> Iterator[tuple[str, str]]:
         """What the screen tells: a word and a sentence each."""
         rows, cols = self.resolution
-        yield "texture", f"{self.samples} x {self.samples} samples"
-        yield "plate", f"{self.size_mm:g} x {self.size_mm:g} mm, relief {number(self.relief_mm)} mm"
+        height_mm = self.size_mm * self.rows / self.samples
+        yield "texture", f"{self.samples} x {self.rows} samples"
+        yield "plate", f"{self.size_mm:g} x {height_mm:g} mm, relief {number(self.relief_mm)} mm"
+        if self.places > 1:
+            yield "finger", f"lands at {self.places} places"
         yield "pictures", f"{', '.join(self.conditions)}; {cols} x {rows} pixels"
         yield "target", "; ".join(self.targets)
         verified = "nothing verifies" if self.verify == "none" else f"verified by {model_name(self.verify)}"
@@ -101,15 +109,16 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         InputError: what is wrong with the input, in one line; or there is no room on the disk.
     """
     scene, look, maps = checked_scene(settings, variant)
-    samples, verify = scene.heights.shape[0], settings.verify
-    skin = settings.touch.finger
+    verify, skin = settings.verify, settings.touch.finger
+    surface = replace(scene.surface, repeats=settings.axes_repeat)
+    patches = Patches(surface, places(surface, settings.touch.spacing_mm))
     with naming(settings.texture):
-        check_model(skin, samples, scene.size_mm, settings.touch.model)
+        check_model(skin, patches.samples, patches.size_mm, settings.touch.model)
         if verify.model == "fem":
-            check_model(skin, samples, scene.size_mm, "fem", verify.resolution)
+            check_model(skin, patches.samples, patches.size_mm, "fem", verify.resolution)
     if look == "exact":
         scene.views()
-    heights, pixels = samples**2, scene.resolution[0] * scene.resolution[1]
+    heights, pixels = scene.heights.size, scene.resolution[0] * scene.resolution[1]
     steps = expected_steps(settings)
     disk = FOLDER_MIB + SAMPLE_MIB * heights + PIXEL_MIB * pixels * len(scene.conditions)
     place = next(path for path in (run_dir, *run_dir.absolute().parents) if path.exists())
@@ -117,7 +126,9 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
     if free < disk:
         raise InputError(f"{run_dir}: needs about {disk:.0f} MiB, {free:.0f} MiB are free")
     return Forecast(
-        samples=samples,
+        samples=surface.shape[1],
+        rows=surface.shape[0],
+        places=patches.count,
         size_mm=scene.size_mm,
         relief_mm=float(scene.heights.max() - scene.heights.min()),
         resolution=scene.resolution,
@@ -130,11 +141,12 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         look=look,
         verify=verify.model,
         steps=steps,
-        seconds=_seconds(settings, look, steps, heights, pixels * scene.passes),
-        memory_gib=MEMORY_GIB + SAMPLE_GIB * heights,
+        seconds=_seconds(settings, look, steps, heights, pixels * scene.passes)
+        + PLACE_S * steps * (patches.count - 1),
+        memory_gib=needed_gib(heights, patches.count),
         disk_mib=disk,
         free_mib=free,
-        machine_gib=os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30,
+        machine_gib=machine_gib(),
     )
 
 

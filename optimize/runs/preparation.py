@@ -19,9 +19,11 @@ from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.report.jod import jod_obstacle
 from optimize.runs.config import Run
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
+from optimize.runs.memory import check_memory_of
 from optimize.runs.touch_settings import too_large
 from relief.arrays import Array, Index
 from relief.errors import InputError, naming
+from relief.patches import Patches
 from relief.places import places
 from relief.progress import stage
 from relief.seam import check_seams
@@ -90,18 +92,21 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel,
     look = steering_look(settings, scene)
     if scene.colour:
         _log.warning("%s: has colour; the descent keeps luminance", settings.scene)
+    surface = Surface((scene.heights.shape[0], scene.heights.shape[1]), scene.size_mm, settings.axes_repeat)
+    lattice = places(surface, settings.touch.spacing_mm)
+    patch_mm = Patches(surface, lattice).size_mm
     for quantity, goal_key, number in settings.touch.goals():
         if not goal_key.relative:
             # Before the operators of the skin are built, which can take many seconds.
-            _check_goal(settings, quantity, goal_key, number, scene.size_mm)
+            _check_goal(settings, quantity, goal_key, number, patch_mm)
     check_seams(scene.heights, settings.axes_repeat, settings.texture)
     if np.ptp(scene.heights) == 0.0:
         key = next(iter(settings.touch.stated().values()))
         raise InputError(
             f"{settings.texture}: touch.{key}: the texture is flat; there is no relief to change"
         )
-    surface = Surface((scene.heights.shape[0], scene.heights.shape[1]), scene.size_mm, settings.axes_repeat)
-    maps = goal_maps(settings.touch, surface, places(surface, settings.touch.spacing_mm))
+    check_memory_of(settings.texture, surface.shape, len(lattice))
+    maps = goal_maps(settings.touch, surface, lattice)
     # Refused now, not after the descent.
     if settings.verify.jod and (obstacle := jod_obstacle()):
         raise InputError(f"verify.jod: {obstacle}")
@@ -149,7 +154,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
 
     with naming(settings.texture), stage("pressing on the original"):
         original = press(scene.heights, verifier or touch.model, steered)
-    targets = _targets(settings, scene.size_mm, original.values, maps, steered)
+    targets = _targets(settings, untargeted.patches.size_mm, original.values, maps, steered)
     problem = replace(untargeted, targets=targets, fingers=_fingers(settings, targets, original))
 
     def method_for(surrogate: Targets, steps: int) -> DescentMethod:
@@ -242,7 +247,7 @@ def _targets(settings: Run, size_mm: float, original: Values, maps: Sequence[Goa
 
 
 def _check_goal(settings: Run, quantity: Quantity, key: GoalKey, goal: float, size_mm: float) -> None:
-    """Raise InputError if the plate has no room for a goal."""
+    """Raise InputError if a patch of this side has no room for a goal."""
     if goal > quantity.largest(size_mm):
         number = settings.touch.numbers()[key.key]
         fault = too_large(quantity, goal, size_mm)

@@ -58,6 +58,11 @@ def test_a_tile_and_an_exr(capsys: pytest.CaptureFixture[str]) -> None:
     lines = printed(capsys, *argv, "--crop", "2,0,44,40", "--invert", "--levels", "1%,99%")
     assert "seam error" in lines and "dark is high" in lines
     assert load_height_map("tile.exr").heights.shape == (32, 32)
+    assert "places of the finger, roughness 0.0" in lines
+    plated = json.loads(printed(capsys, "prepare", "tile.exr", "-o", "a.exr", "--plate-mm", "20", "--json"))
+    assert plated["size_mm"] == 20.0 and plated["plate"] == {"tile_mm": 10.0, "tile_samples": 32}
+    assert plated["places"]["count"] == 16
+    assert plated["places"]["roughness_min"] < plated["roughness"] < plated["places"]["roughness_max"]
     assert "unknown without --relief-mm" in printed(capsys, "prepare", "wide.png", "-o", "plain.png")
 
 

@@ -9,6 +9,7 @@ import pytest
 from optimize.commands.main import main
 from optimize.runs.config import load_run
 from optimize.runs.forecast import Forecast, expected_steps, forecast
+from optimize.runs.memory import needed_gib
 from relief.heightmap import save_heights_exr
 from tests.visual.scenes import hills
 
@@ -69,7 +70,29 @@ def test_larger_and_farther_takes_more(folder: Path) -> None:
     small, far, fine = told("touch.jnd=1"), told("touch.jnd=-5"), told("touch.jnd=1", "define.resolution=64")
     assert far.steps > small.steps and far.seconds > small.seconds
     assert fine.seconds > small.seconds and fine.disk_mib > small.disk_mib
+    tile = told("touch.jnd=1", "repeats=true")
+    assert (small.places, tile.places) == (1, 16)
+    assert tile.seconds > small.seconds and tile.memory_gib > small.memory_gib
+    assert ("finger", "lands at 16 places") in list(tile.lines())
     adam = load_run("gravel", ["descent.method=adam", "descent.steps=70"])
     assert expected_steps(adam) == 70
     assert expected_steps(load_run("gravel", ["descent.method=scaling"])) == 1
     assert expected_steps(load_run("gravel", ["touch.jnd=-9", "descent.steps=20"])) == 20
+
+
+def test_a_plate_too_large_for_the_memory_is_refused_before_any_work(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("optimize.runs.memory.machine_gib", lambda: 0.51)
+    for extra in ([], ["--dry-run"]):
+        arguments = ["hills.exr", "--jnd", "1", "--repeats", *SMALL[:2], *extra]
+        assert main(["optimize", *arguments]) == 2
+        line = capsys.readouterr().err
+        assert line.count("\n") == 1 and "hills.exr: 32 x 32 samples touched at 16 places take" in line
+    assert not (folder / "runs").exists()
+
+
+def test_memory_grows_with_samples_and_places() -> None:
+    alone, many = needed_gib(500**2, 1), needed_gib(500**2, 49)
+    assert alone == pytest.approx(4.25)
+    assert many - alone == pytest.approx(3 * 8 * 49 * 500**2 / 2**30)

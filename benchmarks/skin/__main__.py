@@ -1,0 +1,78 @@
+"""Which finger is the default: published facts of touch for skins of several kinds.
+
+python -m benchmarks.skin            # every skin that is not in the results yet; JSON, picture and tables
+python -m benchmarks.skin --again    # all of them anew
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Any
+
+from benchmarks.common import load, machine, save, table
+from benchmarks.skin.chart import draw
+from benchmarks.skin.facts import FACTS, VALUES, Outcome, in_range, peak
+from benchmarks.skin.pressing import pressed
+from benchmarks.skin.skins import layered, plain
+from benchmarks.skin.stimuli import natural, series
+from relief.progress import say
+
+SHOWN = ("F/E 20", "F/E 10", "F/E 4", "F/E 2", "0.7 mm of 2 over 0.4 MPa")
+"""Skins of the table, before the layered one that the fit chose; the last is halfway to it."""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--again", action="store_true")
+    results: dict[str, Any] = {} if parser.parse_args().again else load("skin")
+    plates, reliefs = series(), natural()
+    skins = plain() | layered()
+    felt = results.setdefault("felt", {})
+    for name, skin in skins.items():
+        if name not in felt:
+            say(name)
+            felt[name] = pressed(skin, plates, reliefs)
+            save("skin", results | {"machine": machine()})
+    results["facts"] = {
+        name: {fact.name: vars(fact.of(felt[name])) for fact in FACTS} for name in skins if name in felt
+    }
+    results["ranking"] = ranking(felt)
+    save("skin", results | {"machine": machine()})
+    shown = [*SHOWN, results["ranking"][0]]
+    rows = []
+    for fact in FACTS:
+        outcomes = [fact.of(felt[name]) for name in shown]
+        rows.append([fact.name + " (fit)" * fact.fit, *map(_cell, outcomes)])
+    for title, chosen in (
+        ("fit", [f for f in FACTS if f.fit]),
+        ("predicted", [f for f in FACTS if not f.fit]),
+    ):
+        counts = [sum(fact.of(felt[name]).right for fact in chosen) for name in shown]
+        rows.append([f"right, {title}", *(f"{count} of {len(chosen)}" for count in counts)])
+    print(table(["fact", *shown], rows))
+    draw(felt, results["ranking"][0])
+
+
+def ranking(felt: dict[str, Any]) -> list[str]:
+    """Layered skins by right facts of the fit, then natural reliefs in range, then the peak near 2.5 mm."""
+
+    def worse(name: str) -> tuple[int, int, float]:
+        right = sum(fact.of(felt[name]).right for fact in FACTS if fact.fit)
+        return (
+            -right,
+            -in_range(felt[name]),
+            abs(math.log(peak(VALUES["spacing"], felt[name]["spacing"]) / 2.5)),
+        )
+
+    return sorted((name for name in layered() if name in felt), key=worse)
+
+
+def _cell(outcome: Outcome) -> str:
+    return f"{outcome.told} {'right' if outcome.right else '**wrong**'}"
+
+
+if __name__ == "__main__":
+    main()

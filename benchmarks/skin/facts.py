@@ -1,0 +1,202 @@
+"""Published facts of touch, each with its source, and whether a skin gets it right.
+
+A fact is a sign or a range that its source states; numbers of people are not compared with V. Facts marked
+`fit` chose among the layered skins of the grid; the others are predicted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from statistics import median
+from typing import Any
+
+from benchmarks.skin.stimuli import series
+
+PEAK_MM = (2.0, 3.0)
+"""Range of the spacing at which dots are roughest."""
+NATURAL_ROUGHNESS = (0.03, 0.12)
+"""Range of natural reliefs in the paper."""
+READINGS = (1.0, math.pi)
+"""Factors of V by the two readings of equation 2: the mean over pairs, and as printed, with lengths in cm."""
+ORDER_MM2 = math.sqrt(10.0)
+"""Factor within which a contact area is "on the order of" another."""
+FALLEN = 0.9
+"""Share of the peak below which an end of a curve counts as lower."""
+STEP = 1.01
+"""Ratio from which a value counts as larger than the one before."""
+
+VALUES = {one.name: one.values for one in series()}
+Measured = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a skin gives for a fact.
+
+    Attributes:
+        told: the numbers, short.
+        right: whether they agree with the fact.
+    """
+
+    told: str
+    right: bool
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A published fact.
+
+    Attributes:
+        name: short, for tables.
+        says: what people do.
+        source: who found it.
+        of: the outcome of a skin by what it feels (`benchmarks.skin.pressing.pressed`).
+        fit: whether the fact chose a layered skin.
+    """
+
+    name: str
+    says: str
+    source: str
+    of: Callable[[Measured], Outcome]
+    fit: bool = False
+
+
+def peak(values: Sequence[float], felt: Sequence[float]) -> float:
+    """Length at which a curve is highest, by a parabola in the logarithm; an end if it is highest there."""
+    at = max(range(len(felt)), key=felt.__getitem__)
+    if at in (0, len(felt) - 1):
+        return values[at]
+    x = [math.log(value) for value in values[at - 1 : at + 2]]
+    y = felt[at - 1 : at + 2]
+    left, right = (y[1] - y[0]) / (x[1] - x[0]), (y[2] - y[1]) / (x[2] - x[1])
+    middle, slope = 0.5 * (x[0] + x[1]), (right - left) / (0.5 * (x[2] - x[0]))
+    return math.exp(middle - left / slope) if slope < 0.0 else values[at]
+
+
+def _peak(name: str) -> Callable[[Measured], Outcome]:
+    def of(felt: Measured) -> Outcome:
+        at = peak(VALUES["spacing"], felt[name])
+        return Outcome(f"{at:.2f} mm", PEAK_MM[0] <= at <= PEAK_MM[1])
+
+    return of
+
+
+def _inverted_u(name: str) -> Callable[[Measured], Outcome]:
+    def of(felt: Measured) -> Outcome:
+        curve = felt[name]
+        ends = [end / max(curve) for end in (curve[0], curve[-1])]
+        told = f"{ends[0]:.2f}, 1, {ends[1]:.2f}; top {peak(VALUES[name], curve):.1f} mm"
+        return Outcome(told, max(ends) <= FALLEN)
+
+    return of
+
+
+def _falls(name: str) -> Callable[[Measured], Outcome]:
+    def of(felt: Measured) -> Outcome:
+        ratio = felt[name][0] / felt[name][-1]
+        return Outcome(f"{ratio:.2f}", ratio >= STEP)
+
+    return of
+
+
+def _rises(name: str) -> Callable[[Measured], Outcome]:
+    def of(felt: Measured) -> Outcome:
+        curve = felt[name]
+        steps = [after / before for before, after in pairwise(curve)]
+        return Outcome(f"{curve[-1] / curve[0]:.2f}", min(steps) >= STEP)
+
+    return of
+
+
+def _natural(felt: Measured) -> Outcome:
+    low, high = NATURAL_ROUGHNESS
+    middles = [factor * median(felt["natural"]) for factor in READINGS]
+    told = " or ".join(
+        f"{middle:.3f} ({_within(felt, factor)})" for middle, factor in zip(middles, READINGS, strict=True)
+    )
+    return Outcome(told, any(low <= middle <= high for middle in middles))
+
+
+def in_range(felt: Measured) -> int:
+    """How many natural reliefs lie in the paper's range, by the reading of equation 2 that has more."""
+    return max(_within(felt, factor) for factor in READINGS)
+
+
+def _within(felt: Measured, factor: float) -> int:
+    low, high = NATURAL_ROUGHNESS
+    return sum(low <= factor * one <= high for one in felt["natural"])
+
+
+def _area(felt: Measured) -> Outcome:
+    middle = median(felt["natural, mm2"])
+    return Outcome(f"{middle:.0f} mm²", 100.0 / ORDER_MM2 <= middle <= 100.0)
+
+
+FACTS = (
+    Fact(
+        "peak of spacing",
+        "dots are roughest 2 to 3 mm apart",
+        "Hollins and Bensmaïa 2007, as the paper cites them",
+        _peak("spacing"),
+        fit=True,
+    ),
+    Fact(
+        "small dots",
+        "at one spacing, small dots are rougher than large ones (0.35 mm high)",
+        "Blake 1997, Tymms 2017",
+        _falls("diameter"),
+        fit=True,
+    ),
+    Fact(
+        "natural reliefs",
+        "the median roughness of natural reliefs lies between 0.03 and 0.12, as the mean over pairs or with "
+        "the factor pi of the printed equation 2 (in parentheses: how many of 12 lie there)",
+        "the paper",
+        _natural,
+        fit=True,
+    ),
+    Fact(
+        "small dots, high",
+        "the same with dots 0.62 mm high",
+        "Blake 1997, Tymms 2017",
+        _falls("diameter, high"),
+    ),
+    Fact(
+        "spacing both ways",
+        "dots 1.3 and 6.2 mm apart are both smoother than those between",
+        "Hollins and Bensmaïa 2007; spacings of Blake 1997",
+        _inverted_u("spacing"),
+    ),
+    Fact(
+        "waves",
+        "gratings 0.3 mm high are roughest between half periods of 0.25 and 5.2 mm, here as waves",
+        "Drewing 2016",
+        _inverted_u("waves"),
+    ),
+    Fact("ridges", "the same, here as ridges with steep sides", "Drewing 2016", _inverted_u("ridges")),
+    Fact(
+        "height", "roughness grows with the height of dots, 0.28 to 0.62 mm", "Blake 1997", _rises("height")
+    ),
+    Fact(
+        "force",
+        "roughness grows with force, here half to twice the skin's",
+        "Lederman and Taylor 1972",
+        _rises("force"),
+    ),
+    Fact(
+        "peak, exploring",
+        "dots are roughest 2 to 3 mm apart, at a force of 0.6 N",
+        "as the first; force of Smith 2002",
+        _peak("spacing, exploring"),
+    ),
+    Fact(
+        "contact area",
+        "contact areas of natural reliefs are on the order of 100 mm²",
+        "the paper, beside equation 7; its simulated areas equal ink prints at 8.8 N (figure 27)",
+        _area,
+    ),
+)
+"""Every fact, those of the fit first."""
