@@ -157,7 +157,7 @@ def lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """What the screen tells: a word and a sentence each."""
     sides = (found["first"], found["second"])
     for side in sides:
-        yield side["name"], f"{side['file']}, {side['size_mm']:g} mm, {side['samples']} x {side['samples']}"
+        yield side["name"], f"{side['file']}, {side['size_mm']:g} mm, {side['samples']} x {side['rows']}"
     for name, quantity in QUANTITIES.items():
         values = " and ".join(number(side[name]) for side in sides)
         yield quantity.label, f"{values} {quantity.unit}".rstrip()
