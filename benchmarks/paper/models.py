@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from statistics import median
+from math import exp, log
+from statistics import fmean, median
 from typing import Any
 
 from benchmarks.paper.rows import rows_of
+from optimize.studies.statistics import interval
 
 COLUMNS = (
     *("change_percent", "change_rms_percent", "change_lights_percent", "change_views_percent", "dssim"),
-    *("miss_percent", "steps", "cpu_s"),
+    *("jod", "miss_percent", "steps", "cpu_s"),
 )
 """Columns whose medians are told."""
+COMPARED = ("change_percent", "change_rms_percent", "change_lights_percent", "dssim", "cpu_s")
+"""Columns of which the mean ratio to the first value of the axis is told."""
 MET_PERCENT = 1.0
 """Error of the verified target that counts as met, the tolerance of the runs."""
 
@@ -45,14 +49,17 @@ def surrogate() -> dict[str, Any]:
 
 
 def by(rows: Sequence[dict[str, Any]], axis: str) -> dict[str, Any]:
-    """Numbers of rows, of targets met, and medians, for each value of an axis.
+    """Numbers of rows, of targets met, medians and ratios, for each value of an axis.
 
-    The medians run over the textures and targets that have a row for every value.
+    The medians run over the textures and targets that have a row for every value. A ratio is the geometric
+    mean, over textures, of that to the row of the same texture and target and the first value of the axis,
+    with its 95 % interval; textures are what the interval draws.
     """
     values = list(dict.fromkeys(row[axis] for row in rows))
     cases = [{_case(row) for row in rows if row[axis] == value} for value in values]
     shared = set.intersection(*cases) if cases else set()
     found = {}
+    first = {_case(row): row for row in rows if row[axis] == values[0]} if values else {}
     for value in values:
         each = [row for row in rows if row[axis] == value and _case(row) in shared]
         found[str(value)] = {
@@ -65,8 +72,24 @@ def by(rows: Sequence[dict[str, Any]], axis: str) -> dict[str, Any]:
                 for name in COLUMNS
                 for numbers in [[row[name] for row in each if row.get(name) is not None]]
             },
+            "ratios": {
+                name: ratio
+                for name in COMPARED
+                if (ratio := _ratio(name, each, first)) and value != values[0]
+            },
         }
     return found
+
+
+def _ratio(name: str, rows: Sequence[dict[str, Any]], first: dict[Any, dict[str, Any]]) -> list[float] | None:
+    """Mean ratio of a column to that of the first rows, with the ends of its interval; None: no numbers."""
+    by_texture: dict[str, list[float]] = {}
+    for row in rows:
+        one, other = row.get(name), first[_case(row)].get(name)
+        if one and other:
+            by_texture.setdefault(row["texture"], []).append(log(one / other))
+    means = [fmean(logs) for logs in by_texture.values()]
+    return [exp(number) for number in (fmean(means), *interval(means))] if means else None
 
 
 def _case(row: dict[str, Any]) -> tuple[Any, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,7 +19,8 @@ MODELS = "## Exact and surrogate models"
 """Heading of the second section."""
 MODELS_INTRODUCTION = """\
 `retouch study exact-vs-surrogate`: each table varies what steers; finite elements verify and Mitsuba renders
-every result. Medians over textures and targets; "met": runs whose verified target is met within 1 %.
+every result. Medians over textures and targets; "met": runs whose verified target is met within 1 %. The
+ratio is that of the rms change to the first line of the table, mean over textures, with its 95 % interval.
 """
 
 Found = Mapping[str, Any]
@@ -187,6 +188,7 @@ SHOWN: Mapping[str, str] = {
     "other lights %": "change_lights_percent",
     "from the side %": "change_views_percent",
     "DSSIM": "dssim",
+    "JOD": "jod",
     "steps": "steps",
     "CPU s": "cpu_s",
 }
@@ -202,15 +204,22 @@ def models(results: Found) -> str:
         [
             *(name, label, f"{row['met']} of {row['rows']}"),
             *(row[column] for column in SHOWN.values()),
+            _interval(row["ratios"].get("change_rms_percent")),
         ]
         for name, rows in found.items()
         if name != "study"
         for label, row in rows.items()
+        if row["rows"]
     ]
-    head = ("table", "what steers", "met", *SHOWN)
+    head = ("table", "what steers", "met", *SHOWN, "rms ratio")
     extent = found["study"]
-    told = f"{extent['rows']} runs, {extent['minutes']:g} minutes on two cores."
+    told = f"{extent['rows']} of {extent['asked']} runs, {extent['minutes']:g} minutes on two cores."
     return f"{MODELS}\n\n{MODELS_INTRODUCTION}{told}\n\n{table(head, lines)}\n"
+
+
+def _interval(ratio: Sequence[float] | None) -> str | None:
+    """A ratio with its interval in words."""
+    return None if ratio is None else f"{ratio[0]:.2f} ({ratio[1]:.2f} to {ratio[2]:.2f})"
 
 
 def write() -> None:

@@ -38,7 +38,7 @@ def rows_of(study: str) -> list[dict[str, Any]]:
 
 
 def extent(study: str) -> dict[str, Any]:
-    """Whether a study is the quick one, its rows done, and about how many minutes two cores take.
+    """Whether a study is the quick one, its rows done and asked for, and about how long two cores take, min.
 
     Raises:
         InputError: the study is neither in `runs` nor committed.
@@ -49,4 +49,6 @@ def extent(study: str) -> dict[str, Any]:
     # A row that was continued has no processor time; the mean of the others stands for it.
     whole = sum(known) * len(seconds) / len(known) if known else 0.0
     whole += sum(MEASURES[name].seconds for record in document.records.values() for name in record.measures)
-    return {"quick": document.quick, "rows": len(seconds), "minutes": round(whole / 60.0 / 2.0, 1)}
+    asked = {row.key for table in document.tables for row in table.rows}
+    minutes = round(whole / 60.0 / 2.0, 1)
+    return {"quick": document.quick, "rows": len(seconds), "asked": len(asked), "minutes": minutes}
