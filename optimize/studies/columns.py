@@ -29,14 +29,16 @@ SHOWN: Mapping[str, Column] = {
     ),
     "miss_percent": Column("off target, %", "Largest relative error of a target, as verified.", 2),
     "change_percent": Column(
-        "pictures, % of mean", "Mean absolute change of a pixel, in % of the mean picture before, less noise."
+        "picture change, % of mean",
+        "Mean absolute change of a pixel, in % of the mean picture before, less noise.",
     ),
     "change_rms_percent": Column(
-        "pictures rms, % of mean",
+        "picture change rms, % of mean",
         "Root mean square change of a pixel, in % of the mean picture before, less noise.",
     ),
     "change_percent_of_white": Column(
-        "pictures, % of white", "Mean absolute change of a pixel, in % of the radiance of white, less noise."
+        "picture change, % of white",
+        "Mean absolute change of a pixel, in % of the radiance of white, less noise.",
     ),
     "flip": Column("FLIP", "Difference that an eye sees between the pictures, mean over the lights.", 2),
     "jod": Column("JOD", "Quality of the pictures in just-objectionable differences; 10 is identical."),

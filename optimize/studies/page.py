@@ -14,7 +14,7 @@ from optimize.runs.key import REPORT
 from optimize.studies.columns import Column, heading, shown
 from optimize.studies.document import Document, TableOfDocument
 from optimize.studies.engine import ROWS
-from optimize.studies.plots import charts, note
+from optimize.studies.plots import charts
 from optimize.studies.records import Cell
 from optimize.studies.row_key import SHORT
 from optimize.studies.study_file import shown as label_text
@@ -33,6 +33,7 @@ def page(content: Document, out: Path) -> bytes:
         content: the document of the study.
         out: folder of the study.
     """
+    plots, note = charts(content)
     keys = dict.fromkeys(row.key for table in content.tables for row in table.rows)
     cells = {key: content.records[key].cells for key in keys if key in content.records}
     return render_page(
@@ -41,8 +42,8 @@ def page(content: Document, out: Path) -> bytes:
         images=" 'self' file:",
         pair={"title": content.title},
         content=content,
-        charts=charts(content),
-        note=note(content),
+        charts=plots,
+        note=note,
         summary=_summary(cells, len(keys), len(content.failures)),
         tables=[_table(content, table, out) for table in content.tables],
         data=_data({key: _details(key, numbers, out) for key, numbers in cells.items()}),

@@ -17,17 +17,18 @@ MOST_SERIES = 6
 """Most values of an axis that become series where the study file does not ask for them."""
 
 
-def charts(content: Document) -> list[Markup]:
-    """The plots that the study file asks for, or those that its axes suggest."""
-    found = []
+def charts(content: Document) -> tuple[list[Markup], str]:
+    """The plots that the study file asks for, or those that its axes suggest, and a note for all of them."""
+    found, most = [], 0
     for table in content.tables:
         rows = [row for row in flat_rows(content) if row["table"] == table.name]
         plots = [plot for plot in content.plots if plot.table in (None, table.name)]
         for plot in plots if content.plots else _suggested(table):
             chart = _chart(plot, table, rows, len(content.tables) > 1)
             if chart is not None:
-                found.append(chart)
-    return found
+                found.append(chart[0])
+                most = max(most, chart[1])
+    return found, note(content) if most > 1 else "Each point is of a single row, without an interval."
 
 
 def _suggested(table: TableOfDocument) -> Iterator[Plot]:
@@ -42,8 +43,13 @@ def _suggested(table: TableOfDocument) -> Iterator[Plot]:
         yield Plot(x=x, y=column, by=by[-1] if by else None)
 
 
-def _chart(plot: Plot, table: TableOfDocument, rows: Sequence[RowCells], named: bool) -> Markup | None:
-    """A plot of a table; None if the table lacks an axis of the plot or has no number."""
+def _chart(
+    plot: Plot, table: TableOfDocument, rows: Sequence[RowCells], named: bool
+) -> tuple[Markup, int] | None:
+    """A plot of a table, and the most numbers that a point is the mean of.
+
+    None if the table lacks an axis of the plot or has no number.
+    """
     needed = {axis for axis in (plot.by, plot.over) if axis is not None}
     if not needed <= table.axes.keys():
         return None
@@ -67,9 +73,10 @@ def _chart(plot: Plot, table: TableOfDocument, rows: Sequence[RowCells], named: 
         return None
     title = f"{table.name}: {heading(plot.y)}" if named else heading(plot.y)
     title = title[:1].upper() + title[1:]
+    most = max(mean.count for one in series for mean in one.means)
     if places is None or numeric:
-        return line_chart(title, series, heading(plot.x))
-    return row_chart(title, series, [shown(place) for place in places], heading(plot.y))
+        return line_chart(title, series, heading(plot.x)), most
+    return row_chart(title, series, [shown(place) for place in places], heading(plot.y)), most
 
 
 def _numbers(values: Sequence[Cell]) -> bool:

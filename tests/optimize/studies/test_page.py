@@ -86,14 +86,16 @@ def test_the_page_asks_for_pictures_of_its_own_folder_alone(tmp_path: Path) -> N
 
 
 def test_plots_are_drawn_for_the_axes_that_a_table_has() -> None:
-    drawn = charts(document(PLOTS))
-    assert len(drawn) == 4
+    drawn, note = charts(document(PLOTS))
+    assert len(drawn) == 4 and "95 % intervals" in note
     assert drawn[0].count('class="s0 dot"') == 3 and drawn[0].count('class="s1 interval"') == 3
     assert (
         drawn[1].count('class="mark"') == 8 and "exact" in drawn[1] and "a texture of a long name" in drawn[1]
     )
     assert drawn[3].count('dot"') == 2
-    assert len(charts(document([]))) == 2
+    assert len(charts(document([]))[0]) == 2
+    _, note = charts(document(PLOTS[:1], failed=23))
+    assert note.startswith("Each point is of a single row")
 
 
 def test_a_bootstrap_interval_is_as_wide_as_a_mean_is_uncertain() -> None:
