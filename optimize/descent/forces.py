@@ -53,10 +53,15 @@ class Aim:
         return bool((np.abs(self.goals - values) <= share * self._sizes(values)).all())
 
     def distance(self, values: Array) -> float:
-        """Largest distance of a target's mean to its goal, as a share of the mean; at most 1."""
-        now, goals = (np.array([of[part].mean() for part in self._parts]) for of in (values, self.goals))
-        left = np.abs(goals - now)
-        return float(np.max(left / np.maximum(np.maximum(np.abs(now), left), np.finfo(float).tiny)))
+        """Largest distance of a target to its goals, as a share of the mean value; at most 1.
+
+        The distance is the root mean square over the touches: their goals may lie on both sides of them.
+        """
+        distances = []
+        for part in self._parts:
+            left = float(np.sqrt(np.square(self.goals[part] - values[part]).mean()))
+            distances.append(left / max(abs(float(values[part].mean())), left, np.finfo(float).tiny))
+        return max(distances)
 
     def error(self, changed: Array, predicted: Array, wanted: Array) -> float:
         """Largest difference between a change and its prediction, as a share of the change wanted.

@@ -179,6 +179,9 @@ def test_what_a_target_still_needs_is_told_of_values_of_zero_too() -> None:
     assert aim.distance(np.array([2.0])) == pytest.approx(0.25)
     assert aim.distance(np.zeros(1)) == 1.0
     assert aim.distance(np.array([1.5])) == 0.0
+    # A gradient has its mean already, and its ends have not.
+    gradient = Aim(Targets.of(TOLERANCE, roughness=[1.0, 3.0]).each)
+    assert gradient.distance(np.array([2.0, 2.0])) == pytest.approx(0.5)
 
 
 def test_without_a_weight_the_look_counts_for_nothing(
