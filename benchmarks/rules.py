@@ -80,7 +80,7 @@ def without(rule: str) -> Iterator[None]:
     if rule == "random rays":
         loading._integrator = lambda needs, bsdf_samples: integrator(needs, 1)
     elif rule:
-        scenes.needs_of = lambda description: replace(needs_of(description), **RULES[rule])
+        scenes.needs_of = lambda *scene: replace(needs_of(*scene), **RULES[rule])
     try:
         yield
     finally:

@@ -70,7 +70,7 @@ def load_height_map(
         default_relief_mm: Height of white above black, mm, for a picture whose header has none.
 
     Raises:
-        InputError: The file is missing, damaged, not square, smaller than 16 or larger than 4096 samples a
+        InputError: The file is missing, damaged, smaller than 16 or larger than 4096 samples a
             side, or holds heights that are not finite or out of range; or a number is out of `RANGES`.
     """
     path = Path(path)
@@ -187,7 +187,7 @@ def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[n
         The heights as float64, clipped to [0, 3] mm.
 
     Raises:
-        InputError: They are not square, too few or too many, not finite or out of range; the message starts
+        InputError: They are too few or too many, not finite or out of range; the message starts
             with ``name``.
     """
     heights = np.asarray(heights, dtype=np.float64)
@@ -285,11 +285,9 @@ def _check_shape(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:
     if len(shape) != 2:
         raise PictureError(f"{name}: {len(shape)} dimensions; a height map has 2")
     rows, cols = shape
-    if rows != cols:
-        raise PictureError(f"{name}: {cols} x {rows} samples; a height map is square")
-    if rows < SMALLEST_SIDE:
+    if min(rows, cols) < SMALLEST_SIDE:
         raise InputError(f"{name}: {cols} x {rows} samples; at least {SMALLEST_SIDE} a side are needed")
-    if rows > LARGEST_SIDE:
+    if max(rows, cols) > LARGEST_SIDE:
         raise PictureError(f"{name}: {cols} x {rows} samples; at most {LARGEST_SIDE} a side are read")
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from relief.arrays import Array
+from relief.surface import Surface
 from visual.backend import variants
 from visual.geometry.film_samples import hidden_plate
 from visual.geometry.topology import plate_topology
@@ -17,8 +18,9 @@ from visual.lights.parallel import angles
 from visual.lights.quadrature import kind_of
 from visual.models import BOX_RADIUS, HIDDEN, MODELS, obstacles
 from visual.needs import Needs, camera_name, check_effort, needs_of
-from visual.scene_file.check import check_scene, instantiate
-from visual.scene_file.describe import describe, plate_heights
+from visual.scene_file.check import instantiate
+from visual.scene_file.describe import describe
+from visual.scene_file.fitting import fitted_scene
 from visual.scene_file.parsed import Camera, CheckedScene, Description, Plate
 
 NO_EDGES = "not followed: only gradients need them"
@@ -39,6 +41,7 @@ def explain_scene(
     relief_mm: float | None = None,
     height_scale: float | None = None,
     samples: int | None = None,
+    repeats: tuple[bool, bool] = (False, False),
 ) -> list[tuple[str, str]]:
     """What `visual.load_scene(...).render(samples=samples)` would do.
 
@@ -49,8 +52,10 @@ def explain_scene(
         defines: values of its `$parameters`.
         variant: of Mitsuba; chosen by the scene's colours if None.
         texture: a height map instead of the scene's own.
-        size_mm, relief_mm, height_scale: of the height map, as in `visual.scene_file.describe.plate_heights`.
+        size_mm: width of the plate; None takes the one in the height map's header, then that of the scene.
+        relief_mm, height_scale: of the height map, as in `relief.heightmap.load_height_map`.
         samples: a pixel; default as the scene file says.
+        repeats: whether the relief repeats along y and x.
 
     Returns:
         Lines of a subject and a sentence.
@@ -58,9 +63,8 @@ def explain_scene(
     Raises:
         InputError: what is wrong with the file, in one line.
     """
-    checked = check_scene(path, defines)
-    heights = plate_heights(path, describe(checked).plate, texture, size_mm, relief_mm, height_scale)
-    return explain(checked, heights, variant, texture, samples)
+    checked, read = fitted_scene(path, defines, texture, size_mm, relief_mm, height_scale)
+    return explain(checked, read.heights, variant, texture, samples, repeats)
 
 
 def explain(
@@ -69,10 +73,11 @@ def explain(
     variant: str | None,
     texture: str | Path | None,
     samples: int | None = None,
+    repeats: tuple[bool, bool] = (False, False),
 ) -> list[tuple[str, str]]:
     """What rendering a checked scene would do, with heights (rows, cols) in mm; as `explain_scene`."""
     description = describe(checked)
-    needs = needs_of(description)
+    needs = needs_of(description, (heights.shape[0], heights.shape[1]))
     chosen = variants.choose_variant(needs.colour, variant)
     exact, step, fast = (obstacles(model, description, needs, heights.shape) for model in MODELS)
     for number in needs.cameras:
@@ -84,9 +89,8 @@ def explain(
     reasons, unseen = (
         list(filter(None, dict.fromkeys((missing, *every)))) for every in ((*exact, *step), fast)
     )
-    relief = f"heights {heights.min():.3g} to {heights.max():.3g} mm"
     return [
-        ("plate", _plate(description.plate, texture or description.plate.filename, relief)),
+        ("plate", _plate(description.plate, texture or description.plate.filename, heights, repeats)),
         *_cameras(description, needs, samples),
         *((name, _words(light)) for name, light in zip(needs.lights, needs.alone, strict=False)),
         *_ambient(description, needs),
@@ -115,10 +119,17 @@ def _hidden(
     return hidden_plate(scene, plate, needs.cameras, camera.rows, camera.cols)
 
 
-def _plate(plate: Plate, file: str | Path | None, relief: str) -> str:
+def _plate(plate: Plate, file: str | Path | None, heights: Array, repeats: tuple[bool, bool]) -> str:
+    surface = Surface((heights.shape[0], heights.shape[1]), plate.size_mm, repeats)
+    relief = f"heights {heights.min():.3g} to {heights.max():.3g} mm"
     name = "" if file is None else f" from {Path(file).name}"
     varies = f", varies over the plate: {', '.join(plate.textures)}" if plate.textures else ""
-    return f"{plate.size_mm:g} x {plate.size_mm:g} mm, {relief}{name}, material {_material(plate)}{varies}"
+    axes = [name for name, wraps in zip("yx", repeats, strict=True) if wraps]
+    tile = (
+        f", repeats along {' and '.join(reversed(axes))}: light comes in from the neighbours" if axes else ""
+    )
+    size = f"{surface.width_mm:g} x {surface.height_mm:g} mm{tile}"
+    return f"{size}, {relief}{name}, material {_material(plate)}{varies}"
 
 
 def _material(plate: Plate) -> str:

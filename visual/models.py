@@ -57,7 +57,8 @@ class _Case:
     @property
     def lights(self) -> Iterable[str]:
         """Why some of the lights cannot be parallel lights."""
-        lights, size_mm = self.description.lights, self.description.plate.size_mm
+        rows, cols = self.samples
+        lights, size_mm = self.description.lights, self.description.plate.size_mm * max(1.0, rows / cols)
         return filter(None, (parallel_obstacle(light, size_mm) for light in lights))
 
     @property

@@ -34,7 +34,7 @@ class Needs:
         max_depth: longest path of light; None if paths have no limit.
         colour: whether a material or a light has colour, which takes three channels.
         matte: whether the plate's material has no highlight.
-        top_view: for each camera, whether it looks straight down on a plate that fills its square picture.
+        top_view: for each camera, whether it looks straight down on a plate that fills its picture.
     """
 
     conditions: tuple[str, ...]
@@ -55,15 +55,20 @@ class Needs:
         return len(self.cameras) * (len(self.alone) + bool(self.around))
 
 
-def needs_of(description: Description) -> Needs:
-    """What pictures of a scene take."""
+def needs_of(description: Description, samples: tuple[int, int] = (1, 1)) -> Needs:
+    """What pictures of a scene take.
+
+    Args:
+        description: of the scene.
+        samples: (rows, cols) of the heights, which are square: the plate's proportions.
+    """
     alone = tuple(light for light in description.lights if not kind_of(light).ambient)
     ambient = tuple(light for light in description.lights if kind_of(light).ambient)
     direct = description.max_depth == DIRECT_DEPTH
     every = description.cameras
     # Cameras that all have weight 0 count alike.
     cameras = tuple(i for i, camera in enumerate(every) if camera.weight > 0.0) or tuple(range(len(every)))
-    top_view = tuple(_is_top_view(every[i], description.plate.size_mm) for i in cameras)
+    top_view = tuple(_is_top_view(every[i], description.plate.size_mm, samples) for i in cameras)
     lights = tuple(_name(light, i) for i, light in enumerate(alone)) or ("ambient",)
     total = sum(every[i].weight for i in cameras)
     shares = [every[i].weight / total if total else 1.0 / len(cameras) for i in cameras]
@@ -110,12 +115,12 @@ def camera_name(camera: Camera, number: int) -> str:
     return camera.id if camera.id and not camera.id.startswith("_") else f"camera-{number + 1}"
 
 
-def _is_top_view(camera: Camera, size_mm: float) -> bool:
-    """Whether a camera looks straight down, with +y up, on a plate that fills the square picture."""
+def _is_top_view(camera: Camera, size_mm: float, samples: tuple[int, int]) -> bool:
+    """Whether a camera looks straight down, with +y up, on a plate of this width that fills the picture."""
     half = 0.5 * size_mm
     expected = np.array([[-half, 0.0, 0.0], [0.0, half, 0.0], [0.0, 0.0, -1.0]])
     turn = camera.to_world[:3, :3] / np.array([1.0, 1.0, np.linalg.norm(camera.to_world[:3, 2])])
     centred = np.allclose(camera.to_world[:2, 3], 0.0, atol=1e-6)
-    square = camera.rows == camera.cols
+    filled = camera.rows * samples[1] == camera.cols * samples[0]
     aligned = centred and np.allclose(turn, expected, atol=1e-5 * half)
-    return camera.kind == "orthographic" and square and aligned
+    return camera.kind == "orthographic" and filled and aligned

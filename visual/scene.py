@@ -3,6 +3,7 @@
 A condition is one camera with one light on, plus all ambient light.
 """
 
+import itertools
 import logging
 from collections.abc import Callable, Mapping
 from functools import cached_property
@@ -37,7 +38,8 @@ from visual.loading import Lights, SceneLoader
 from visual.models import HIDDEN, LookModel, PictureModel, look_model, obstacles
 from visual.needs import Needs, camera_name, check_effort, needs_of
 from visual.scene_file.check import check_scene
-from visual.scene_file.describe import check_size, describe, plate_heights
+from visual.scene_file.describe import check_size, describe
+from visual.scene_file.fitting import fitted_scene, parameters
 from visual.scene_file.parsed import CheckedScene, Description
 
 _log = logging.getLogger(__name__)
@@ -48,6 +50,8 @@ gradients of gravel in bronze are 6.9 % off with 16, 4.1 with 24, 2.8 with 64; i
 MOST_FIXED_SAMPLES = 2**24
 """Most samples of the pictures of `Scene.views`, those of a step on a film of 1024 x 1024 pixels: at some
 0.2 kB each these take 3 GB."""
+CUT_PIXELS = 0.5
+"""Part of a plate beyond a picture, pixels, that is not worth a word: it is less than rounding."""
 DIRECTIONS = 8
 """Parallel lights for each such light where the gradient of `Scene.render` follows shadows. These are drawn
 anew for each gradient, so that fewer suffice."""
@@ -80,7 +84,7 @@ class Scene:
     ) -> None:
         self._checked = checked
         self._description = describe(checked)
-        self._needs = needs_of(self._description)
+        self._needs = needs_of(self._description, (heights.shape[0], heights.shape[1]))
         mi = variants.load_mitsuba(colour=self._needs.colour, variant=variant)
         mi.set_log_level(mi.LogLevel.Error)
         self.variant: str = mi.variant()
@@ -104,6 +108,7 @@ class Scene:
         )
         self._quadratures: dict[tuple[int, ...], Quadrature] = {}
         self._fast: dict[bool, FastRenderer] = {}
+        self._cut_off: set[int] = set()
         self.white = white_radiance(self._description, self.illumination)
 
     def __repr__(self) -> str:
@@ -265,7 +270,23 @@ class Scene:
             if share == 0.0:
                 camera = camera_name(self._description.cameras[number], number)
                 raise InputError(f"{self._checked.path}: sensor {camera}: does not show the plate")
+        self._tell_what_is_cut_off(first)
         return np.repeat(shown / shares, len(self._needs.lights), axis=0)
+
+    def _tell_what_is_cut_off(self, loaded: LightScene) -> None:
+        """Log, once, which cameras do not show the whole plate."""
+        y, x = (0.5 * length for length in self.surface.size_mm)
+        ends = np.array(list(itertools.product((-x, x), (-y, y), (0.0, self.heights.max()))))
+        for number, camera in zip(self._needs.cameras, loaded.cameras, strict=True):
+            film = camera.project(ends)
+            cut = (film < -CUT_PIXELS) | (film > np.array((camera.cols, camera.rows)) + CUT_PIXELS)
+            if cut.any() and number not in self._cut_off:
+                self._cut_off.add(number)
+                name = camera_name(self._description.cameras[number], number)
+                _log.warning(
+                    "%s: sensor %s: does not show the whole plate of %.4g x %.4g mm; the rest does not count",
+                    *(self._checked.path, name, 2.0 * x, 2.0 * y),
+                )
 
     def pixels_per_mm(self) -> Array:
         """Pixels for a millimetre at the plate's centre, (conditions,), across the direction of view.
@@ -382,7 +403,7 @@ class Scene:
         key = (*(light.node for light in lights), count)
         if key not in self._quadratures:
             variants.use(self.variant)
-            self._quadratures[key] = prepare(lights, self.size_mm, count)
+            self._quadratures[key] = prepare(lights, max(self.surface.size_mm), count)
         return self._quadratures[key]
 
 
@@ -424,13 +445,23 @@ def _scaled(size: tuple[int, int], longer: int | None) -> tuple[int, int]:
     return max(1, round(rows * longer / max(size))), max(1, round(cols * longer / max(size)))
 
 
-def plate_size_mm(path: str | Path, defines: Mapping[str, str] | None = None) -> float:
-    """Side of the plate of a scene, mm; of the scene nothing is loaded.
+def plate_size_mm(
+    path: str | Path, defines: Mapping[str, str] | None = None, wanted_mm: float | None = None
+) -> float:
+    """Width of the plate of a scene, mm; of the scene nothing is loaded.
+
+    Args:
+        path: of the scene file.
+        defines: values of its `$parameters`.
+        wanted_mm: width of a relief, which the plate has if the scene fits plates of any size.
 
     Raises:
         InputError: what is wrong with the file, in one line.
     """
-    return describe(check_scene(path, defines)).plate.size_mm
+    checked = check_scene(path, defines)
+    if parameters(checked, defines or {}, (1, 1), wanted_mm) and wanted_mm is not None:
+        return wanted_mm
+    return describe(checked).plate.size_mm
 
 
 @stage("loading the scene")
@@ -451,16 +482,16 @@ def load_scene(
         defines: values of its `$parameters`.
         variant: of Mitsuba; chosen by the scene's colours if None.
         texture: a height map instead of the scene's own.
-        size_mm, relief_mm, height_scale: of the height map, as in `visual.scene_file.describe.plate_heights`.
+        size_mm: width of the plate; None takes the one in the height map's header, then that of the scene.
+        relief_mm, height_scale: of the height map, as in `relief.heightmap.load_height_map`.
         repeats: whether the relief goes on as itself along y (rows) and along x (columns).
 
     Raises:
         InputError: what is wrong with the file, in one line.
     """
-    checked = check_scene(path, defines)
-    plate = describe(checked).plate
-    heights = plate_heights(path, plate, texture, size_mm, relief_mm, height_scale)
+    checked, read = fitted_scene(path, defines, texture, size_mm, relief_mm, height_scale)
+    heights = read.heights
     if _log.isEnabledFor(logging.INFO):
-        for subject, sentence in explain(checked, heights, variant, texture):
+        for subject, sentence in explain(checked, heights, variant, texture, repeats=repeats):
             _log.info("%s: %s: %s", path, subject, sentence)
     return Scene(checked, heights, variant, repeats)

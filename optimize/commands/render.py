@@ -13,6 +13,7 @@ from optimize.commands.options import (
     TEXTURE,
     add_mitsuba,
     add_plate,
+    add_repeats,
     add_talk,
     check_scales,
     console,
@@ -22,6 +23,7 @@ from optimize.commands.options import (
 )
 from optimize.report.formatting import duration, number, percent
 from relief.errors import InputError
+from relief.surface import axes
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -44,6 +46,7 @@ EPILOG = """\
 examples:
   retouch render studio
   retouch render studio.xml --explain
+  retouch render studio --texture gravel-tile --repeats
   retouch render studio.xml --texture runs/stone/heights.exr -D resolution=512 --samples 256 -o after
 """
 
@@ -68,6 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"instead of the scene's, {TEXTURE}",
     )
     add_plate(parser, size="the scene's")
+    add_repeats(parser)
     parser.add_argument(
         "--samples",
         type=count,
@@ -109,6 +113,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"{out}: -o: is a file, not a folder")
     from optimize.report.pictures import write_pictures
     from optimize.runs.preparation import BLACK
+    from relief.seam import check_seams
     from visual.noise import batched, batched_colour
     from visual.scene import load_scene
 
@@ -120,7 +125,9 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.size_mm,
         arguments.relief_mm,
         arguments.height_scale,
+        axes(arguments.repeats),
     )
+    check_seams(scene.heights, scene.surface.repeats, arguments.texture or arguments.scene)
     start = time.perf_counter()
     if scene.colour:
         batches, shown = batched_colour(scene, arguments.samples, arguments.seed)
@@ -187,6 +194,7 @@ def _explain(arguments: argparse.Namespace) -> int:
         arguments.relief_mm,
         arguments.height_scale,
         arguments.samples,
+        axes(arguments.repeats),
     )
     if arguments.json:
         print_json([{"subject": subject, "sentence": sentence} for subject, sentence in lines])

@@ -163,7 +163,7 @@ class _Look:
         if not _alike(one.size_mm, other.size_mm):
             sizes = f"{one.name} is {one.size_mm:g} mm wide and {other.name} {other.size_mm:g} mm"
             return Seen(reason=f"{sizes}; pictures are compared of plates of one size.")
-        plate_mm = plate_size_mm(self.scene, self.defines)
+        plate_mm = plate_size_mm(self.scene, self.defines, one.size_mm)
         if not _alike(plate_mm, one.size_mm):
             fault = f"the plate of {self.scene.name} is {plate_mm:g} mm wide, the reliefs are"
             return Seen(reason=f"{fault} {one.size_mm:g} mm; --scene names another scene.")

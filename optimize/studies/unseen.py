@@ -103,7 +103,7 @@ def _changes_in(condition: Condition, run: Run, size_mm: float, before: Array, a
     """Changes in a bundled scene, with about a pixel a height sample; None if its plate has another size."""
     path = find_file(condition.scene, ".xml")
     defines = {"resolution": str(max(before.shape)), **condition.defines}
-    if plate_size_mm(path, defines) != size_mm:
+    if plate_size_mm(path, defines, size_mm) != size_mm:
         return None
     return _changes(path, defines, run, before, after)
 

@@ -56,7 +56,7 @@ def read_scene(folder: Path, arguments: Sequence[Any]) -> None:
     from visual.models import obstacles
     from visual.needs import needs_of
     from visual.scene_file.check import check_scene
-    from visual.scene_file.describe import describe, plate_heights
+    from visual.scene_file.describe import describe, plate_height_map
 
     path = folder / arguments[0]
     description = describe(check_scene(path))
@@ -68,7 +68,7 @@ def read_scene(folder: Path, arguments: Sequence[Any]) -> None:
         assert np.isfinite(light.to_world).all(), "a light is not finite"
         _all_finite([list(light.strength or ()), list(light.direction or ()), light.scale])
     _all_finite(list(needs.weights))
-    heights = plate_heights(path, description.plate)
+    heights = plate_height_map(path, description.plate).heights
     for model in ("step", "exact", "fast"):
         obstacles(model, description, needs, heights.shape)
 

@@ -255,11 +255,17 @@ def test_a_picture_needs_relief_mm_above_zero(tmp_path: Path) -> None:
         assert "relief_mm" in fault(path, relief_mm)
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (SIDE, SIDE + 1), (15, 15), (4097, 4097), (SIDE, SIDE, 3)])
-def test_only_squares_of_16_to_4096_samples_are_read(tmp_path: Path, shape: tuple[int, ...]) -> None:
+@pytest.mark.parametrize("shape", [(1, 1), (SIDE, 15), (15, 15), (4097, 4097), (16, 4097), (SIDE, SIDE, 3)])
+def test_only_sides_of_16_to_4096_samples_are_read(tmp_path: Path, shape: tuple[int, ...]) -> None:
     path = tmp_path / "map.npy"
     np.save(path, np.zeros(shape, np.uint8))
     fault(path)
+
+
+def test_a_relief_may_have_any_sides(tmp_path: Path) -> None:
+    path, heights = tmp_path / "map.npy", np.linspace(0.0, 1.0, 17 * 40).reshape(17, 40)
+    np.save(path, heights)
+    np.testing.assert_array_equal(load_heights(path), heights)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -0.01, 3.01])

@@ -58,7 +58,7 @@ def check_scene(path: str | Path, defines: Mapping[str, str] | None = None) -> C
     if len(plates) != 1:
         raise InputError(f'{path}: has {len(plates)} shapes of type "{heightfield.PLUGIN}"; one is needed')
     heightfield.check_placement(state.nodes[plates[0]].props, f"{path}: {heightfield.PLUGIN}")
-    return CheckedScene(path, state, plates[0])
+    return CheckedScene(path, state, plates[0], text.defaults)
 
 
 def instantiate(

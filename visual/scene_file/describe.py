@@ -59,27 +59,24 @@ def describe(checked: CheckedScene) -> Description:
     )
 
 
-def plate_heights(
+def plate_height_map(
     path: str | Path,
     plate: Plate,
     texture: str | Path | None = None,
     size_mm: float | None = None,
     relief_mm: float | None = None,
     height_scale: float | None = None,
-) -> NDArray[np.float64]:
-    """Heights of a plate, read from the scene's own file or from a texture.
+) -> heightmap.HeightMap:
+    """Height map of a plate, read from the scene's own file or from a texture.
 
     Args:
         path: of the scene, for messages.
         plate: of the scene.
         texture: a height map instead of the scene's own.
-        size_mm: side of the plate, which must be that of the scene; None takes the one in the file's header.
+        size_mm: width of the plate; None takes the one in the file's header.
         relief_mm: height of white above black in a picture; None takes the one in the file's header, then,
             for the scene's own file, that of the scene.
         height_scale: mm for a height of 1.0 in a file that holds heights.
-
-    Returns:
-        (rows, cols) mm.
 
     Raises:
         InputError: what is wrong with the height map, in one line.
@@ -87,15 +84,13 @@ def plate_heights(
     file, default = (plate.filename, plate.relief_mm) if texture is None else (texture, None)
     if file is None:
         raise InputError(f"{path}: heightfield: filename: missing")
-    read = heightmap.load_height_map(
+    return heightmap.load_height_map(
         file, size_mm=size_mm, relief_mm=relief_mm, height_scale=height_scale, default_relief_mm=default
     )
-    check_size(path, plate.size_mm, read.size_mm)
-    return read.heights
 
 
 def check_size(path: str | Path, plate_mm: float, size_mm: float | None) -> None:
-    """Compare the side of a scene's plate with that of a texture.
+    """Compare the width of a scene's plate with that of a texture.
 
     Raises:
         InputError: these differ; None agrees with every plate. The message names the scene's `path`.

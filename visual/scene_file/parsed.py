@@ -1,6 +1,6 @@
 """Parsed scenes: Mitsuba's nodes of a checked file, and the description that is read from them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,11 +22,13 @@ class CheckedScene:
         path: of the file.
         state: Mitsuba's parsed scene, with resolved references and absolute file names.
         plate: number of the height field among the nodes of `state`.
+        defaults: values that the file itself gives its `$parameters`, by name.
     """
 
     path: Path
     state: Any
     plate: int
+    defaults: Mapping[str, str]
 
 
 @dataclass(frozen=True)

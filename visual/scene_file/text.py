@@ -30,6 +30,7 @@ class TextCheck:
     Attributes:
         folder: in which all named files must lie.
         parameters: names of the `$parameters` so far.
+        defaults: values that the file itself gives them.
         includes: number of includes so far.
         elements: number of elements so far.
         longest: characters of the longest value of a parameter so far.
@@ -39,6 +40,7 @@ class TextCheck:
     def __init__(self, folder: Path, defines: Mapping[str, str]) -> None:
         self.folder = folder
         self.parameters: set[str] = set()
+        self.defaults: dict[str, str] = {}
         self.includes = self.elements = self.expanded = 0
         self.longest = max(map(len, defines.values()), default=0)
 
@@ -98,6 +100,7 @@ class _Elements:
             raise InputError(f"{self.path}: <{tag}>: more than {MOST_ELEMENTS} elements")
         if tag == "default" and "name" in attributes:
             scene.parameters.add(attributes["name"])
+            scene.defaults.setdefault(attributes["name"], attributes.get("value", ""))
         for name, value in attributes.items():
             scene.parameters.update(re.findall(r"\$\{?(\w+)", value))
             if name not in ("value", "filename") and len(value) > LONGEST_NAME:

@@ -103,7 +103,7 @@ def test_plates_of_two_sizes_are_compared_by_touch_alone(capsys: pytest.CaptureF
 
 
 def test_a_scene_of_another_size_shows_no_pictures(capsys: pytest.CaptureFixture[str]) -> None:
-    found = compared(capsys, "smaller.exr", "smaller.exr")
+    found = compared(capsys, "smaller.exr", "smaller.exr", "-D", "size_mm=10")
     assert found["look"] is None and "plate of studio.xml is 10 mm wide" in found["no_look"]
 
 

@@ -69,7 +69,7 @@ def test_a_tile_and_an_exr(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        *("my stone.jpg", "colour.png", "colour.tif", "palette.png", "wide.png"),
+        *("my stone.jpg", "colour.png", "colour.tif", "palette.png"),
         *("alpha.png", "huge.png", "several.png", "colour.npy"),
     ],
 )
