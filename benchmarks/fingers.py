@@ -3,7 +3,7 @@
 python -m benchmarks.fingers                  # every case that is not in the results yet
 python -m benchmarks.fingers gravel+2         # these cases only
 python -m benchmarks.fingers --again          # measure anew
-python -m benchmarks.fingers --figure         # draw the front from the results
+python -m benchmarks.fingers --figure         # only draw docs/images/fingers.png from the results
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,7 @@ WEIGHTS = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0)
 MODULI_MPA = (0.25, 0.354, 0.5, 0.707, 1.0, 2.0)
 DEPTHS_MM = (0.5, 0.75, 1.0)
 STEPS = 40
+IMAGE = Path(__file__).resolve().parents[1] / "docs" / "images" / "fingers.png"
 
 
 def main() -> None:
@@ -41,8 +43,12 @@ def main() -> None:
     parser.add_argument("cases", nargs="*", help="such as gravel+2")
     parser.add_argument("--weights", nargs="*", type=float, default=WEIGHTS)
     parser.add_argument("--again", action="store_true")
+    parser.add_argument("--figure", action="store_true")
     arguments = parser.parse_args()
     results = load("fingers") or {"rows": {}}
+    if arguments.figure:
+        draw(results["rows"])
+        return
     results["machine"] = machine()
     for case, (texture, jnd) in CASES.items():
         rows = results["rows"]
@@ -116,6 +122,38 @@ def as_table(rows: dict[str, Any]) -> str:
         )
     head = ("case, weight", "rms %", "times", "JND over 18 skins", "std", "times", "steps", "CPU s")
     return table(head, lines)
+
+
+def draw(rows: dict[str, Any]) -> None:
+    """The front of every case: spread over the skins against the change of the pictures."""
+    # Imported here: the measurements need no matplotlib.
+    from benchmarks.charts import FAINT, frame, pyplot, style
+
+    style()
+    figure, axes = pyplot.subplots(1, len(CASES), figsize=(9.0, 3.0), sharey=True, layout="constrained")
+    highest = 1.1 * max(row["jnd_std"] for row in rows.values())
+    for axis, case in zip(axes, CASES, strict=True):
+        front = sorted(
+            (float(name.partition(", ")[2]), row) for name, row in rows.items() if name.startswith(f"{case},")
+        )
+        changes, spreads = ([row[key] for _, row in front] for key in ("picture_rms_percent", "jnd_std"))
+        frame(axis)
+        axis.plot(changes, spreads, "o-", color="#3b6ea8", markersize=4)
+        for (weight, _), change, spread in zip(front, changes, spreads, strict=True):
+            name = "one finger" if weight == 0.0 else f"{weight:g}"
+            offset = (-2, 8) if weight == 0.0 else (5, 3)
+            axis.annotate(name, (change, spread), offset, textcoords="offset points", fontsize=8)
+        axis.axhline(0.5 * spreads[0], color=FAINT, linewidth=0.8, linestyle=":")
+        axis.axvline(1.4 * changes[0], color=FAINT, linewidth=0.8, linestyle=":")
+        axis.set(
+            title=case.replace("-", " −").replace("+", " +") + " JND",
+            xlim=(0.0, 1.15 * max(changes)),
+            ylim=(0.0, highest),
+        )
+        axis.set_xlabel("change of the pictures, rms, %")
+    axes[0].set_ylabel("standard deviation over 18 skins, JND")
+    figure.savefig(IMAGE, dpi=150)
+    pyplot.close(figure)
 
 
 if __name__ == "__main__":
