@@ -23,6 +23,7 @@ import numpy as np
 import scipy.sparse as sp
 import torch
 
+from optimize.descent import windows
 from optimize.descent.driver import PRESSURES, Iterate, Remembered
 from optimize.descent.forces import Aim
 from optimize.descent.laplacian import laplacian
@@ -32,6 +33,7 @@ from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.touch_measures import TouchMeasures
 from optimize.descent.trust import DAMPING, LARGEST_SHARE, LEAST_SHARE, MOST_DAMPING, Trust
 from relief.arrays import Array
+from relief.patches import Patches
 from relief.progress import stage
 from tactile.sparse import factorised
 from visual.exact.discontinuities import EdgeSamples
@@ -79,7 +81,7 @@ class _Response(NamedTuple):
     """Changes of the relief: the best for the look (heights,), and by unit forces (heights, targets)."""
 
     free: Array
-    pulls: Array
+    pulls: Array | sp.csc_matrix
 
 
 class _Evaluation(NamedTuple):
@@ -130,12 +132,12 @@ class GaussNewton:
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step, shortened until the targets follow their prediction."""
         assert self._current is not None
-        look, touch, others = self._current
+        problem, (look, touch, others) = self._problem, self._current
         drawn = None if others is None else others.drawn()
         trust = Trust(*iterate.memory["trust"])
         system = self._system(iterate.heights, look)
         for attempt in range(ATTEMPTS):
-            response = _response(system, trust.damping, touch.gradients, drawn)
+            response = _response(system, trust.damping, touch.gradients, problem.patches, drawn)
             heights, after, error = self._step(iterate.heights, touch, response, trust.share)
             distance = self._aim.distance(self._aim.values(touch.values))
             trust = trust.after(error, min(trust.share, distance))
@@ -162,6 +164,7 @@ class GaussNewton:
         values, gradients = aim.values(touch.values), touch.gradients
         wanted = aim.wanted(values, share)
         slopes = gradients @ pulls
+        slopes = slopes if isinstance(slopes, np.ndarray) else slopes.toarray()
         forces = aim.forces(slopes, wanted - gradients @ free)
         # Forces of several touches give way: what the slopes promise is what can be expected of them.
         expected = gradients @ (free + pulls @ forces) if aim.several else wanted
@@ -254,14 +257,21 @@ def _views(problem: Problem) -> tuple[View | FastView | HeightView, ...]:
 
 @stage("solving for a step")
 def _response(
-    system: _System, damping: float, gradients: Array | sp.csr_matrix, drawn: Drawn | None = None
+    system: _System,
+    damping: float,
+    gradients: Array | sp.csr_matrix,
+    patches: Patches,
+    drawn: Drawn | None = None,
 ) -> _Response:
     """The least squares solved: alone, and for a unit force along each target's gradient.
 
     Values that are only drawn to their goals are terms of low rank beside those of the look, which the
     matrix of the look is factorised without (Woodbury's formula).
     """
-    solve = factorised(system.matrix + damping * system.damping, minimum_degree=True)
+    matrix = sp.csr_matrix(system.matrix + damping * system.damping)
+    if not isinstance(gradients, np.ndarray) and matrix.shape[0] > windows.MOST_AT_ONCE:
+        return _Response(*windows.windowed_response(matrix, system.load, gradients, patches))
+    solve = factorised(matrix, minimum_degree=True)
     pulled = gradients if isinstance(gradients, np.ndarray) else gradients.toarray()
     columns = [system.load, *pulled, *(() if drawn is None else drawn.gradients)]
     solved = solve(np.column_stack(columns))
