@@ -7,6 +7,7 @@ import pytest
 import torch
 
 import tactile
+from optimize.descent import windows
 from optimize.descent.driver import descend
 from optimize.descent.energies import target_energy
 from optimize.descent.forces import YIELDING, Aim
@@ -169,6 +170,20 @@ def test_every_place_of_a_tile_reaches_its_own_goal(tile: Problem, key: str) -> 
         measure_touch(tile.heights, SIZE, tile.skin, "layer", repeats=(True, True)).values[quantity.name],
     )
     np.testing.assert_allclose(after.values[quantity.name], goals, rtol=0.06)
+
+
+def test_a_step_by_windows_is_that_by_one_factorisation(
+    tile: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One window holds this tile; windows that hold a part have tests of their own."""
+    targets = Targets((Target(ROUGHNESS, 1.2 * tile.press(tile.heights).values["roughness"], TOLERANCE),))
+    steps = []
+    for most in (windows.MOST_AT_ONCE, 0):
+        monkeypatch.setattr(windows, "MOST_AT_ONCE", most)
+        method = GaussNewton(replace(tile, targets=targets))
+        steps.append(method.advance(method.begin(0, tile.heights, {})).heights - tile.heights)
+    assert np.abs(steps[0]).max() > 1e-3
+    np.testing.assert_allclose(steps[1], steps[0], atol=1e-4 * np.abs(steps[0]).max())
 
 
 def test_a_press_between_the_places_is_told_by_its_place(tile: Problem) -> None:
