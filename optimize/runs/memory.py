@@ -3,13 +3,17 @@
 import os
 from pathlib import Path
 
+from optimize.descent.windows import CORE, MARGIN, MOST_AT_ONCE
 from relief.errors import InputError
+from relief.patches import STEERING_SAMPLES as PATCH_SAMPLES
 
 MEMORY_GIB, SAMPLE_GIB = 0.5, 1.5e-5
 """Peak memory, GiB: of any run, and for each height sample."""
 PLACE_BYTES = 3 * 8
 """Bytes for each height sample at each place of the finger: a gradient, the response to its force, and a copy
 in the linear solve."""
+WINDOW = (CORE + PATCH_SAMPLES + 2 * MARGIN) ** 2
+"""Height samples of a window; on surfaces that are solved by windows each place takes no more than these."""
 
 
 def needed_gib(samples: int, places: int) -> float:
@@ -19,8 +23,9 @@ def needed_gib(samples: int, places: int) -> float:
         samples: height samples of the relief.
         places: of the finger.
     """
-    several = PLACE_BYTES * places if places > 1 else 0
-    return MEMORY_GIB + samples * (SAMPLE_GIB + several / 2**30)
+    of_place = samples if samples <= MOST_AT_ONCE else min(samples, WINDOW)
+    several = PLACE_BYTES * places * of_place if places > 1 else 0
+    return MEMORY_GIB + samples * SAMPLE_GIB + several / 2**30
 
 
 def machine_gib() -> float:

@@ -16,6 +16,7 @@ from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.quantities import ROUGHNESS
 from optimize.descent.targets import GoalKey, Quantity, Target, Targets, Values
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
+from optimize.descent.windows import MOST_AT_ONCE
 from optimize.report.jod import jod_obstacle
 from optimize.runs.config import Run
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
@@ -106,6 +107,11 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel,
             f"{settings.texture}: touch.{key}: the texture is flat; there is no relief to change"
         )
     check_memory_of(settings.texture, surface.shape, len(lattice))
+    if settings.touch.fingers != "one" and scene.heights.size > MOST_AT_ONCE:
+        across = f"{surface.shape[1]} x {surface.shape[0]} samples"
+        raise InputError(
+            f"{settings.texture}: touch.fingers: {across} are more than 512 x 512; steer one finger"
+        )
     maps = goal_maps(settings.touch, surface, lattice)
     # Refused now, not after the descent.
     if settings.verify.jod and (obstacle := jod_obstacle()):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from optimize.commands.main import main
+from optimize.descent.windows import MOST_AT_ONCE
 from optimize.runs.config import load_run
 from optimize.runs.forecast import Forecast, expected_steps, forecast
 from optimize.runs.memory import needed_gib
@@ -96,3 +97,19 @@ def test_memory_grows_with_samples_and_places() -> None:
     alone, many = needed_gib(500**2, 1), needed_gib(500**2, 49)
     assert alone == pytest.approx(4.25)
     assert many - alone == pytest.approx(3 * 8 * 49 * 500**2 / 2**30)
+
+
+def test_places_of_a_large_surface_take_no_more_than_their_window() -> None:
+    side = 2048
+    assert side**2 > MOST_AT_ONCE
+    alone, many = needed_gib(side**2, 1), needed_gib(side**2, 841)
+    assert many - alone == pytest.approx(3 * 8 * 841 * 448**2 / 2**30)
+
+
+def test_a_range_of_fingers_needs_one_factorisation(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("optimize.runs.preparation.MOST_AT_ONCE", 1000)
+    assert main(["optimize", "hills.exr", "--jnd", "1", "--set", "touch.fingers=range", *SMALL[:2]]) == 2
+    line = capsys.readouterr().err
+    assert line.count("\n") == 1 and "touch.fingers: 32 x 32 samples are more than" in line
