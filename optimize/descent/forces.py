@@ -1,9 +1,9 @@
 """Forces of a Gauss-Newton step on its targets: what a step is to change, and how hard it has to pull.
 
 A target of one touch is a constraint that the step meets. Several touches feel nearly the same relief, and
-their differences would take large forces, which the pictures pay for. Each touch then gives way to its force
-like a spring: the mean, which all forces move, is met within a thousandth, and differences between places are
-met as far as they cost little.
+their differences would take large forces, which the pictures pay for. Each touch then gives way, like a
+spring, to what its force exceeds the mean force by: the mean of the values is met, and differences between
+places are met as far as they cost little.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,10 +14,12 @@ import numpy as np
 from optimize.descent.targets import Target
 from relief.arrays import Array
 
-YIELDING = 0.03
-"""Change by which a touch gives way to its force, as a share of what the force changes there by itself."""
+YIELDING = 0.05
+"""Change by which a touch gives way to a force above the mean force, as a share of what forces change at
+their own places on average."""
 LEAST_SLOPE = 1e-3
-"""Least slope of a touch that the spring counts with, as a share of the steepest; a flat place has none."""
+"""Least slope of a touch by its own force, as a share of the steepest: a flat place has less, and no part in
+the mean."""
 
 
 class Aim:
@@ -87,11 +89,15 @@ class Aim:
         if not self.several:
             # Least squares, because a target that no height changes (full contact) has no slope.
             return np.asarray(np.linalg.lstsq(slopes, change)[0])
-        own = np.diagonal(slopes)
-        springs = np.empty_like(own)
+        yielding = np.zeros_like(slopes)
         for part in self._parts:
-            springs[part] = np.maximum(own[part], max(LEAST_SLOPE * float(own[part].max()), 1e-300))
-        return np.asarray(np.linalg.solve(slopes + np.diag(YIELDING * springs), change))
+            own = np.diagonal(slopes)[part]
+            steep = (own > LEAST_SLOPE * own.max()).astype(float)
+            stiffness = float(steep @ own) / steep.sum() if steep.any() else 1.0
+            differences = np.identity(len(own)) - np.outer(steep, steep) / max(steep.sum(), 1.0)
+            yielding[part, part] = YIELDING * stiffness * differences
+        # Least squares, because in full contact no place has a slope.
+        return np.asarray(np.linalg.lstsq(slopes + yielding, change)[0])
 
     def _sizes(self, values: Array) -> Array:
         """(constraints,) what a share is of: the values, of a flat place those of its surroundings."""

@@ -130,7 +130,7 @@ def test_forces_on_places_that_feel_alike_stay_bounded(apart: float) -> None:
     aim, slopes = Aim((Target(ROUGHNESS, np.full(16, 0.1), TOLERANCE),)), slopes_of(16, apart)
     wanted = 0.01 + 0.002 * np.random.default_rng(0).standard_normal(16)
     forces = aim.forces(slopes, wanted)
-    assert np.abs(forces).max() < 1.1 * np.ptp(wanted) / YIELDING
+    assert np.ptp(forces) < 2.0 * np.ptp(wanted) / YIELDING
     assert (slopes @ forces).mean() == pytest.approx(wanted.mean(), rel=3e-3)
 
 
