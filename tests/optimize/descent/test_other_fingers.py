@@ -14,6 +14,9 @@ from optimize.descent.other_fingers import JND, Drawn, FingersFelt, OtherFingers
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Targets
 from optimize.descent.touch_measures import TouchMeasures
+from relief.patches import Patches
+from relief.places import places
+from relief.surface import Surface
 from tactile.fingers import fingers, roughness_by_finger
 from tests.optimize.conftest import ProblemWith
 
@@ -95,7 +98,8 @@ def test_pulls_are_terms_of_the_least_squares() -> None:
     system = _System(sp.csr_matrix(matrix @ matrix.T), sp.csr_matrix(np.eye(12)), random.normal(size=12))
     gradients, by_others = random.normal(size=(2, 3, 12))
     drawn = Drawn(by_others, random.normal(size=3), np.array([0.5, 30.0, 1e3]))
-    found = _response(system, 0.7, gradients, drawn)
+    plate = Surface((3, 4), 10.0)
+    found = _response(system, 0.7, gradients, Patches(plate, places(plate)), drawn)
     weighted = by_others.T * drawn.stiffness
     whole = matrix @ matrix.T + 0.7 * np.eye(12) + weighted @ by_others
     np.testing.assert_allclose(found.free, np.linalg.solve(whole, system.load + weighted @ drawn.wanted))
