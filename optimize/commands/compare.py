@@ -21,6 +21,7 @@ from optimize.commands.options import (
     print_json,
     seed,
 )
+from optimize.commands.summary import other_fingers
 from optimize.descent.quantities import QUANTITIES
 from optimize.report.formatting import MODEL_NAMES, number, percent, tries_of_100
 from relief.errors import InputError
@@ -164,6 +165,8 @@ def lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     shares = " and ".join(f"{100.0 * side['contact_fraction']:.0f} %" for side in sides)
     yield "in contact", f"{shares} of the plate"
     yield "feel", _feel(found)
+    if (fingers := found.get("fingers")) is not None and fingers["jnd_min"] is not None:
+        yield "", other_fingers(fingers)
     if (places := found["places"]) is not None:
         least, largest = (number(places[f"jnd_{end}"], 2) for end in ("min", "max"))
         yield "places", f"{least} to {largest} JND over {places['count']} places"

@@ -46,6 +46,8 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
         sense = "rougher" if jnd > 0 else "smoother"
         apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
         yield "feel", f"{number(abs(jnd), 2)} JND {sense} than the original, {apart}"
+    if (fingers := touch.get("fingers")) is not None and fingers["jnd_min"] is not None:
+        yield "", other_fingers(fingers)
     yield from _pictures(look)
     steered = touch.get("model"), look.get("model")
     if steered not in ((None, None), ("layer", "exact")):
@@ -57,6 +59,11 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
     yield "report", str(run_dir / "report.html")
     if printable := [str(run_dir / name) for name in PLATES if (run_dir / name).is_file()]:
         yield "to print", ", ".join(printable)
+
+
+def other_fingers(fingers: Mapping[str, Any]) -> str:
+    """How other fingers feel a change, in a clause: the entry `fingers` of result.json, of known JND."""
+    return f"{fingers['jnd_min']:+.2f} to {fingers['jnd_max']:+.2f} JND to {fingers['count']} fingers"
 
 
 def _pictures(look: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -137,7 +137,13 @@ def test_a_run_is_compared_with_its_original(tmp_path: Path, capsys: pytest.Capt
 def test_the_screen_tells_touch_and_sight(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "waves.exr", "taller.exr", *SMALL, "-o", "both.html"]) == 0
     printed = capsys.readouterr()
-    for words in ("JND rougher than A, told apart in", "of the mean picture", "FLIP", "both.html"):
+    for words in (
+        "JND rougher than A, told apart in",
+        "to 5 fingers",
+        "of the mean picture",
+        "FLIP",
+        "both.html",
+    ):
         assert words in printed.out
 
 

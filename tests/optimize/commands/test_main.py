@@ -546,6 +546,7 @@ RESULT: dict[str, Any] = {
         "jnd_from_original": -1.28,
         **{"target_contact_area_mm2": 45.0, "initial_contact_area_mm2": 40.0, "contact_area_mm2": 45.1},
         "contact_fraction": 0.31,
+        "fingers": {"count": 5, "jnd_min": -1.5, "jnd_max": -0.8},
     },
     "look": {
         "change_percent": 1.92,
@@ -567,6 +568,7 @@ def test_the_screen_leaves_out_what_there_is_not() -> None:
     assert "step 3 of 4" in screen
     assert "original 0.0500, achieved 0.0400 " in screen and "verified" not in screen
     assert "1.3 JND smoother" in screen and "told apart in 89 of 100 tries" in screen
+    assert "-1.50 to -0.80 JND to 5 fingers" in screen
     assert "original 40.0, target 45.0, achieved 45.1 mm²" in screen and "31 % of the plate" in screen
     change = f"{percent(1.92)} of the mean picture (mean over the pixels that show the plate)"
     assert f"changed by about {change}" in screen
