@@ -48,6 +48,11 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
         yield "feel", f"{number(abs(jnd), 2)} JND {sense} than the original, {apart}"
     if (fingers := touch.get("fingers")) is not None and fingers["jnd_min"] is not None:
         yield "", other_fingers(fingers)
+    if (places := touch.get("places") or {}).get("jnd_min") is not None and places["count"] > 1:
+        ends = " to ".join(f"{places[f'jnd_{end}']:.2f}" for end in ("min", "max"))
+        off = places.get("farthest_from_target_jnd")
+        far = "" if off is None else f", at most {off:.2f} JND off the target"
+        yield "places", f"{ends} JND over {places['count']} places{far}"
     yield from _pictures(look)
     steered = touch.get("model"), look.get("model")
     if steered not in ((None, None), ("layer", "exact")):

@@ -100,6 +100,7 @@ def place_figures(report: Report) -> dict[str, Any]:
             "maps": maps,
             "strip": board.strip,
             "repeats": len(board.shifts) > 1,
+            "varied": not places.same_change,
             "line": _line(places),
             "relief": board.relief(report),
             "steered": int(places.steered.sum()),

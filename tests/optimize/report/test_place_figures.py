@@ -63,6 +63,9 @@ def test_a_strip_shows_a_target_that_varies_beside_what_was_reached(tmp_path: Pa
     names = re.findall(r'<figure class="places"><figcaption class="name">(.*?)<', text)
     assert names == ["Original", "Target", "Reached", "Distance from the target"]
     assert "Roughness along the surface" in text
+    words = " ".join(Outline(text).text.split())
+    assert "just-noticeable differences from the original, as wanted of each place" in words
+    assert "of 100 tries" not in words
     assert text.count("<ellipse") == 4 * (13 + 12)
     assert text.count('class="steered"') == 4 * 13
 
