@@ -68,7 +68,9 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
 
 def other_fingers(fingers: Mapping[str, Any]) -> str:
     """How other fingers feel a change, in a clause: the entry `fingers` of result.json, of known JND."""
-    return f"{fingers['jnd_min']:+.2f} to {fingers['jnd_max']:+.2f} JND to {fingers['count']} fingers"
+    weight = fingers.get("weight")
+    drawn = f", drawn along with weight {weight:g}" if weight else ""
+    return f"{fingers['jnd_min']:+.2f} to {fingers['jnd_max']:+.2f} JND to {fingers['count']} fingers{drawn}"
 
 
 def _pictures(look: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from optimize.descent.other_fingers import MOST_PLACES
 from optimize.report.formatting import duration, model_name, number
 from optimize.runs.config import Run
 from optimize.runs.memory import machine_gib, needed_gib
@@ -142,12 +143,17 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         verify=verify.model,
         steps=steps,
         seconds=_seconds(settings, look, steps, heights, pixels * scene.passes)
-        + PLACE_S * steps * (patches.count - 1),
+        + PLACE_S * steps * (patches.count - 1 + _other_fingers(settings, patches.count)),
         memory_gib=needed_gib(heights, patches.count),
         disk_mib=disk,
         free_mib=free,
         machine_gib=machine_gib(),
     )
+
+
+def _other_fingers(settings: Run, places: int) -> int:
+    """Number of presses of a step by other fingers: of three loads at a few places."""
+    return 3 * min(MOST_PLACES, places) if settings.touch.fingers == "range" else 0
 
 
 def rough_seconds(settings: Run) -> float:

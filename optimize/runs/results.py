@@ -186,7 +186,7 @@ def summarise(
             "verified_by": None if verified is None else verified.model,
             "contact_fraction": felt.contact_fraction,
             "jnd_from_original": jnd,
-            "fingers": outcome.fingers,
+            "fingers": _weighted(outcome.fingers, settings),
             "places": place_numbers(problem.surface, outcome.touch, outcome.between),
         },
         "verification": {
@@ -225,3 +225,9 @@ def summarise(
         "seed": settings.seed,
         **described(settings),
     }
+
+
+def _weighted(fingers: Mapping[str, Any] | None, settings: Run) -> dict[str, Any] | None:
+    """What other fingers feel, with the weight by which they were drawn along; None if they were not."""
+    weight = settings.touch.fingers_weight if settings.touch.fingers == "range" else None
+    return None if fingers is None else {**fingers, "weight": weight}

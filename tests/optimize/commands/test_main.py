@@ -602,3 +602,10 @@ def test_the_screen_calls_nothing_a_change_that_noise_may_be() -> None:
         and "4 samples a pixel" in screen
     )
     assert "pictures      changed by" not in screen
+
+
+def test_the_screen_tells_by_which_weight_other_fingers_were_drawn() -> None:
+    fingers = {"count": 5, "jnd_min": 1.454, "jnd_max": 2.25, "weight": None}
+    assert "drawn" not in lines(RESULT | {"touch": RESULT["touch"] | {"fingers": fingers}})
+    screen = lines(RESULT | {"touch": RESULT["touch"] | {"fingers": fingers | {"weight": 20.0}}})
+    assert "+1.45 to +2.25 JND to 5 fingers, drawn along with weight 20" in screen

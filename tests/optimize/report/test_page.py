@@ -18,7 +18,7 @@ from optimize.report.formatting import percent, rounded
 from optimize.report.meanings import MEANINGS
 from optimize.report.page import write_report
 from tests.optimize.report.outline import Outline
-from tests.optimize.report.plausible import noisy, plausible
+from tests.optimize.report.plausible import FINGERS, noisy, plausible
 
 HOSTILE = '<script>alert("x")</script><img src=x onerror=alert(1)> & "quoted"'
 
@@ -66,7 +66,12 @@ def test_it_shows_every_condition_before_after_and_by_difference(tmp_path: Path)
 def test_it_tells_how_other_fingers_feel_the_change(tmp_path: Path) -> None:
     text = " ".join(Outline(page(tmp_path, plausible())).text.split())
     assert "the result is +1.65 to +2.85 just-noticeable differences from the original" in text
-    assert "Stiffer skin1.00.750.04300.0573+1.65" in text
+    assert "Stiffer skin1.00.750.04300.0573+1.65" in text and "drew" not in text
+    report = plausible()
+    touch = {**report.result["touch"], "fingers": {**FINGERS, "weight": 20.0}}
+    drawn = replace(report, result={**report.result, "touch": touch})
+    text = " ".join(Outline(page(tmp_path, drawn)).text.split())
+    assert "The descent drew the others toward the change of the first, with a weight of 20:" in text
 
 
 def test_it_tells_target_achieved_and_verified_roughness_and_the_odds(tmp_path: Path) -> None:

@@ -75,6 +75,7 @@ def test_larger_and_farther_takes_more(folder: Path) -> None:
     assert (small.places, tile.places) == (1, 16)
     assert tile.seconds > small.seconds and tile.memory_gib > small.memory_gib
     assert ("finger", "lands at 16 places") in list(tile.lines())
+    assert told("touch.jnd=1", "repeats=true", "touch.fingers=range").seconds > tile.seconds
     adam = load_run("gravel", ["descent.method=adam", "descent.steps=70"])
     assert expected_steps(adam) == 70
     assert expected_steps(load_run("gravel", ["descent.method=scaling"])) == 1
