@@ -1,12 +1,14 @@
 """Summary of a finished run, one screen of text."""
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from optimize.descent.quantities import QUANTITIES
+from optimize.descent.quantities import FLAT_SHARE, PLACE_JND, QUANTITIES, ROUGHNESS
 from optimize.report.formatting import between, duration, number, percent, plus_minus, rounded, tries_of_100
 from relief.formats import PLATES
+from tactile.jnd import ROUGHNESS_JND
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -46,6 +48,8 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
         sense = "rougher" if jnd > 0 else "smoother"
         apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
         yield "feel", f"{number(abs(jnd), 2)} JND {sense} than the original, {apart}"
+    if (places := touch.get("places")) is not None and places["count"] > 1:
+        yield from _places(places)
     if (fingers := touch.get("fingers")) is not None and fingers["jnd_min"] is not None:
         yield "", other_fingers(fingers)
     if (places := touch.get("places") or {}).get("jnd_min") is not None and places["count"] > 1:
@@ -64,6 +68,28 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
     yield "report", str(run_dir / "report.html")
     if printable := [str(run_dir / name) for name in PLATES if (run_dir / name).is_file()]:
         yield "to print", ", ".join(printable)
+
+
+def _places(places: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """The feel over the places of the finger; a steered place that missed its goal is named."""
+    if places["jnd_min"] is not None:
+        ends = f"{places['jnd_min']:+.2f} to {places['jnd_max']:+.2f} JND"
+        yield "", f"{ends} over {places['count']} places of the finger"
+    steered = places["steered"]
+    reached, goals = (steered.get(f"{key}_{ROUGHNESS.name}", []) for key in ("verified", "target"))
+    off = [
+        (abs(math.log(value / goal)) / math.log(ROUGHNESS_JND), place)
+        for place, (value, goal) in enumerate(zip(reached, goals, strict=False))
+        if min(value, goal) > FLAT_SHARE * sum(goals) / len(goals)
+    ]
+    if off and max(off)[0] > PLACE_JND:
+        farthest = max(off)[1]
+        down, right = steered["centres_mm"][farthest]
+        yield (
+            "farthest",
+            f"the place {right:.1f} mm from the left and {down:.1f} mm from the top reaches roughness "
+            f"{number(reached[farthest])} of {number(goals[farthest])}",
+        )
 
 
 def other_fingers(fingers: Mapping[str, Any]) -> str:

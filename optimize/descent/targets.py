@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike
 
 from optimize.descent.quantities import (
     CONTACT_AREA,
+    FLAT_SHARE,
     GOAL_KEYS,
     LARGEST_JND,
     LIMIT_PERCENT,
+    PLACE_JND,
     QUANTITIES,
     ROUGHNESS,
     GoalKey,
@@ -24,9 +26,11 @@ from tactile.jnd import ROUGHNESS_JND
 
 __all__ = [
     "CONTACT_AREA",
+    "FLAT_SHARE",
     "GOAL_KEYS",
     "LARGEST_JND",
     "LIMIT_PERCENT",
+    "PLACE_JND",
     "QUANTITIES",
     "ROUGHNESS",
     "GoalKey",
@@ -39,12 +43,6 @@ __all__ = [
 
 Values = Mapping[str, Array]
 """Values of quantities by their names, each (k,) over the touches."""
-
-PLACE_JND = 0.25
-"""Largest distance of a place from its own goal that counts as met, just-noticeable differences."""
-FLAT_SHARE = 0.02
-"""Share of the mean goal below which a place counts as flat: its distance from its goal is measured as if
-value and goal were this share, because ratios to a value of nearly nothing mean nothing."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from optimize.commands.main import BAD_INPUT, main
+from optimize.commands.summary import _lines
 from optimize.descent.driver import Iterate
 from optimize.runs import job
 from optimize.runs.config import load_run, run_from_scene
@@ -66,6 +67,20 @@ def test_the_run_file_says_whether_it_repeats(options: tuple[str, ...], repeats:
     assert load_run("run/run.toml").repeats is repeats
     places = json.loads(Path("run/result.json").read_text())["touch"]["places"]
     assert places["count"] == (32 if repeats else 1) and ("between" in places) is repeats
+
+
+def test_the_screen_tells_the_places_and_names_one_that_missed(capsys: pytest.CaptureFixture[str]) -> None:
+    loud = [word for word in QUICK if word != "-q"]
+    assert main(["optimize", "tile.exr", "--jnd", "1", "--repeats", *SMALL, *loud, "-o", "run"]) == 0
+    screen = capsys.readouterr().out
+    assert "JND over 32 places of the finger" in screen and "farthest" not in screen
+    result = json.loads(Path("run/result.json").read_text())
+    steered = result["touch"]["places"]["steered"]
+    steered["verified_roughness"][6] = 0.9 * steered["target_roughness"][6]
+    told = [text for name, text in _lines(result, Path("run")) if name == "farthest"]
+    assert len(told) == 1
+    down, right = steered["centres_mm"][6]
+    assert f"{right:.1f} mm from the left and {down:.1f} mm from the top" in told[0]
 
 
 def test_axes_are_rows_and_columns() -> None:
