@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from optimize.runs.config import Run, load_run, run_from_scene
     from optimize.runs.job import Result, resume
     from optimize.runs.job import run as optimize
+    from optimize.runs.skins import load_skin
     from relief.errors import InputError
     from relief.export import export_plate
     from relief.heightmap import load_heights, save_heights_exr, save_heights_png
@@ -45,6 +46,7 @@ __all__ = [
     "load_heights",
     "load_run",
     "load_scene",
+    "load_skin",
     "open_fieldset",
     "optimize",
     "prepare",
