@@ -165,11 +165,11 @@ def lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     shares = " and ".join(f"{100.0 * side['contact_fraction']:.0f} %" for side in sides)
     yield "in contact", f"{shares} of the plate"
     yield "feel", _feel(found)
+    if (places := found["places"]) is not None and places["jnd_min"] is not None:
+        ends = f"{places['jnd_min']:+.2f} to {places['jnd_max']:+.2f}"
+        yield "", f"{ends} JND over {places['count']} places of the finger"
     if (fingers := found.get("fingers")) is not None and fingers["jnd_min"] is not None:
         yield "", other_fingers(fingers)
-    if (places := found["places"]) is not None:
-        least, largest = (number(places[f"jnd_{end}"], 2) for end in ("min", "max"))
-        yield "places", f"{least} to {largest} JND over {places['count']} places"
     look = found["look"]
     if look is None:
         yield "pictures", f"not compared: {found['no_look']}"
