@@ -47,16 +47,12 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
     if (jnd := touch["jnd_from_original"]) is not None:
         sense = "rougher" if jnd > 0 else "smoother"
         apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
-        yield "feel", f"{number(abs(jnd), 2)} JND {sense} than the original, {apart}"
+        average = " on average" if (touch.get("places") or {}).get("count", 1) > 1 else ""
+        yield "feel", f"{number(abs(jnd), 2)} JND {sense} than the original{average}, {apart}"
     if (places := touch.get("places")) is not None and places["count"] > 1:
         yield from _places(places)
     if (fingers := touch.get("fingers")) is not None and fingers["jnd_min"] is not None:
         yield "", other_fingers(fingers)
-    if (places := touch.get("places") or {}).get("jnd_min") is not None and places["count"] > 1:
-        ends = " to ".join(f"{places[f'jnd_{end}']:.2f}" for end in ("min", "max"))
-        off = places.get("farthest_from_target_jnd")
-        far = "" if off is None else f", at most {off:.2f} JND off the target"
-        yield "places", f"{ends} JND over {places['count']} places{far}"
     yield from _pictures(look)
     steered = touch.get("model"), look.get("model")
     if steered not in ((None, None), ("layer", "exact")):
@@ -74,7 +70,9 @@ def _places(places: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """The feel over the places of the finger; a steered place that missed its goal is named."""
     if places["jnd_min"] is not None:
         ends = f"{places['jnd_min']:+.2f} to {places['jnd_max']:+.2f} JND"
-        yield "", f"{ends} over {places['count']} places of the finger"
+        far = places.get("farthest_from_target_jnd")
+        target = "" if far is None else f", at most {far:.2f} JND off the target"
+        yield "", f"{ends} over {places['count']} places of the finger{target}"
     steered = places["steered"]
     reached, goals = (steered.get(f"{key}_{ROUGHNESS.name}", []) for key in ("verified", "target"))
     off = [

@@ -306,6 +306,8 @@ def _between(prepared: Prepared, best: Array, model: ModelName) -> FeltPlaces | 
 def _baseline(prepared: Prepared, before: Batches, seed: int) -> Array | None:
     """Pictures of the original scaled in height to its target; None if no scale meets it.
 
+    A target that varies over the surface has none: one scale makes the same change everywhere.
+
     The change by scaling is rendered with the random numbers of the pictures before and added to them: noise
     of few samples would otherwise count as change.
 
@@ -315,6 +317,8 @@ def _baseline(prepared: Prepared, before: Batches, seed: int) -> Array | None:
         seed: of the random numbers.
     """
     problem = prepared.problem
+    if prepared.goals.maps:
+        return None
     # Scaled to the surrogate goal, because the model that steers is cheap to ask.
     scaled = linear_scaling(replace(problem, targets=prepared.surrogate_targets))
     if scaled is None:

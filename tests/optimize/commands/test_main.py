@@ -570,9 +570,10 @@ def test_the_screen_leaves_out_what_there_is_not() -> None:
     assert "1.3 JND smoother" in screen and "told apart in 89 of 100 tries" in screen
     assert "-1.50 to -0.80 JND to 5 fingers" in screen
     assert "places" not in screen
-    spread = {"count": 25, "jnd_min": -1.7, "jnd_max": 1.9, "farthest_from_target_jnd": 0.19}
+    spread = {"steered": {}, "count": 25, "jnd_min": -1.7, "jnd_max": 1.9, "farthest_from_target_jnd": 0.19}
     many = lines(RESULT | {"touch": RESULT["touch"] | {"places": spread}})
-    assert "-1.70 to 1.90 JND over 25 places, at most 0.19 JND off the target" in many
+    assert "-1.70 to +1.90 JND over 25 places of the finger, at most 0.19 JND off the target" in many
+    assert "smoother than the original on average, told apart" in many
     assert "original 40.0, target 45.0, achieved 45.1 mm²" in screen and "31 % of the plate" in screen
     change = f"{percent(1.92)} of the mean picture (mean over the pixels that show the plate)"
     assert f"changed by about {change}" in screen
