@@ -55,8 +55,8 @@ llvm:
 	fi; \
 	$(BIN)/python -m visual.backend.llvm || true
 
-demo: setup  ## make the gravel plate of the README rougher, into runs/gravel
-	$(BIN)/retouch optimize mitsuba_scenes/gravel.toml -o runs/gravel --force
+demo: setup  ## make the gravel of the README, a tile, rougher wherever the finger lands, into runs/gravel
+	$(BIN)/retouch optimize mitsuba_scenes/gravel-tile.toml -o runs/gravel --force
 
 test: lint  ## lint, then every test, in a process for each core (four at most, some GB each)
 	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile

@@ -31,23 +31,6 @@ def case(row: Mapping[str, Any]) -> str:
     return f"{row['texture']} {row['touch.jnd']:+d} JND"
 
 
-def headline() -> str:
-    """One row for each texture and target: what a reader wants to know first."""
-    rows = rows_of("methods")
-    lines = []
-    for name in dict.fromkeys(map(case, rows)):
-        by = {row["method"]: row for row in rows if case(row) == name}
-        changes = (
-            " / ".join(f"{by[m][c]:.1f}" for c in CHANGES) for m in ("scaled", "still shadows", "Retouch")
-        )
-        ours = by["Retouch"]
-        lines.append([name, *changes, f"{ours['miss_percent']:.2f}", f"{ours['cpu_s']:.0f}"])
-    methods = ("scaled in height", "without shadow edges", "Retouch")
-    return (
-        table(("texture and target", *methods, "off target by finite elements, %", "seconds"), lines) + "\n"
-    )
-
-
 def of_each(name: str, axes: Mapping[str, str]) -> str:
     """Every row of a table of the study; `axes` gives its own axes their headings."""
     columns = {

@@ -1,4 +1,4 @@
-"""The picture of the README: three textures, made two JND rougher by Retouch and by scaling their height.
+"""The picture of docs/measured.md: three textures, made two JND rougher by Retouch and by scaling.
 
 python -m benchmarks.figure runs/demo     # writes docs/images/rougher.png, after `retouch study demo`
 """

@@ -18,6 +18,7 @@ from benchmarks import (
     headlines,
     look,
     runs,
+    tiles,
     touch_net,
 )
 from benchmarks.common import RESULTS, load, table
@@ -63,7 +64,7 @@ MODELS = {
 def main() -> None:
     readme = README.read_text(encoding="utf-8")
     summaries = (
-        ("runs", demo.headline()),
+        ("runs", tiles.headline()),
         ("gradients", headlines.gradients_sentence()),
         ("fast", headlines.fast_sentence()),
     )
@@ -76,6 +77,7 @@ def main() -> None:
         "# What was measured, and how?\n",
         _machine(),
         _runs(),
+        _tiles(),
         _demo(),
         _gradients(),
         _look(),
@@ -146,6 +148,22 @@ def _ratios(rows: dict[str, Any]) -> str:
     return "Picture change of other methods divided by that of gauss-newton:\n\n" + table(head, lines)
 
 
+def _tiles() -> str:
+    return f"""## All over a tile
+
+`retouch study tiles`: textures of 128 x 128 samples that repeat every 10 mm, as they come with Retouch, two
+JND smoother and rougher. Steered at one place of the finger, as the paper does it, or at 16 places 2.5 mm
+apart; light comes in from the neighbours in both. "between": finite elements at 16 places in the middle
+between the 16, mean JND (least to largest). "off" is the distance from the target: of the mean, and of the
+worst place. The last column divides the two changes of the pictures.
+
+{tiles.every()}
+
+{len(tiles.cases())} of the study's 20 cases are computed. Retouch stops a descent within 1 % of the mean
+roughness, which is 0.06 JND; `descent.tolerance` is for more.
+"""
+
+
 def _demo() -> str:
     both = {"texture": "texture", "touch.jnd": "JND"}
     return f"""## The demo runs
@@ -155,6 +173,8 @@ pixels), corrected by them, and rendered by Mitsuba until the change of its pict
 "off" is what the finite elements say of the target. Change of the pictures in % of the mean picture, and of
 the radiance of a white plate that faces the light, as the paper's % of pixel values. Processor seconds of a
 whole run with verification, final pictures and report, on one thread beside other work.
+
+![Three textures, made two JND rougher by Retouch and by scaling their height](images/rougher.png)
 
 Methods: scaled in height and, where 3 mm do not suffice, sideways; Gauss-Newton whose gradients do not see
 shadows move; Retouch.

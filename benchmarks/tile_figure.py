@@ -1,0 +1,96 @@
+"""The picture of the README: gravel as a tile, two JND rougher, and how that feels wherever the finger lands.
+
+python -m benchmarks.tile_figure runs/tiles     # writes docs/images/tiles.png, after `retouch study tiles`
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.charts import pyplot, style
+from benchmarks.tiles import ALL, ONE, Row, cases
+from optimize.descent.targets import ROUGHNESS
+from optimize.descent.touch_measures import measure_touch
+from optimize.report.colour_maps import srgb
+from optimize.runs.config import load_run
+from optimize.runs.key import SETTINGS
+from optimize.runs.subjects import RESULT
+from optimize.studies.engine import ROWS
+from optimize.studies.row_key import SHORT
+from relief.arrays import Array
+from relief.heightmap import load_heights
+from relief.places import places
+from tactile.jnd import ROUGHNESS_JND
+from visual.scene import load_scene
+
+TEXTURE, JND = "gravel-tile", 2
+RESOLUTION, SAMPLES, CONDITION = 384, 64, 0
+SPACING_MM = 1.25
+"""Distance of the places of the maps: those that are steered, those in the middle, and as many again."""
+KINDS = ((ONE, "steered at one place"), (ALL, "steered all over"), ("scaled", "scaled in height"))
+
+
+def main() -> None:
+    by = cases()[TEXTURE, JND]
+    study = Path(sys.argv[1])
+    run = load_run(study / ROWS / by[ALL]["row"][:SHORT] / SETTINGS)
+    scene = load_scene(run.scene, texture=run.texture, repeats=run.axes_repeat)
+    reliefs = [scene.heights, *(load_heights(_folder(study, by[kind]) / RESULT) for kind, _ in KINDS)]
+    at = places(scene.surface, SPACING_MM)
+    side = round(len(at) ** 0.5)
+    felt = [
+        measure_touch(
+            heights,
+            scene.size_mm,
+            run.touch.finger,
+            "layer",
+            quantities=(ROUGHNESS,),
+            repeats=run.axes_repeat,
+            at=at,
+        ).values[ROUGHNESS.name]
+        for heights in reliefs
+    ]
+    looks = [
+        np.asarray(scene.render(heights, samples=SAMPLES, seed=1, resolution=RESOLUTION)[CONDITION].numpy())
+        for heights in reliefs
+    ]
+    jnd = [np.log(values / felt[0]).reshape(side, side) / np.log(ROUGHNESS_JND) for values in felt]
+    # A place is the first row and column under a finger; the finger's middle is half a tile further.
+    maps = [np.roll(field, side // 2, (0, 1)) for field in jnd]
+    path = Path("docs/images/tiles.png")
+    draw(looks, maps, [by[kind] for kind, _ in KINDS], path)
+    print(path)
+
+
+def draw(looks: list[Array], maps: list[Array], rows: list[Row], path: Path) -> None:
+    """Pictures above, and below each the JND at every place of the finger on the tile."""
+    style()
+    figure, axes = pyplot.subplots(2, 4, figsize=(9.6, 5.1), layout="constrained")
+    white = float(np.percentile(looks[0], 99.5))
+    heads = ("original", *(name for _, name in KINDS))
+    for axis, look, head in zip(axes[0], looks, heads, strict=True):
+        axis.imshow(srgb(look, white), cmap="gray", vmin=0.0, vmax=1.0)
+        axis.set_title(head, fontsize=10)
+    for axis, row in zip(axes[0, 1:], rows, strict=True):
+        axis.set_xlabel(f"pictures changed by {row['change_percent']:.1f} %")
+    for axis, felt in zip(axes[1, 1:], maps[1:], strict=True):
+        image = axis.imshow(felt, cmap="PuOr_r", vmin=JND - 1, vmax=JND + 1)
+        axis.set_xlabel(f"{felt.mean():.2f} JND ({felt.min():.2f} to {felt.max():.2f})")
+    axes[1, 0].axis("off")
+    bar = figure.colorbar(image, ax=axes[1, 0], location="right", fraction=0.3, aspect=12)
+    bar.set_label("JND felt, by the place of the finger")
+    for axis in axes.flat:
+        axis.set_xticks([])
+        axis.set_yticks([])
+    figure.savefig(path, dpi=150)
+
+
+def _folder(study: Path, row: Row) -> Path:
+    return study / ROWS / str(row["row"])[:SHORT]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,108 @@
+"""Results all over tiles, as tables, from the document of their study.
+
+retouch study tiles -o runs/tiles && cp runs/tiles/study.json benchmarks/results/studies/tiles.json
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from benchmarks.common import RESULTS, table
+from optimize.studies.document import flat_rows, read_document
+
+DOCUMENT = RESULTS / "studies" / "tiles.json"
+ONE, ALL = "one place", "all over"
+FIRST = ("gravel-tile", "brick-tile", "grass-tile")
+"""Textures of the README."""
+
+Row = Mapping[str, Any]
+
+
+def rows_of(name: str) -> list[Row]:
+    """The rows of a table of the study that are done."""
+    return [row for row in flat_rows(read_document(DOCUMENT)) if row["table"] == name and "steps" in row]
+
+
+def cases() -> dict[tuple[str, float], dict[str, Row]]:
+    """By texture and target, the rows by how they were made; those alone that are steered in both ways."""
+    found: dict[tuple[str, float], dict[str, Row]] = {}
+    for kind, row in (
+        *((str(row["touches"]), row) for row in rows_of("tiles")),
+        *(("scaled", row) for row in rows_of("scaled")),
+    ):
+        found.setdefault((row["texture"], row["touch.jnd"]), {})[kind] = row
+    return {case: rows for case, rows in found.items() if {ONE, ALL} <= rows.keys()}
+
+
+def headline() -> str:
+    """The table of the README: what a reader wants to know first."""
+    lines = []
+    for (texture, jnd), by in cases().items():
+        if texture not in FIRST:
+            continue
+        scaled = by.get("scaled")
+        lines.append(
+            [
+                f"{texture.removesuffix('-tile')} {jnd:+d} JND",
+                None if scaled is None else _change(scaled),
+                f"{_change(by[ONE])}: {_felt(by[ONE])}",
+                f"{_change(by[ALL])}: {_felt(by[ALL])}",
+                f"{by[ALL]['cpu_s']:.0f}",
+            ]
+        )
+    head = ("tile and target", "scaled in height", "steered at one place", "Retouch, all over", "seconds")
+    return table(head, lines) + "\n"
+
+
+def every() -> str:
+    """Every texture and target, and the means."""
+    lines, numbers = [], []
+    for (texture, jnd), by in cases().items():
+        one, everywhere = by[ONE], by[ALL]
+        ratio = everywhere["change_rms_percent"] / one["change_rms_percent"]
+        off = abs(everywhere["between_off_jnd"])
+        numbers.append((one["between_worst_jnd"], off, everywhere["between_worst_jnd"], ratio))
+        lines.append(
+            [
+                texture.removesuffix("-tile"),
+                f"{jnd:+d}",
+                _felt(one),
+                f"{one['between_worst_jnd']:.2f}",
+                _felt(everywhere),
+                f"{off:.3f}",
+                f"{everywhere['between_worst_jnd']:.2f}",
+                f"{one['change_rms_percent']:.1f}",
+                f"{everywhere['change_rms_percent']:.1f}",
+                f"{ratio:.2f}",
+            ]
+        )
+    worst_one, off, worst, ratio = np.array(numbers).T
+    ends = (
+        f"{worst_one.max():.2f}",
+        "",
+        f"{off.max():.3f}",
+        f"{worst.max():.2f}",
+        "",
+        "",
+        f"{ratio.max():.2f}",
+    )
+    lines.append(["largest", "", "", *ends])
+    head = (
+        *("tile", "JND", "one place: JND between", "worst off", "all over: JND between", "mean off"),
+        *("worst off", "one place: pictures rms, %", "all over, %", "ratio"),
+    )
+    return table(head, lines)
+
+
+def _change(row: Row) -> str:
+    """Change of the pictures, mean and root mean square in % of the mean picture."""
+    return f"{row['change_percent']:.1f} / {row['change_rms_percent']:.1f}"
+
+
+def _felt(row: Row) -> str:
+    """JND between the steered places: mean, least and largest."""
+    mean, least, most = (f"{row[f'between_{name}_jnd']:+.2f}" for name in ("mean", "least", "most"))
+    return f"{mean} ({least} to {most})"
