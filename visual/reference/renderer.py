@@ -17,7 +17,6 @@ from visual.backend.plate import is_textured, plate_bsdf
 from visual.exact.shading import unshadowed
 from visual.geometry.film_samples import film_points, samples_from_above
 from visual.geometry.placed_mesh import PlacedMesh
-from visual.geometry.topology import plate_topology
 from visual.lights.parallel import ParallelLights
 from visual.reference.ambient import ambient_radiance
 from visual.reference.face_parts import PartPoints, pixel_shares, points_by_part
@@ -46,7 +45,7 @@ class ReferenceRenderer:
 
         Raises:
             ValueError: the camera is not straight above or has no pixel at each sample, the plate
-                is textured, or too few strata.
+                is textured, repeats or is not square, or too few strata.
         """
         if strata < FEWEST_STRATA:
             raise ValueError(f"at least {FEWEST_STRATA} strata are needed")
@@ -55,10 +54,12 @@ class ReferenceRenderer:
         rows, cols = scene.heights.shape
         if not self._camera.overhead or scene.resolution != (rows, cols):
             raise ValueError("the camera must look straight down, with one pixel at each height sample")
+        if any(scene.plate.halo) or rows != cols:
+            raise ValueError("the plate must be square and end at its sides")
         if is_textured(loaded.scene):
             raise ValueError("the material must be the same all over the plate")
         self._bsdf = plate_bsdf(loaded.scene)
-        self._plate = plate_topology(rows, cols, scene.size_mm)
+        self._plate = scene.plate
         generator = np.random.default_rng(seed)
         film = film_points(self._camera, strata, generator)
         samples = samples_from_above(self._plate, self._camera, film, strata**2)

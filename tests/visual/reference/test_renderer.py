@@ -86,3 +86,10 @@ def test_another_camera_is_refused(scene: Scene) -> None:
         ReferenceRenderer(other)
     with pytest.raises(ValueError, match="strata"):
         ReferenceRenderer(scene, strata=2)
+
+
+def test_a_tile_is_refused() -> None:
+    checked = check_scene(STUDIO, {"resolution": str(SIDE)})
+    tile = Scene(checked, np.zeros((SIDE, SIDE)), "llvm_ad_mono", repeats=(False, True))
+    with pytest.raises(ValueError, match="end at its sides"):
+        ReferenceRenderer(tile)
