@@ -17,6 +17,8 @@ COLUMNS = (
 """Columns whose medians are told."""
 COMPARED = ("change_percent", "change_rms_percent", "change_lights_percent", "dssim", "cpu_s")
 """Columns of which the mean ratio to the first value of the axis is told."""
+FEWEST = 5
+"""Fewest textures that an interval is drawn from; of fewer, their range is told."""
 MET_PERCENT = 1.0
 """Error of the verified target that counts as met, the tolerance of the runs."""
 
@@ -45,7 +47,9 @@ def surrogate() -> dict[str, Any]:
     both = [
         row | {"models": f"{row['look']}, {row['touch.model']}"} for row in rows if row["table"] == "both"
     ]
-    return found | {"both": by(both, "models")}
+    if len({row["touch.model"] for row in both}) > 1:
+        found["both"] = by(both, "models")
+    return {name: values for name, values in found.items() if len(values) > 1}
 
 
 def by(rows: Sequence[dict[str, Any]], axis: str) -> dict[str, Any]:
@@ -53,7 +57,7 @@ def by(rows: Sequence[dict[str, Any]], axis: str) -> dict[str, Any]:
 
     The medians run over the textures and targets that have a row for every value. A ratio is the geometric
     mean, over textures, of that to the row of the same texture and target and the first value of the axis,
-    with its 95 % interval; textures are what the interval draws.
+    with its 95 % interval, for which textures are drawn, or with the range of fewer than `FEWEST` textures.
     """
     values = list(dict.fromkeys(row[axis] for row in rows))
     cases = [{_case(row) for row in rows if row[axis] == value} for value in values]
@@ -89,7 +93,10 @@ def _ratio(name: str, rows: Sequence[dict[str, Any]], first: dict[Any, dict[str,
         if one and other:
             by_texture.setdefault(row["texture"], []).append(log(one / other))
     means = [fmean(logs) for logs in by_texture.values()]
-    return [exp(number) for number in (fmean(means), *interval(means))] if means else None
+    if not means:
+        return None
+    ends = interval(means) if len(means) >= FEWEST else (min(means), max(means))
+    return [exp(number) for number in (fmean(means), *ends)]
 
 
 def _case(row: dict[str, Any]) -> tuple[Any, ...]:

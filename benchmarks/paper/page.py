@@ -20,7 +20,8 @@ MODELS = "## Exact and surrogate models"
 MODELS_INTRODUCTION = """\
 `retouch study exact-vs-surrogate`: each table varies what steers; finite elements verify and Mitsuba renders
 every result. Medians over textures and targets; "met": runs whose verified target is met within 1 %. The
-ratio is that of the rms change to the first line of the table, mean over textures, with its 95 % interval.
+ratio is that of the rms change to the first line of the table, mean over textures, with its 95 % interval
+(of three textures, their range).
 """
 
 Found = Mapping[str, Any]
@@ -182,6 +183,8 @@ def section(results: Found) -> str:
     return f"{HEADING}\n\n{INTRODUCTION}\n{table(head, lines)}\n{told}"
 
 
+FEWEST_CASES = 3
+"""Fewest textures and targets that a line of the models' table is told of."""
 SHOWN: Mapping[str, str] = {
     "change, mean %": "change_percent",
     "rms %": "change_rms_percent",
@@ -209,7 +212,7 @@ def models(results: Found) -> str:
         for name, rows in found.items()
         if name != "study"
         for label, row in rows.items()
-        if row["rows"]
+        if row["rows"] >= FEWEST_CASES
     ]
     head = ("table", "what steers", "met", *SHOWN, "rms ratio")
     extent = found["study"]
