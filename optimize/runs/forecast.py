@@ -32,6 +32,9 @@ RENDERED, UNTIL_KNOWN = 2, 64
 """Reliefs whose final pictures are rendered, and about how many samples a pixel make their change known."""
 ADAM_STEP = 4.0
 """Seconds of one of Adam's steps in units of those of its pictures: the gradient takes most of a step."""
+VERIFIED_S = 1.6e-5
+"""Seconds for each sample of a patch beyond the first, pressed by finite elements before and after; as many
+patches lie between the places."""
 PLACE_S = 0.07
 """Seconds of a step for each place of the finger beyond the first."""
 FOLDER_MIB, SAMPLE_MIB, PIXEL_MIB = 0.2, 1.7e-4, 1.6e-5
@@ -143,6 +146,7 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         verify=verify.model,
         steps=steps,
         seconds=_seconds(settings, look, steps, heights, pixels * scene.passes)
+        + VERIFIED_S * (patches.count - 1) * patches.samples**2
         + PLACE_S * steps * (patches.count - 1 + _other_fingers(settings, patches.count)),
         memory_gib=needed_gib(heights, patches.count),
         disk_mib=disk,
