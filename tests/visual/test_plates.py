@@ -111,9 +111,12 @@ def test_what_the_user_defines_stays(texture: Path, mi: object) -> None:
         load_scene("studio", {"size_mm": "20"}, texture=texture)
 
 
-def test_a_fine_texture_has_a_pixel_a_sample(tmp_path: Path, mi: object) -> None:
-    save_heights_exr(tmp_path / "fine.exr", np.zeros((160, 160)), 12.5)
-    assert load_scene("studio", texture=tmp_path / "fine.exr").resolution == (160, 160)
+@pytest.mark.parametrize(("samples", "pixels"), [(32, 128), (160, 160), (1100, 1024)])
+def test_a_fine_texture_has_a_pixel_a_sample_up_to_1024(
+    tmp_path: Path, mi: object, samples: int, pixels: int
+) -> None:
+    save_heights_exr(tmp_path / "fine.exr", np.zeros((samples, samples)), 12.5)
+    assert load_scene("studio", texture=tmp_path / "fine.exr").resolution == (pixels, pixels)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,8 @@ from visual.scene_file.parsed import CheckedScene
 
 SIZE, RESOLUTION, FILM_ROWS = "size_mm", "resolution", "film_rows"
 """Names of the parameters."""
+MOST_PIXELS = 1024
+"""Most pixels across a film that follows the samples: steps of a descent take no more on a square film."""
 
 
 def fitted_scene(
@@ -71,9 +73,9 @@ def parameters(
         finest = int(pixels)
         if rows != cols:
             # A whole number of pixels for each sample, so that the picture has the plate's own proportions.
-            values[RESOLUTION] = str(cols * max(1, round(finest / cols)))
+            values[RESOLUTION] = str(min(cols * max(1, round(finest / cols)), max(finest, MOST_PIXELS)))
         elif cols > finest:
-            values[RESOLUTION] = str(cols)
+            values[RESOLUTION] = str(min(cols, max(finest, MOST_PIXELS)))
         pixels = values.get(RESOLUTION, pixels)
     if FILM_ROWS in checked.defaults and FILM_ROWS not in defines and rows != cols and pixels.isdecimal():
         values[FILM_ROWS] = str(max(1, round(int(pixels) * rows / cols)))
