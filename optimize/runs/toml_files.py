@@ -68,6 +68,7 @@ def _fields(place: Sequence[str], model: type[BaseModel]) -> Mapping[str, FieldI
     section: Any = model
     for part in place:
         known = getattr(section, "model_fields", None)
-        section = get_args(section)[-1] if known is None else known[part].annotation
+        items = [item for item in get_args(section) if item is not ...]
+        section = items[-1] if known is None else known[part].annotation
     found: Mapping[str, FieldInfo] = section.model_fields
     return found

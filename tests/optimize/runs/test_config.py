@@ -218,6 +218,7 @@ def test_lengths_and_scales_have_bounds(run_file: Path, key: str) -> None:
         ("", "[touch]\njnd = 1\nforce = 3", "touch.force", "touch.force_n"),
         ("", "[touch]\njnd = 1\n[descent]\nmehtod = 'adam'", "descent.mehtod", "descent.method"),
         ("", "[touch]\njnd = 1\n[luck]", "luck", "look"),
+        ("", "[[touch.region]]\nmask = 'm.png'\njdn = 1", "touch.region.0.jdn", "touch.region.0.jnd"),
     ],
 )
 def test_an_unknown_key_is_answered_with_the_nearest(
