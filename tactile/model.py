@@ -180,7 +180,8 @@ def touch_model(
     mean = check_model(skin, samples, size_mm, model, mesh)
     solver: Solver | None = None
     if model == "quick":
-        solver = quick_solver(elastic_layer_operator(skin, samples, size_mm, torch.float32))
+        single = elastic_layer_operator(skin, samples, size_mm, torch.float32)
+        solver = quick_solver(single, layered=bool(skin.layers))
     elif model == "net":
         # Imported here: the other models need no net. A net that does not hold is refused before any operator
         # is built, which may take seconds.

@@ -22,7 +22,8 @@ FULL_PITCH_MM = 0.0625
 With six steps V is 1.4 % off on 256 samples over 10 mm, 2.2 % on 512, and A 10 % on 128 samples over 4 mm,
 where V scatters by 5 % from 9 to 15 steps and is 1.1 % off after 24."""
 MOST_TIMES = 4.0
-"""Factor up to which a fine grid takes more steps."""
+"""Factor up to which a fine grid takes more steps, and by which skin with layers does: with 0.7 mm of 2 MPa
+over 0.4 MPa, V of seven reliefs is up to 9 % off after six steps, and 0.3 % after 24."""
 LARGEST_GAP = 0.05
 """Root mean square gap under pressure, as a share of the mean displacement, up to which the steps suffice: it
 is up to 0.035 on usual contacts, whose V is within 1.2 %, and from 0.2 to 10 where V is 1.5 to 23 % off."""
@@ -94,8 +95,10 @@ class TruncatedSolver:
         return state
 
 
-def quick_solver(operator: ElasticLayerOperator) -> TruncatedSolver:
-    """The truncated solver of an operator in single precision, with steps enough for its grid."""
+def quick_solver(operator: ElasticLayerOperator, layered: bool = False) -> TruncatedSolver:
+    """The truncated solver of an operator in single precision, with steps enough for its grid and layers."""
+    if layered:
+        return TruncatedSolver(operator, math.ceil(STEPS * MOST_TIMES))
     return TruncatedSolver(operator, steps_on(operator.size_mm / operator.symbol.shape[-2]))
 
 

@@ -76,7 +76,7 @@ def test_every_model_feels_a_layered_skin_alike() -> None:
     )
     assert float((layer / plain - 1.0).abs().min()) > 0.1
     torch.testing.assert_close(layer, fem, rtol=0.04, atol=0.0)
-    torch.testing.assert_close(quick, layer, rtol=0.03, atol=0.0)
+    torch.testing.assert_close(quick, layer, rtol=0.01, atol=0.0)
 
 
 def test_slopes_of_the_feel_are_those_of_finite_differences() -> None:
