@@ -15,6 +15,7 @@ from optimize.runs.config import Run, load_run, run_from_scene
 from relief.errors import InputError
 from relief.formats import HEIGHT_MAPS
 from relief.heightmap import load_height_map
+from relief.seam import check_seams
 from visual.explain import explain_scene
 from visual.lights.parallel import LUMINANCE
 from visual.scene import load_scene
@@ -37,6 +38,12 @@ def settings(*argv: str) -> Run:
 def test_a_run_file_is_found_by_its_name(name: str) -> None:
     expected = load_run(FOLDER / "gravel.toml")
     assert load_run(name) == settings(name) == expected
+
+
+def test_the_run_file_of_a_tile_repeats_a_texture_whose_sides_fit() -> None:
+    run = settings("gravel-tile")
+    assert run.repeats is True and run.texture == FOLDER / "textures" / "gravel-tile.png"
+    check_seams(load_height_map(run.texture).heights, run.axes_repeat, run.texture)
 
 
 @pytest.mark.parametrize("name", ["studio", "studio.xml"])
