@@ -109,7 +109,7 @@ class Scene:
         self._quadratures: dict[tuple[int, ...], Quadrature] = {}
         self._fast: dict[bool, FastRenderer] = {}
         self._cut_off: set[int] = set()
-        self.white = white_radiance(self._description, self.illumination)
+        self.white = white_radiance(self._description, max(self.surface.size_mm), self.illumination)
 
     def __repr__(self) -> str:
         (rows, cols), (down, across) = self.resolution, self.heights.shape
@@ -407,16 +407,19 @@ class Scene:
         return self._quadratures[key]
 
 
-def white_radiance(description: Description, parallel: Callable[[Light], ParallelLights]) -> float:
+def white_radiance(
+    description: Description, size_mm: float, parallel: Callable[[Light], ParallelLights]
+) -> float:
     """Radiance of a white matte plate under the strongest light of a scene; see `Scene.white`.
 
     Args:
         description: of the scene.
+        size_mm: longer side of the plate.
         parallel: gives fixed parallel lights that stand for a light.
     """
     strengths = [float(LUMINANCE @ np.array(description.ambient))]
     for light in description.lights:
-        if kind_of(light).ambient or parallel_obstacle(light, description.plate.size_mm) is not None:
+        if kind_of(light).ambient or parallel_obstacle(light, size_mm) is not None:
             # What a point or a near surface gives depends on the place; pictures then count as they are.
             continue
         lights = parallel(light)

@@ -131,3 +131,17 @@ def test_a_larger_plate_fills_as_much_of_the_picture(tmp_path: Path, mi: object,
         shown.append((scene.plate_weights() > 0.0).mean(axis=(1, 2)))
         assert scene.size_mm == size_mm
     assert shown[1] == pytest.approx(shown[0], abs=0.01)
+
+
+def test_a_lamp_too_near_for_the_longer_side_is_rendered_without_gradients(
+    scene_of: Callable[..., Scene],
+) -> None:
+    """At 450 mm: more than 40 times the 10 mm of the width, less than 40 times the 13.3 mm across it."""
+    lamp = """<shape type="disk">
+        <transform name="to_world"><rotate x="1" angle="180"/><translate z="450"/></transform>
+        <emitter type="area"><rgb name="radiance" value="3"/></emitter>
+    </shape>"""
+    scene = scene_with_a_pixel_a_sample(scene_of, more=lamp, heights=TALL)
+    assert scene.render(samples=4).numpy().shape == (1, 32, 24)
+    with pytest.raises(InputError, match="at least 533.333 mm away"):
+        scene.views()
