@@ -143,5 +143,5 @@ def test_a_lamp_too_near_for_the_longer_side_is_rendered_without_gradients(
     </shape>"""
     scene = scene_with_a_pixel_a_sample(scene_of, more=lamp, heights=TALL)
     assert scene.render(samples=4).numpy().shape == (1, 32, 24)
-    with pytest.raises(InputError, match="at least 533.333 mm away"):
+    with pytest.raises(InputError, match=r"at least 533\.333 mm away"):
         scene.views()
