@@ -7,6 +7,7 @@ import pytest
 
 from mitsuba_scenes.studies import bundled_studies
 from optimize.runs.config import load_run, run_keys
+from optimize.studies.document import read_document
 from optimize.studies.row_key import INTRODUCED, row_key
 from optimize.studies.rows import expand
 from optimize.studies.study_file import load_study
@@ -115,6 +116,13 @@ def test_rows_of_earlier_versions_are_found(tmp_path: Path, settings: str) -> No
     path = tmp_path / "run.toml"
     path.write_text('scene = "scene.xml"\ntexture = "texture.png"\ntouch.jnd = 2\n')
     assert row_key(load_run(path, settings.split())).startswith(OLD_KEYS[settings])
+
+
+@pytest.mark.parametrize("study", ["figure10", "figure15", "figure17", "figure19", "figure22", "front"])
+def test_rows_that_are_committed_are_found(study: str) -> None:
+    """A revised scene must not make them unknown: `optimize.studies.row_key.REVISED`."""
+    path = Path(__file__).parents[3] / "benchmarks" / "results" / "studies" / f"{study}.json"
+    assert read_document(path).records.keys() == expand(load_study(study)).rows.keys()
 
 
 @pytest.mark.parametrize(
