@@ -13,7 +13,7 @@ from benchmarks.pages import WIDTHS, faults
 from optimize.report.comparison import write_comparison
 from optimize.report.content import Comparison, Pair, Report
 from optimize.report.page import write_report
-from tests.optimize.report.plausible import noisy
+from tests.optimize.report.plausible import FINGERS, noisy
 
 pytestmark = [
     pytest.mark.slow,
@@ -49,13 +49,15 @@ def comparison() -> Comparison:
     report = full()
     shared: dict[str, Any] = {field.name: getattr(report, field.name) for field in fields(Pair)}
     side = {
-        **{"file": "/" + 12 * "folder/" + "texture.png", "size_mm": 10.0, "samples": 64, "relief_mm": 1.2},
+        **{"file": "/" + 12 * "folder/" + "texture.png", "size_mm": 10.0, "relief_mm": 1.2},
+        **{"samples": 64, "rows": 48},
         **{"roughness": 0.0478, "contact_area_mm2": 31.7, "contact_fraction": 0.23},
     }
     result = {
         **{"first": side | {"name": "A"}, "second": side | {"name": "B", "roughness": 0.0123}},
         **{"jnd_apart": -7.8, "told_apart_probability": 1.0, "no_look": None, "scene": "studio.xml"},
         **{"skin": {"young_modulus_mpa": 0.5, "poisson_ratio": 0.48, "force_n": 10.0}, "model": "layer"},
+        **{"places": None, "fingers": FINGERS},
         "look": report.result["look"],
     }
     return Comparison(**shared | {"names": ("A", "B"), "title": "gravel and texture"}, result=result)

@@ -335,8 +335,17 @@ def test_a_goal_beyond_the_plate_is_refused_before_any_operator_is_built(
     assert not [*(tmp_path / "cache").glob("f*.safetensors")]
 
 
-def test_a_plate_of_another_size_than_the_scenes_is_refused(out: Path, run_file: RunFile) -> None:
-    path = run_file()
+def test_a_plate_of_another_size_than_the_scenes_is_refused(
+    studio: Path, out: Path, run_file: RunFile
+) -> None:
+    """Scenes that declare the parameter fit every plate; others have a plate of their own."""
+    scene = out.with_name("of-its-own.xml")
+    declared = '<default name="size_mm" value="10"/>'
+    assert declared in studio.read_text()
+    text = studio.read_text().replace(declared, "").replace("$size_mm", "10")
+    scene.write_text(text.replace('value="textures/gravel.png"', 'value="own.exr"'))
+    save_heights_exr(out.with_name("own.exr"), np.zeros((SAMPLES, SAMPLES)))
+    path = run_file(scene=scene)
     path.write_text("size_mm = 12.0\n" + path.read_text())
     refused(path, out, "size_mm", "12", "10")
     assert not out.exists()

@@ -9,6 +9,7 @@ from optimize.runs.config import run_from_scene
 from optimize.studies import unseen as measure
 from optimize.studies.measures import MEASURES
 from optimize.studies.unseen import UNSEEN, unseen
+from relief.arrays import Array
 from relief.heightmap import save_heights_exr
 from tests.visual.scenes import SIDE, SIZE_MM, hills
 
@@ -32,8 +33,21 @@ def test_a_changed_relief_differs_everywhere_and_a_lifted_one_nowhere(
     assert max(value for value in unseen(tmp_path, run, {}).values() if value is not None) < 0.01
 
 
-def test_scenes_of_another_size_give_no_value(tmp_path: Path) -> None:
-    before, after = hills(0.6), hills(0.7)
-    run = run_from_scene("studio", "gravel", ["touch.jnd=1"])
-    for conditions in UNSEEN.values():
-        assert measure._changes_in(conditions[0], run, 2.0 * SIZE_MM, before, after) is None
+def test_a_tile_of_another_size_is_seen_as_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Scenes fit its plate, and light comes in from its neighbours: rolled, its pictures change alike."""
+    monkeypatch.setattr(measure, "UNSEEN", {"lights": UNSEEN["lights"]})
+    changes = []
+    for shift in (0, 11):
+        before, after = (np.roll(tile(height), shift, (0, 1)) for height in (0.6, 0.7))
+        save_heights_exr(tmp_path / "tile.exr", before, 2.0 * SIZE_MM, 3.0)
+        save_heights_exr(tmp_path / "heights.exr", after, 2.0 * SIZE_MM, 3.0)
+        run = run_from_scene("studio", tmp_path / "tile.exr", ["touch.jnd=1", "repeats=true"])
+        changes.append(unseen(tmp_path, run, {})["change_lights_percent"])
+    assert changes[0] is not None and changes[0] > 1.0
+    assert changes[1] == pytest.approx(changes[0], rel=0.03)
+
+
+def tile(height: float) -> Array:
+    """Hills of a height (mm) on a period of 32 samples."""
+    y, x = np.meshgrid(*[2.0 * np.pi * np.arange(32) / 32] * 2, indexing="ij")
+    return np.asarray(0.25 * height * (2.0 + np.sin(x + 2.0 * y) + np.cos(3.0 * x)))
