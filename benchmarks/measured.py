@@ -159,9 +159,9 @@ worst place. The last column divides the two changes of the pictures.
 
 {tiles.every()}
 
-{len(tiles.cases())} of the study's 20 cases are computed. Its descents stop within 0.5 % of the mean roughness, which is
-0.03 JND (`descent.tolerance`); the usual 1 % is 0.06 JND. Smooth waves are the exception: they do not reach
--2 JND in 100 steps, and at +2 JND their farthest place is 0.3 JND off.
+{len(tiles.cases())} of the study's 20 cases are computed. Its descents stop within 0.5 % of the mean
+roughness, which is 0.03 JND (`descent.tolerance`); the usual 1 % is 0.06 JND. Smooth waves are the exception:
+they do not reach -2 JND in 100 steps, and at +2 JND their farthest place is 0.3 JND off.
 """
 
 

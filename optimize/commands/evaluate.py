@@ -135,10 +135,11 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     screen = console()
     screen.print(table(entries))
-    plates = " and ".join(f"{size_mm:g} x {size_mm:g}" for size_mm in dict.fromkeys(sizes))
+    pressed = (patch_mm(map_.heights, size, repeats) for map_, size in zip(read, sizes, strict=True))
+    patches = " and ".join(f"{side:.4g} x {side:.4g}" for side in dict.fromkeys(pressed))
     screen.print(
         f"{model_name(arguments.model).capitalize()}, skin {Path(name).stem}: {_moduli(skin)}, "
-        f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {plates} mm."
+        f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {patches} mm."
     )
     if scene is not None:
         limit = f"before its pictures in {scene.stem} change by {LIMIT_PERCENT:g} % of white"
@@ -146,6 +147,16 @@ def run(arguments: argparse.Namespace) -> int:
             ways = _ways(entry["reach"])
             screen.print(f"{entry['texture']} can be made {ways} {limit}.", markup=False)
     return 0
+
+
+def patch_mm(heights: "NDArray[np.float64]", size_mm: float, repeats: tuple[bool, bool]) -> float:
+    """Side of the square that the finger presses on, mm, of a relief (rows, cols) of this width."""
+    from relief.patches import Patches
+    from relief.places import places
+    from relief.surface import Surface
+
+    surface = Surface((heights.shape[0], heights.shape[1]), size_mm, repeats)
+    return Patches(surface, places(surface)).size_mm
 
 
 def _skin(arguments: argparse.Namespace) -> tuple[str, Skin]:

@@ -42,8 +42,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    # Imported here, so that --help needs no numpy.
+    from relief.export import export_plate
     from relief.heightmap import load_height_map
     from relief.lengths import RANGES
+    from relief.surface import Surface
 
     out, base_mm = arguments.out, arguments.base_mm
     arguments.texture = find_texture(arguments.texture)
@@ -54,9 +57,6 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"{out}: -o: is a folder")
     read = load_height_map(arguments.texture, **{key: getattr(arguments, key) for key in RANGES})
     heights, size_mm = read.heights, read.side_mm
-    # Only here, because trimesh takes as long to import as everything above takes to run.
-    from relief.export import export_plate
-
     try:
         export_plate(out, heights, size_mm, base_mm)
     except PermissionError as error:
@@ -67,5 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
         bytes_ = out.stat().st_size
         print_json({"file": str(out), "size_mm": size_mm, "thickness_mm": thick, "bytes": bytes_})
         return 0
-    print(f"{out}: {size_mm:g} x {size_mm:g} x {thick:.3g} mm, {out.stat().st_size / 2**20:.1f} MiB")
+    surface = Surface((heights.shape[0], heights.shape[1]), size_mm)
+    sides = f"{surface.width_mm:.4g} x {surface.height_mm:.4g} x {thick:.3g} mm"
+    print(f"{out}: {sides}, {out.stat().st_size / 2**20:.1f} MiB")
     return 0

@@ -4,8 +4,7 @@ texture -> Problem (touch + sight) -> descend -> verification -> run directory
 """
 
 import logging
-import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from optimize.descent.correction import CorrectionState, Segment, descend_with_correction
-from optimize.descent.driver import DescentResult, Iterate, check_memory
+from optimize.descent.driver import DescentResult, check_memory
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import QUANTITIES
@@ -22,7 +21,7 @@ from optimize.descent.touch_measures import TouchMeasures
 from optimize.report.metrics import known
 from optimize.runs import results
 from optimize.runs.checkpoint import FILE as CHECKPOINT
-from optimize.runs.checkpoint import Checkpoint, check_key, load_checkpoint, save_checkpoint
+from optimize.runs.checkpoint import Checkpoint, check_key, load_checkpoint
 from optimize.runs.clock import Moment, now
 from optimize.runs.config import Run, load_run
 from optimize.runs.directory import check_vacant, clear
@@ -32,12 +31,13 @@ from optimize.runs.history import History
 from optimize.runs.interrupts import interruptible
 from optimize.runs.key import SETTINGS, run_key
 from optimize.runs.preparation import METHODS, Prepared, prepare
-from optimize.runs.progress import followed, step_line
+from optimize.runs.progress import followed
+from optimize.runs.recorder import Recorder
 from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.files import remove_partial
 from relief.places import between
-from relief.progress import Progress, say, stage, this_stage
+from relief.progress import Progress, say, stage
 from tactile.model import ModelName
 from visual.converged import change_from, colour_pictures, converged
 from visual.noise import Batches
@@ -179,52 +179,6 @@ def _check_touches(run_dir: Path, checkpoint: Checkpoint, prepared: Prepared) ->
             raise InputError(f"{run_dir / CHECKPOINT}: {name}: {found} numbers, expected {expected}")
 
 
-class _Recorder:
-    """Observer that writes history and checkpoint as the run goes on, and shows it."""
-
-    def __init__(
-        self,
-        run_dir: Path,
-        history: History,
-        key: Mapping[str, Any],
-        state: CorrectionState,
-        segment: Segment,
-        size_mm: float,
-        earlier_seconds: float,
-    ) -> None:
-        self._size_mm, self._key, self.history = size_mm, key, history
-        self._run_dir, self._state, self._earlier_seconds = run_dir, state, earlier_seconds
-        self._began = time.perf_counter()
-        if segment.best is None:
-            self.history.add(segment.start, earlier_seconds)
-            self._save(segment.start, segment.start)
-
-    @property
-    def seconds(self) -> float:
-        """Seconds of the run so far, without the pauses between its parts."""
-        return self._earlier_seconds + time.perf_counter() - self._began
-
-    def step(self, current: Iterate, best: Iterate, seconds: float) -> None:
-        self.history.add(current, self.seconds)
-        self._save(current, best)
-        this_stage().tell(step_line(self._state.surrogate_targets, current, seconds))
-
-    def verifying(self, best: Iterate) -> None:
-        # Before the slow part, so that an interrupt leaves something to print.
-        results.write_relief(self._run_dir, best.heights, self._size_mm)
-
-    def corrected(self, state: CorrectionState, start: Iterate) -> None:
-        error = 100.0 * state.iterations[-1].relative_error
-        say(f"the verification is {error:.2f} % off the target: corrected, going on")
-        self._state = state
-        self.history.targets, self.history.iteration = state.surrogate_targets, len(state.iterations)
-        self._save(start, start)
-
-    def _save(self, current: Iterate, best: Iterate) -> None:
-        checkpoint = Checkpoint(current, best, self._state, self.seconds, self._key, self.history.digest)
-        save_checkpoint(self._run_dir, checkpoint)
-
-
 def _descend_and_write(
     prepared: Prepared,
     state: CorrectionState,
@@ -235,9 +189,7 @@ def _descend_and_write(
     earlier_seconds: float,
 ) -> Result:
     settings, problem, plan = prepared.settings, prepared.problem, prepared.plan
-    recorder = _Recorder(
-        run_dir, history, run_key(settings), state, segment, problem.size_mm, earlier_seconds
-    )
+    recorder = Recorder(run_dir, history, run_key(settings), state, segment, problem.size_mm, earlier_seconds)
     segment = replace(segment, trace=history.trace())
     descent_began = now()
     with interruptible(lambda: say(INTERRUPTED.format(run_dir=run_dir))):

@@ -236,7 +236,8 @@ def test_size_and_relief_come_along_with_the_heights_of_a_run(
     heights = load_heights(waves)
     write_relief(Path("run"), heights, 20.0)
     files = ("run/heights.png", "run/heights.exr", "waves.exr")
-    assert output(capsys, "evaluate", *files).endswith("20 x 20 and 10 x 10 mm.\n")
+    # The finger presses on 10 mm of a plate, however wide it is.
+    assert output(capsys, "evaluate", *files).endswith("10 N on 10 x 10 mm.\n")
     assert pressed == [(pytest.approx(heights.max()), size) for size in (20.0, 20.0, 10.0)]
     assert main(["evaluate", files[0], "--size-mm", "10", "--json"]) == 0
     printed = capsys.readouterr()

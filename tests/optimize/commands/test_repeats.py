@@ -12,6 +12,7 @@ from optimize.commands.summary import _lines
 from optimize.descent.driver import Iterate
 from optimize.runs import job
 from optimize.runs.config import load_run, run_from_scene
+from optimize.runs.recorder import Recorder
 from relief.heightmap import load_heights, save_heights_exr
 from relief.surface import axes
 from tactile.jnd import jnd_apart
@@ -97,14 +98,14 @@ def test_a_run_of_many_touches_that_is_cut_off_goes_on_to_the_same_relief(
     overrides += ['touch.model="quick"', 'look.model="auto"', 'verify.model="layer"', "verify.samples=16"]
     settings = run_from_scene("studio", "tile.exr", overrides)
     whole = job.run(settings, "whole")
-    step = job._Recorder.step
+    step = Recorder.step
 
-    def cut(self: job._Recorder, current: Iterate, best: Iterate, seconds: float) -> None:
+    def cut(self: Recorder, current: Iterate, best: Iterate, seconds: float) -> None:
         step(self, current, best, seconds)
         raise MemoryError
 
     with monkeypatch.context() as patch:
-        patch.setattr(job._Recorder, "step", cut)
+        patch.setattr(Recorder, "step", cut)
         with pytest.raises(MemoryError):
             job.run(settings, "cut")
     resumed = job.resume("cut")
@@ -126,3 +127,16 @@ def test_a_run_is_compared_as_the_tile_that_it_is(capsys: pytest.CaptureFixture[
     assert found["places"]["count"] == 16
     assert found["places"]["jnd_mean"] == pytest.approx(1.0, abs=0.1)
     assert load_heights("run/heights.exr").shape == (32, 32)
+
+
+def test_sizes_on_the_screen_are_those_of_the_plate_and_of_the_finger(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """An oblong plate has two sides, and the force of the finger acts on its own patch."""
+    save_heights_exr("strip.exr", np.tile(hills(), (1, 2))[:16], 20.0)
+    assert main(["export", "strip.exr", "-o", "strip.stl"]) == 0
+    assert "strip.stl: 20 x 5 x " in capsys.readouterr().out
+    assert main(["evaluate", "strip.exr"]) == 0
+    assert "10 N on 5 x 5 mm." in " ".join(capsys.readouterr().out.split())
+    assert main(["evaluate", "tile.exr", "--repeats"]) == 0
+    assert "10 N on 10 x 10 mm." in " ".join(capsys.readouterr().out.split())

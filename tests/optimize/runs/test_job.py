@@ -432,7 +432,7 @@ def full(*_: object, **__: object) -> None:
     [
         ("optimize.runs.results.write_settings", "the same command goes on"),
         pytest.param("optimize.runs.history.History.add", "--force", marks=pytest.mark.slow),
-        ("optimize.runs.job.save_checkpoint", "--force"),
+        ("optimize.runs.recorder.save_checkpoint", "--force"),
         pytest.param("optimize.runs.results.write_relief", "retouch resume", marks=pytest.mark.slow),
         ("optimize.runs.results.write", "retouch resume"),
     ],
