@@ -16,6 +16,7 @@ RELIEF = {"relief", "mitsuba_scenes"}
 ALLOWED = {
     "relief": set(),
     "relief.preparing": {"relief"},
+    "relief.objects": {"relief"},
     "mitsuba_scenes": {"relief"},
     "surrogate": {"relief"},
     "surrogate.families": RELIEF,
