@@ -109,8 +109,8 @@ PRINTERS: Mapping[str, Printer] = {
         _printer("filament-fine", 250.0, 100.0, 250.0),
     )
 }
-"""Printers by name: a kind, and its pixel or layer in um, with the numbers that makers and print services state
-for the kind. Any other printer is described by its own numbers."""
+"""Printers by name: a kind, and its pixel or layer in um, with the numbers that makers and print services
+state for the kind. Any other printer is described by its own numbers."""
 
 
 def find_printer(name: str) -> Printer:
