@@ -17,6 +17,7 @@ ALLOWED = {
     "relief": set(),
     "relief.preparing": {"relief"},
     "relief.objects": {"relief"},
+    "relief.meshes": {"relief"},
     "mitsuba_scenes": {"relief"},
     "surrogate": {"relief"},
     "surrogate.families": RELIEF,

@@ -1,0 +1,89 @@
+"""Solids: whether a printer can make a body, or what has to be mended first."""
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse import csgraph
+
+from relief.arrays import Array, Index
+from relief.body import Body
+from relief.errors import InputError
+from relief.meshes.intersections import self_intersections
+
+THINNEST = 1e-7
+"""Least volume of a solid as a share of the cube of its longest side; what is less is a sheet."""
+MEND = "mend it in a slicer or by Blender's 3D Print toolbox"
+
+
+def volume_mm3(body: Body) -> float:
+    """Volume that the faces enclose, mm³; negative if they are turned inside out."""
+    return float(_volumes(body).sum())
+
+
+def check_solid(body: Body, name: object) -> None:
+    """Refuse a body that is no solid: open, turned inside out, without volume, or passing through itself.
+
+    Args:
+        body: with one position per vertex.
+        name: of the file, for the message.
+
+    Raises:
+        InputError: The body is no solid; the line says what to do.
+    """
+    open_edges, twisted = _edges(body.faces)
+    if open_edges:
+        raise InputError(f"{name}: is open: {open_edges} edges border on a hole; {MEND}")
+    if twisted:
+        raise InputError(f"{name}: {twisted} edges lie between faces turned against one another; {MEND}")
+    volumes, longest = _volumes(body), float(np.ptp(body.vertices, axis=0).max())
+    if abs(volumes.sum()) < THINNEST * longest**3:
+        raise InputError(f"{name}: encloses no volume; give the surface a thickness")
+    if volumes.sum() < 0.0 or _inverted_part(body, volumes):
+        raise InputError(f"{name}: is turned inside out; flip the normals (Blender: Mesh, Normals, Flip)")
+    if pairs := self_intersections(body):
+        raise InputError(
+            f"{name}: passes through itself: {pairs} pairs of faces; unite its parts (Boolean), or {MEND}"
+        )
+
+
+def _volumes(body: Body) -> Array:
+    """(m,) signed volumes of the tetrahedra over the faces, from the middle of the vertices, mm³."""
+    a, b, c = np.moveaxis((body.vertices - body.vertices.mean(axis=0))[body.faces], 1, 0)
+    return np.asarray(np.einsum("ij,ij->i", np.cross(a, b), c) / 6.0)
+
+
+def _edges(faces: Index) -> tuple[int, int]:
+    """Number of edges that lack a face, and of edges whose faces run the same way along them."""
+    start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
+    key = np.minimum(start, end) * (int(faces.max()) + 1) + np.maximum(start, end)
+    _, index = np.unique(key, return_inverse=True)
+    count = np.bincount(index)
+    balance = np.bincount(index, np.where(start < end, 1.0, -1.0))
+    return int(np.count_nonzero(count % 2)), int(np.count_nonzero((count % 2 == 0) & (balance != 0.0)))
+
+
+def components(body: Body) -> Index:
+    """(m,) number of the connected part that each face belongs to."""
+    n = len(body.vertices)
+    ends = (body.faces.ravel(), np.roll(body.faces, 1, axis=1).ravel())
+    graph = sp.coo_matrix((np.ones(len(ends[0]), dtype=np.int32), ends), shape=(n, n))
+    _, part = csgraph.connected_components(graph, directed=False)
+    return np.asarray(part[body.faces[:, 0]], dtype=np.int64)
+
+
+def _inverted_part(body: Body, volumes: Array) -> bool:
+    """Whether a part with negative volume is no hollow, as the box of no other part holds it."""
+    part = components(body)
+    count = int(part.max()) + 1
+    sums = np.bincount(part, volumes, count)
+    inside_out = np.flatnonzero(sums < 0.0)
+    if not len(inside_out):
+        return False
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    for corner in range(3):
+        np.minimum.at(low, part, body.vertices[body.faces[:, corner]])
+        np.maximum.at(high, part, body.vertices[body.faces[:, corner]])
+    for one in inside_out:
+        holds = (low <= low[one]).all(axis=1) & (high >= high[one]).all(axis=1) & (sums > 0.0)
+        if not holds.any():
+            return True
+    return False
