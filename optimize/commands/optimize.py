@@ -3,7 +3,7 @@
 import argparse
 import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ from optimize.commands.options import (
     print_json,
     seed,
 )
-from optimize.descent.quantities import GOAL_KEYS, QUANTITIES
+from optimize.commands.target_options import add_target, check_target, target_overrides
 from relief.errors import InputError
 from relief.formats import HEIGHT_MAPS
 
@@ -51,6 +51,7 @@ examples:
   retouch optimize stone.png --relief-mm 1.2 --jnd 2
   retouch optimize stone.exr --contact-area-scale 0.7 --scene scene.xml -o runs/cold
   retouch optimize stone.png --relief-mm 1.2 --jnd 2 --dry-run
+  retouch optimize knit --feel-of brick
   retouch optimize gravel
   retouch optimize gravel --jnd 1 --fast --set descent.tolerance=0.005 -o runs/gravel-1
 
@@ -61,13 +62,9 @@ the pictures before and after, and result.json with every number.
 
 _SETTINGS = {
     **{name: name for name in ("size_mm", "relief_mm", "height_scale", "seed")},
-    **{key: f"touch.{key}" for key in GOAL_KEYS},
     "distance_cm": "verify.distance_cm",
 }
 """Key in the run file of each option that takes a number."""
-
-VARYING = ("roughness_map", "roughness_from", "roughness_to", "region")
-"""Keys of `[touch]` that state a target that varies over the surface, for `--set`."""
 
 FAST = ('touch.model="quick"', 'look.model="auto"')
 """Settings of `--fast`, which `--set` overrides."""
@@ -99,12 +96,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_talk(parser, "the content of result.json, with the files written,")
 
-    target = parser.add_argument_group("the feel to reach")
-    for quantity in QUANTITIES.values():
-        one = target.add_mutually_exclusive_group()
-        for key in quantity.goals:
-            flag = f"--{key.key.replace('_', '-')}"
-            one.add_argument(flag, type=float, metavar=key.metavar, help=key.help)
+    add_target(parser)
 
     plate = parser.add_argument_group("the plate")
     plate.add_argument(
@@ -181,9 +173,7 @@ def load(arguments: argparse.Namespace) -> "Run":
     if texture is None:
         return config.load_run(source, overrides(arguments))
     settings = overrides(arguments)
-    targets = {f"touch.{key}" for key in (*GOAL_KEYS, *VARYING)}
-    if not {setting.partition("=")[0].strip() for setting in settings} & targets:
-        raise InputError(f"{source}: no target: give --roughness, --jnd, or one for the contact area")
+    check_target(source, settings)
     return config.run_from_scene(scene, texture, settings)
 
 
@@ -209,13 +199,14 @@ def _scene_and_texture(arguments: argparse.Namespace) -> tuple[Path, Path | None
     return find_file(scene or SCENE, ".xml"), source
 
 
-def overrides(arguments: argparse.Namespace) -> Sequence[str]:
+def overrides(arguments: argparse.Namespace) -> list[str]:
     """The options as overrides of a run file, `--set` last."""
     settings = [
         f"{key}={getattr(arguments, option)!r}"
         for option, key in _SETTINGS.items()
         if getattr(arguments, option) is not None
     ]
+    settings += target_overrides(arguments)
     files = {"scene": arguments.scene, "texture": arguments.texture, "touch.skin": arguments.skin}
     settings += [f"{key}={_quoted(str(file))}" for key, file in files.items() if file is not None]
     settings += [f"define.{key}={_quoted(value)}" for key, value in arguments.defines]

@@ -35,10 +35,12 @@ def summary(result: Mapping[str, Any], run_dir: Path) -> "Table":
 def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]]:
     stop, touch, look = result["stop"], result["touch"], result["look"]
     yield "stop", f"{stop['message']} (step {stop['best_step']} of {stop['steps']} kept)"
+    other = touch.get("feel_of")
+    whose = {} if other is None else dict.fromkeys(other["quantities"], f" (the feel of {other['name']})")
     for name, quantity in QUANTITIES.items():
         stages = [
             ("original", touch[f"initial_{name}"]),
-            ("target", touch[f"target_{name}"]),
+            (f"target{whose.get(name, '')}", touch[f"target_{name}"]),
             ("achieved", touch[name]),
             (f"verified ({touch['verified_by']})", touch[f"verified_{name}"]),
         ]

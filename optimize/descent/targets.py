@@ -52,14 +52,17 @@ class Target:
     Attributes:
         goal: (k,) over the touches, in the quantity's unit; a number stands for one touch.
         tolerance: largest relative error of the mean over the touches that counts as met.
+        feel_of: name of the relief whose feel the goal is; empty if it is no other's.
     """
 
     quantity: Quantity
     goal: Array
     tolerance: float
+    feel_of: str
 
-    def __init__(self, quantity: Quantity, goal: ArrayLike, tolerance: float) -> None:
-        for name, value in (("quantity", quantity), ("goal", _each(goal)), ("tolerance", tolerance)):
+    def __init__(self, quantity: Quantity, goal: ArrayLike, tolerance: float, feel_of: str = "") -> None:
+        fields = {"quantity": quantity, "goal": _each(goal), "tolerance": tolerance, "feel_of": feel_of}
+        for name, value in fields.items():
             object.__setattr__(self, name, value)
 
     def __eq__(self, other: object) -> bool:
@@ -105,7 +108,8 @@ class Target:
         """The target in words, as in `roughness 0.0689 within 1 %`."""
         goal, several = self.quantity.text(self.mean_goal), self.goal.size > 1
         where = f" on average over {self.goal.size} places" if several else ""
-        return f"{self.quantity.label} {goal}{where} within {100.0 * self.tolerance:g} %"
+        whose = f", the feel of {self.feel_of}," if self.feel_of else ""
+        return f"{self.quantity.label} {goal}{where}{whose} within {100.0 * self.tolerance:g} %"
 
 
 def _each(values: ArrayLike) -> Array:

@@ -14,7 +14,7 @@ from relief.files import write_atomically
 from relief.formats import FORMATS
 
 TOUCH_KEYS = (
-    *("verified_by", "contact_fraction", "jnd_from_original", "fingers"),
+    *("verified_by", "contact_fraction", "jnd_from_original", "fingers", "feel_of"),
     *(f"{stage}{name}" for name in QUANTITIES for stage in ("", "initial_", "target_", "verified_")),
 )
 """Keys of the section `touch` of result.json that the page shows; an absent key counts as None."""

@@ -11,11 +11,11 @@ import tomli_w
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from mitsuba_scenes import find_file
-from optimize.runs.run_paths import anchor
+from optimize.runs.run_paths import anchor, resolve_result
 from optimize.runs.skins import fill_in
 from optimize.runs.toml_files import NotNegative, Positive, Section, first_fault, read_toml
 from optimize.runs.touch_settings import RIVALS, Touch, too_large
-from relief.errors import InputError
+from relief.errors import InputError, naming
 from relief.limits import (
     EYE_DISTANCE_CM,
     FARTHEST_EYE_CM,
@@ -246,10 +246,10 @@ def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
     for override in overrides:
         _override(values, override)
     if isinstance(touch := values.get("touch"), dict):
-        try:
+        with naming(f"{path}: touch.skin"):
             fill_in(touch)
-        except InputError as error:
-            raise InputError(f"{path}: touch.skin: {error}") from error
+        with naming(f"{path}: touch.feel_of"):
+            resolve_result(touch)
     try:
         run = Run.model_validate(values)
     except ValidationError as error:

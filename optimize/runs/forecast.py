@@ -112,7 +112,7 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
     Raises:
         InputError: what is wrong with the input, in one line; or there is no room on the disk.
     """
-    scene, look, maps = checked_scene(settings, variant)
+    scene, look, maps, other = checked_scene(settings, variant)
     verify, skin = settings.verify, settings.touch.finger
     surface = replace(scene.surface, repeats=settings.axes_repeat)
     patches = Patches(surface, places(surface, settings.touch.spacing_mm))
@@ -140,6 +140,7 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         targets=(
             *(f"{key} {number(value)}" for key, value in settings.touch.numbers().items()),
             *(varied.words(settings.touch.spacing_mm) for varied in maps),
+            *(f"{one.label}: the feel of {other.name}" for one in settings.touch.feel_of_quantities if other),
         ),
         touch=settings.touch.model,
         look=look,

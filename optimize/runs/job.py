@@ -240,6 +240,7 @@ def _measure(
         pictures_after=after,
         baseline_pictures=_baseline(prepared, before, seed) if settings.verify.baseline else None,
         fingers=felt_by_fingers(problem.heights, best, (problem.surface, problem.surface), problem.skin),
+        feel_of=None if prepared.feel_of is None else prepared.feel_of.as_json(),
         colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,
     )
 

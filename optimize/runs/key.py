@@ -18,7 +18,7 @@ LARGEST_RESULT = 1 << 24
 """Most bytes of result.json: 100 times those of a run with 64 lights."""
 LARGEST_NUMBER = 1e300
 """Largest number of result.json; NaN, which Python's reader of JSON takes, is not within."""
-FILES = ("scene", "texture", "touch.roughness_map")
+FILES = ("scene", "texture", "touch.roughness_map", "touch.feel_of")
 """Settings that name a file, but for the masks of regions. Files may be moved, but not changed, before a run
 is resumed (`Run.files`)."""
 NAMES = ("touch.skin",)

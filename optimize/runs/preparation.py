@@ -19,6 +19,7 @@ from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.descent.windows import MOST_AT_ONCE
 from optimize.report.jod import jod_obstacle
 from optimize.runs.config import Run
+from optimize.runs.feel_of import Feel, Other, feel, read_other
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
 from optimize.runs.memory import check_memory_of
 from optimize.runs.touch_settings import too_large
@@ -59,6 +60,7 @@ class Prepared:
         goals: at the steered places and anywhere else.
         press: measures heights (rows, cols) by a model of touch at places (k, 2).
         surrogate_targets: of the first descent.
+        feel_of: the feel of another relief that is the target, if one is.
     """
 
     settings: Run
@@ -69,13 +71,17 @@ class Prepared:
     goals: RunGoals
     press: Callable[[Array, ModelName, Index], TouchMeasures]
     surrogate_targets: Targets
+    feel_of: Feel | None = None
 
 
-def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel, tuple[GoalMap, ...]]:
+def checked_scene(
+    settings: Run, variant: str | None
+) -> tuple[Scene, LookModel, tuple[GoalMap, ...], Other | None]:
     """The scene of a run, checked as far as it can be without pressing.
 
     Returns:
-        The scene, the look that steers, and the goals that vary over the surface.
+        The scene, the look that steers, the goals that vary over the surface, and the relief whose feel is
+        the target, if one is.
 
     Raises:
         InputError: what is wrong with scene, texture or targets, in one line.
@@ -113,6 +119,8 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel,
             f"{settings.texture}: touch.fingers: {across} are more than 512 x 512; steer one finger"
         )
     maps = goal_maps(settings.touch, surface, lattice)
+    with naming(settings.texture):
+        other = read_other(settings, scene.heights, surface)
     # Refused now, not after the descent.
     if settings.verify.jod and (obstacle := jod_obstacle()):
         raise InputError(f"verify.jod: {obstacle}")
@@ -121,7 +129,7 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, LookModel,
         glimpse = scene.render(samples=1, seed=settings.seed)
     if float(glimpse.mean()) < BLACK * scene.white:
         raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
-    return scene, look, maps
+    return scene, look, maps, other
 
 
 def prepare(settings: Run, variant: str | None) -> Prepared:
@@ -131,7 +139,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         InputError: what is wrong with the input, in one line.
     """
     touch, descent = settings.touch, settings.descent
-    scene, look, maps = checked_scene(settings, variant)
+    scene, look, maps, other = checked_scene(settings, variant)
     with naming(settings.texture):
         untargeted = Problem(
             scene.heights,
@@ -161,6 +169,10 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
     with naming(settings.texture), stage("pressing on the original"):
         original = press(scene.heights, verifier or touch.model, steered)
     targets = _targets(settings, untargeted.patches.size_mm, original.values, maps, steered)
+    felt = None if other is None else feel(other, settings, verifier or touch.model)
+    if felt is not None:
+        with naming(settings.texture):
+            targets = Targets((*felt.targets(original.values, descent.tolerance), *targets.each))
     problem = replace(untargeted, targets=targets, fingers=_fingers(settings, targets, original))
 
     def method_for(surrogate: Targets, steps: int) -> DescentMethod:
@@ -192,6 +204,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         RunGoals(targets, original.values, maps),
         press,
         first_surrogate_targets(targets, steering.values, original.values),
+        felt,
     )
 
 

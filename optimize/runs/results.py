@@ -57,6 +57,7 @@ class Outcome:
         pictures_before, pictures_after: converged, with the same random numbers batch by batch.
         fingers: how the change feels to other fingers (`optimize.runs.fingers`).
         colours: before and after in linear RGB, (conditions, rows, cols, 3); None if the scene is grey.
+        feel_of: the feel of another relief that is the target (`optimize.runs.feel_of`); None if none is.
         baseline_pictures: (conditions, rows, cols) radiance, converged; None where linear scaling cannot
             reach the target.
     """
@@ -70,6 +71,7 @@ class Outcome:
     pictures_after: Batches
     baseline_pictures: Array | None
     fingers: Mapping[str, Any] | None = None
+    feel_of: Mapping[str, Any] | None = None
     colours: tuple[Array, Array] | None = None
 
 
@@ -186,6 +188,7 @@ def summarise(
             "verified_by": None if verified is None else verified.model,
             "contact_fraction": felt.contact_fraction,
             "jnd_from_original": jnd,
+            "feel_of": outcome.feel_of,
             "fingers": _weighted(outcome.fingers, settings),
             "places": place_numbers(problem.surface, outcome.touch, outcome.between),
         },

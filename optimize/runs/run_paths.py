@@ -6,6 +6,8 @@ from typing import Any
 
 from mitsuba_scenes import bundled
 from optimize.runs.skins import OWN, skin_anchored
+from optimize.runs.toml_files import read_toml
+from relief.errors import InputError
 from relief.formats import HEIGHT_MAPS
 
 
@@ -26,8 +28,33 @@ def anchor(values: dict[str, Any], folder: Path) -> None:
         for part, key in ((section, f"{before}roughness_map"), *((region, "mask") for region in regions)):
             if isinstance(part, dict) and isinstance(part.get(key), str):
                 part[key] = os.path.abspath(folder / part[key])
+        if isinstance(other := section.get(f"{before}feel_of"), str):
+            # A folder, too: the result of a run.
+            found = None if os.path.exists(folder / other) else bundled(other, *HEIGHT_MAPS)
+            section[f"{before}feel_of"] = os.path.abspath(found or folder / other)
     for key, suffixes in (("scene", (".xml",)), ("texture", HEIGHT_MAPS)):
         if isinstance(values.get(key), str):
             file = folder / values[key]
             found = None if os.path.isfile(file) else bundled(values[key], *suffixes)
             values[key] = os.path.abspath(found or file)
+
+
+def resolve_result(touch: dict[str, Any]) -> None:
+    """Name the result of a run by its file, where `feel_of` of a section `[touch]` names the run's folder.
+
+    Whether that is a tile is taken from the settings of the run, unless the section says it.
+
+    Raises:
+        InputError: the folder holds no run, or the run has no result.
+    """
+    folder = touch.get("feel_of")
+    if not isinstance(folder, str) or not os.path.isdir(folder):
+        return
+    settings, result = Path(folder) / "run.toml", Path(folder) / "heights.exr"
+    if not settings.is_file():
+        raise InputError(f"{folder}: a folder without run.toml; not a run directory")
+    if not result.is_file():
+        raise InputError(f"{result}: no such file; the run has no result yet")
+    touch["feel_of"] = str(result)
+    # Not loaded as a run, which might name another run in turn.
+    touch.setdefault("feel_of_repeats", read_toml(settings).get("repeats", False))

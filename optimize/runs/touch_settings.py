@@ -1,21 +1,31 @@
 """Section `[touch]` of a run file: the feel to reach, the model of touch that steers, and the skin."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, create_model, model_validator
 
 from mitsuba_scenes.fingers import DEFAULT_SKIN
-from optimize.descent.targets import GOAL_KEYS, ROUGHNESS, GoalKey, Quantity
+from optimize.descent.targets import CONTACT_AREA, GOAL_KEYS, ROUGHNESS, GoalKey, Quantity
 from optimize.runs.skins import SKIN_KEYS, SkinKeys
 from optimize.runs.toml_files import Positive, Section
-from relief.limits import LARGEST_PLATE_MM
+from relief.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_RELIEF_MM
 from relief.places import SPACING_MM
+from relief.surface import Repeats
 
 MOST_REGIONS = 256
 """Most regions of a surface."""
 MAP_KEYS = (("roughness_map", "roughness_range"), ("roughness_from", "roughness_to", "axis"))
 """Keys of `[touch]` that together state a roughness that varies: by a map, and along an axis."""
+FEEL_OF_KEYS = ("feel_of", "feel_of_relief_mm", "feel_of_repeats", "feel_of_quantity")
+"""Keys of `[touch]` that together state the feel of another relief; the last belongs to no one relief."""
+FEEL_OF_QUANTITIES: Mapping[str, tuple[Quantity, ...]] = {
+    "roughness": (ROUGHNESS,),
+    "contact-area": (CONTACT_AREA,),
+    "both": (ROUGHNESS, CONTACT_AREA),
+}
+"""Quantities that make up the other's feel, by the values of `touch.feel_of_quantity`."""
 _ROUGHNESS_KEYS = (*((key.key,) for key in ROUGHNESS.goals), *MAP_KEYS)
 RIVALS = {
     **{
@@ -23,14 +33,18 @@ RIVALS = {
         for one, (quantity, key) in GOAL_KEYS.items()
     },
     **{
-        f"touch.{one}": [key for other in _ROUGHNESS_KEYS if other is not keys for key in other]
+        f"touch.{one}": [
+            key for other in (*_ROUGHNESS_KEYS, FEEL_OF_KEYS) if other is not keys for key in other
+        ]
         for keys in _ROUGHNESS_KEYS
         for one in keys
     },
+    "touch.feel_of": [*GOAL_KEYS, *(key for keys in MAP_KEYS for key in keys), *FEEL_OF_KEYS[1:3]],
     "touch.skin": list(SKIN_KEYS),
 }
 """For each goal key of `[touch]`, the other keys for the same quantity, and for the skin those that describe
-it; the overriding key replaces them. Regions stay, because they may state several quantities."""
+it; the overriding key replaces them. Another's feel replaces every number. Regions stay, because they may
+state several quantities."""
 _GOAL_FIELDS: dict[str, Any] = {
     name: (Annotated[float, Field(allow_inf_nan=False, **key.bounds)] | None, None)
     for name, (_, key) in GOAL_KEYS.items()
@@ -72,7 +86,7 @@ class _RegionModel(Section):
 
 
 *_others, _last = GOAL_KEYS
-_ALL_KEYS = f"{', '.join(_others)} or {_last}"
+_ALL_KEYS = f"{', '.join(_others)}, {_last} or feel_of"
 if TYPE_CHECKING:
     Region = _RegionModel
 else:
@@ -107,6 +121,10 @@ class _TouchModel(SkinKeys):
         roughness_from, roughness_to: felt by the first and the last finger along the axis.
         axis: "x", from left to right, unless it is "y", from top to bottom.
         region: parts of the surface with a feel of their own; the rest keeps the original's.
+        feel_of: height map whose feel is the goal; absolute once loaded, and a file where it named a run.
+        feel_of_relief_mm: mm of white above black, if that is a picture; by default that of its header.
+        feel_of_repeats: whether that is a tile; None: as this texture.
+        feel_of_quantity: which of its quantities of touch are goals, a key of `FEEL_OF_QUANTITIES`.
     """
 
     model: Literal["layer", "quick", "net"] = "layer"
@@ -120,6 +138,10 @@ class _TouchModel(SkinKeys):
     roughness_to: Positive | None = None
     axis: Literal["x", "y"] | None = None
     region: Annotated[tuple[Region, ...], Field(strict=False, max_length=MOST_REGIONS)] = ()
+    feel_of: Annotated[Path, Field(strict=False)] | None = None
+    feel_of_relief_mm: Annotated[float, Field(ge=SMALLEST_RELIEF_MM, le=LARGEST_RELIEF_MM)] | None = None
+    feel_of_repeats: Repeats | None = None
+    feel_of_quantity: Literal["roughness", "contact-area", "both"] | None = None
 
     def goals(self) -> Goals:
         """The goals that are numbers, each with its quantity and its key."""
@@ -129,10 +151,16 @@ class _TouchModel(SkinKeys):
         """The goals that are numbers, by their keys."""
         return {key.key: number for _, key, number in self.goals()}
 
+    @property
+    def feel_of_quantities(self) -> tuple[Quantity, ...]:
+        """The quantities whose goals are those of another relief."""
+        return () if self.feel_of is None else FEEL_OF_QUANTITIES[self.feel_of_quantity or "roughness"]
+
     def stated(self) -> dict[str, str]:
         """The key that states a goal of each quantity, by the quantity's name. Raises ValueError."""
         keys = [(quantity.name, key.key) for quantity, key, _ in self.goals()]
         keys += [(ROUGHNESS.name, first) for first, *_ in MAP_KEYS if getattr(self, first) is not None]
+        keys += [(quantity.name, "feel_of") for quantity in self.feel_of_quantities]
         regional = {quantity.name: "region" for region in self.region for quantity, _, _ in region.goals()}
         stated: dict[str, str] = {}
         for name, key in (*keys, *regional.items()):
@@ -142,9 +170,10 @@ class _TouchModel(SkinKeys):
         return stated
 
     def maps(self) -> dict[str, Path]:
-        """Files of maps and masks by their keys, as in `touch.region.0.mask`."""
+        """Maps, masks and the other relief by their keys, as in `touch.region.0.mask`."""
         masks = {f"touch.region.{number}.mask": region.mask for number, region in enumerate(self.region)}
-        return masks if self.roughness_map is None else {"touch.roughness_map": self.roughness_map} | masks
+        others = {"touch.roughness_map": self.roughness_map, "touch.feel_of": self.feel_of}
+        return {key: file for key, file in others.items() if file is not None} | masks
 
     @model_validator(mode="after")
     def _one_goal_a_quantity(self) -> Self:
@@ -161,6 +190,13 @@ class _TouchModel(SkinKeys):
             raise ValueError(f"{missing}: missing; a roughness along an axis has two ends")
         if self.axis is not None and self.roughness_from is None:
             raise ValueError("axis: is for roughness_from and roughness_to, which are missing")
+        return self
+
+    @model_validator(mode="after")
+    def _whose_feel(self) -> Self:
+        for key in FEEL_OF_KEYS[1:]:
+            if self.feel_of is None and getattr(self, key) is not None:
+                raise ValueError(f"{key}: is for feel_of, which is missing")
         return self
 
     @model_validator(mode="after")

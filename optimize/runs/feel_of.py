@@ -1,0 +1,169 @@
+"""The feel of another relief as a target: `touch.feel_of` of a run, read, checked and pressed."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from optimize.descent.quantities import LARGEST_JND, Quantity
+from optimize.descent.targets import ROUGHNESS, Target, Values
+from optimize.descent.touch_measures import TouchMeasures, measure_touch
+from optimize.report.formatting import number
+from optimize.runs.config import Run
+from optimize.runs.memory import check_memory_of
+from relief.arrays import Array, Index
+from relief.errors import InputError, naming
+from relief.heightmap import holds_mm, load_height_map
+from relief.patches import Patches
+from relief.places import places
+from relief.progress import say, stage
+from relief.seam import check_seams
+from relief.surface import Surface, axes
+from tactile import ContactError
+from tactile.jnd import ROUGHNESS_JND, jnd_apart
+from tactile.model import ModelName
+
+KEY = "touch.feel_of"
+LARGEST_MISFIT = 0.01
+"""Largest relative difference of the sides of two patches whose contact areas compare: 2 % of area."""
+
+
+@dataclass(frozen=True, eq=False)
+class Other:
+    """Another relief whose feel is the target.
+
+    Attributes:
+        name: the file's, or that of the run whose result it is.
+        file: of the heights.
+        heights: (rows, cols), mm.
+        surface: of the relief.
+        at: (k, 2) places where fingers land.
+    """
+
+    name: str
+    file: Path
+    heights: Array
+    surface: Surface
+    at: Index
+
+
+@dataclass(frozen=True, eq=False)
+class Feel:
+    """What a finger gets from the other relief.
+
+    Attributes:
+        quantities: those that are targets.
+        touch: of the other relief, by the model that verifies.
+    """
+
+    other: Other
+    quantities: tuple[Quantity, ...]
+    touch: TouchMeasures
+
+    def targets(self, original: Values, tolerance: float) -> tuple[Target, ...]:
+        """The means over the other relief's places as targets; goals keep the proportions of the original's.
+
+        Args:
+            original: values (k,) of this relief at its places, by the names of quantities.
+            tolerance: of the targets.
+
+        Raises:
+            InputError: the other relief feels farther from this one than any run goes.
+        """
+        means = self.touch.means
+        own, wanted = original[ROUGHNESS.name].mean(), means[ROUGHNESS.name]
+        if ROUGHNESS in self.quantities:
+            if min(own, wanted) <= 0.0:
+                raise InputError(
+                    f"{KEY}: {self.other.file}: feels of nothing; there is no roughness to reach"
+                )
+            if abs(apart := jnd_apart(wanted, own)) > LARGEST_JND:
+                nearest = own * ROUGHNESS_JND ** np.copysign(LARGEST_JND, apart)
+                raise InputError(
+                    f"{KEY}: {self.other.file}: roughness {number(wanted)} is {apart:+.1f} just-noticeable "
+                    f"differences from this texture's {number(own)}; the nearest that a run takes is "
+                    f"{number(nearest)} (touch.roughness)"
+                )
+        return tuple(
+            Target(one, one.goals[0].goals(means[one.name], original[one.name]), tolerance, self.other.name)
+            for one in self.quantities
+        )
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry `touch.feel_of` of result.json: whose feel, its values, and which of them are targets."""
+        return {
+            "name": self.other.name,
+            "file": str(self.other.file),
+            "quantities": [quantity.name for quantity in self.quantities],
+            "model": self.touch.model,
+            **self.touch.means,
+            "places": self.touch.ends,
+        }
+
+
+def read_other(settings: Run, heights: Array, surface: Surface) -> Other | None:
+    """The other relief of a run, read and checked; None if its target is no other's feel.
+
+    Args:
+        settings: of the run.
+        heights: (rows, cols) of the run's own relief, mm.
+        surface: of that relief.
+
+    Raises:
+        InputError: one line that names the key and the file.
+    """
+    touch = settings.touch
+    if touch.feel_of is None:
+        return None
+    file, relief_mm = touch.feel_of, touch.feel_of_relief_mm
+    if relief_mm is not None and holds_mm(file):
+        raise InputError(f"{KEY}_relief_mm: is for pictures; {file} holds mm")
+    with naming(KEY):
+        read = load_height_map(file, relief_mm=relief_mm)
+        if np.ptp(read.heights) == 0.0:
+            raise InputError(f"{file}: is flat; there is no feel to take over")
+    repeats = settings.axes_repeat if touch.feel_of_repeats is None else axes(touch.feel_of_repeats)
+    with naming(f"{KEY}_repeats"):
+        check_seams(read.heights, repeats, file)
+    rows, cols = read.heights.shape
+    other = Surface((rows, cols), read.side_mm, repeats)
+    at = places(other)
+    with naming(KEY):
+        check_memory_of(file, other.shape, len(at))
+    sides = [Patches(each, places(each)).size_mm for each in (other, surface)]
+    if abs(sides[0] / sides[1] - 1.0) > LARGEST_MISFIT:
+        raise InputError(
+            f"{KEY}: {file}: a finger presses on {sides[0]:g} mm of it and on {sides[1]:g} mm of this "
+            "texture; give both the same size_mm"
+        )
+    if repeats == surface.repeats and np.array_equal(read.heights, heights):
+        raise InputError(f"{KEY}: {file}: is this texture itself; there is nothing to change")
+    return Other(name_of(file), file, read.heights, other, at)
+
+
+def name_of(file: Path) -> str:
+    """What the relief is called: as the folder of its run, or as the file without suffix."""
+    return file.parent.name if file.name == "heights.exr" and file.parent.name else file.stem
+
+
+def feel(other: Other, settings: Run, model: ModelName) -> Feel:
+    """Press on the other relief with the skin of a run, everywhere, and say what is felt.
+
+    Raises:
+        InputError: heights or size are out of range, or the contact does not converge.
+    """
+    touch, surface = settings.touch, other.surface
+    mesh, at, repeats = settings.verify.resolution, other.at, surface.repeats
+    with naming(KEY), naming(other.file), stage(f"pressing on {other.name}"):
+        try:
+            felt = measure_touch(
+                other.heights, surface.width_mm, touch.finger, model, mesh, repeats=repeats, at=at
+            )
+        except ContactError as error:
+            raise InputError(str(error)) from error
+    result = Feel(other, touch.feel_of_quantities, felt)
+    told = ", ".join(f"{one.label} {one.text(felt.means[one.name])}" for one in result.quantities)
+    average = f", the mean of {len(other.at)} places" if len(other.at) > 1 else ""
+    say(f"the feel of {other.name}: {told}{average}")
+    return result
