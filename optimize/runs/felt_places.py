@@ -36,15 +36,15 @@ class FeltPlaces:
     def off(self) -> Array:
         """(k,) just-noticeable differences of the result from its goals; none without a goal of roughness."""
         goals = self.goals.get(ROUGHNESS.name, np.zeros(0))
-        return _jnd(self.after.values[ROUGHNESS.name][: len(goals)], goals)
+        return jnd_at(self.after.values[ROUGHNESS.name][: len(goals)], goals)
 
     @property
     def jnd(self) -> Array:
         """(k,) just-noticeable differences; NaN at places that are flat."""
-        return _jnd(self.after.values[ROUGHNESS.name], self.before.values[ROUGHNESS.name])
+        return jnd_at(self.after.values[ROUGHNESS.name], self.before.values[ROUGHNESS.name])
 
 
-def _jnd(values: Array, reference: Array) -> Array:
+def jnd_at(values: Array, reference: Array) -> Array:
     """(k,) just-noticeable differences; NaN where the reference is flat."""
     least = FLAT_SHARE * reference.mean() if reference.size else 0.0
     felt = (reference > least) & (values > 0.0)
@@ -55,7 +55,7 @@ def _jnd(values: Array, reference: Array) -> Array:
 def place_spread(before: TouchMeasures, after: TouchMeasures) -> dict[str, Any] | None:
     """Count, mean, least and largest JND over places; None for one place, or for other numbers of places."""
     one, other = (touch.values[ROUGHNESS.name] for touch in (before, after))
-    return _spread(_jnd(other, one)) if 1 < len(one) == len(other) else None
+    return _spread(jnd_at(other, one)) if 1 < len(one) == len(other) else None
 
 
 def sampled(places: Index) -> Index:

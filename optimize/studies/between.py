@@ -9,7 +9,8 @@ import numpy as np
 from optimize.descent.targets import ROUGHNESS
 from optimize.descent.touch_measures import measure_touch
 from optimize.runs.config import Run
-from optimize.runs.felt_places import FeltPlaces, sampled
+from optimize.runs.felt_places import jnd_at, sampled
+from relief.arrays import Array, Index
 from relief.heightmap import load_heights
 from relief.places import SPACING_MM, between
 from visual.scene import load_scene
@@ -24,7 +25,7 @@ def felt_between(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str
     Args:
         run_dir: of the run.
         run: its settings.
-        result: content of result.json; not needed.
+        result: content of result.json, which holds the same presses if the run has the usual spacing.
 
     Returns:
         The columns of the measure; None on a plate that has one place, and for distances from the target
@@ -35,20 +36,12 @@ def felt_between(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str
     at = sampled(between(scene.surface, min(run.touch.spacing_mm, SPACING_MM)))
     if not len(at):
         return dict.fromkeys(NAMES)
-    before, after = (
-        measure_touch(
-            heights,
-            scene.size_mm,
-            run.touch.finger,
-            "fem",
-            run.verify.resolution,
-            (ROUGHNESS,),
-            run.axes_repeat,
-            at,
-        )
-        for heights in (scene.heights, load_heights(run_dir / "heights.exr"))
-    )
-    jnd = FeltPlaces(at, before, after).jnd
+    told = _told(run, result)
+    if told is None:
+        after = load_heights(run_dir / "heights.exr")
+        told = _pressed(scene.heights, run, scene.size_mm, at), _pressed(after, run, scene.size_mm, at)
+    before, after = told
+    jnd = jnd_at(after, before)
     felt = jnd[np.isfinite(jnd)]
     if not felt.size:
         return dict.fromkeys(NAMES) | {"between_count": 0.0}
@@ -65,6 +58,23 @@ def felt_between(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str
     return {
         name: None if number is None else float(number) for name, number in zip(NAMES, numbers, strict=True)
     }
+
+
+def _told(run: Run, result: Mapping[str, Any]) -> tuple[Array, Array] | None:
+    """Roughness of original and result between the places, as the run has pressed them by finite elements."""
+    if run.touch.spacing_mm > SPACING_MM or result.get("touch", {}).get("verified_by") != "fem":
+        return None
+    pressed = result["touch"]["places"]["between"]
+    before, after = (np.array(pressed[f"{when}_{ROUGHNESS.name}"]) for when in ("initial", "verified"))
+    return before, after
+
+
+def _pressed(heights: Array, run: Run, size_mm: float, at: Index) -> Array:
+    """(k,) roughness at places (k, 2), by finite elements."""
+    mesh, repeats = run.verify.resolution, run.axes_repeat
+    finger = run.touch.finger
+    touch = measure_touch(heights, size_mm, finger, "fem", mesh, (ROUGHNESS,), repeats, at)
+    return touch.values[ROUGHNESS.name]
 
 
 NAMES = (

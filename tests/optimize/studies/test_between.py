@@ -63,6 +63,17 @@ def test_a_change_at_one_place_is_the_worst_there_and_the_spacing_of_a_run_adds_
     assert found["between_count"] == 16
 
 
+def test_what_the_run_has_pressed_is_not_pressed_again(tmp_path: Path) -> None:
+    run = run_of(tmp_path, TILE, "repeats=true")
+    between = {"initial_roughness": [0.05, 0.06], "verified_roughness": [0.05 * ROUGHNESS_JND, 0.06]}
+    touch = {"verified_by": "fem", "places": {"between": between}}
+    found = felt_between(tmp_path, run, {"touch": touch})
+    assert found["between_count"] == 2 and found["between_most_jnd"] == pytest.approx(1.0)
+    coarser = run_of(tmp_path, TILE, "repeats=true", "touch.spacing_mm=10")
+    for other, told in ((coarser, touch), (run, touch | {"verified_by": "layer"})):
+        assert felt_between(tmp_path, other, {"touch": told})["between_count"] == 16
+
+
 def test_a_plate_with_one_place_has_none_between(tmp_path: Path) -> None:
     assert set(felt_between(tmp_path, run_of(tmp_path, TILE), {}).values()) == {None}
 

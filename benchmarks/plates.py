@@ -1,0 +1,74 @@
+"""Results all over plates of 25 mm, 500 x 500 samples, from the document of their study.
+
+python -m benchmarks.plates textures               # the plates, from the tiles that come with Retouch
+retouch study benchmarks/plates.toml -o runs/plates/study --workers 2
+cp runs/plates/study/study.json benchmarks/results/studies/plates.json
+python -m benchmarks.plates                        # the table of docs/measured.md
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from benchmarks.common import RESULTS, table
+from mitsuba_scenes import find_texture
+from optimize.studies.document import flat_rows, read_document
+from relief.preparing.preparation import prepare
+
+DOCUMENT = RESULTS / "studies" / "plates.json"
+TEXTURES = Path("runs") / "plates" / "textures"
+NAMES = ("gravel", "brick", "grass", "bark", "dots", "knit", "leather", "pebbles", "waves", "weave")
+PLATE_MM, SAMPLES = 25.0, 500
+"""Side of a plate, and samples along it."""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("what", nargs="?", choices=("textures",), help="write the plates; default: the table")
+    if parser.parse_args().what is None:
+        print(every())
+        return
+    TEXTURES.mkdir(parents=True, exist_ok=True)
+    for name in NAMES:
+        path = TEXTURES / f"{name}.png"
+        # First repeated, then made finer: a finer tile would be interpolated without its neighbours.
+        prepare(find_texture(f"{name}-tile"), plate_mm=PLATE_MM).save(path)
+        prepare(path, samples=SAMPLES).save(path)
+        print(path)
+
+
+def every() -> str:
+    """A row for each plate that is done: feel between the steered places, picture change, time."""
+    lines = []
+    row: Mapping[str, Any]
+    for row in flat_rows(read_document(DOCUMENT)):
+        if "steps" not in row:
+            continue
+        least, most = row["between_least_jnd"], row["between_most_jnd"]
+        lines.append(
+            [
+                row["texture"],
+                f"{row['touch.jnd']:+d}",
+                f"{row['between_mean_jnd']:+.2f} ({least:+.2f} to {most:+.2f})",
+                f"{abs(row['between_off_jnd']):.3f}",
+                f"{row['between_worst_jnd']:.2f}",
+                f"{row['change_percent']:.1f}",
+                f"{row['change_rms_percent']:.1f}",
+                f"{row['steps']}",
+                f"{row['cpu_s']:.0f}",
+            ]
+        )
+    head = (
+        *("plate", "JND", "JND between", "mean off", "worst off"),
+        *("pictures mean, %", "rms, %", "steps", "processor, s"),
+    )
+    return table(head, lines)
+
+
+if __name__ == "__main__":
+    main()
