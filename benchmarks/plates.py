@@ -45,10 +45,8 @@ def main() -> None:
 def every() -> str:
     """A row for each plate that is done: feel between the steered places, picture change, time."""
     lines = []
-    row: Mapping[str, Any]
-    for row in flat_rows(read_document(DOCUMENT)):
-        if "steps" not in row:
-            continue
+    done: list[Mapping[str, Any]] = [row for row in flat_rows(read_document(DOCUMENT)) if "steps" in row]
+    for row in done:
         least, most = row["between_least_jnd"], row["between_most_jnd"]
         lines.append(
             [

@@ -62,9 +62,12 @@ def felt_between(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str
 
 def _told(run: Run, result: Mapping[str, Any]) -> tuple[Array, Array] | None:
     """Roughness of original and result between the places, as the run has pressed them by finite elements."""
-    if run.touch.spacing_mm > SPACING_MM or result.get("touch", {}).get("verified_by") != "fem":
+    touch = result.get("touch", {})
+    if run.touch.spacing_mm > SPACING_MM or touch.get("verified_by") != "fem":
         return None
-    pressed = result["touch"]["places"]["between"]
+    pressed = touch["places"].get("between")
+    if pressed is None:
+        return None
     before, after = (np.array(pressed[f"{when}_{ROUGHNESS.name}"]) for when in ("initial", "verified"))
     return before, after
 
