@@ -1,45 +1,18 @@
-"""Bodies of triangles, and their files: binary STL, 3MF and binary PLY, written by numpy alone.
+"""Bodies of triangles, and the files that hold one without a name: binary STL and binary PLY."""
 
-A library of meshes takes half a second to import, longer than a run takes to write all its files.
-"""
-
-import io
-import zipfile
-from collections.abc import Callable
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from relief.arrays import Array
+
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """A triangle in a binary STL file."""
 FACE = np.dtype([("count", "u1"), ("vertices", "<i4", 3)])
 """A face in a binary PLY file."""
-LEVEL = 4
-"""Of compression: the default 6 takes 1.6 times as long for a file of gravel and saves a twentieth."""
-PART = "3D/3dmodel.model"
-"""Name of the model in a 3MF file."""
-TYPES = (
-    '<?xml version="1.0" encoding="UTF-8"?>\n'
-    '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
-    '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
-    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>'
-    "</Types>"
-)
-RELATIONS = (
-    '<?xml version="1.0" encoding="UTF-8"?>\n'
-    '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
-    f'<Relationship Target="/{PART}" Id="rel0" '
-    'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
-)
-MODEL = (
-    '<?xml version="1.0" encoding="UTF-8"?>\n'
-    '<model unit="millimeter" xml:lang="en-US" '
-    'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">'
-    '<resources><object id="1" type="model" name="plate"><mesh><vertices>{vertices}</vertices>'
-    "<triangles>{triangles}</triangles></mesh></object></resources>"
-    '<build><item objectid="1"/></build></model>'
-)
 
 
 class Body(NamedTuple):
@@ -52,6 +25,42 @@ class Body(NamedTuple):
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Part:
+    """A body in a file of several.
+
+    Attributes:
+        name: As a slicer or a modelling program shows it.
+        body: In mm.
+        placement: (4, 3), invertible, for row vectors: a point p of the body lies at
+            p @ placement[:3] + placement[3], mm. None leaves the body where it is.
+        colours: (vertices, 3) red, green and blue in sRGB, from 0 to 1; None for a body without. GLB alone
+            keeps them.
+    """
+
+    name: str
+    body: Body
+    placement: Array | None = None
+    colours: Array | None = None
+
+    @property
+    def placed(self) -> Body:
+        """The body at its place; faces are turned over where the placement is a mirror image."""
+        if self.placement is None:
+            return self.body
+        turn = self.placement[:3]
+        faces = self.body.faces if np.linalg.det(turn) > 0.0 else self.body.faces[:, ::-1]
+        return Body(self.body.vertices @ turn + self.placement[3], faces)
+
+
+def joined(parts: Sequence[Part]) -> Body:
+    """All parts at their places as one body of several pieces."""
+    bodies = [part.placed for part in parts]
+    first = np.cumsum([0, *(len(body.vertices) for body in bodies)])
+    faces = [body.faces + number for body, number in zip(bodies, first, strict=False)]
+    return Body(np.concatenate([body.vertices for body in bodies]), np.concatenate(faces))
 
 
 def stl(body: Body) -> bytes:
@@ -76,25 +85,3 @@ def ply(body: Body) -> bytes:
         f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
     )
     return head.encode() + body.vertices.astype("<f4").tobytes() + faces.tobytes()
-
-
-def threemf(body: Body) -> bytes:
-    """A body as a 3MF file, which states its unit, mm; the same body, the same bytes."""
-    # Nine digits give back every number in single precision, as STL holds them.
-    vertices = ('<vertex x="%.9g" y="%.9g" z="%.9g"/>' * len(body.vertices)) % tuple(
-        body.vertices.ravel().tolist()
-    )
-    triangles = ('<triangle v1="%d" v2="%d" v3="%d"/>' * len(body.faces)) % tuple(body.faces.ravel().tolist())
-    model = MODEL.format(vertices=vertices, triangles=triangles)
-    file = io.BytesIO()
-    with zipfile.ZipFile(file, "w") as archive:
-        for name, text in (("[Content_Types].xml", TYPES), ("_rels/.rels", RELATIONS), (PART, model)):
-            # A fixed date, the earliest there is.
-            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, text, compresslevel=LEVEL)
-    return file.getvalue()
-
-
-WRITERS: dict[str, Callable[[Body], bytes]] = {".stl": stl, ".3mf": threemf, ".ply": ply}
-"""The writer of each of `relief.formats.FORMATS`."""

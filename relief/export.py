@@ -1,16 +1,15 @@
-"""Export of height maps as closed bodies for a 3-D printer: STL, 3MF and PLY, in millimetres."""
+"""Export of height maps as closed bodies, to print and to model with: 3MF, STL, OBJ, GLB and PLY."""
 
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from relief.body import WRITERS, Body
+from relief.body import Body, Part
 from relief.errors import InputError
-from relief.files import write_atomically
-from relief.formats import FORMATS
 from relief.grid import grid_faces, grid_vertices, pad_index
 from relief.limits import BASE_MM, LARGEST_PLATE_MM, SMALLEST_PLATE_MM
+from relief.parts import write_parts
 from relief.progress import stage
 
 
@@ -43,7 +42,7 @@ def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) 
 
 @stage("writing a plate")
 def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> Path:
-    """Write a plate as binary STL, 3MF (which states its unit, mm) or binary PLY, chosen by the suffix.
+    """Write a plate as 3MF, STL, OBJ, GLB or PLY, chosen by the suffix (`relief.parts.write_parts`).
 
     The file appears whole or not at all.
 
@@ -59,12 +58,7 @@ def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: flo
     Raises:
         InputError: As for `plate_mesh`, and for any other suffix.
     """
-    path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix not in FORMATS:
-        raise InputError(f"{path}: suffix {path.suffix!r} is not one of {', '.join(FORMATS)}")
-    write_atomically(path, WRITERS[suffix](plate_mesh(heights_mm, size_mm, base_mm)))
-    return path
+    return write_parts(path, [Part("plate", plate_mesh(heights_mm, size_mm, base_mm))])
 
 
 def _checked(heights_mm: ArrayLike, size_mm: float, base_mm: float) -> NDArray[np.float64]:

@@ -19,9 +19,11 @@ class PlateFormat:
 FORMATS = {
     ".3mf": PlateFormat("triangles in millimetres; the safer choice if the slicer reads the format", True),
     ".stl": PlateFormat("triangles without a unit; the slicer must be set to millimetres", True),
-    ".ply": PlateFormat("triangles for Blender and MeshLab", False),
+    ".obj": PlateFormat("triangles without a unit, mm, for modelling programs", False),
+    ".glb": PlateFormat("triangles in metres, as the format defines, for Blender and browsers", False),
+    ".ply": PlateFormat("triangles without a unit, mm, for MeshLab", False),
 }
-"""Formats by the suffix of the file; `relief.body` writes them."""
+"""Formats by the suffix of the file; `relief.parts` writes them."""
 
 HEIGHT_MAPS = (".png", ".tif", ".tiff", ".exr", ".npy")
 """Suffixes of the files that `relief.heightmap` reads."""

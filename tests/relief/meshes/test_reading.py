@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 import trimesh
 
-from relief.body import PART, Body, ply, stl, threemf
+from relief.body import Body, Part, ply, stl
 from relief.errors import InputError
 from relief.meshes import check_solid, read_mesh
 from relief.meshes.mesh import MESHES
 from relief.meshes.solid import volume_mm3
+from relief.parts import write_parts
+from relief.threemf import PART
 from tests.relief.meshes.bodies import cube, joined, torus
 
 RING = torus((3.0, -4.0, 5.0), (0, 1, 2), 10.0, 2.0)
@@ -46,10 +48,9 @@ def glb(document: dict[str, object], binary: bytes = b"") -> bytes:
 
 
 def write(path: Path, body: Body) -> None:
-    """Write a body in mm, by trimesh where Retouch has no writer."""
-    own = {".stl": stl, ".ply": ply, ".3mf": threemf}
-    if path.suffix in own:
-        path.write_bytes(own[path.suffix](body))
+    """Write a body in mm, by trimesh where others than Retouch write most files of the kind."""
+    if path.suffix in (".stl", ".ply", ".3mf"):
+        write_parts(path, [Part("body", body)])
         return
     vertices = body.vertices
     if path.suffix == ".glb":
@@ -80,7 +81,7 @@ def test_stl_in_text_is_read_too(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("unit", "mm"), [("in", 25.4), ("m", 1000.0), ("um", 1e-3)])
 def test_a_unit_that_is_stated_goes_before_that_of_the_file(unit: str, mm: float, tmp_path: Path) -> None:
     path = tmp_path / "cube.3mf"
-    path.write_bytes(threemf(cube(30.0)))
+    write_parts(path, [Part("cube", cube(30.0))])
     assert np.ptp(read_mesh(path, units=unit).body.vertices, axis=0) == pytest.approx(30.0 * mm)
     with pytest.raises(InputError, match="units: 'parsec' is not one of um, mm"):
         read_mesh(path, units="parsec")
