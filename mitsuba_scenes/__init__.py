@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from relief.errors import InputError
-from relief.formats import HEIGHT_MAPS
+from relief.formats import HEIGHT_MAPS, RUN_HEIGHTS
 
 FOLDER = Path(__file__).resolve().parent
 FOLDERS = (FOLDER, FOLDER / "textures")
@@ -52,14 +52,19 @@ def find_file(path: str | os.PathLike[str], *suffixes: str) -> Path:
 
 
 def find_texture(path: str | os.PathLike[str]) -> Path:
-    """The file at ``path``, or else the bundled texture of this name.
+    """The file at ``path``, the result of the run in this folder, or else the bundled texture of this name.
 
-    Where there is neither, a path with a suffix is returned as it is, for the reader to refuse.
+    Where there is none, a path with a suffix is returned as it is, for the reader to refuse.
 
     Raises:
-        InputError: there is neither, and the path has no suffix; the line lists the bundled names.
+        InputError: there is none, and the path has no suffix; the line lists the bundled names. Or the folder
+            holds no result.
     """
     path = Path(path)
+    if path.is_dir() and bundled(path, *HEIGHT_MAPS) is None:
+        if not (path / RUN_HEIGHTS).is_file():
+            raise InputError(f"{path}: a folder without {RUN_HEIGHTS}; no run has left its result there")
+        return path / RUN_HEIGHTS
     if os.path.lexists(path) or (path.suffix and bundled(path, *HEIGHT_MAPS) is None):
         return path
     return find_file(path, *HEIGHT_MAPS)

@@ -8,9 +8,10 @@ from numpy.typing import ArrayLike, NDArray
 from relief.body import Body, Part
 from relief.errors import InputError
 from relief.grid import grid_faces, grid_vertices, pad_index
-from relief.limits import BASE_MM, LARGEST_PLATE_MM, SMALLEST_PLATE_MM
+from relief.limits import BASE_MM, LARGEST_PLATE_MM, LARGEST_SIDE, SMALLEST_PLATE_MM
 from relief.parts import write_parts
 from relief.progress import stage
+from relief.seam import check_seams
 
 
 def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> Body:
@@ -59,6 +60,31 @@ def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: flo
         InputError: As for `plate_mesh`, and for any other suffix.
     """
     return write_parts(path, [Part("plate", plate_mesh(heights_mm, size_mm, base_mm))])
+
+
+def repeated(heights_mm: ArrayLike, times: tuple[int, int], name: object) -> NDArray[np.float64]:
+    """Repeat a tile.
+
+    Args:
+        heights_mm: (rows, cols) heights.
+        times: How often along y and along x, 1 or more.
+        name: The file of the tile, for messages.
+
+    Returns:
+        (rows * times[0], cols * times[1]) heights.
+
+    Raises:
+        InputError: The sides of the tile do not fit where they would meet, or there are too many samples.
+    """
+    heights = np.asarray(heights_mm, dtype=np.float64)
+    check_seams(heights, (times[0] > 1, times[1] > 1), name)
+    rows, cols = heights.shape[0] * times[0], heights.shape[1] * times[1]
+    if max(rows, cols) > LARGEST_SIDE:
+        raise InputError(
+            f"{name}: {times[1]} x {times[0]} tiles have {cols} x {rows} samples; "
+            f"at most {LARGEST_SIDE} a side"
+        )
+    return np.tile(heights, times)
 
 
 def _checked(heights_mm: ArrayLike, size_mm: float, base_mm: float) -> NDArray[np.float64]:

@@ -25,6 +25,12 @@ FORMATS = {
 }
 """Formats by the suffix of the file; `relief.parts` writes them."""
 
+DISPLACEMENT = ".png"
+"""Suffix of a height map that `retouch export` writes for programs that displace a surface by a picture."""
+
+RUN_HEIGHTS = "heights.exr"
+"""Name of the height map in mm that each run writes."""
+
 HEIGHT_MAPS = (".png", ".tif", ".tiff", ".exr", ".npy")
 """Suffixes of the files that `relief.heightmap` reads."""
 

@@ -1,23 +1,36 @@
-"""`retouch export`: a texture as a watertight plate for a 3-D printer."""
+"""`retouch export`: a texture as a plate for a 3-D printer, or as displacement for a modelling program."""
 
 import argparse
+import re
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from mitsuba_scenes import find_texture
 from optimize.commands.options import TEXTURE, add_plate, add_talk, check_scales, print_json
 from relief.errors import InputError
-from relief.formats import FORMATS
+from relief.formats import DISPLACEMENT, FORMATS
 from relief.limits import BASE_MM
 
-HELP = "write a texture as a plate for a 3-D printer"
-DESCRIPTION = "Writes the relief on a base as one watertight body, in mm.\n\nformats:\n" + "".join(
-    f"  {suffix}  {plate.description}\n" for suffix, plate in FORMATS.items()
+if TYPE_CHECKING:
+    from relief.arrays import Array
+    from relief.surface import Surface
+
+HELP = "write a texture as a plate for a 3-D printer, or for a modelling program"
+DESCRIPTION = (
+    "Writes the relief on a base as one watertight body, or as a picture by which a modelling program\n"
+    "displaces a surface.\n\nformats:\n"
+    + "".join(f"  {suffix}  {plate.description}\n" for suffix, plate in FORMATS.items())
+    + f"  {DISPLACEMENT}  displacement, 16-bit grey: black is 0, white the highest point\n"
 )
 EPILOG = """\
 examples:
   retouch export stone.png --relief-mm 1.2 -o stone.3mf
-  retouch export runs/stone/heights.exr --base-mm 3 -o stone.stl
+  retouch export runs/stone --base-mm 3 -o stone.stl
+  retouch export gravel-tile --repeat 3x3 -o gravel.3mf
+  retouch export runs/stone -o stone.png
 """
+MOST_REPEATS = 256
+"""Most times that a tile of the fewest samples, 16 a side, fits into the most, 4096."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,46 +41,106 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=TEXTURE,
     )
     parser.add_argument(
-        "-o", dest="out", type=Path, required=True, metavar="OUT", help=f"file to write: {', '.join(FORMATS)}"
+        "-o",
+        dest="out",
+        type=Path,
+        required=True,
+        metavar="OUT",
+        help=f"file to write: {', '.join((*FORMATS, DISPLACEMENT))}",
     )
     add_plate(parser)
     parser.add_argument(
         "--base-mm",
         type=float,
-        default=BASE_MM,
         metavar="MM",
         help=f"thickness of the plate under height 0, mm (default: {BASE_MM:g})",
+    )
+    parser.add_argument(
+        "--repeat",
+        type=times,
+        default=(1, 1),
+        metavar="NxM",
+        help="repeat a tile N times across and M down; --size-mm is the side of one (default: 1x1)",
     )
     add_talk(parser, "file, size and thickness", quiet=False)
 
 
+def times(text: str) -> tuple[int, int]:
+    """Read `3x2`, 3 across and 2 down, as (down, across). Raises argparse.ArgumentTypeError."""
+    found = re.fullmatch(r"([0-9]{1,3})x([0-9]{1,3})", text)
+    across, down = (int(number) for number in found.groups()) if found else (0, 0)
+    if not (1 <= across <= MOST_REPEATS and 1 <= down <= MOST_REPEATS):
+        raise argparse.ArgumentTypeError(
+            f"{text[:20]!r}: expected two numbers from 1 to {MOST_REPEATS}, as in 3x2"
+        )
+    return down, across
+
+
 def run(arguments: argparse.Namespace) -> int:
     # Imported here, so that --help needs no numpy.
-    from relief.export import export_plate
+    from relief.export import repeated
     from relief.heightmap import load_height_map
     from relief.lengths import RANGES
     from relief.surface import Surface
 
-    out, base_mm = arguments.out, arguments.base_mm
+    out = arguments.out
     arguments.texture = find_texture(arguments.texture)
     check_scales(arguments, [arguments.texture])
+    _check_out(arguments)
+    read = load_height_map(arguments.texture, **{key: getattr(arguments, key) for key in RANGES})
+    heights = repeated(read.heights, arguments.repeat, arguments.texture)
+    surface = Surface((heights.shape[0], heights.shape[1]), read.side_mm * arguments.repeat[1])
+    write = _write_displacement if out.suffix.lower() == DISPLACEMENT else _write_plate
+    try:
+        numbers, sentence = write(out, heights, surface, arguments.base_mm)
+    except PermissionError as error:
+        # The message of the error names a temporary file.
+        raise InputError(f"{out}: -o: {error.strerror}") from error
+    bytes_ = out.stat().st_size
+    if arguments.json:
+        print_json({"file": str(out), "size_mm": surface.width_mm, **numbers, "bytes": bytes_})
+    else:
+        print(f"{out}: {sentence}, {bytes_ / 2**20:.1f} MiB")
+    return 0
+
+
+def _check_out(arguments: argparse.Namespace) -> None:
+    """Refuse what cannot be written before anything is read. Raises InputError."""
+    out, texture = arguments.out, arguments.texture
     if not out.parent.is_dir():
         raise InputError(f"{out}: -o: there is no folder {out.parent}")
     if out.is_dir():
         raise InputError(f"{out}: -o: is a folder")
-    read = load_height_map(arguments.texture, **{key: getattr(arguments, key) for key in RANGES})
-    heights, size_mm = read.heights, read.side_mm
-    try:
-        export_plate(out, heights, size_mm, base_mm)
-    except PermissionError as error:
-        # The message of the error names a temporary file.
-        raise InputError(f"{out}: -o: {error.strerror}") from error
+    if out.exists() and texture.exists() and out.samefile(texture):
+        raise InputError(f"{out}: -o: is the texture itself")
+    if out.suffix.lower() == DISPLACEMENT and arguments.base_mm is not None:
+        raise InputError(f"--base-mm: is for plates; {out.name} holds heights alone")
+
+
+def _write_plate(
+    out: Path, heights: "Array", surface: "Surface", base_mm: float | None
+) -> tuple[dict[str, Any], str]:
+    """Write a plate; returns its numbers for `--json`, and what is told."""
+    from relief.export import export_plate
+
+    base_mm = BASE_MM if base_mm is None else base_mm
+    export_plate(out, heights, surface.width_mm, base_mm)
     thick = base_mm + float(heights.max())
-    if arguments.json:
-        bytes_ = out.stat().st_size
-        print_json({"file": str(out), "size_mm": size_mm, "thickness_mm": thick, "bytes": bytes_})
-        return 0
-    surface = Surface((heights.shape[0], heights.shape[1]), size_mm)
     sides = f"{surface.width_mm:.4g} x {surface.height_mm:.4g} x {thick:.3g} mm"
-    print(f"{out}: {sides}, {out.stat().st_size / 2**20:.1f} MiB")
-    return 0
+    return {"thickness_mm": thick}, sides
+
+
+def _write_displacement(
+    out: Path, heights: "Array", surface: "Surface", _base_mm: float | None
+) -> tuple[dict[str, Any], str]:
+    """Write a 16-bit picture of heights; returns its numbers for `--json`, and what is told."""
+    from relief.heightmap import save_heights_png
+    from relief.limits import SMALLEST_RELIEF_MM
+
+    white = max(float(heights.max()), SMALLEST_RELIEF_MM)
+    save_heights_png(out, heights, white, surface.width_mm)
+    told = (
+        f"{surface.width_mm:.4g} x {surface.height_mm:.4g} mm, black is 0 and white {white:.6g} mm; "
+        f"displace by strength {white:.6g} mm, midlevel 0, colours read as data (Non-Color)"
+    )
+    return {"height_mm": surface.height_mm, "strength_mm": white, "midlevel": 0.0, "bits": 16}, told

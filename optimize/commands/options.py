@@ -24,7 +24,8 @@ UNBOUNDED = 10_000
 """Columns of output that goes to a file or pipe: so many that no row of a table is wrapped."""
 
 TEXTURE = (
-    "height map: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm); a bundled one goes by its name"
+    "height map: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm); a bundled one goes by its name, "
+    "the result of a run by the run's directory"
 )
 """What a texture is, in the help of every verb that takes one."""
 SCENE = "studio"

@@ -11,7 +11,7 @@ from optimize.report.formatting import model_name
 from optimize.report.place_figures import place_figures
 from optimize.report.rendering import leaves, render_page
 from relief.files import write_atomically
-from relief.formats import FORMATS
+from relief.formats import DISPLACEMENT, FORMATS
 
 TOUCH_KEYS = (
     *("verified_by", "contact_fraction", "jnd_from_original", "fingers", "feel_of"),
@@ -26,6 +26,8 @@ FILES = {
     "run.toml": "all settings; retouch optimize repeats the run from this file",
 }
 """Files of a run directory that the page links to, and what they are for."""
+OTHER_SUFFIXES = (*(suffix for suffix, plate in FORMATS.items() if not plate.of_every_run), DISPLACEMENT)
+"""What `retouch export` writes of a run and the run itself does not."""
 
 
 def write_report(run_dir: Path, report: Report) -> Path:
@@ -42,6 +44,7 @@ def write_report(run_dir: Path, report: Report) -> Path:
         report=report,
         pair=report,
         files=[(name, use) for name, use in FILES.items() if (run_dir / name).is_file()],
+        other_suffixes=OTHER_SUFFIXES,
         **_context(report),
         **figures.touch_maps(report),
         **place_figures(report),

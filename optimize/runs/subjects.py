@@ -9,10 +9,11 @@ from optimize.runs import results
 from optimize.runs.config import Run, load_run
 from optimize.runs.key import SETTINGS
 from relief.errors import InputError
+from relief.formats import RUN_HEIGHTS
 from relief.heightmap import HeightMap, load_height_map
 from relief.surface import Surface
 
-RESULT = "heights.exr"
+RESULT = RUN_HEIGHTS
 """File of a run directory that holds its result."""
 
 

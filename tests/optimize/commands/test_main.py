@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import OpenEXR
 import pytest
-import trimesh
 from PIL import Image
 
 import tactile
@@ -354,21 +353,6 @@ def test_explain_refuses_what_render_refuses(
         refusals.append(printed.err)
     assert refusals[0] == refusals[1]
     assert named in refusals[0] and len(refusals[0].splitlines()) == 1
-
-
-# retouch export
-
-
-@pytest.mark.parametrize("suffix", ["stl", "3mf", "ply"])
-def test_export_writes_a_closed_plate(suffix: str, capsys: pytest.CaptureFixture[str]) -> None:
-    printed = output(
-        capsys, "export", "waves.exr", "--size-mm", "20", "--base-mm", "1.5", "-o", f"plate.{suffix}"
-    )
-    body = trimesh.load_mesh(f"plate.{suffix}")
-    assert isinstance(body, trimesh.Trimesh)
-    assert body.is_watertight
-    assert body.extents == pytest.approx([20, 20, 1.5 + load_heights("waves.exr").max()], abs=1e-3)
-    assert printed.startswith(f"plate.{suffix}: 20 x 20 x ")
 
 
 # retouch optimize, retouch resume
