@@ -6,6 +6,7 @@ All conditions are alike. Unit and level make the squares comparable with those 
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -30,10 +31,12 @@ class HeightView:
     Attributes:
         original: (rows, cols) mm, heights that count as unchanged.
         conditions: number of pictures, all alike.
+        overhead: that the picture ends where the plate ends, as from straight above.
     """
 
     original: Array
     conditions: int
+    overhead: ClassVar[bool] = True
 
     def pictures(self, heights: Tensor) -> Tensor:
         """Values (..., conditions, rows, cols) of heights (..., rows, cols) in mm, differentiable."""

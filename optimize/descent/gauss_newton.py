@@ -105,13 +105,15 @@ class GaussNewton:
         self._aim = Aim(targets)
         self._slopes_hold = all(target.quantity.slope_holds for target in targets)
         self._views = _views(problem)
+        overhead = all(view.overhead for view in self._views)
+        self._around = problem.repeats if overhead else (False, False)
         # With the Jacobian, because the first step mostly starts here.
         self._original = self._evaluate(problem.heights)
         target = np.concatenate([of_view.pictures for of_view in self._original])
         self._unit = 1.0 / target.mean()
         self._target = target * self._unit
         self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
-        self._roots = np.sqrt(masking_weights(target, problem.masking))
+        self._roots = np.sqrt(masking_weights(target, problem.masking, self._around))
         self._plate = problem.plate_weights(self._target)
         self._current: _Evaluation | None = None
         # Pixels that change as a whole, by the weights that they have in the sum.
@@ -226,7 +228,7 @@ class GaussNewton:
     def _system(self, heights: Array, look: tuple[Pictures, ...]) -> _System:
         """The undamped least squares of the look, and the matrix of the damping."""
         problem, shape = self._problem, heights.shape
-        smooth = _picture_weight(self._target.shape[1:], problem.regularisation)
+        smooth = _picture_weight(self._target.shape[1:], problem.regularisation, self._around)
         differences = laplacian(shape, problem.repeats)
         bend = ROUGHENING * (differences.T @ differences)
         matrix = 2.0 * bend
@@ -285,6 +287,8 @@ def _response(
 
 
 @lru_cache(maxsize=4)
-def _picture_weight(shape: tuple[int, int], regularisation: float) -> sp.csr_matrix:
-    """W = I + w2 D'D on the pixels of a picture."""
-    return sp.csr_matrix(sp.identity(shape[0] * shape[1]) + regularisation * laplacian(shape))
+def _picture_weight(
+    shape: tuple[int, int], regularisation: float, around: tuple[bool, bool]
+) -> sp.csr_matrix:
+    """W = I + w2 D'D on the pixels of a picture, whose axes may go around."""
+    return sp.csr_matrix(sp.identity(shape[0] * shape[1]) + regularisation * laplacian(shape, around))

@@ -11,7 +11,7 @@ LEAST_LEVEL = 0.1
 """Share of the mean picture that is added to the local mean: deep shadow has no contrast to hide in."""
 
 
-def masking_weights(pictures: Array, strength: float) -> Array:
+def masking_weights(pictures: Array, strength: float, around: tuple[bool, bool] = (False, False)) -> Array:
     """Weights 1 / (1 + strength * contrast / mean contrast), with mean 1 over each picture.
 
     The contrast is the local standard deviation over the local mean.
@@ -19,20 +19,22 @@ def masking_weights(pictures: Array, strength: float) -> Array:
     Args:
         pictures: (conditions, rows, cols) to keep.
         strength: not negative; 0 gives ones.
+        around: whether pictures go on as themselves beyond their first and last row, and column.
 
     Returns:
         (conditions, rows, cols).
     """
     if strength == 0.0:
         return np.ones_like(pictures)
-    return np.stack([_weights(picture, strength) for picture in pictures])
+    return np.stack([_weights(picture, strength, around) for picture in pictures])
 
 
-def _weights(picture: Array, strength: float) -> Array:
+def _weights(picture: Array, strength: float, around: tuple[bool, bool]) -> Array:
     if not picture.any():
         return np.ones_like(picture)  # black, as under a light from below
-    mean = gaussian_filter(picture, RADIUS, mode="nearest")
-    spread = np.sqrt(gaussian_filter(np.square(picture - mean), RADIUS, mode="nearest"))
+    ends = ["wrap" if wraps else "nearest" for wraps in around]
+    mean = gaussian_filter(picture, RADIUS, mode=ends)
+    spread = np.sqrt(gaussian_filter(np.square(picture - mean), RADIUS, mode=ends))
     contrast = spread / (mean + LEAST_LEVEL * picture.mean())
     if contrast.mean() == 0.0:
         return np.ones_like(picture)

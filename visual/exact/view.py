@@ -65,7 +65,11 @@ class _ViewSamples(NamedTuple):
 
 
 class View:
-    """A plate before one camera, lit by one light (or several together) at a time and ambient light."""
+    """A plate before one camera, lit by one light (or several together) at a time and ambient light.
+
+    Attributes:
+        overhead: whether the camera looks straight down on a plate that fills the picture.
+    """
 
     def __init__(
         self,
@@ -105,7 +109,7 @@ class View:
         if reconstruction is not None:
             # A pixel of the finer camera is one sample, whose weights in the picture follow from its place.
             camera, self._strata = camera.finer(strata), (1, 1)
-        self._camera = camera
+        self._camera, self.overhead = camera, camera.overhead
         self._film = [film_points(camera, count, generator) for count in self._strata]
         self._weights: sp.csr_matrix | None = None
         if reconstruction is not None:

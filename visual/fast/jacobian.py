@@ -9,6 +9,7 @@ derivatives of sky visibility only as products with a vector, so the Jacobian ho
 """
 
 from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -26,7 +27,13 @@ from visual.fast.shadow_sweep import ShadowSweep
 
 
 class FastView:
-    """Pictures by a `FastRenderer` at twice its resolution, in which quarters of pixels are pixels."""
+    """Pictures by a `FastRenderer` at twice its resolution, in which quarters of pixels are pixels.
+
+    Attributes:
+        overhead: that the picture ends where the plate ends, as from straight above.
+    """
+
+    overhead: ClassVar[bool] = True
 
     def __init__(self, renderer: FastRenderer) -> None:
         self._renderer = renderer

@@ -1,6 +1,7 @@
 """Many touches in one descent: a batch of presses, goals place by place, forces that stay bounded."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,9 +19,9 @@ from optimize.descent.targets import GOAL_KEYS, ROUGHNESS, Target, Targets
 from optimize.descent.touch_measures import measure_touch
 from relief.arrays import Array
 from relief.places import between
-from tests.optimize.conftest import ProblemWith
+from tests.optimize.conftest import STUDIO, ProblemWith
 from tests.tactile.reliefs import SIZE
-from visual.scene import Scene
+from visual.scene import Scene, load_scene
 
 TOLERANCE = 0.01
 BOTH = {"roughness": 0.1, "contact_area_mm2": 50.0}
@@ -184,6 +185,35 @@ def test_a_step_by_windows_is_that_by_one_factorisation(
         steps.append(method.advance(method.begin(0, tile.heights, {})).heights - tile.heights)
     assert np.abs(steps[0]).max() > 1e-3
     np.testing.assert_allclose(steps[1], steps[0], atol=1e-4 * np.abs(steps[0]).max())
+
+
+@pytest.mark.parametrize("masking", [0.0, 2.0])
+def test_steps_of_a_rolled_tile_are_the_rolled_steps(texture: Path, masking: float) -> None:
+    """Shadows are interpolated between lines that begin at the plate, hence a little tolerance.
+
+    Steps differ by 0.5 %; by 1.1 and 2.3 % if differences of pixels and contrast end with the picture.
+    """
+    scene = load_scene(STUDIO, {"resolution": "32"}, texture=texture, repeats=(True, True))
+    targets, shift, found = Targets.of(TOLERANCE, roughness=0.1), (16, 16), []
+    for heights in (tile_of(32), np.roll(tile_of(32), shift, (0, 1))):
+        problem = Problem(
+            *(heights, SIZE, tactile.Skin(), targets, scene),
+            regularisation=2.0,
+            masking=masking,
+            look="fast",
+            repeats=(True, True),
+            spacing_mm=5.0,
+        )
+        goals = 1.2 * problem.press(heights, gradients=False).values["roughness"]
+        targets = Targets((Target(ROUGHNESS, goals, TOLERANCE),))
+        method = GaussNewton(replace(problem, targets=targets))
+        iterate = method.begin(0, heights, {})
+        for _ in range(2):
+            iterate = method.advance(iterate)
+        found.append(iterate.heights - heights)
+    here, there = np.roll(found[0], shift, (0, 1)), found[1]
+    assert np.abs(here).max() > 0.01
+    assert np.linalg.norm(here - there) < 0.007 * np.linalg.norm(here)
 
 
 def test_a_press_between_the_places_is_told_by_its_place(tile: Problem) -> None:
