@@ -122,14 +122,16 @@ class GaussNewton:
 
     @staticmethod
     def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
-        """Trust, and the pressure as a start of the next contact; see the protocol."""
+        """Trust, and pressures as a start of the next contacts; see the protocol."""
         trust = Remembered((2,), LEAST_SHARE, MOST_DAMPING)
-        return {"trust": trust, "pressure": PRESSURES}
+        fingers = {"fingers": PRESSURES} if "fingers" in memory else {}
+        return {"trust": trust, "pressure": PRESSURES, **fingers}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights; see the protocol."""
         trust = Trust(*memory["trust"]) if "trust" in memory else Trust(DAMPING, LARGEST_SHARE)
-        return self._stand(step, heights, self._press(heights, memory.get("pressure")), trust)
+        touch = self._press(heights, memory.get("pressure"))
+        return self._stand(step, heights, touch, trust, memory.get("fingers"))
 
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step, shortened until the targets follow their prediction."""
@@ -147,7 +149,7 @@ class GaussNewton:
                 break
         if after.gradients.size == 0:
             after = self._press(heights, after.pressure)
-        return self._stand(iterate.step + 1, heights, after, trust)
+        return self._stand(iterate.step + 1, heights, after, trust, iterate.memory.get("fingers"))
 
     def satisfied(self, iterate: Iterate) -> bool:
         """No rule beside those of the driver; see the protocol."""
@@ -208,11 +210,14 @@ class GaussNewton:
     def _evaluate(self, heights: Array) -> tuple[Pictures, ...]:
         return tuple(view.evaluate(heights, edges=self._problem.shadow_edges) for view in self._views)
 
-    def _stand(self, step: int, heights: Array, touch: TouchMeasures, trust: Trust) -> Iterate:
+    def _stand(
+        self, step: int, heights: Array, touch: TouchMeasures, trust: Trust, fingers: Array | None
+    ) -> Iterate:
         unmoved = np.array_equal(heights, self._problem.heights)
         look = self._original if unmoved else self._evaluate(heights)
-        others = None if self._others is None else self._others.press(heights)
+        others = None if self._others is None else self._others.press(heights, fingers)
         self._current = _Evaluation(look, touch, others)
+        kept = {} if others is None else {"fingers": others.pressure}
         pictures = np.concatenate([of_view.pictures for of_view in look]) * self._unit
         return Iterate(
             step,
@@ -220,7 +225,7 @@ class GaussNewton:
             touch.values,
             touch.contact_fraction,
             *change_percent(pictures, self._target, self._plate, self._problem.scene.weights),
-            {"trust": np.array(trust), "pressure": touch.pressure},
+            {"trust": np.array(trust), "pressure": touch.pressure, **kept},
             fingers=0.0 if others is None else others.percent,
         )
 

@@ -60,6 +60,7 @@ class FingersFelt:
         gradients: (m, heights) of the values.
         weight: as in `FingerRange`.
         stiffness: second derivative of the sum by the distance of all fingers in just-noticeable differences.
+        pressure: (loads * places, n, n) MPa, to start the press of a similar relief from.
     """
 
     values: Array
@@ -67,6 +68,7 @@ class FingersFelt:
     gradients: Array
     weight: float
     stiffness: float
+    pressure: Array
 
     @property
     def jnd_off(self) -> Array:
@@ -118,38 +120,49 @@ class OtherFingers:
             for depth, operator in operators.items()
         }
         self._weight, self._stiffness = wanted.weight, pixels * (wanted.weight / 100.0) ** 2
-        self._pressure: torch.Tensor | None = None
-        values, _ = self._press(problem.heights)
+        self._first: torch.Tensor | None = None
+        values, _, self._first = self._press(problem.heights, None)
         each = np.stack([value.detach().double().numpy() for value in values])
         self._goals = (wanted.factors[spread] * each).mean(axis=1)
 
-    def press(self, heights: Array) -> FingersFelt:
-        """Press on a relief (rows, cols) in mm with every other finger.
+    def press(self, heights: Array, start: Array | None = None) -> FingersFelt:
+        """Press on a relief with every other finger.
+
+        Args:
+            heights: (rows, cols) mm.
+            start: pressure of a similar relief, as in `FingersFelt`; of another shape or None, that of the
+                original takes its place.
 
         Raises:
             ContactError: a contact does not converge.
         """
-        each, scaled = self._press(heights)
+        each, scaled, pressure = self._press(heights, start)
         values = [value.mean() for value in each]
         pairs = zip(values, self._load_of, strict=True)
         rows = np.stack([self._row(value, scaled, load) for value, load in pairs])
         felt = np.array([float(value.detach()) for value in values])
-        return FingersFelt(felt, self._goals, rows, self._weight, self._stiffness)
+        kept = pressure.double().numpy()
+        return FingersFelt(felt, self._goals, rows, self._weight, self._stiffness, kept)
 
-    def _press(self, heights: Array) -> tuple[list[torch.Tensor], torch.Tensor]:
-        """Roughness (places,) to each finger, and the scaled patches (loads * places, n, n) it depends on."""
+    def _press(
+        self, heights: Array, start: Array | None
+    ) -> tuple[list[torch.Tensor], torch.Tensor, torch.Tensor]:
+        """Roughness (places,) to each finger, the scaled patches (loads * places, n, n) it depends on, and
+        their pressure."""
         model, modulus = self._model, self._model.skin.young_modulus_mpa
         patches = torch.as_tensor(self._patches.of(heights), dtype=model.flat_strain.dtype)
         scaled = torch.cat([factor * patches for factor in self._loads]).requires_grad_()
-        touch = model.press(scaled, self._pressure)
-        self._pressure = touch.pressure.detach()
+        begin = self._first
+        if start is not None and start.shape == tuple(scaled.shape):
+            begin = torch.as_tensor(start, dtype=scaled.dtype)
+        touch = model.press(scaled, begin)
         pressures = (touch.pressure / modulus).unflatten(0, (len(self._loads), len(patches)))
         values = []
         for finger, load in zip(self._fingers, self._load_of, strict=True):
             operator, flat = self._at_depth[finger.skin.depth_mm]
             strain = (smallest_eigenvalue(operator.strain(pressures[load])) - flat) / self._loads[load]
             values.append(roughness(strain, self._patches.size_mm, "polar"))
-        return values, scaled
+        return values, scaled, touch.pressure.detach()
 
     def _row(self, value: torch.Tensor, scaled: torch.Tensor, load: int) -> Array:
         """(heights,) gradient of a value by the relief."""

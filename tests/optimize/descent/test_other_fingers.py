@@ -127,3 +127,20 @@ def test_fingers_come_closer_and_the_pictures_pay(problem_with: ProblemWith, ori
     rms = [float(np.sqrt(np.square(off).mean())) for off in spreads]
     assert changes[0] < changes[1] < changes[2]
     assert rms[0] > 1.2 * rms[1] > 1.2 * 1.2 * rms[2]
+
+
+def test_a_descent_goes_on_from_its_memory_as_it_would_have(
+    problem_with: ProblemWith, original: TouchMeasures
+) -> None:
+    targets = Targets.of(0.01, roughness=FACTOR**2 * original.values["roughness"])
+    problem = replace(problem_with(targets), fingers=FingerRange(FACTOR**2, 20.0))
+    method = GaussNewton(problem)
+    halfway = method.advance(method.begin(0, problem.heights, {}))
+    whole = method.advance(halfway)
+    again = GaussNewton(problem)
+    begun = again.begin(halfway.step, halfway.heights, halfway.memory)
+    np.testing.assert_array_equal(begun.memory["fingers"], halfway.memory["fingers"])
+    np.testing.assert_allclose(again.advance(begun).heights, whole.heights, atol=1e-9)
+    # What is no pressure of these fingers is not started from.
+    strange = again.begin(halfway.step, halfway.heights, halfway.memory | {"fingers": np.ones((1, 2, 2))})
+    assert strange.fingers == pytest.approx(begun.fingers, rel=1e-3)

@@ -511,12 +511,12 @@ def ended_after(step: int, by: signal.Signals, arguments: Sequence[str], run_dir
 
 
 @pytest.fixture(scope="module")
-def uninterrupted(run_file: RunFile, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Result]:
-    """Runs of nine steps at most, to their end; one for each method."""
+def uninterrupted(run_file: RunFile, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Result]:
+    """Runs of nine steps at most, to their end; one for each method and choice of fingers."""
 
     @cache
-    def run(method: str) -> Result:
-        path = run_file("jnd = 2", f'method = "{method}"\nsteps = 9')
+    def run(method: str, fingers: str = "one") -> Result:
+        path = run_file(f'jnd = 2\nfingers = "{fingers}"', f'method = "{method}"\nsteps = 9')
         return job.run(path, tmp_path_factory.mktemp("runs") / "whole")
 
     return run
@@ -537,11 +537,13 @@ def test_a_scaled_original_is_verified_and_rendered_as_any_result(out: Path, run
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["gauss-newton", "adam"])
+@pytest.mark.parametrize(
+    ("method", "fingers"), [("gauss-newton", "one"), ("gauss-newton", "range"), ("adam", "one")]
+)
 def test_a_killed_run_goes_on_to_the_same_end(
-    out: Path, uninterrupted: Callable[[str], Result], method: str
+    out: Path, uninterrupted: Callable[..., Result], method: str, fingers: str
 ) -> None:
-    whole = uninterrupted(method)
+    whole = uninterrupted(method, fingers)
     path = whole.run_dir / SETTINGS
     status = ended_after(3, signal.SIGKILL, ["optimize", str(path), "-o", str(out)], out)
     assert status == -signal.SIGKILL
@@ -574,7 +576,7 @@ def test_a_run_killed_in_a_later_round_goes_on_to_the_same_end(out: Path, run_fi
 @pytest.mark.slow
 @pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_writes_its_best_and_goes_on(
-    out: Path, uninterrupted: Callable[[str], Result], by: signal.Signals
+    out: Path, uninterrupted: Callable[..., Result], by: signal.Signals
 ) -> None:
     whole = uninterrupted("gauss-newton")
     assert ended_after(3, by, ["optimize", str(whole.run_dir / SETTINGS), "-o", str(out)], out) == 130
