@@ -130,7 +130,7 @@ def draw(rows: dict[str, Any]) -> None:
     from benchmarks.charts import FAINT, frame, pyplot, style
 
     style()
-    figure, axes = pyplot.subplots(1, len(CASES), figsize=(9.0, 3.0), sharey=True, layout="constrained")
+    figure, axes = pyplot.subplots(1, len(CASES), figsize=(9.0, 3.2), sharey=True, layout="constrained")
     highest = 1.1 * max(row["jnd_std"] for row in rows.values())
     for axis, case in zip(axes, CASES, strict=True):
         front = sorted(
@@ -140,9 +140,11 @@ def draw(rows: dict[str, Any]) -> None:
         frame(axis)
         axis.plot(changes, spreads, "o-", color="#3b6ea8", markersize=4)
         for (weight, _), change, spread in zip(front, changes, spreads, strict=True):
-            name = "one finger" if weight == 0.0 else f"{weight:g}"
-            offset = (-2, 8) if weight == 0.0 else (5, 3)
-            axis.annotate(name, (change, spread), offset, textcoords="offset points", fontsize=8)
+            # To the left, where no other point is.
+            name, offset, side = (f"{weight:g}", 5, "left") if weight else ("one finger", -5, "right")
+            axis.annotate(
+                name, (change, spread), (offset, 3), textcoords="offset points", fontsize=8, ha=side
+            )
         axis.axhline(0.5 * spreads[0], color=FAINT, linewidth=0.8, linestyle=":")
         axis.axvline(1.4 * changes[0], color=FAINT, linewidth=0.8, linestyle=":")
         axis.set(
@@ -152,6 +154,8 @@ def draw(rows: dict[str, Any]) -> None:
         )
         axis.set_xlabel("change of the pictures, rms, %")
     axes[0].set_ylabel("standard deviation over 18 skins, JND")
+    note = "Numbers: weight of the other fingers. Dotted: half of the spread, 1.4 times the change."
+    figure.supxlabel(note, fontsize=8, color=FAINT)
     figure.savefig(IMAGE, dpi=150)
     pyplot.close(figure)
 
