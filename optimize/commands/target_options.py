@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from pathlib import Path
 
 from mitsuba_scenes import find_texture
 from optimize.descent.quantities import GOAL_KEYS, QUANTITIES
@@ -23,6 +24,7 @@ def add_target(parser: argparse.ArgumentParser) -> None:
             one.add_argument(flag, type=float, metavar=key.metavar, help=key.help)
     target.add_argument(
         "--feel-of",
+        type=Path,
         metavar="OTHER",
         help="in place of a number: the feel of another texture, or of the result of a run (its folder)",
     )
@@ -42,11 +44,11 @@ def add_target(parser: argparse.ArgumentParser) -> None:
 def target_overrides(arguments: argparse.Namespace) -> list[str]:
     """The options of the target as overrides of a run file. Raises InputError if OTHER is no file."""
     if arguments.feel_of is not None:
-        arguments.feel_of = str(find_texture(arguments.feel_of))
+        arguments.feel_of = find_texture(arguments.feel_of)
     given = {key: getattr(arguments, key) for key in (*_NUMBERS, *_TEXTS)}
     return [
         # A TOML string is a JSON string in which only what must be escaped is escaped.
-        f"touch.{key}={json.dumps(value, ensure_ascii=False) if key in _TEXTS else repr(value)}"
+        f"touch.{key}={json.dumps(str(value), ensure_ascii=False) if key in _TEXTS else repr(value)}"
         for key, value in given.items()
         if value is not None
     ]

@@ -1,0 +1,132 @@
+"""The commands of the docs: their files are there when they are needed, and those that are quick work.
+
+A page is read from top to bottom, as a user types it. What a user has before, such as a photograph, stands in
+`GIVEN`. Commands run in the process of the tests, in a folder of the page.
+"""
+
+import os
+import re
+import shlex
+from argparse import Namespace
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mitsuba_scenes import bundled
+from mitsuba_scenes.studies import STUDIES
+from optimize.commands.main import main, parse
+from relief.formats import HEIGHT_MAPS
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+GIVEN = ("stone.jpg", "my-study.toml", "~/materials")
+"""Files and folders that a user has before the first command of a page."""
+OTHER_COMMANDS = ("runs/optimised",)
+"""Folders that commands in the docs make which are no `retouch`."""
+SHORT = {
+    "prepare": "",
+    "export": "",
+    "doctor": "",
+    "evaluate": "",
+    "compare": "-D resolution=16",
+    "render": "",
+    "optimize": "--no-baseline -D resolution=16 --set look.model=heights --set touch.model=quick "
+    "--set verify.model=layer --set verify.samples=4 --set descent.steps=1",
+}
+"""Verbs of which every command is run, with the options that make it short: a small picture and one step."""
+SLOW = ("reach",)
+"""Options with which a command is not run: it takes over ten seconds, however small the picture."""
+STEPS_LEFT = 3
+"""Exit status of a short run: it ended short of its target."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command of a page: its words after `retouch`, and the line that is shown below it."""
+
+    words: tuple[str, ...]
+    shown: str
+
+    @property
+    def parsed(self) -> Namespace:
+        return parse(list(self.words))
+
+
+def commands(page: Path) -> Iterator[Command]:
+    """The commands of the blocks of a page, in its order; blocks are fenced or set in by four spaces."""
+    fenced, lines = False, page.read_text(encoding="utf-8").splitlines()
+    for line, below in zip(lines, [*lines[1:], ""], strict=True):
+        if line.startswith("```"):
+            fenced = not fenced
+        elif fenced or line.startswith("    "):
+            text = line.strip().removeprefix("$ ")
+            if text.startswith("retouch "):
+                yield Command(tuple(shlex.split(text, comments=True)[1:]), below)
+
+
+def inputs(parsed: Namespace) -> Iterator[str]:
+    """The files and folders that a command reads."""
+    for name, value in vars(parsed).items():
+        for each in value if isinstance(value, list) else [value]:
+            if isinstance(each, Path) and name != "out":
+                yield str(each)
+
+
+def output(parsed: Namespace) -> str | None:
+    """The file or folder that a command makes."""
+    if getattr(parsed, "out", None) is not None:
+        return str(parsed.out)
+    named = getattr(parsed, "source", None) or getattr(parsed, "study", None)
+    return f"runs/{named.stem}" if named is not None else None
+
+
+def comes_with_retouch(name: str) -> bool:
+    return bundled(name, ".xml", ".toml", *HEIGHT_MAPS) is not None or (STUDIES / f"{name}.toml").is_file()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_what_a_command_reads_was_made_before_it(page: Path) -> None:
+    made = [*GIVEN, *OTHER_COMMANDS]
+    for command in commands(page):
+        parsed = command.parsed
+        for name in inputs(parsed):
+            there = comes_with_retouch(name) or any(Path(name).is_relative_to(each) for each in made)
+            assert there, f"{name} of {shlex.join(command.words)}: no command of the page makes it before"
+        made += filter(None, [output(parsed)])
+
+
+PAGES_TO_RUN = [
+    page for page in PAGES if any(command.words[0] in (*SHORT, "study") for command in commands(page))
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PAGES_TO_RUN, ids=lambda page: page.name)
+def test_quick_commands_work(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    grey = np.random.default_rng(0).integers(0, 256, (48, 64), np.uint8)
+    Image.fromarray(grey).save("stone.jpg")
+    ran = 0
+    for command in commands(page):
+        parsed = command.parsed
+        verb = command.words[0]
+        quick = verb in SHORT or (verb == "study" and parsed.list)
+        there = all(comes_with_retouch(name) or os.path.exists(name) for name in inputs(parsed))
+        if not quick or not there or any(getattr(parsed, option, False) for option in SLOW):
+            continue
+        refused = command.shown.startswith("retouch: ")
+        status = main([*command.words, *shlex.split(SHORT.get(verb, ""))])
+        allowed = {2} if refused else {0, STEPS_LEFT} if verb == "optimize" else {0}
+        assert status in allowed, command
+        ran += 1
+    assert ran
+
+
+def test_the_pages_have_commands_of_each_kind() -> None:
+    verbs = {command.words[0] for page in PAGES for command in commands(page)}
+    assert verbs >= {"prepare", "evaluate", "optimize", "compare", "render", "study", "dataset", "train"}
+    assert re.search(r"make demo", (ROOT / "README.md").read_text(encoding="utf-8"))
