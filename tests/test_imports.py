@@ -53,6 +53,11 @@ ALLOWED = {
         *("tactile", "visual", "visual.backend", "visual.lights"),
         *("optimize.descent", "optimize.report", "optimize.runs", "optimize.workers"),
     },
+    "optimize.stimuli": {
+        *RELIEF,
+        *("relief.preparing", "tactile", "visual.lights"),
+        *("optimize.report", "optimize.runs", "optimize.studies", "optimize.workers"),
+    },
     "optimize.training": {
         *RELIEF,
         *(
@@ -68,7 +73,7 @@ ALLOWED = {
     "optimize.commands": {
         *RELIEF,
         *("optimize.descent", "optimize.report", "optimize.runs", "optimize.training"),
-        *("optimize.studies", "optimize.workers"),
+        *("optimize.studies", "optimize.stimuli", "optimize.workers"),
         *("relief.preparing", "tactile", "visual", "visual.backend", "surrogate.corpus", "surrogate.nets"),
     },
     "optimize": {*RELIEF, "optimize.commands", "optimize.runs"},

@@ -9,6 +9,7 @@ import difflib
 import errno
 import importlib.metadata
 import os
+import re
 import sys
 import tempfile
 import traceback
@@ -25,6 +26,7 @@ from optimize.commands import (
     prepare,
     render,
     resume,
+    stimuli,
     study,
     train,
 )
@@ -53,7 +55,20 @@ USERS_OWN = frozenset(
 
 VERBS = {
     verb.__name__.rpartition(".")[2]: verb
-    for verb in (prepare, optimize, resume, evaluate, compare, render, export, study, dataset, train, doctor)
+    for verb in (
+        prepare,
+        optimize,
+        resume,
+        evaluate,
+        compare,
+        render,
+        export,
+        study,
+        stimuli,
+        dataset,
+        train,
+        doctor,
+    )
 }
 
 DESCRIPTION = "Changes how a surface texture feels while it keeps its look, and writes it for a 3-D printer."
@@ -67,6 +82,9 @@ first steps:
 
 Lengths are in mm, forces in N, pressures in MPa. `retouch VERB --help` explains a verb.
 """
+
+NEGATIVE_LIST = re.compile(r"-[\d.][^,]*,")
+"""Begin of a list of numbers whose first is negative, which argparse takes for an option."""
 
 PATIENT_THREADS = {"OMP_WAIT_POLICY": "PASSIVE", "KMP_BLOCKTIME": "0"}
 """Environment variables that make idle threads sleep. torch, Pardiso and Dr.Jit each keep a pool of threads;
@@ -157,6 +175,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     if argv and not argv[0].startswith("-") and argv[0] not in VERBS:
         nearest = difflib.get_close_matches(argv[0], VERBS, n=1, cutoff=0.0)[0]
         raise UsageError(f"{argv[0]}: no such verb; the nearest is {nearest}")
+    argv = _lists_joined(argv)
     parser = _Parser(prog="retouch", description=DESCRIPTION, epilog=EPILOG)
     parser.add_argument("--version", action="version", version=f"retouch {_version()}")
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
@@ -170,6 +189,17 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         # Not by argparse, which would point to the help of the program.
         parsers[arguments.verb].error(_unknown(unknown[0], parsers[arguments.verb]))
     return arguments
+
+
+def _lists_joined(argv: Sequence[str]) -> list[str]:
+    """The arguments with `--option -1,2` as `--option=-1,2`."""
+    joined: list[str] = []
+    for argument in argv:
+        if NEGATIVE_LIST.match(argument) and joined and joined[-1].startswith("--"):
+            joined[-1] += f"={argument}"
+        else:
+            joined.append(argument)
+    return joined
 
 
 def _unknown(argument: str, parser: argparse.ArgumentParser) -> str:

@@ -1,0 +1,1 @@
+"""Stimulus sets: labelled plates of textures at several levels of feel, and what people should tell."""

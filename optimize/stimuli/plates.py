@@ -1,0 +1,95 @@
+"""Plates to print: cut from tiles, equally high on average, labelled, laid out on the bed."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from optimize.stimuli.stimulus_set import PrintSettings
+from relief.arrays import Array
+from relief.back_labels import labelled
+from relief.bed import places_on_beds
+from relief.body import Body, Part
+from relief.export import plate_mesh
+from relief.heightmap import HeightMap
+from relief.parts import write_parts
+from relief.progress import stage
+
+FOLDER = "print"
+"""Folder of the files to print in that of a set."""
+
+
+def cut_plate(tile: HeightMap, plate_mm: float) -> tuple[Array, float]:
+    """Repeat a tile over a plate, from its first row and column on.
+
+    Args:
+        tile: the tile.
+        plate_mm: side of the plate, mm, which is rounded to whole samples.
+
+    Returns:
+        (samples, samples) heights, mm, and the side, mm.
+    """
+    rows, cols = tile.heights.shape
+    pitch_mm = tile.side_mm / cols
+    at = np.arange(max(1, round(plate_mm / pitch_mm)))
+    return tile.heights[np.ix_(at % rows, at % cols)], len(at) * pitch_mm
+
+
+def plate_bodies(tiles: Mapping[str, HeightMap], settings: PrintSettings) -> dict[str, Body]:
+    """The plates of a texture, whose mean heights above the back are the same, so that none is told by it.
+
+    Args:
+        tiles: by label, of which each word stands on a line of its own.
+        settings: of the plates.
+
+    Raises:
+        InputError: a label does not fit on its plate.
+    """
+    cut = {label: cut_plate(tile, settings.plate_mm) for label, tile in tiles.items()}
+    most = max((float(heights.mean()) for heights, _ in cut.values()), default=0.0)
+    bodies = {}
+    for label, (heights, side_mm) in cut.items():
+        base_mm = settings.base_mm + most - float(heights.mean())
+        body = plate_mesh(heights, side_mm, base_mm)
+        depth_mm = settings.label_depth_mm
+        body = body if depth_mm is None else labelled(body, label.upper().split(" "), depth_mm)
+        low = float(body.vertices[:, 2].min())
+        bodies[label] = Body(body.vertices - (0.0, 0.0, low), body.faces)
+    return bodies
+
+
+def write_plates(
+    out: Path, texture: str, tiles: Mapping[str, HeightMap], settings: PrintSettings
+) -> list[Path]:
+    """Write the plates of a texture as 3MF, one file for each bed that they fill.
+
+    Args:
+        out: folder of the set.
+        texture: name of the texture.
+        tiles: by label.
+        settings: of the plates.
+
+    Returns:
+        The files.
+
+    Raises:
+        InputError: a label does not fit on its plate, or a plate on the bed.
+    """
+    with stage(f"plates of {texture}"):
+        bodies = list(plate_bodies(tiles, settings).items())
+        beds = places_on_beds(len(bodies), settings.plate_mm, settings.bed_mm)
+        files, first = [], 0
+        for number, places in enumerate(beds, start=1):
+            here = bodies[first : first + len(places)]
+            first += len(places)
+            name = texture if len(beds) == 1 else f"{texture}-{number}"
+            files.append(out / FOLDER / f"{name}.3mf")
+            write_parts(files[-1], _placed(here, places))
+    return files
+
+
+def _placed(bodies: Sequence[tuple[str, Body]], places: Sequence[tuple[float, float]]) -> list[Part]:
+    return [
+        Part(label, Body(body.vertices + np.array([*place, 0.0]), body.faces))
+        for (label, body), place in zip(bodies, places, strict=True)
+    ]
