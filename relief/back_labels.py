@@ -61,6 +61,28 @@ def labelled(body: Body, lines: Sequence[str], depth_mm: float) -> Body:
     return _used(vertices, np.concatenate(faces))
 
 
+def pixel_mm(lines: Sequence[str], width_mm: float, height_mm: float) -> float:
+    """Side of the pixels of a label, mm.
+
+    Args:
+        lines: Of text.
+        width_mm: Of the bottom, mm.
+        height_mm: Of the bottom, mm.
+
+    Raises:
+        InputError: The label does not fit in pixels that a printer can make.
+    """
+    rows, cols = bitmap(list(lines)).shape
+    room = (width_mm - 2.0 * MARGIN_MM, height_mm - 2.0 * MARGIN_MM)
+    side = min(LARGEST_PIXEL_MM, room[0] / cols, room[1] / rows)
+    if side < SMALLEST_PIXEL_MM:
+        raise InputError(
+            f"label: {' '.join(lines)!r} needs pixels of {side:.2g} mm on this plate, too small to print; "
+            "shorten the name of the texture"
+        )
+    return side
+
+
 def _outline_of(faces: NDArray[np.intp]) -> NDArray[np.intp]:
     """Vertices around a piece of a surface, in the direction of its faces. Raises InputError."""
     edges = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
@@ -88,13 +110,7 @@ def _letters(lines: Sequence[str], rim: Points) -> list[Points]:
     pixels = bitmap(list(lines))
     rows, cols = pixels.shape
     low, high = rim.min(axis=0), rim.max(axis=0)
-    room = high - low - 2.0 * MARGIN_MM
-    side = min(LARGEST_PIXEL_MM, room[0] / cols, room[1] / rows)
-    if side < SMALLEST_PIXEL_MM:
-        raise InputError(
-            f"label: {' '.join(lines)!r} needs pixels of {side:.2g} mm on this plate, too small to print; "
-            "shorten the name of the texture"
-        )
+    side = pixel_mm(lines, *(high - low))
     at = np.argwhere(pixels)[:, ::-1] * (1.0, -1.0) - (cols / 2.0, -rows / 2.0)
     square = np.array([[0.0, -1.0], [1.0, -1.0], [1.0, 0.0], [0.0, 0.0]])
     square = (square - (0.5, -0.5)) * (1.0 + 2.0 * OVERLAP) + (0.5, -0.5)

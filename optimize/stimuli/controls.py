@@ -35,6 +35,13 @@ class Control:
     size_mm: float
 
 
+def check_sources(stimuli: StimulusSet) -> None:
+    """Check that each source holds the patches that are asked for. Raises InputError."""
+    for texture, source in zip(stimuli.textures, stimuli.sources, strict=False):
+        with naming(source):
+            list(_crops(stimuli, source, _texture(stimuli, texture)))
+
+
 def make_controls(stimuli: StimulusSet, out: Path) -> list[Control]:
     """Prepare the patches of every source, unless they are there already.
 

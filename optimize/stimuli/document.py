@@ -96,11 +96,15 @@ def entry_of(plate: Plate, original: float | None) -> Entry:
 
 def texture_entry(name: str, plates: Sequence[Plate], files: Sequence[str]) -> Entry:
     """A texture of the set: its plates, predictions for its levels, and its pairs."""
-    original = next((plate.number("initial_roughness") for plate in plates), None)
+    itself = [plate for plate in plates if plate.of.kind == ROUGHNESS and not plate.of.level]
+    known = [plate.number("verified_roughness") for plate in itself]
+    known += [plate.number("initial_roughness") for plate in plates]
+    original = next((roughness for roughness in known if roughness is not None), None)
     entries = [entry_of(plate, original) for plate in plates]
     levels = [entry for entry in entries if entry["kind"] == ROUGHNESS and entry["jnd"] is not None]
     jnds = [entry["jnd"] for entry in levels]
     found: Entry = {"name": name, "roughness": original, "print": list(files), "plates": entries}
+    found |= {"levels": None, "contact": None}
     if len(jnds) >= 2:
         found["levels"] = {
             "labels": [entry["label"] for entry in levels],
@@ -180,8 +184,9 @@ def summary_of(textures: Sequence[Entry]) -> Entry:
     """Key figures of the whole set, and its mean matrix over the textures that have every level."""
     plates = [plate for texture in textures for plate in texture["plates"]]
     steered = [plate["off_target_percent"] for plate in plates if plate["off_target_percent"] is not None]
-    sets = [texture["levels"] for texture in textures if "levels" in texture]
-    colder = [each for texture in textures for each in texture.get("contact", {}).get("colder_percent", [])]
+    sets = [texture["levels"] for texture in textures if texture["levels"]]
+    cold = [texture["contact"] for texture in textures if texture["contact"]]
+    colder = [each for texture in cold for each in texture["colder_percent"]]
     sizes = [len(each["jnd"]) for each in sets]
     whole = [each for each in sets if len(each["jnd"]) == max(sizes)]
     matrix = np.mean([each["judged_rougher"] for each in whole], axis=0).tolist() if whole else None

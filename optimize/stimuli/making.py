@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from optimize.stimuli import document as documents
-from optimize.stimuli.controls import make_controls
+from optimize.stimuli.controls import check_sources, make_controls
 from optimize.stimuli.levels import plate_rows, write_study_file
 from optimize.stimuli.page import page
-from optimize.stimuli.plates import FOLDER, write_plates
+from optimize.stimuli.plates import FOLDER, check_labels, write_plates
 from optimize.stimuli.stimulus_set import StimulusSet, claim
 from optimize.studies import engine
 from optimize.studies.document import document, document_bytes, spreadsheet
@@ -58,11 +58,13 @@ def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> Mad
     """
     began = time.monotonic()
     stimuli.check_textures()
+    check_sources(stimuli)
     claim(out, stimuli)
     (out / engine.ROWS).mkdir(exist_ok=True)
     study = write_study_file(stimuli, make_controls(stimuli, out), out)
     expanded = expand(study)
     plates = list(plate_rows(stimuli, expanded))
+    check_labels([plate.label for plate in plates], stimuli.print)
     before = engine.known_rows(expanded, out, study.measures)
     if make_runner is None:
         rows = engine.known(expanded, out, study.measures)

@@ -7,7 +7,7 @@ import numpy as np
 
 from optimize.stimuli.stimulus_set import PrintSettings
 from relief.arrays import Array
-from relief.back_labels import labelled
+from relief.back_labels import labelled, pixel_mm
 from relief.bed import places_on_beds
 from relief.body import Body, Part
 from relief.export import plate_mesh
@@ -35,6 +35,16 @@ def cut_plate(tile: HeightMap, plate_mm: float) -> tuple[Array, float]:
     return tile.heights[np.ix_(at % rows, at % cols)], len(at) * pitch_mm
 
 
+def check_labels(labels: Sequence[str], settings: PrintSettings) -> None:
+    """Check that labels fit on their plates. Raises InputError."""
+    for label in labels if settings.label_depth_mm is not None else ():
+        pixel_mm(_lines(label), settings.plate_mm, settings.plate_mm)
+
+
+def _lines(label: str) -> list[str]:
+    return label.upper().split(" ")
+
+
 def plate_bodies(tiles: Mapping[str, HeightMap], settings: PrintSettings) -> dict[str, Body]:
     """The plates of a texture, whose mean heights above the back are the same, so that none is told by it.
 
@@ -52,7 +62,7 @@ def plate_bodies(tiles: Mapping[str, HeightMap], settings: PrintSettings) -> dic
         base_mm = settings.base_mm + most - float(heights.mean())
         body = plate_mesh(heights, side_mm, base_mm)
         depth_mm = settings.label_depth_mm
-        body = body if depth_mm is None else labelled(body, label.upper().split(" "), depth_mm)
+        body = body if depth_mm is None else labelled(body, _lines(label), depth_mm)
         low = float(body.vertices[:, 2].min())
         bodies[label] = Body(body.vertices - (0.0, 0.0, low), body.faces)
     return bodies

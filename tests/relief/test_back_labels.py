@@ -74,7 +74,9 @@ def test_every_glyph_has_its_pixels() -> None:
 def test_what_no_label_fits_on_is_refused() -> None:
     with pytest.raises(InputError, match="too small to print; shorten the name"):
         labelled(plate(10.0), ["a name of forty letters is far too long"], 0.4)
-    tetrahedron = Body(np.vstack([np.eye(3), np.zeros(3)]), np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]]))
+    tetrahedron = Body(
+        np.vstack([np.eye(3), np.zeros(3)]), np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]])
+    )
     flipped = Body(tetrahedron.vertices * (1.0, 1.0, -1.0), tetrahedron.faces[:, ::-1])
     with pytest.raises(InputError, match="no flat bottom"):
         labelled(flipped, ["A"], 0.4)
