@@ -1,0 +1,97 @@
+"""Time and memory of whole runs by the size of the plate: 10, 25, 40 and 80 mm, 128 samples over 10 mm.
+
+python -m benchmarks.large                # all four; about an hour of a processor
+python -m benchmarks.large 10 25          # these sizes; the others keep their numbers
+
+Gravel two JND rougher all over, by the fast look, verified by finite elements at every steered place. Every
+run is a process of its own, as a user starts it; the 80 mm are solved window by window.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.common import load, machine, save, table
+from benchmarks.whole_run import PARTS, ROOT, process
+from mitsuba_scenes import find_texture
+from relief.preparing.preparation import prepare
+
+SIZES_MM = (10, 25, 40, 80)
+SETTINGS = (
+    *("touch.jnd=2", "look.model=fast", "verify.baseline=false", "verify.samples=64"),
+    # Gravel takes 4 to 7 steps at every size; the limit bounds the time of a run that goes wrong.
+    "descent.steps=12",
+)
+SEVERAL_PLACES_MM = 25
+"""Least side of which the exponents are taken: a plate of 10 mm is touched once."""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("sizes", nargs="*", type=int, choices=SIZES_MM, help="sides, mm; default: all")
+    results = load("large") or {"rows": []}
+    for size_mm in parser.parse_args().sizes or SIZES_MM:
+        row = measured(size_mm)
+        rows = [each for each in results["rows"] if each["size_mm"] != size_mm]
+        results = {"machine": machine(), "rows": sorted([*rows, row], key=lambda each: each["size_mm"])}
+        results["exponents"] = exponents(results["rows"])
+        save("large", results)
+        print(row, flush=True)
+    rows = results["rows"]
+    print(table([*rows[0]], [list(row.values()) for row in rows]))
+    print(results["exponents"])
+
+
+def measured(size_mm: int) -> dict[str, Any]:
+    """Size, seconds, memory and feel of one run."""
+    with tempfile.TemporaryDirectory() as folder:
+        texture, out = Path(folder) / "gravel.png", Path(folder) / "run"
+        prepare(find_texture("gravel-tile"), plate_mm=size_mm).save(texture)
+        settings = [part for setting in SETTINGS for part in ("--set", setting)]
+        command = ["optimize", "gravel", "--texture", str(texture), *settings, "-o", str(out), "-q"]
+        found = process(ROOT, ["-m", "optimize", *command], (0, 3))
+        result = json.loads((out / "result.json").read_text())
+    places = result["touch"]["places"] or {}
+    steered = places.get("steered", {"count": 1})
+    steps = result["stop"]["steps"]
+    return {
+        "size_mm": size_mm,
+        "samples": round(12.8 * size_mm),
+        "places": steered["count"],
+        "minutes": found["wall_s"] / 60.0,
+        "cpu_s": found["cpu_s"],
+        "peak_gb": found["peak_mb"] / 1e3,
+        **{f"{part}_cpu_s": result["cpu_s"][part] for part in PARTS},
+        "reason": result["stop"]["reason"],
+        "steps": steps,
+        "step_cpu_s": result["cpu_s"]["descent"] / max(steps, 1),
+        "jnd": result["touch"]["jnd_from_original"],
+        "least_jnd": places.get("jnd_min"),
+        "largest_jnd": places.get("jnd_max"),
+        "change_percent": result["look"]["change_percent"],
+        "change_rms_percent": result["look"]["change_rms_percent"],
+    }
+
+
+def exponents(rows: list[dict[str, Any]]) -> dict[str, float]:
+    """Powers of the area that seconds and memory grow with, by least squares of the logarithms."""
+    large = [row for row in rows if row["size_mm"] >= SEVERAL_PLACES_MM]
+    if len(large) < 2:
+        return {}
+    area = np.log([row["size_mm"] ** 2 for row in large])
+    return {
+        key: float(np.polyfit(area, np.log([row[key] for row in large]), 1)[0])
+        for key in ("cpu_s", "step_cpu_s", "peak_gb")
+    }
+
+
+if __name__ == "__main__":
+    main()
