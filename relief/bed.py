@@ -6,7 +6,7 @@ GAP_MM = 3.0
 """Distance between neighbouring plates, mm."""
 
 Place = tuple[float, float]
-"""x and y of the middle of a plate, mm; the middle of the bed is the origin."""
+"""x and y of the middle of a plate, mm; a corner of the bed is the origin, as 3MF has it."""
 
 
 def places_on_beds(count: int, side_mm: float, bed_mm: tuple[float, float]) -> list[list[Place]]:
@@ -33,10 +33,7 @@ def places_on_beds(count: int, side_mm: float, bed_mm: tuple[float, float]) -> l
     for first in range(0, count, cols * rows):
         here = min(cols * rows, count - first)
         wide, high = min(here, cols), -(-here // cols)
-        beds.append(
-            [
-                (step * (place % cols - (wide - 1) / 2.0), step * ((high - 1) / 2.0 - place // cols))
-                for place in range(here)
-            ]
-        )
+        left = (bed_mm[0] - step * (wide - 1)) / 2.0
+        back = (bed_mm[1] + step * (high - 1)) / 2.0
+        beds.append([(left + step * (place % cols), back - step * (place // cols)) for place in range(here)])
     return beds

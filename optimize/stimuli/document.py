@@ -15,7 +15,7 @@ import numpy as np
 
 import tactile
 from optimize.stimuli import prediction
-from optimize.stimuli.levels import CONTACT, ROUGHNESS, PlateRow
+from optimize.stimuli.levels import CONTACT, CONTROLS, ROUGHNESS, PlateRow
 from optimize.studies.engine import ROWS, Rows
 from optimize.studies.records import Cell
 from optimize.studies.row_key import SHORT
@@ -32,6 +32,14 @@ RENDERS, AFTER = "renders", "-after.exr"
 """Folder of a run's pictures, and the end of the names of those of its result."""
 MET_PERCENT = 1.0
 """Largest error of a target that counts as met, %: the tolerance of runs by default."""
+CHANGES = {
+    "jnd_least": "places.jnd_min",
+    "jnd_most": "places.jnd_max",
+    "picture_change_percent": "change_percent",
+    "dssim": "dssim",
+    "jod": "jod",
+}
+"""Keys of a plate that compare it with its texture as found, and their columns."""
 
 Entry = dict[str, Any]
 
@@ -74,20 +82,19 @@ def entry_of(plate: Plate, original: float | None) -> Entry:
     """
     felt = plate.number("verified_roughness")
     jnd = tactile.jnd_apart(felt, original) if felt and original else None
+    # A control compares with its own patch there, not with the texture.
+    compared = CHANGES if plate.of.kind != CONTROLS else {}
     return {
         "label": plate.of.label,
         "kind": plate.of.kind,
         "level": plate.of.level,
         "roughness": felt,
         "jnd": jnd,
-        "jnd_least": plate.number("places.jnd_min"),
-        "jnd_most": plate.number("places.jnd_max"),
         "places": plate.number("places.count"),
         "off_target_percent": plate.number("miss_percent"),
         "contact_area_mm2": plate.number("verified_contact_area_mm2"),
-        "picture_change_percent": plate.number("change_percent"),
-        "dssim": plate.number("dssim"),
-        "jod": plate.number("jod"),
+        **dict.fromkeys(CHANGES),
+        **{name: plate.number(column) for name, column in compared.items()},
         "lift_mm": plate.number("lift_mm"),
         "seconds": plate.number("time_s.total"),
         "folder": f"{ROWS}/{plate.of.row.key[:SHORT]}",
@@ -137,7 +144,9 @@ def _pair(one: tuple[Plate, Entry], other: tuple[Plate, Entry]) -> Entry:
     jnd = None if entry["jnd"] is None or its["jnd"] is None else its["jnd"] - entry["jnd"]
     area, larger = entry["contact_area_mm2"], its["contact_area_mm2"]
     cold = prediction.cold_jnd(larger, area) if area and larger else None
-    change = picture_change(plate.folder, second.folder)
+    # Pixels of different patches do not compare.
+    same_patch = CONTROLS not in (entry["kind"], its["kind"])
+    change = picture_change(plate.folder, second.folder) if same_patch else None
     return {
         "first": entry["label"],
         "second": its["label"],

@@ -15,8 +15,11 @@ def test_plates_lie_apart_on_the_bed(count: int, bed_mm: tuple[float, float]) ->
     beds = places_on_beds(count, 25.0, bed_mm)
     assert sum(map(len, beds)) == count
     for places in beds:
-        ends = np.abs(places).max(axis=0) + 12.5
-        assert (ends <= np.array(bed_mm) / 2.0 + 1e-9).all()
+        at = np.array(places)
+        assert (at.min(axis=0) >= 12.5 - 1e-9).all() and (
+            at.max(axis=0) <= np.array(bed_mm) - 12.5 + 1e-9
+        ).all()
+        assert at.min(axis=0) + at.max(axis=0) == pytest.approx(bed_mm)
         for one, other in itertools.combinations(places, 2):
             assert max(abs(one[0] - other[0]), abs(one[1] - other[1])) >= 25.0 + GAP_MM - 1e-9
     assert {len(places) for places in beds[:-1]} <= {max(map(len, beds))}

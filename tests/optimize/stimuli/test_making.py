@@ -76,7 +76,7 @@ def test_the_plates_are_solids_named_by_their_labels(whole: Path) -> None:
         assert solid.bounds[0, 2] == pytest.approx(0.0, abs=1e-6)
         bounds.append(solid.bounds[:, :2])
     low, high = np.min(bounds, axis=(0, 1)), np.max(bounds, axis=(0, 1))
-    assert (high - low <= (120.0, 68.0)).all()
+    assert (low >= 0.0).all() and (high <= (120.0, 68.0)).all()
     for one in range(len(bounds)):
         for other in range(one):
             assert ((bounds[one][0] > bounds[other][1]) | (bounds[other][0] > bounds[one][1])).any(), (
