@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mitsuba_scenes import find_texture
 from optimize.commands.options import add_talk, console, contact_errors_name, print_json, whole_number
 from optimize.descent.quantities import QUANTITIES, ROUGHNESS
 from optimize.report.formatting import number
@@ -62,7 +63,9 @@ def crop(text: str) -> tuple[int, ...]:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("picture", type=Path, metavar="PICTURE", help="any picture")
+    parser.add_argument(
+        "picture", type=Path, metavar="PICTURE", help="any picture; a bundled texture goes by its name"
+    )
     parser.add_argument(
         "-o", dest="out", type=Path, required=True, metavar="OUT", help="16-bit PNG, or EXR, which holds mm"
     )
@@ -138,6 +141,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from relief.preparing.preparation import check_output, prepare
 
+    arguments.picture = find_texture(arguments.picture)
     out: Path = arguments.out
     if not out.parent.is_dir():
         raise InputError(f"{out}: -o: there is no folder {out.parent}")

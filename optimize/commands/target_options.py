@@ -43,7 +43,8 @@ def add_target(parser: argparse.ArgumentParser) -> None:
 
 def target_overrides(arguments: argparse.Namespace) -> list[str]:
     """The options of the target as overrides of a run file. Raises InputError if OTHER is no file."""
-    if arguments.feel_of is not None:
+    # The folder of a run is left to the run file's reader, which also asks whether its result is a tile.
+    if arguments.feel_of is not None and not arguments.feel_of.is_dir():
         arguments.feel_of = find_texture(arguments.feel_of)
     given = {key: getattr(arguments, key) for key in (*_NUMBERS, *_TEXTS)}
     return [

@@ -14,6 +14,7 @@ from optimize.runs.config import Run
 from optimize.runs.memory import check_memory_of
 from relief.arrays import Array, Index
 from relief.errors import InputError, naming
+from relief.formats import RUN_HEIGHTS
 from relief.heightmap import holds_mm, load_height_map
 from relief.patches import Patches
 from relief.places import places
@@ -94,7 +95,6 @@ class Feel:
         """The entry `touch.feel_of` of result.json: whose feel, its values, and which of them are targets."""
         return {
             "name": self.other.name,
-            "file": str(self.other.file),
             "quantities": [quantity.name for quantity in self.quantities],
             "model": self.touch.model,
             **self.touch.means,
@@ -144,7 +144,7 @@ def read_other(settings: Run, heights: Array, surface: Surface) -> Other | None:
 
 def name_of(file: Path) -> str:
     """What the relief is called: as the folder of its run, or as the file without suffix."""
-    return file.parent.name if file.name == "heights.exr" and file.parent.name else file.stem
+    return file.parent.name if file.name == RUN_HEIGHTS and file.parent.name else file.stem
 
 
 def feel(other: Other, settings: Run, model: ModelName) -> Feel:

@@ -8,7 +8,7 @@ from mitsuba_scenes import bundled
 from optimize.runs.skins import OWN, skin_anchored
 from optimize.runs.toml_files import read_toml
 from relief.errors import InputError
-from relief.formats import HEIGHT_MAPS
+from relief.formats import HEIGHT_MAPS, RUN_HEIGHTS
 
 
 def anchor(values: dict[str, Any], folder: Path) -> None:
@@ -50,7 +50,7 @@ def resolve_result(touch: dict[str, Any]) -> None:
     folder = touch.get("feel_of")
     if not isinstance(folder, str) or not os.path.isdir(folder):
         return
-    settings, result = Path(folder) / "run.toml", Path(folder) / "heights.exr"
+    settings, result = Path(folder) / "run.toml", Path(folder) / RUN_HEIGHTS
     if not settings.is_file():
         raise InputError(f"{folder}: a folder without run.toml; not a run directory")
     if not result.is_file():
