@@ -24,6 +24,7 @@ from benchmarks.common import load, machine, save, table
 from optimize.report.colour_maps import hillshade
 from optimize.stimuli.document import DOCUMENT, RENDERS
 from optimize.stimuli.levels import ROUGHNESS
+from optimize.stimuli.plates import cut_square
 from optimize.stimuli.stimulus_set import FILE, read_set
 from relief.files import write_atomically
 from relief.heightmap import load_height_map
@@ -154,10 +155,8 @@ def draw(folder: Path, content: dict[str, Any]) -> None:
 
 def _above(folder: Path, plate_mm: float) -> np.ndarray:
     first = min((folder / RENDERS).glob("*-after.png"))
-    tile = np.asarray(Image.open(first).convert("L"))
-    pixels = round(plate_mm / load_height_map(folder / "heights.exr").side_mm * tile.shape[1])
-    at = np.arange(pixels)
-    return tile[np.ix_(at % tile.shape[0], at % tile.shape[1])]
+    side_mm = load_height_map(folder / "heights.exr").side_mm
+    return cut_square(np.asarray(Image.open(first).convert("L")), side_mm, plate_mm)[0]
 
 
 def _below(label: str, plate_mm: float) -> np.ndarray:

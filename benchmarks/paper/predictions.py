@@ -6,25 +6,18 @@ difference is told right in 84 of 100 tries. Eye by ColorVideoVDP, where a study
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
 from statistics import fmean, median
 from typing import Any
 
-import numpy as np
-
 import tactile
 from benchmarks.paper.rows import rows_of
-from tactile.jnd import discrimination_probability
+from optimize.stimuli.prediction import cold_jnd, far_discrepancy, neighbours_right, probability
 
-SORTS = 20_000
-"""Simulated sorts of each set of plates; the paper's ten people made one each."""
 PEOPLE = 10
 """Participants of the paper's sorting experiment."""
 JOD_LIMIT = 9.0
 """JOD below which plates would be told apart: one less than the 10 of identical pictures."""
-CONTACT_JND = 1.4
-"""Ratio of contact areas that the paper takes for one just-noticeable difference of coldness (5.5.1)."""
 OPTIMISED, SCALED = "gauss-newton", "scaling"
 
 
@@ -58,28 +51,14 @@ def by_touch() -> dict[str, Any]:
             plates[row["touch.jnd"]] = tactile.jnd_apart(row["verified_roughness"], row["initial_roughness"])
     whole = {name: [jnd for _, jnd in sorted(plates.items())] for name, plates in sets.items()}
     whole = {name: jnds for name, jnds in whole.items() if len(jnds) == 5}
-    neighbours = [
-        discrimination_probability(rougher - smoother)
-        for jnds in whole.values()
-        for smoother, rougher in pairwise(jnds)
-    ]
-    wrong = [_far_discrepancies(jnds) for jnds in whole.values()]
+    neighbours = [neighbours_right(jnds) for jnds in whole.values()]
+    wrong = [far_discrepancy(jnds) for jnds in whole.values()]
     return {
         "sets": len(whole),
         "neighbours_percent": 100.0 * fmean(neighbours) if neighbours else None,
         "far_discrepancies": PEOPLE * sum(wrong),
         "of_sorts": PEOPLE * len(whole),
     }
-
-
-def _far_discrepancies(jnds: list[float]) -> float:
-    """Share of sorts in which two plates that are two steps or more apart stand the wrong way round."""
-    felt = np.array(jnds) + np.random.default_rng(0).normal(0.0, math.sqrt(0.5), (SORTS, len(jnds)))
-    wrong = np.zeros(SORTS, dtype=bool)
-    for one in range(len(jnds)):
-        for other in range(one + 2, len(jnds)):
-            wrong |= felt[:, one] > felt[:, other]
-    return float(wrong.mean())
 
 
 def by_cold() -> dict[str, Any]:
@@ -92,9 +71,9 @@ def by_cold() -> dict[str, Any]:
     one, two, missed = [], [], []
     for areas in plates.values():
         ordered = [area for _, area in sorted(areas.items())]
-        one += [_colder(b / a) for a, b in pairwise(ordered)]
+        one += [probability(cold_jnd(b, a)) for a, b in pairwise(ordered)]
         if len(ordered) == 3:
-            two.append(_colder(ordered[2] / ordered[0]))
+            two.append(probability(cold_jnd(ordered[2], ordered[0])))
         missed += [abs(area / (scale * areas[1.0]) - 1.0) for scale, area in areas.items() if scale != 1.0]
     return {
         "textures": len(plates),
@@ -103,12 +82,6 @@ def by_cold() -> dict[str, Any]:
         "off_target_percent": 100.0 * fmean(missed),
         "most_off_target_percent": 100.0 * max(missed),
     }
-
-
-def _colder(ratio: float) -> float:
-    """Probability that the plate with more contact is called the colder one."""
-    jnd = math.log(ratio) / math.log(CONTACT_JND)
-    return 0.5 * (1.0 + math.erf(jnd / math.sqrt(2.0)))
 
 
 def _plate(row: dict[str, Any]) -> tuple[str, float]:

@@ -33,7 +33,8 @@ HELP = "make sets of plates at several levels of feel, for experiments"
 DESCRIPTION = """\
 Makes plates of 25 mm that look like a texture and feel rougher or smoother by the given numbers of
 just-noticeable differences, each verified; 0 is the texture itself. The texture is a tile (`retouch prepare
---tile`), which is optimised once for each level and repeated over the plate. Names lie on the backs.
+--tile`), which is optimised once for each level and repeated over the plate, or a plate as a
+whole (--whole). Names lie on the backs.
 """
 EPILOG = """\
 examples:
@@ -92,6 +93,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=numbers,
         metavar="R,R,...",
         help="levels of contact area in units of the texture's own, which change how cold it feels",
+    )
+    what.add_argument(
+        "--same-roughness",
+        action="store_true",
+        help="levels of contact area keep the texture's roughness (default: they keep its look alone)",
+    )
+    what.add_argument(
+        "--whole",
+        action="store_true",
+        help="the texture is no tile, but at least as large as a plate, and is optimised as a whole",
     )
     what.add_argument(
         "--with-scaled",
@@ -174,7 +185,8 @@ def _redrawn(arguments: argparse.Namespace) -> "StimulusSet":
     from optimize.stimuli.stimulus_set import FILE, read_set
 
     given = (arguments.textures, arguments.jnd, arguments.contact_area_scale, arguments.sources)
-    if any(given) or arguments.with_scaled or arguments.settings or arguments.fast:
+    switches = (arguments.same_roughness, arguments.whole, arguments.with_scaled, arguments.fast)
+    if any(given) or any(switches) or arguments.settings:
         raise InputError("--redraw: draws the set in the folder; give -o and options of the print alone")
     there = read_set(arguments.out / FILE)
     return _checked(
@@ -204,7 +216,7 @@ def _requested(arguments: argparse.Namespace) -> "StimulusSet":
             "textures": textures,
             "jnd": arguments.jnd or (),
             "contact_area_scale": arguments.contact_area_scale or (),
-            "with_scaled": arguments.with_scaled,
+            **{name: getattr(arguments, name) for name in ("same_roughness", "whole", "with_scaled")},
             "sources": [source.absolute() for source in arguments.sources],
             "settings": settings,
             "print": _print_settings(arguments),

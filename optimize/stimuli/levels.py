@@ -70,7 +70,9 @@ def write_study_file(stimuli: StimulusSet, controls: Sequence[Control], out: Pat
     if stimuli.jnd:
         tables.append({"name": ROUGHNESS, "axes": {TEXTURE: textures, JND: list(stimuli.jnd)}})
     if stimuli.contact_area_scale:
-        tables.append({"name": CONTACT, "axes": {TEXTURE: textures, SCALE: list(stimuli.contact_area_scale)}})
+        axes = {TEXTURE: textures, SCALE: list(stimuli.contact_area_scale)}
+        kept = {JND: 0.0} if stimuli.same_roughness else {}
+        tables.append({"name": CONTACT, "set": kept, "axes": axes})
     scaled = [level for level in stimuli.jnd if level]
     if stimuli.with_scaled and scaled:
         axes = {TEXTURE: textures, JND: scaled}
@@ -85,7 +87,7 @@ def write_study_file(stimuli: StimulusSet, controls: Sequence[Control], out: Pat
             }
             for one in controls
         ]
-        tables.append({"name": CONTROLS, "set": {JND: 0.0}, "axes": {CONTROL: values}})
+        tables.append({"name": CONTROLS, "set": {JND: 0.0, "repeats": True}, "axes": {CONTROL: values}})
     study = {
         "title": f"Stimuli: {', '.join(stimuli.names)}",
         "description": "The rows of a stimulus set, whose page is index.html.",
@@ -94,7 +96,7 @@ def write_study_file(stimuli: StimulusSet, controls: Sequence[Control], out: Pat
         "set": {"verify.baseline": False, **stimuli.settings},
         "tables": tables,
     }
-    base = {"scene": "studio.xml", "texture": textures[0], "repeats": True}
+    base = {"scene": "studio.xml", "texture": textures[0], "repeats": not stimuli.whole}
     write_atomically(out / BASE, tomli_w.dumps(base).encode())
     write_atomically(out / STUDY, tomli_w.dumps(study).encode())
     return load_study(out / STUDY)

@@ -12,7 +12,9 @@ from optimize.report.rendering import render_page
 from optimize.runs.key import REPORT
 from optimize.stimuli.document import RENDERS
 from optimize.stimuli.levels import CONTACT, CONTROLS, ROUGHNESS, SCALED
+from optimize.stimuli.plates import cut_square
 from optimize.stimuli.stimulus_set import StimulusSet
+from relief.heightmap import load_height_map
 
 SIDE = 240
 """Pixels along the side of a picture of a plate."""
@@ -66,16 +68,11 @@ def _picture(folder: Path, plate_mm: float) -> str | None:
 
     Under parallel light from a camera straight above, the picture of a plate is that of its tile, repeated.
     """
-    from relief.heightmap import load_height_map
-
     first = next(iter(sorted((folder / RENDERS).glob(f"*{PNG_AFTER}"))), None)
     if first is None:
         return None
-    tile = np.asarray(Image.open(first).convert("L"))
-    rows, cols = tile.shape
-    count = round(plate_mm / load_height_map(folder / "heights.exr").side_mm * cols)
-    at = np.arange(max(1, count))
-    whole = Image.fromarray(tile[np.ix_(at % rows, at % cols)])
+    side_mm = load_height_map(folder / "heights.exr").side_mm
+    whole = Image.fromarray(cut_square(np.asarray(Image.open(first).convert("L")), side_mm, plate_mm)[0])
     whole.thumbnail((2 * SIDE, 2 * SIDE), Image.Resampling.BOX)
     file = io.BytesIO()
     whole.save(file, "JPEG", quality=QUALITY)

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from optimize.stimuli.stimulus_set import PrintSettings
-from relief.arrays import Array
 from relief.back_labels import labelled, pixel_mm
 from relief.bed import places_on_beds
 from relief.body import Body, Part
@@ -19,20 +20,24 @@ FOLDER = "print"
 """Folder of the files to print in that of a set."""
 
 
-def cut_plate(tile: HeightMap, plate_mm: float) -> tuple[Array, float]:
-    """Repeat a tile over a plate, from its first row and column on.
+def cut_square(field: NDArray[Any], width_mm: float, plate_mm: float) -> tuple[NDArray[Any], float]:
+    """Cut a plate out of a field: of the middle, or repeated from its first row and column on.
 
     Args:
-        tile: the tile.
+        field: (rows, cols) samples or pixels over the texture.
+        width_mm: its width, mm.
         plate_mm: side of the plate, mm, which is rounded to whole samples.
 
     Returns:
-        (samples, samples) heights, mm, and the side, mm.
+        (samples, samples) of the field, and the side, mm.
     """
-    rows, cols = tile.heights.shape
-    pitch_mm = tile.side_mm / cols
-    at = np.arange(max(1, round(plate_mm / pitch_mm)))
-    return tile.heights[np.ix_(at % rows, at % cols)], len(at) * pitch_mm
+    pitch_mm = width_mm / field.shape[1]
+    count = max(1, round(plate_mm / pitch_mm))
+    starts = (max(0, (samples - count) // 2) for samples in field.shape)
+    rows, cols = (
+        (start + np.arange(count)) % samples for start, samples in zip(starts, field.shape, strict=True)
+    )
+    return field[np.ix_(rows, cols)], count * pitch_mm
 
 
 def check_labels(labels: Sequence[str], settings: PrintSettings) -> None:
@@ -55,7 +60,8 @@ def plate_bodies(tiles: Mapping[str, HeightMap], settings: PrintSettings) -> dic
     Raises:
         InputError: a label does not fit on its plate.
     """
-    cut = {label: cut_plate(tile, settings.plate_mm) for label, tile in tiles.items()}
+    plate_mm = settings.plate_mm
+    cut = {label: cut_square(tile.heights, tile.side_mm, plate_mm) for label, tile in tiles.items()}
     most = max((float(heights.mean()) for heights, _ in cut.values()), default=0.0)
     bodies = {}
     for label, (heights, side_mm) in cut.items():

@@ -14,7 +14,8 @@ from relief.errors import InputError
 from relief.files import write_atomically
 from relief.heightmap import load_height_map
 from relief.limits import BASE_MM, LARGEST_PLATE_MM, PATCH_SIDE_MM
-from relief.seam import check_seams
+from relief.seam import check_seams, misfit
+from relief.surface import Surface
 
 FILE = "set.toml"
 """The request, in the folder of the set."""
@@ -69,9 +70,11 @@ class StimulusSet(Section):
     """`set.toml`.
 
     Attributes:
-        textures: tiles, absolute.
+        textures: tiles, or as large as a plate where `whole` is set; absolute.
         jnd: levels of roughness, just-noticeable differences from each texture; 0 is the texture itself.
         contact_area_scale: levels of contact area in units of each texture's own.
+        same_roughness: whether levels of contact area keep the roughness of their texture.
+        whole: whether textures are no tiles, and each plate is optimised as a whole.
         with_scaled: whether each level of roughness is also made by scaling the heights.
         sources: for each texture the picture that it was cut from, for controls; or none at all.
         source_mm: width of each of these pictures, mm; None: as their headers say.
@@ -83,6 +86,8 @@ class StimulusSet(Section):
     textures: Annotated[tuple[FilePath, ...], Field(strict=False, min_length=1, max_length=MOST_TEXTURES)]
     jnd: Levels
     contact_area_scale: Levels = ()
+    same_roughness: bool = False
+    whole: bool = False
     with_scaled: bool = False
     sources: Annotated[tuple[FilePath, ...], Field(strict=False)] = ()
     source_mm: Positive | None = None
@@ -105,6 +110,8 @@ class StimulusSet(Section):
                     raise ValueError(f"{key}: {level:g} is given twice")
                 if not math.isfinite(level):
                     raise ValueError(f"{key}: {level:g} is not a finite number")
+        if self.same_roughness and not self.contact_area_scale:
+            raise ValueError("same_roughness: is for levels of contact area, which are missing")
         for level in self.contact_area_scale:
             if not level > 0.0 or level == 1.0:
                 raise ValueError(
@@ -122,11 +129,19 @@ class StimulusSet(Section):
         return self
 
     def check_textures(self) -> None:
-        """Check that each texture is a tile. Raises InputError, which names the file and how to make one."""
+        """Check that each texture is a tile, or as large as a plate. Raises InputError."""
         lengths = {key: self.settings.get(key) for key in ("size_mm", "relief_mm", "height_scale")}
         for texture in self.textures:
             read = load_height_map(texture, **lengths)  # type: ignore[arg-type]
-            check_seams(read.heights, (True, True), texture)
+            if not self.whole:
+                beside = texture.with_name(f"{texture.stem}{TILE}{texture.suffix}")
+                if beside.is_file() and misfit(read.heights):
+                    raise InputError(f"{texture}: is no tile, but {beside.stem} beside it is: name that one")
+                check_seams(read.heights, (True, True), texture)
+                continue
+            rows, cols = read.heights.shape
+            if min(Surface((rows, cols), read.side_mm).size_mm) < self.print.plate_mm:
+                raise InputError(f"{texture}: whole: is smaller than a plate of {self.print.plate_mm:g} mm")
 
 
 def set_bytes(stimuli: StimulusSet) -> bytes:

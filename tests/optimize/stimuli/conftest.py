@@ -35,7 +35,7 @@ def tile(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def stimuli(tile: Path) -> StimulusSet:
-    return request(tile, contact_area_scale=(1.1,), with_scaled=True)
+    return request(tile, contact_area_scale=(1.1,), same_roughness=True, with_scaled=True)
 
 
 @pytest.fixture(scope="session")

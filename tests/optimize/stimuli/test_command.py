@@ -31,6 +31,7 @@ def test_a_redraw_prints_the_set(copy: Path, capsys: pytest.CaptureFixture[str])
         ([], "name a texture"),
         (["hills.exr", "--jnd", "1"], "at least two levels are needed"),
         (["slope.exr", "--jnd", "0,1"], "the sides do not fit along x"),
+        (["gravel", "--jnd", "0,1"], "is no tile, but gravel-tile beside it is: name that one"),
         (["missing.png", "--jnd", "0,1"], "missing.png: no such file"),
         (["slope.exr", "--jnd", "0,1", "--plate-mm", "5"], "plate_mm: 5 mm is less than the 10 mm under"),
         (["slope.exr", "--jnd", "0,1", "--source-mm", "5"], "are for a --source, which is missing"),

@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 import trimesh
 
+from optimize.stimuli.levels import write_study_file
 from optimize.stimuli.making import make
-from optimize.stimuli.plates import cut_plate, plate_bodies
+from optimize.stimuli.plates import cut_square, plate_bodies
 from optimize.stimuli.prediction import probability
 from optimize.stimuli.stimulus_set import LABEL_MM, PrintSettings, StimulusSet
 from optimize.studies import row_job
+from optimize.studies.rows import expand
 from relief.errors import InputError
-from relief.heightmap import HeightMap, load_height_map
+from relief.heightmap import HeightMap, load_height_map, save_heights_exr
 from tests.optimize.stimuli.conftest import request
 from tests.optimize.studies.conftest import in_process
 
@@ -41,7 +43,7 @@ def test_every_level_is_felt_as_designed(whole: Path, tile: Path) -> None:
     original = found["hills 0"]
     assert original["jnd"] == 0.0 and original["picture_change_percent"] == 0.0
     ratio = found["hills area 1.1"]["contact_area_mm2"] / original["contact_area_mm2"]
-    assert ratio == pytest.approx(1.1, rel=0.011)
+    assert ratio == pytest.approx(1.1, rel=0.011) and abs(found["hills area 1.1"]["jnd"]) < 0.06
     assert found["hills +1"]["picture_change_percent"] < found["hills +1 scaled"]["picture_change_percent"]
     untouched = load_height_map(whole / original["folder"] / "heights.exr").heights
     assert np.abs(untouched - load_height_map(tile).heights).max() < 1e-6
@@ -90,11 +92,14 @@ def test_plates_are_the_repeated_tile_and_equally_high() -> None:
         name: HeightMap(generator.uniform(0.0, high, (20, 20)), 10.0)
         for name, high in (("a", 1.0), ("b", 2.0))
     }
-    heights, side_mm = cut_plate(tiles["b"], 25.0)
+    heights, side_mm = cut_square(tiles["b"].heights, 10.0, 25.0)
     assert heights.shape == (50, 50) and side_mm == 25.0
     assert (heights[:20, :20] == tiles["b"].heights).all() and (
         heights[20:40, 30:] == heights[:20, 10:30]
     ).all()
+    large = generator.uniform(size=(70, 60))
+    middle, side_mm = cut_square(large, 30.0, 25.0)
+    assert side_mm == 25.0 and (middle == large[10:60, 5:55]).all()
     means = []
     for label, body in plate_bodies(tiles, PrintSettings()).items():
         top = body.vertices[body.vertices[:, 2] > LABEL_MM + 0.5]
@@ -149,6 +154,7 @@ def test_the_page_shows_every_plate(whole: Path) -> None:
     [
         ({"jnd": (1.0,)}, "at least two levels"),
         ({"jnd": (0.0, 1.0, 1.0)}, "jnd: 1 is given twice"),
+        ({"same_roughness": True}, "same_roughness: is for levels of contact area"),
         ({"contact_area_scale": (1.0,)}, "contact_area_scale: 1 is no level"),
         ({"print": {"plate_mm": 8.0}}, "plate_mm: 8 mm is less than the 10 mm under a finger"),
         ({"print": {"bed_mm": (20.0, 90.0)}}, "a plate of 25 mm does not fit on a bed of 20 x 90 mm"),
@@ -159,6 +165,19 @@ def test_the_page_shows_every_plate(whole: Path) -> None:
 def test_sets_that_make_no_sense_are_refused(tile: Path, changed: dict[str, object], told: str) -> None:
     with pytest.raises(ValueError, match=told):
         request(tile, **changed)
+
+
+def test_plates_without_a_tile_are_optimised_as_a_whole(tmp_path: Path) -> None:
+    path = tmp_path / "slope.exr"
+    save_heights_exr(path, np.linspace(0.0, 1.0, 80)[None, :] * np.ones((80, 1)), 26.0)
+    with pytest.raises(InputError, match="sides do not fit along x"):
+        request(path).check_textures()
+    stimuli = request(path, whole=True)
+    stimuli.check_textures()
+    repeats = {row.settings.repeats for row in expand(write_study_file(stimuli, [], tmp_path)).rows.values()}
+    assert repeats == {False}
+    with pytest.raises(InputError, match="whole: is smaller than a plate of 30 mm"):
+        request(path, whole=True, print={"plate_mm": 30.0}).check_textures()
 
 
 def test_the_folder_of_another_set_is_refused(copy: Path, tile: Path, tmp_path: Path) -> None:
