@@ -197,5 +197,7 @@ def height_maps(draw: st.DrawFn, whole: bool) -> Case:
         return Case("height maps", {name: content}, [name, *options])
     flags = ("--size-mm", "--relief-mm", "--height-scale")
     given = [f"{flag}={value}" for flag, value in zip(flags, options, strict=True) if value is not None]
-    verb = draw(st.sampled_from((("evaluate", name, "--json"), ("export", name, "-o", "plate.stl"))))
+    exports = (("-o", "out.stl"), ("-o", "out.glb"), ("-o", "heights.png"), ("--repeat=2x2", "-o", "out.3mf"))
+    verbs = (("evaluate", name, "--json"), *(("export", name, *more) for more in exports))
+    verb = draw(st.sampled_from(verbs))
     return Case("height maps", {name: content}, [], (*verb, *given))
