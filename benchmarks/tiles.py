@@ -1,6 +1,7 @@
 """Results all over tiles, as tables, from the document of their study.
 
-retouch study tiles -o runs/tiles && cp runs/tiles/study.json benchmarks/results/studies/tiles.json
+retouch study tiles -o runs/tiles --from benchmarks/results/studies/tiles.json
+cp runs/tiles/study.json benchmarks/results/studies/tiles.json
 """
 
 from __future__ import annotations
@@ -57,10 +58,35 @@ def headline() -> str:
     return table(head, lines) + "\n"
 
 
+def at_equal_feel(texture: str, by: Mapping[str, Row]) -> float | None:
+    """Change of the pictures all over, in units of that by one place which feels the same elsewhere.
+
+    One place is steered to two targets; between them the logarithm of the change is taken as linear in what
+    other places feel. None if the second is not computed or changes nothing elsewhere.
+    """
+    sign = np.sign(by[ONE]["touch.jnd"])
+    aimed = [
+        row
+        for row in rows_of("aimed")
+        if row["texture"] == texture and row["reason"] == "converged" and sign * row["touch.jnd"] > 0.0
+    ]
+    if not aimed:
+        return None
+    felt, changes = zip(
+        *((abs(row["between_mean_jnd"]), row["change_rms_percent"]) for row in (by[ONE], aimed[0])),
+        strict=True,
+    )
+    if felt[1] <= felt[0]:
+        return None
+    share = (abs(by[ALL]["between_mean_jnd"]) - felt[0]) / (felt[1] - felt[0])
+    return float(by[ALL]["change_rms_percent"] / (changes[0] * (changes[1] / changes[0]) ** share))
+
+
 def every() -> str:
     """Every texture and target, and the means."""
     lines, numbers = [], []
     for (texture, jnd), by in cases().items():
+        equal = at_equal_feel(texture, by)
         one, everywhere = by[ONE], by[ALL]
         ratio = everywhere["change_rms_percent"] / one["change_rms_percent"]
         off = abs(everywhere["between_off_jnd"])
@@ -77,6 +103,7 @@ def every() -> str:
                 f"{one['change_rms_percent']:.1f}",
                 f"{everywhere['change_rms_percent']:.1f}",
                 f"{ratio:.2f}",
+                "-" if equal is None else f"{equal:.2f}",
             ]
         )
     worst_one, off, worst, ratio = np.array(numbers).T
@@ -88,11 +115,12 @@ def every() -> str:
         "",
         "",
         f"{ratio.max():.2f}",
+        "",
     )
     lines.append(["largest", "", "", *ends])
     head = (
         *("tile", "JND", "one place: JND between", "worst off", "all over: JND between", "mean off"),
-        *("worst off", "one place: pictures rms, %", "all over, %", "ratio"),
+        *("worst off", "one place: pictures rms, %", "all over, %", "ratio", "ratio at equal feel"),
     )
     return table(head, lines)
 
