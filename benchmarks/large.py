@@ -4,7 +4,8 @@ python -m benchmarks.large                # all four; about an hour of a process
 python -m benchmarks.large 10 25          # these sizes; the others keep their numbers
 
 Gravel two JND rougher all over, by the fast look, verified by finite elements at every steered place. Every
-run is a process of its own, as a user starts it; the 80 mm are solved window by window.
+run is a process of its own, as a user starts it; the 80 mm are solved window by window. The table goes into
+docs/speed.md.
 """
 
 from __future__ import annotations
@@ -12,13 +13,14 @@ from __future__ import annotations
 import argparse
 import json
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.common import load, machine, save, table
-from benchmarks.whole_run import PARTS, ROOT, process
+from benchmarks.whole_run import PAGE, PARTS, ROOT, process
 from mitsuba_scenes import find_texture
 from relief.preparing.preparation import prepare
 
@@ -28,6 +30,13 @@ SETTINGS = (
     # Gravel takes 4 to 7 steps at every size; the limit bounds the time of a run that goes wrong.
     "descent.steps=12",
 )
+START, END = "<!-- sizes, made by python -m benchmarks.large -->\n", "<!-- end of sizes -->"
+SHOWN = {
+    **{"size_mm": "plate, mm", "samples": "samples", "places": "places", "cpu_s": "CPU seconds"},
+    **{"minutes": "minutes", "peak_gb": "peak GB", "steps": "steps", "step_cpu_s": "a step, CPU s"},
+    **{"least_jnd": "least JND", "largest_jnd": "largest", "change_rms_percent": "pictures rms, %"},
+}
+"""Columns of the page by key."""
 SEVERAL_PLACES_MM = 25
 """Least side of which the exponents are taken: a plate of 10 mm is touched once."""
 
@@ -45,9 +54,18 @@ def main() -> None:
         results["exponents"] = exponents(results["rows"])
         save("large", results)
         print(row, flush=True)
-    rows = results["rows"]
-    print(table([*rows[0]], [list(row.values()) for row in rows]))
-    print(results["exponents"])
+    text = as_text(results)
+    print(text)
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(START)
+    PAGE.write_text(f"{before}{START}{text}{END}{rest.partition(END)[2]}", encoding="utf-8")
+
+
+def as_text(results: Mapping[str, Any]) -> str:
+    """The table, and a line of the exponents."""
+    text = table([*SHOWN.values()], [[row[key] for key in SHOWN] for row in results["rows"]])
+    powers = [f"{SHOWN[key]} {power:.2f}" for key, power in results["exponents"].items()]
+    grown = f"\nExponents in the area, from {SEVERAL_PLACES_MM} mm: {', '.join(powers)}.\n" if powers else ""
+    return f"{text}\n{grown}"
 
 
 def measured(size_mm: int) -> dict[str, Any]:
