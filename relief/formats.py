@@ -34,6 +34,9 @@ RUN_HEIGHTS = "heights.exr"
 HEIGHT_MAPS = (".png", ".tif", ".tiff", ".exr", ".npy")
 """Suffixes of the files that `relief.heightmap` reads."""
 
+MESHES = (".stl", ".obj", ".ply", ".glb", ".3mf")
+"""Suffixes of the files that `relief.meshes` reads."""
+
 PREVIEW = "-preview.png"
 """End of the name of the preview that `retouch prepare` writes beside a height map."""
 

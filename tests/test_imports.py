@@ -70,8 +70,13 @@ ALLOWED = {
         ),
         *("visual", "visual.backend", "visual.scene_file", "visual.exact", "visual.fast", "visual.reference"),
     },
+    "optimize.meshes": {
+        *RELIEF,
+        *("relief.meshes", "tactile", "visual.backend", "optimize.descent", "optimize.report"),
+    },
     "optimize.commands": {
         *RELIEF,
+        *("relief.meshes", "optimize.meshes"),
         *("optimize.descent", "optimize.report", "optimize.runs", "optimize.training"),
         *("optimize.studies", "optimize.stimuli", "optimize.workers"),
         *("relief.preparing", "tactile", "visual", "visual.backend", "surrogate.corpus", "surrogate.nets"),

@@ -1,13 +1,23 @@
-"""`retouch evaluate`: roughness and contact area of textures, and how far these can be changed unseen."""
+"""`retouch evaluate`: roughness and contact area of textures and print files, and how far a change can go."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from mitsuba_scenes import find_file, find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
+from optimize.commands.mesh_entries import (
+    MOST_PLACES,
+    add_meshes,
+    check_mesh_options,
+    feel_mesh,
+    is_mesh,
+    mesh_lines,
+    more_of_mesh,
+    read_meshes,
+)
 from optimize.commands.options import (
     SCENE,
     TEXTURE,
@@ -21,22 +31,23 @@ from optimize.commands.options import (
     contact_errors_name,
     print_json,
 )
-from optimize.descent.quantities import LARGEST_JND, LIMIT_PERCENT, QUANTITIES, ROUGHNESS
+from optimize.commands.touch_entries import described, table
+from optimize.descent.quantities import LARGEST_JND, LIMIT_PERCENT
 from optimize.report.formatting import MODEL_NAMES, model_name, number
 from relief.errors import InputError, naming
+from relief.formats import MESHES
+from relief.limits import PATCH_SIDE_MM
 from relief.progress import stage
 from tactile.skin import Skin
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-    from rich.table import Table
 
     from optimize.descent.touch_measures import TouchMeasures
+    from optimize.meshes.feel import MeshFeel
     from tactile.model import ModelName
 
-SMOOTH = 1e-6
-"""Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
 SKIN = {
     "force_n": ("N", "force of the finger, N"),
     "young_modulus_mpa": ("MPA", "Young's modulus, MPa"),
@@ -47,7 +58,7 @@ SKIN = {
 """Attributes of the skin that have an option, with what the help calls the number and says of it."""
 
 HELP = "measure how rough and how cold textures feel"
-DESCRIPTION = """\
+DESCRIPTION = f"""\
 Presses the finger's skin on each texture and prints its roughness (no unit; full sum, double precision), its
 contact area in mm² (more feels colder) and the share of the plate in contact. For several textures it also
 prints how many just-noticeable differences each is rougher (+) or smoother (-) than the first.
@@ -56,6 +67,11 @@ With --reach it also estimates how much rougher and smoother `retouch optimize` 
 its pictures in the scene change by 2 % of white, the limit of the paper; on the bundled textures the change
 comes out within a tenth of that of whole runs. That takes about ten seconds for 128 x 128 samples in the
 studio, and minutes where the fast look cannot show the scene. Without --reach nothing is rendered.
+
+A print file ({", ".join(MESHES)}) must be a solid. Fingers press on it at
+most {MOST_PLACES} times, 2.5 mm apart, along the outward axis of each place; the flat side that lies on the
+printer's bed is left out. Roughness is the mean over the places whose 10 mm patch reaches over no edge. The
+object's own curvature is part of it.
 """
 EPILOG = """\
 examples:
@@ -63,6 +79,8 @@ examples:
   retouch evaluate stone.exr runs/stone/heights.exr
   retouch evaluate stone.png --relief-mm 1.2 --reach
   retouch evaluate *.exr --force-n 2 --json
+  retouch evaluate part.stl
+  retouch evaluate part.stl --units in --json -o colours
 """
 
 
@@ -72,7 +90,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=Path,
         metavar="TEXTURE",
-        help=TEXTURE,
+        help=f"{TEXTURE}; or a print file ({', '.join(MESHES)})",
     )
     add_plate(parser)
     add_repeats(parser)
@@ -88,6 +106,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for name, (metavar, quantity) in SKIN.items():
         flag, text = f"--{name.replace('_', '-')}", f"{quantity} (default: the skin's)"
         skin.add_argument(flag, type=float, metavar=metavar, help=text)
+    add_meshes(parser)
     far = parser.add_argument_group("how far it goes")
     far.add_argument("--reach", action="store_true", help="estimate how many JND each way are possible")
     far.add_argument(
@@ -107,35 +126,43 @@ def run(arguments: argparse.Namespace) -> int:
     from relief.surface import axes
 
     arguments.textures = [find_texture(texture) for texture in arguments.textures]
-    check_scales(arguments, arguments.textures)
+    textures = [texture for texture in arguments.textures if not is_mesh(texture)]
+    check_mesh_options(arguments, textures)
+    check_scales(arguments, textures)
     scene = _scene(arguments)
     name, skin = _skin(arguments)
     # All files are read before the first press, so that a misspelt name is refused at once.
     lengths = {key: getattr(arguments, key) for key in RANGES}
-    read = [load_height_map(texture, **lengths) for texture in arguments.textures]
-    sizes = [height_map.side_mm for height_map in read]
+    read = {texture: load_height_map(texture, **lengths) for texture in textures}
     repeats = axes(arguments.repeats)
-    for texture, height_map in zip(arguments.textures, read, strict=True):
+    for texture, height_map in read.items():
         check_seams(height_map.heights, repeats, texture)
-    measured = []
-    with stage("evaluating", len(read)) as advance:
-        for texture, height_map, size_mm in zip(arguments.textures, read, sizes, strict=True):
-            measured.append(measure(texture, height_map.heights, size_mm, skin, arguments.model, repeats))
+    meshes = read_meshes(arguments)
+    measured: list[TouchMeasures | MeshFeel] = []
+    with stage("evaluating", len(arguments.textures)) as advance:
+        for texture in arguments.textures:
+            if texture in meshes:
+                measured.append(feel_mesh(meshes[texture], skin, arguments.model))
+            else:
+                heights, size_mm = read[texture].heights, read[texture].side_mm
+                measured.append(measure(texture, heights, size_mm, skin, arguments.model, repeats))
             advance()
     entries = described(arguments.textures, measured)
-    for texture, entry in zip(arguments.textures, entries, strict=True):
+    for texture, entry, touch in zip(arguments.textures, entries, measured, strict=True):
         if scene is not None:
             entry["reach"] = reached(texture, scene, skin, arguments)
+        if texture in meshes:
+            entry |= more_of_mesh(meshes[texture], cast("MeshFeel", touch), arguments.out, Path(name).stem)
     if arguments.json:
         setting = {"skin": described_skin(skin, name), "model": arguments.model}
-        entries = [
-            entry | {"size_mm": size_mm} | setting for entry, size_mm in zip(entries, sizes, strict=True)
-        ]
+        for texture, entry in zip(arguments.textures, entries, strict=True):
+            entry |= ({} if texture in meshes else {"size_mm": read[texture].side_mm}) | setting
         print_json(entries)
         return 0
     screen = console()
     screen.print(table(entries))
-    pressed = (patch_mm(map_.heights, size, repeats) for map_, size in zip(read, sizes, strict=True))
+    pressed = [patch_mm(each.heights, each.side_mm, repeats) for each in read.values()]
+    pressed += [PATCH_SIDE_MM] * bool(meshes)
     patches = " and ".join(f"{side:.4g} x {side:.4g}" for side in dict.fromkeys(pressed))
     screen.print(
         f"{model_name(arguments.model).capitalize()}, skin {Path(name).stem}: {_moduli(skin)}, "
@@ -146,6 +173,8 @@ def run(arguments: argparse.Namespace) -> int:
         for entry in entries:
             ways = _ways(entry["reach"])
             screen.print(f"{entry['texture']} can be made {ways} {limit}.", markup=False)
+    for line in mesh_lines(entries):
+        screen.print(line, markup=False)
     return 0
 
 
@@ -243,58 +272,3 @@ def measure(
 
     with naming(path), contact_errors_name(path):
         return measure_touch(heights, size_mm, skin, model, repeats=repeats)
-
-
-def described(textures: Sequence[Path], measured: "Sequence[TouchMeasures]") -> list[dict[str, Any]]:
-    """One entry a texture: its name, every quantity of touch, and the share of the plate in contact.
-
-    Touched at several places, these are means, and `places` has the count with the least and the largest of
-    each quantity.
-
-    Of several textures, also `jnd_from_first`: just-noticeable differences rougher than the first, or None
-    where one of the two has no roughness.
-    """
-    from tactile import jnd_apart
-
-    entries = []
-    first = measured[0].means[ROUGHNESS.name]
-    for path, touch in zip(textures, measured, strict=True):
-        entry = {"texture": str(path), **touch.means, "contact_fraction": touch.contact_fraction}
-        if touch.ends["count"] > 1:
-            entry["places"] = touch.ends
-        if len(measured) > 1:
-            roughness = touch.means[ROUGHNESS.name]
-            smooth = min(roughness, first) < SMOOTH
-            entry["jnd_from_first"] = None if smooth else jnd_apart(roughness, first)
-        entries.append(entry)
-    return entries
-
-
-def table(entries: Sequence[Mapping[str, Any]]) -> "Table":
-    """A table for a person, one row a texture."""
-    from rich.table import Table
-    from rich.text import Text
-
-    rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False)
-    rows.add_column("texture", overflow="fold")
-    several = "jnd_from_first" in entries[0]
-    labels = [quantity.label for quantity in QUANTITIES.values()]
-    spread = any("places" in entry for entry in entries)
-    columns = [*labels, "in contact", *(["JND from first"] if several else [])]
-    for label in (*columns, *(["over the places"] if spread else [])):
-        rows.add_column(label, justify="right", no_wrap=True)
-    for entry in entries:
-        values = [f"{number(entry[name])} {quantity.unit}".rstrip() for name, quantity in QUANTITIES.items()]
-        apart = [number(entry["jnd_from_first"])] if several else []
-        contact = f"{100.0 * entry['contact_fraction']:.0f} %"
-        rows.add_row(Text(entry["texture"]), *values, contact, *apart, *([_spread(entry)] if spread else []))
-    return rows
-
-
-def _spread(entry: Mapping[str, Any]) -> str:
-    """Number of the places, least and largest roughness."""
-    if "places" not in entry:
-        return "1 place"
-    places = entry["places"]
-    least, largest = (number(places[f"{ROUGHNESS.name}_{end}"]) for end in ("min", "max"))
-    return f"{places['count']} places, {least} to {largest}"

@@ -10,6 +10,7 @@ from relief.arrays import Array, Index
 from relief.body import Body
 from relief.errors import InputError
 from relief.files import read_limited
+from relief.formats import MESHES
 from relief.meshes.glb import read_glb
 from relief.meshes.parsed import LARGEST_FILE, MOST_FACES, Parsed
 from relief.meshes.text_formats import read_obj, read_ply, read_stl
@@ -21,8 +22,6 @@ UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8
 """Millimetres in each unit of length that `read_mesh` takes."""
 READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".glb": read_glb, ".3mf": read_3mf}
 """Readers by the suffix of the file: from its bytes and its path."""
-MESHES = tuple(READERS)
-"""Suffixes of the files that `read_mesh` reads."""
 SMALLEST_MM, LARGEST_MM = 0.01, 1e5
 """Least and greatest longest side of a mesh, mm: a speck of dust, and a hundred metres."""
 FEW_MM, MANY_MM = 12.0, 1000.0

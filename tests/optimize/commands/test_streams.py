@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from optimize.commands import evaluate
+from optimize.commands import touch_entries
 from optimize.commands.main import main
 from optimize.commands.options import console
 from optimize.commands.streams import HANDLER, standard_streams
@@ -93,7 +93,7 @@ def test_a_table_on_an_ascii_terminal_has_its_units() -> None:
     terminal = io.TextIOWrapper(written, encoding="ascii")
     entry = {"texture": "relief.npy", "roughness": 0.05, "contact_area_mm2": 31.0, "contact_fraction": 0.3}
     with contextlib.redirect_stdout(terminal), standard_streams():
-        console().print(evaluate.table([entry]))
+        console().print(touch_entries.table([entry]))
     assert b" 31.0 mm2 " in written.getvalue()
 
 

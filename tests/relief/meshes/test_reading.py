@@ -12,8 +12,8 @@ import trimesh
 
 from relief.body import Body, Part, ply, stl
 from relief.errors import InputError
+from relief.formats import MESHES
 from relief.meshes import check_solid, read_mesh
-from relief.meshes.mesh import MESHES
 from relief.meshes.solid import volume_mm3
 from relief.parts import write_parts
 from relief.threemf import PART

@@ -1,0 +1,88 @@
+"""Crops of a mesh: the square patch of it that a finger presses on at a place, as a height map."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relief.arrays import Array
+from relief.body import Body
+from relief.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
+from relief.meshes.places import Frame, face_normals, vertex_normals
+from relief.meshes.raster import rasterise
+
+SAMPLES = 128
+"""Samples along the side of a crop."""
+EDGE_SHARE = 0.005
+"""Share of a patch's samples without a surface in reach from which the place counts as on an edge."""
+FINE_MM = 0.3
+"""Longest edge, mm, of the faces that stand for samples of a smooth surface; larger faces are meant flat."""
+STEEPEST = 20.0
+"""Largest slope of a surface that is curved between its vertices."""
+
+
+@dataclass(frozen=True)
+class Crop:
+    """What lies under a finger at a place.
+
+    Attributes:
+        frame: of the place.
+        heights: (n, n) mm along the axis, the lowest reach of the finger at 0, its highest point at 3 mm.
+        on_edge: whether the patch reaches over an edge: there is no surface, or one more than 3 mm below the
+            highest.
+    """
+
+    frame: Frame
+    heights: Array
+    on_edge: bool
+
+
+class Cropper:
+    """Crops of one body.
+
+    Faces with edges of at most 0.3 mm are taken as samples of a smooth surface, as `retouch export` writes
+    them, and are curved between their vertices by the vertices' normals: flat between them, V of a plate of
+    bricks came out half a just-noticeable difference larger than that of its samples.
+    """
+
+    def __init__(self, body: Body, samples: int = SAMPLES) -> None:
+        self._faces = body.faces
+        self._corners = body.vertices[body.faces]
+        self._normals = face_normals(body)
+        edges = np.linalg.norm(self._corners - np.roll(self._corners, 1, axis=1), axis=2)
+        self._fine = edges.max(axis=1) <= FINE_MM
+        self._vertex_normals = vertex_normals(body)
+        self._low, self._high = self._corners.min(axis=1), self._corners.max(axis=1)
+        self._samples = samples
+
+    def crop(self, frame: Frame) -> Crop:
+        """The patch of 10 mm a side around a place, seen along its axis.
+
+        Surfaces that face away from the finger are not seen; of several one above the other the highest is.
+        """
+        # The box that holds the turned patch and what lies 3 mm below or above it.
+        half = np.abs(frame.axes).T @ (0.5 * PATCH_SIDE_MM, 0.5 * PATCH_SIDE_MM, HEIGHT_LIMIT_MM)
+        near = ((self._low <= frame.at + half) & (self._high >= frame.at - half)).all(axis=1)
+        seen = np.flatnonzero(near & (self._normals @ frame.axes[2] > 0.0))
+        slopes = np.repeat(_slopes(self._normals[seen] @ frame.axes.T)[:, None], 3, axis=1)
+        at_corners = self._vertex_normals[self._faces[seen]] @ frame.axes.T
+        curved = _slopes(at_corners)
+        smooth = self._fine[seen] & (at_corners[:, :, 2].min(axis=1) > 0.0)
+        smooth &= np.abs(curved).max(axis=(1, 2)) < STEEPEST
+        slopes[smooth] = curved[smooth]
+        heights = rasterise(frame.local(self._corners[seen]), slopes, PATCH_SIDE_MM, self._samples)
+        return Crop(frame, *reachable(heights))
+
+
+def _slopes(normals: Array) -> Array:
+    """(..., 2) derivatives of the heights of planes by their normals (..., 3)."""
+    up = normals[..., 2:]
+    return -normals[..., :2] / np.where(up == 0.0, 1.0, up)
+
+
+def reachable(heights: Array) -> tuple[Array, bool]:
+    """Heights (n, n) mm that a finger can reach, from 0 to 3 mm, and whether it reaches over an edge."""
+    top = heights.max()
+    if not np.isfinite(top):
+        return np.zeros_like(heights), True
+    above = heights - (top - HEIGHT_LIMIT_MM)
+    return np.clip(above, 0.0, None), bool((above < 0.0).mean() > EDGE_SHARE)

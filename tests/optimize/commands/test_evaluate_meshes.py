@@ -1,0 +1,75 @@
+"""`retouch evaluate` of print files: the list it prints, beside textures, and what it refuses."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from optimize.commands.main import main
+from relief.body import stl
+from relief.export import export_plate
+from relief.heightmap import save_heights_exr
+from tests.relief.meshes.bodies import CUBE, cube
+
+
+@pytest.fixture
+def bumps() -> np.ndarray:
+    """(96, 96) heights of bumps, mm, over 15 mm."""
+    at = np.arange(96) / 96 * 2 * np.pi * 7
+    return 0.4 + 0.2 * np.sin(at)[:, None] + 0.2 * np.sin(at)
+
+
+def test_meshes_and_textures_are_told_in_one_list(
+    bumps: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_heights_exr(Path("bumps.exr"), bumps)
+    export_plate(Path("bumps.stl"), bumps, 15.0)
+    assert main(["evaluate", "bumps.exr", "bumps.stl", "--size-mm", "15", "--json"]) == 0
+    texture, mesh = json.loads(capsys.readouterr().out)
+    assert abs(mesh["jnd_from_first"]) < 0.2 and texture["roughness"] > 0.0
+    assert mesh["size_mm"] == pytest.approx(15.0) and mesh["sides_mm"][2] == pytest.approx(2.8, abs=0.01)
+    assert mesh["curvature"] == "part of the roughness" and mesh["on_edge"] > 0
+    assert mesh["roughness"] == pytest.approx(np.mean([touch["roughness"] for touch in mesh["touches"]]))
+    assert np.linalg.norm(mesh["touches"][0]["axis"]) == pytest.approx(1.0)
+
+
+def test_a_person_is_told_of_edges_and_of_the_size(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("cube.stl").write_bytes(stl(cube(0.5)))
+    assert main(["evaluate", "cube.stl"]) == 0
+    told = capsys.readouterr()
+    assert "cube.stl: measures only 0.5 x 0.5 x 0.5 mm; if that is not meant" in told.err
+    assert "all on edges, where a finger feels the shape" in told.out
+    assert main(["evaluate", "cube.stl", "--units", "in", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[0]["size_mm"] == pytest.approx(12.7)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        ("open.stl", "open.stl: is open: 3 edges border on a hole"),
+        ("cube.stl --relief-mm 1", "--relief-mm: is for height maps"),
+        ("cube.stl --reach", "--reach: is for height maps"),
+        ("gravel --units mm", "--units: is for print files"),
+        ("gravel -o out", "-o: is for print files"),
+        ("cube.stl -o cube.stl", "cube.stl: -o: is no folder"),
+        ("nowhere.stl", "nowhere.stl: No such file"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_one_line(
+    arguments: str,
+    line: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("cube.stl").write_bytes(stl(cube()))
+    Path("open.stl").write_bytes(stl(cube()._replace(faces=CUBE[:-1])))
+    assert main(["evaluate", *arguments.split()]) == 2
+    told = capsys.readouterr()
+    assert told.err.startswith(f"retouch: {line}") and told.err.count("\n") == 1 and told.out == ""

@@ -1,0 +1,75 @@
+"""Feel of meshes: that of a plate is that of its height map, and what a finger cannot feel is left out."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from mitsuba_scenes import find_texture
+from optimize.descent.touch_measures import measure_touch
+from optimize.meshes.colouring import NO_CONTACT, vertex_colours, write_coloured
+from optimize.meshes.feel import MeshFeel, feel_of
+from relief.body import Body
+from relief.export import plate_mesh
+from relief.heightmap import load_heights
+from relief.meshes import Mesh, read_mesh
+from tactile import jnd_apart
+from tactile.skin import Skin
+
+SIZE_MM, SIDE = 20.0, 256
+
+
+@pytest.fixture(scope="module")
+def gravel() -> np.ndarray:
+    """(256, 256) heights of a tile of 10 mm repeated over 20 mm, mm."""
+    return np.tile(load_heights(find_texture("gravel-tile")), (2, 2))
+
+
+@pytest.fixture(scope="module")
+def feel(gravel: np.ndarray) -> MeshFeel:
+    return feel_of(Mesh(plate_mesh(gravel, SIZE_MM), None, Path("plate.stl")), Skin())
+
+
+def test_a_plate_feels_as_its_height_map(gravel: np.ndarray, feel: MeshFeel) -> None:
+    plate = measure_touch(gravel, SIZE_MM, Skin(), "layer").means
+    assert abs(jnd_apart(feel.means["roughness"], plate["roughness"])) < 0.1
+    assert feel.means["contact_area_mm2"] == pytest.approx(plate["contact_area_mm2"], rel=0.03)
+
+
+def test_places_lie_away_from_the_rim_and_never_on_the_bed(feel: MeshFeel) -> None:
+    at = np.array([crop.frame.at for crop in feel.crops])
+    assert len(at) >= 5 and feel.edges > 20
+    assert np.abs(at[:, :2]).max() < 5.3 and at[:, 2].min() >= 0.0
+    assert feel.details()["on_edge"] == feel.edges and not feel.details()["all_on_edge"]
+
+
+def test_a_mesh_of_edges_alone_is_felt_all_the_same() -> None:
+    rod = trimesh.creation.cylinder(radius=3.0, height=30.0, sections=64)
+    mesh = Mesh(Body(np.array(rod.vertices), np.array(rod.faces)), None, Path("rod.stl"))
+    found = feel_of(mesh, Skin(), most=6)
+    assert (found.details()["all_on_edge"] and found.edges == 0) or found.crops[0].on_edge
+    assert np.isfinite(found.values["roughness"]).all() and found.means["roughness"] > 0.0
+
+
+def test_colours_are_grey_where_no_finger_was(feel: MeshFeel) -> None:
+    colours, (low, high) = vertex_colours(feel)
+    grey = np.abs(colours - np.array(NO_CONTACT) / 255.0).max(axis=1) < 1e-9
+    vertices = feel.body.vertices
+    assert grey[vertices[:, 2] < -1.0].all()
+    assert not grey[(np.abs(vertices[:, :2]) < 3.0).all(axis=1) & (vertices[:, 2] > 0.2)].all()
+    assert low < feel.means["roughness"] < high
+
+
+@pytest.mark.slow
+def test_the_coloured_file_and_the_picture_are_written(feel: MeshFeel, tmp_path: Path) -> None:
+    solid, picture = write_coloured(tmp_path / "out", "plate", feel, "paper")
+    assert b"COLOR_0" in solid.read_bytes()
+    assert len(read_mesh(solid).body.faces) == len(feel.body.faces)
+    from PIL import Image
+
+    with Image.open(picture) as image:
+        pixels = np.asarray(image.convert("RGB"), dtype=float)
+    # Something is seen in both views, on white.
+    for view in (pixels[:, :640], pixels[:, 640:1280]):
+        assert 0.1 < (view.min(axis=2) < 240).mean() < 0.9
