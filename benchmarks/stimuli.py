@@ -63,7 +63,7 @@ def measured(content: dict[str, Any]) -> dict[str, Any]:
                 for plate in texture["plates"]
                 if plate["kind"] == ROUGHNESS
             ],
-            **{name: texture["levels"][name] for name in ("neighbours_percent", "sorted_percent")},
+            **{name: texture["levels"][name] for name in ("neighbours_percent", "sorted_percent", "fingers")},
         }
         for texture in content["textures"]
     }
@@ -92,10 +92,11 @@ def section(found: dict[str, Any]) -> str:
                 *(_felt(plate) for plate in plates),
                 f"{min(changes):.1f} to {max(changes):.1f}",
                 f"{texture['neighbours_percent']:.0f}",
+                _fingers(texture),
                 f"{texture['sorted_percent']:.0f}",
             ]
         )
-    head = ["texture", *levels, "pictures, %", "neighbours, %", "whole set, %"]
+    head = ["texture", *levels, "pictures, %", "neighbours, %", "other fingers, %", "whole set, %"]
     matrix = [
         [level, *("-" if i == j else f"{100 * value:.0f}" for j, value in enumerate(row))]
         for i, (level, row) in enumerate(zip(levels, summary["judged_rougher"], strict=True))
@@ -107,7 +108,8 @@ def section(found: dict[str, Any]) -> str:
         "finite elements. "
         f"{summary['met']} of {summary['plates']} plates are within 1 % of their targets, the worst is "
         f"{summary['largest_off_target_percent']:.2g} % off. Cells have the JND that are felt on average "
-        "over the places of the finger, and the least and most. Neighbouring levels should be told right in "
+        "over the places of the finger, and the least and most; other fingers are the softer, stiffer, "
+        "shallower and deeper ones of every report. Neighbouring levels should be told right in "
         f"{summary['neighbours_percent']:.1f} % of tries; the paper's participants did in 85 % (standard "
         f"deviation 4). Plates two steps apart should stand the wrong way round in "
         f"{0.6 * summary['far_discrepancy_percent']:.1f} of 60 sorts; in the paper they did in 3 of 60."
@@ -123,6 +125,12 @@ How often the plate of the row should be judged rougher than that of the column,
 
 {table(["", *levels], matrix)}
 """
+
+
+def _fingers(texture: dict[str, Any]) -> str:
+    """Least and most that other fingers tell right."""
+    each = [finger["neighbours_percent"] for finger in texture["fingers"]]
+    return f"{min(each):.0f} to {max(each):.0f}"
 
 
 def _felt(plate: dict[str, Any]) -> str:

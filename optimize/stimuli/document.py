@@ -6,6 +6,7 @@ import itertools
 import json
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 import tactile
+from optimize.runs.key import read_result
 from optimize.stimuli import prediction
 from optimize.stimuli.levels import CONTACT, CONTROLS, ROUGHNESS, PlateRow
 from optimize.studies.engine import ROWS, Rows
@@ -120,6 +122,7 @@ def texture_entry(name: str, plates: Sequence[Plate], files: Sequence[str]) -> E
             "neighbours_percent": 100.0 * prediction.neighbours_right(jnds),
             "sorted_percent": 100.0 * prediction.sorted_right(jnds),
             "far_discrepancy_percent": 100.0 * prediction.far_discrepancy(jnds),
+            "fingers": _fingers([plate for plate in plates if plate.of.kind == ROUGHNESS]),
         }
     areas = sorted(
         (entry["contact_area_mm2"], entry["label"])
@@ -136,6 +139,21 @@ def texture_entry(name: str, plates: Sequence[Plate], files: Sequence[str]) -> E
         }
     found["pairs"] = [_pair(*two) for two in itertools.combinations(zip(plates, entries, strict=True), 2)]
     return found
+
+
+def _fingers(plates: Sequence[Plate]) -> list[Entry]:
+    """What each of the fingers feels whose feel every run tells, and how often it tells neighbours right."""
+    felt: dict[str, list[float]] = {}
+    for plate in plates:
+        # A file that is damaged leaves its fingers out.
+        with suppress(TypeError, LookupError, ValueError, AttributeError):
+            for one in (read_result(plate.folder) or {})["touch"]["fingers"]["each"]:
+                felt.setdefault(str(one["name"]), []).append(float(one["jnd"]))
+    return [
+        {"name": name, "jnd": jnds, "neighbours_percent": 100.0 * prediction.neighbours_right(jnds)}
+        for name, jnds in felt.items()
+        if len(jnds) == len(plates)
+    ]
 
 
 def _pair(one: tuple[Plate, Entry], other: tuple[Plate, Entry]) -> Entry:
@@ -199,11 +217,13 @@ def summary_of(textures: Sequence[Entry]) -> Entry:
     sizes = [len(each["jnd"]) for each in sets]
     whole = [each for each in sets if len(each["jnd"]) == max(sizes)]
     matrix = np.mean([each["judged_rougher"] for each in whole], axis=0).tolist() if whole else None
+    each = [one["neighbours_percent"] for texture in sets for one in texture["fingers"]]
     return {
         "plates": len(plates),
         "met": sum(off <= MET_PERCENT for off in steered),
         "largest_off_target_percent": max(steered, default=None),
         "neighbours_percent": fmean(each["neighbours_percent"] for each in sets) if sets else None,
+        "fingers_neighbours_percent": [min(each), max(each)] if each else None,
         "sorted_percent": fmean(each["sorted_percent"] for each in sets) if sets else None,
         "far_discrepancy_percent": fmean(each["far_discrepancy_percent"] for each in sets) if sets else None,
         "judged_rougher": matrix,
