@@ -41,7 +41,7 @@ OBJECT = (
 
 def threemf(parts: Sequence[Part]) -> bytes:
     """Parts as a 3MF file, each an object to be built at its place; the same parts, the same bytes."""
-    numbered = [(number, _unmirrored(part)) for number, part in enumerate(parts, 1)]
+    numbered = list(enumerate(parts, 1))
     model = MODEL.format(
         objects="".join(_object(number, part) for number, part in numbered),
         items="".join(_item(number, part) for number, part in numbered),
@@ -54,13 +54,6 @@ def threemf(parts: Sequence[Part]) -> bytes:
             entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, text, compresslevel=LEVEL)
     return file.getvalue()
-
-
-def _unmirrored(part: Part) -> Part:
-    """The part; at its place if a mirror image puts it there, which programs would read inside out."""
-    if part.placement is None or np.linalg.det(part.placement[:3]) > 0.0:
-        return part
-    return Part(part.name, part.placed)
 
 
 def _object(number: int, part: Part) -> str:
