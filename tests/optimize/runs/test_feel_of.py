@@ -69,7 +69,9 @@ def test_the_other_feel_is_reached_and_named(
     assert f"target_{untouched.name}" not in touch or touch[f"target_{untouched.name}"] is None
     assert touch["feel_of"]["name"] == "low"
     assert touch["feel_of"]["quantities"] == [quantity.name]
-    assert ", the feel of low, original" in Path("out/report.html").read_text("utf-8")
+    report = Path("out/report.html").read_text("utf-8")
+    assert ", the feel of low, original" in report
+    assert (" as low feels," in report) == (of == "roughness")
     # The result of a run is another relief like any.
     again = run_of(studio, "touch.feel_of=out")
     assert again.touch.feel_of == Path("out/heights.exr").absolute()
