@@ -17,7 +17,8 @@ import retouch
 from benchmarks.common import load, save, table
 from mitsuba_scenes import find_texture
 from relief.heightmap import load_height_map, save_heights_exr
-from relief.printers import find_printer, printed
+from relief.printers import find_printer
+from relief.printing import printed
 
 PRINTERS = ("mask-22", "mask-50", "dlp-75", "laser-140", "polyjet-16", "filament")
 FILMS = (32, 86)

@@ -33,7 +33,7 @@ from relief.meshes import read_mesh
 from relief.meshes.solid import volume_mm3
 from relief.objects.table import OBJECTS
 from relief.parts import write_parts
-from relief.printers import printed
+from relief.printing import printed
 
 OBJECT_NAMES = ("starfish", "slider", "frog")
 GAP_MM = 3.0

@@ -18,7 +18,7 @@ from relief.body import Part
 from relief.export import plate_mesh
 from relief.heightmap import load_height_map
 from relief.parts import write_parts
-from relief.printers import printed
+from relief.printing import printed
 from relief.shading import facing
 
 OUT = Path(__file__).parents[1] / "docs" / "images" / "layers.png"

@@ -7,32 +7,50 @@ from numpy.typing import ArrayLike, NDArray
 
 from relief.body import Body, Part
 from relief.errors import InputError
-from relief.grid import grid_faces, grid_vertices, pad_index
+from relief.grid import grid_axes, grid_faces, pad_index
 from relief.limits import BASE_MM, LARGEST_PLATE_MM, LARGEST_SIDE, SMALLEST_PLATE_MM
 from relief.parts import write_parts
 from relief.progress import stage
 from relief.seam import check_seams
 
+FLAT_SHARE = 0.8
+"""Flat part of a pixel's side on a stepped plate; slicers then give each pixel its own height."""
 
-def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> Body:
+
+def plate_mesh(
+    heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM, stepped: bool = False
+) -> Body:
     """Build a textured plate as one watertight body with outward normals.
 
     The relief is the triangulation that is rendered: samples at pixel centres, repeated outward to the rim.
+    For heights as a printer makes them that is not enough: a slicer reads the slopes between its pixels, and
+    gives one in twenty another layer. A stepped plate is flat around each sample, with walls between.
 
     Args:
         heights_mm: (rows, cols) heights in mm, row 0 at +y, column 0 at -x; z = 0 is the top of the base.
         size_mm: Width of the plate, mm.
         base_mm: Thickness under z = 0, mm; the bottom is flat at z = -base_mm.
+        stepped: Whether each sample is a flat pixel.
 
     Returns:
-        A body of (rows + 2)(cols + 2) vertices on the relief, a ring below its rim, one bottom centre.
+        A body of (rows + 2)(cols + 2) vertices on the relief, a ring below its rim, one bottom centre. A
+        stepped plate has twice the rows and columns.
 
     Raises:
         InputError: The heights are no finite 2-D array or reach the bottom, or size or base is out of range.
     """
     heights = _checked(heights_mm, size_mm, base_mm)
+    if stepped:
+        heights = heights.repeat(2, axis=0).repeat(2, axis=1)
     rows, cols = heights.shape
-    relief = np.column_stack([*grid_vertices(rows, cols, size_mm), heights.ravel()[pad_index(rows, cols)]])
+    x, y = grid_axes(rows, cols, size_mm)
+    if stepped:
+        # The two samples of a pixel lie a quarter of it on either side of its middle.
+        outward = np.array([-1.0, 1.0]) * (0.5 * FLAT_SHARE - 0.25) * (2.0 * size_mm / cols)
+        x[1:-1] += np.tile(outward, cols // 2)
+        y[1:-1] -= np.tile(outward, rows // 2)
+    x, y = (along.ravel() for along in np.meshgrid(x, y))
+    relief = np.column_stack([x, y, heights.ravel()[pad_index(rows, cols)]])
     rim = _rim(rows + 2, cols + 2)
     foot = relief[rim] * (1.0, 1.0, 0.0) - (0.0, 0.0, base_mm)
     centre = np.array([[0.0, 0.0, -base_mm]])
@@ -42,7 +60,9 @@ def plate_mesh(heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) 
 
 
 @stage("writing a plate")
-def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM) -> Path:
+def export_plate(
+    path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM, stepped: bool = False
+) -> Path:
     """Write a plate as 3MF, STL, OBJ, GLB or PLY, chosen by the suffix (`relief.parts.write_parts`).
 
     The file appears whole or not at all.
@@ -52,6 +72,7 @@ def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: flo
         heights_mm: As for `plate_mesh`.
         size_mm: Width of the plate, mm.
         base_mm: Thickness under z = 0, mm.
+        stepped: As for `plate_mesh`.
 
     Returns:
         The path.
@@ -59,7 +80,7 @@ def export_plate(path: Path, heights_mm: ArrayLike, size_mm: float, base_mm: flo
     Raises:
         InputError: As for `plate_mesh`, and for any other suffix.
     """
-    return write_parts(path, [Part("plate", plate_mesh(heights_mm, size_mm, base_mm))])
+    return write_parts(path, [Part("plate", plate_mesh(heights_mm, size_mm, base_mm, stepped))])
 
 
 def repeated(heights_mm: ArrayLike, times: tuple[int, int], name: object) -> NDArray[np.float64]:

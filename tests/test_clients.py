@@ -11,7 +11,7 @@ from relief.body import Part
 from relief.export import plate_mesh, repeated
 from relief.meshes.solid import volume_mm3
 from relief.parts import write_parts
-from relief.printers import printed
+from relief.printing import printed
 
 PROGRAM = "prusa-slicer"
 pytestmark = pytest.mark.skipif(shutil.which(PROGRAM) is None, reason="there is no PrusaSlicer here")

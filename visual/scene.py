@@ -16,6 +16,7 @@ from torch import Tensor
 
 from relief.arrays import Array
 from relief.errors import InputError
+from relief.printers import Printer
 from relief.progress import stage
 from relief.surface import Surface
 from visual.backend import variants
@@ -477,6 +478,7 @@ def load_scene(
     relief_mm: float | None = None,
     height_scale: float | None = None,
     repeats: tuple[bool, bool] = (False, False),
+    printer: Printer | None = None,
 ) -> Scene:
     """Check a scene file, then load it.
 
@@ -488,11 +490,12 @@ def load_scene(
         size_mm: width of the plate; None takes the one in the height map's header, then that of the scene.
         relief_mm, height_scale: of the height map, as in `relief.heightmap.load_height_map`.
         repeats: whether the relief goes on as itself along y (rows) and along x (columns).
+        printer: makes the relief, which then has a sample for each of its pixels; None: as in the file.
 
     Raises:
         InputError: what is wrong with the file, in one line.
     """
-    checked, read = fitted_scene(path, defines, texture, size_mm, relief_mm, height_scale)
+    checked, read = fitted_scene(path, defines, texture, size_mm, relief_mm, height_scale, printer, repeats)
     heights = read.heights
     if _log.isEnabledFor(logging.INFO):
         for subject, sentence in explain(checked, heights, variant, texture, repeats=repeats):

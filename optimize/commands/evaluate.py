@@ -23,6 +23,7 @@ from optimize.commands.options import (
     TEXTURE,
     add_mitsuba,
     add_plate,
+    add_printer,
     add_repeats,
     add_skin,
     add_talk,
@@ -37,6 +38,7 @@ from optimize.report.formatting import MODEL_NAMES, model_name, number
 from relief.errors import InputError, naming
 from relief.formats import MESHES
 from relief.limits import PATCH_SIDE_MM
+from relief.printers import PRINTERS
 from relief.progress import stage
 from tactile.skin import Skin
 
@@ -94,6 +96,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_plate(parser)
     add_repeats(parser)
+    add_printer(parser, "press on the texture as this printer makes it")
     parser.add_argument(
         "--model",
         choices=tuple(MODEL_NAMES),
@@ -122,6 +125,7 @@ def run(arguments: argparse.Namespace) -> int:
     from optimize.runs.skins import described_skin
     from relief.heightmap import load_height_map
     from relief.lengths import RANGES
+    from relief.printing import printed_map
     from relief.seam import check_seams
     from relief.surface import axes
 
@@ -137,6 +141,9 @@ def run(arguments: argparse.Namespace) -> int:
     repeats = axes(arguments.repeats)
     for texture, height_map in read.items():
         check_seams(height_map.heights, repeats, texture)
+    if arguments.printer is not None:
+        made = PRINTERS[arguments.printer]
+        read = {texture: printed_map(each, made, repeats, texture) for texture, each in read.items()}
     meshes = read_meshes(arguments)
     measured: list[TouchMeasures | MeshFeel] = []
     with stage("evaluating", len(arguments.textures)) as advance:
@@ -154,7 +161,7 @@ def run(arguments: argparse.Namespace) -> int:
         if texture in meshes:
             entry |= more_of_mesh(meshes[texture], cast("MeshFeel", touch), arguments.out, Path(name).stem)
     if arguments.json:
-        setting = {"skin": described_skin(skin, name), "model": arguments.model}
+        setting = {"skin": described_skin(skin, name), "model": arguments.model, "printer": arguments.printer}
         for texture, entry in zip(arguments.textures, entries, strict=True):
             entry |= ({} if texture in meshes else {"size_mm": read[texture].side_mm}) | setting
         print_json(entries)
@@ -164,9 +171,10 @@ def run(arguments: argparse.Namespace) -> int:
     pressed = [patch_mm(each.heights, each.side_mm, repeats) for each in read.values()]
     pressed += [PATCH_SIDE_MM] * bool(meshes)
     patches = " and ".join(f"{side:.4g} x {side:.4g}" for side in dict.fromkeys(pressed))
+    by = f", as printed by {arguments.printer}" if arguments.printer else ""
     screen.print(
         f"{model_name(arguments.model).capitalize()}, skin {Path(name).stem}: {_moduli(skin)}, "
-        f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {patches} mm."
+        f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {patches} mm{by}."
     )
     if scene is not None:
         limit = f"before its pictures in {scene.stem} change by {LIMIT_PERCENT:g} % of white"

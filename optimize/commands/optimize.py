@@ -15,6 +15,7 @@ from optimize.commands.options import (
     add_distance,
     add_mitsuba,
     add_plate,
+    add_printer,
     add_repeats,
     add_skin,
     add_talk,
@@ -50,6 +51,7 @@ EPILOG = f"""\
 examples:
   retouch optimize stone.png --relief-mm 1.2 --jnd 2
   retouch optimize stone.exr --contact-area-scale 0.7 --scene scene.xml -o runs/cold
+  retouch optimize stone.png --relief-mm 1.2 --jnd 2 --printer mask-50
   retouch optimize stone.png --relief-mm 1.2 --jnd 2 --dry-run
   retouch optimize knit --feel-of brick
   retouch optimize gravel
@@ -114,6 +116,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     finger = parser.add_argument_group("the finger")
     add_skin(finger, "the run file's, or ")
+    add_printer(
+        plate,
+        "compare the prints of original and result, and give a relief that this printer makes",
+        "the run file's, or none",
+    )
 
     details = parser.add_argument_group("details")
     details.add_argument(
@@ -209,6 +216,8 @@ def overrides(arguments: argparse.Namespace) -> list[str]:
     settings += target_overrides(arguments)
     files = {"scene": arguments.scene, "texture": arguments.texture, "touch.skin": arguments.skin}
     settings += [f"{key}={_quoted(str(file))}" for key, file in files.items() if file is not None]
+    if arguments.printer is not None:
+        settings.append(f"print.printer={_quoted(arguments.printer)}")
     settings += [f"define.{key}={_quoted(value)}" for key, value in arguments.defines]
     if arguments.repeats is not None:
         settings.append(f"repeats={json.dumps(arguments.repeats)}")

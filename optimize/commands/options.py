@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
 from relief.errors import InputError
 from relief.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
+from relief.printers import PRINTERS
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -188,6 +189,22 @@ def add_skin(parser: argparse._ActionsContainer, first: str = "") -> None:
         metavar="SKIN",
         help=f"skin of the finger: a file (.toml), or one that comes with Retouch: "
         f"{', '.join(bundled_skins())} (default: {first}{DEFAULT_SKIN})",
+    )
+
+
+def add_printer(parser: argparse._ActionsContainer, what: str, first: str = "none") -> None:
+    """Add `--printer`, None where not given.
+
+    Args:
+        parser: of the verb.
+        what: what is done with the printer, for the help.
+        first: where the printer comes from if it is not given.
+    """
+    parser.add_argument(
+        "--printer",
+        choices=tuple(PRINTERS),
+        metavar="PRINTER",
+        help=f"{what}: {', '.join(PRINTERS)} (default: {first}; docs/printing.md has their numbers)",
     )
 
 

@@ -56,6 +56,9 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
     if (fingers := touch.get("fingers")) is not None and fingers["jnd_min"] is not None:
         yield "", other_fingers(fingers)
     yield from _pictures(look)
+    if (made := result.get("print")) is not None:
+        seen = f"to the eye {percent(made['seen_change_percent'])} at {look['distance_cm']:g} cm"
+        yield "printer", f"{made['printer']}: both as printed, {made['layer_um']:g} µm layers; {seen}"
     steered = touch.get("model"), look.get("model")
     if steered not in ((None, None), ("layer", "exact")):
         yield "steered by", f"touch {steered[0]}, pictures {steered[1]}"

@@ -16,26 +16,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 import torch
 
-from optimize.descent import windows
 from optimize.descent.driver import PRESSURES, Iterate, Remembered
+from optimize.descent.equations import Response, System, picture_weight, response_of
 from optimize.descent.forces import Aim
 from optimize.descent.laplacian import laplacian
+from optimize.descent.layers import HEIGHTS, PATIENCE, WEIGHT, Layers
 from optimize.descent.masking import masking_weights
-from optimize.descent.other_fingers import Drawn, FingersFelt, OtherFingers
+from optimize.descent.other_fingers import FingersFelt, OtherFingers
 from optimize.descent.problem import Problem, change_percent, within_limits
+from optimize.descent.targets import Values
 from optimize.descent.touch_measures import TouchMeasures
 from optimize.descent.trust import DAMPING, LARGEST_SHARE, LEAST_SHARE, MOST_DAMPING, Trust
 from relief.arrays import Array
-from relief.patches import Patches
 from relief.progress import stage
-from tactile.sparse import factorised
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures, View
 from visual.fast.jacobian import FastView
@@ -69,26 +68,16 @@ LARGEST_CORRECTION = 3.0
 """Largest change of the forces by one correction, in units of the last forces."""
 
 
-class _System(NamedTuple):
-    """Least squares of the look: (matrix + mu damping) x = load."""
-
-    matrix: sp.csr_matrix
-    damping: sp.csr_matrix
-    load: Array
-
-
-class _Response(NamedTuple):
-    """Changes of the relief: the best for the look (heights,), and by unit forces (heights, targets)."""
-
-    free: Array
-    pulls: Array | sp.csc_matrix
-
-
 class _Evaluation(NamedTuple):
-    """Pictures with their Jacobians and touch with its gradients at the current iterate."""
+    """The current iterate: pictures with their Jacobians, and touch with its gradients.
 
+    Of a relief of whole layers, these belong to the heights before rounding, and `values` to the rounded.
+    """
+
+    heights: Array
     look: tuple[Pictures, ...]
     touch: TouchMeasures
+    values: dict[str, Array]
     others: FingersFelt | None
 
 
@@ -105,6 +94,8 @@ class GaussNewton:
         self._aim = Aim(targets)
         self._slopes_hold = all(target.quantity.slope_holds for target in targets)
         self._views = _views(problem)
+        self._layers = None if problem.layer_mm is None else Layers(problem.heights, problem.layer_mm)
+        self.patience = 1 if self._layers is None else PATIENCE
         overhead = all(view.overhead for view in self._views)
         self._around = problem.repeats if overhead else (False, False)
         # With the Jacobian, because the first step mostly starts here.
@@ -125,38 +116,44 @@ class GaussNewton:
         """Trust, and pressures as a start of the next contacts; see the protocol."""
         trust = Remembered((2,), LEAST_SHARE, MOST_DAMPING)
         fingers = {"fingers": PRESSURES} if "fingers" in memory else {}
-        return {"trust": trust, "pressure": PRESSURES, **fingers}
+        return {"trust": trust, "pressure": PRESSURES, **fingers, **Layers.remembered(heights, memory)}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights; see the protocol."""
         trust = Trust(*memory["trust"]) if "trust" in memory else Trust(DAMPING, LARGEST_SHARE)
+        weight = 0.0
+        if self._layers is not None and HEIGHTS in memory:
+            heights, weight = memory[HEIGHTS], float(memory[WEIGHT][0])
         touch = self._press(heights, memory.get("pressure"))
-        return self._stand(step, heights, touch, trust, memory.get("fingers"))
+        return self._stand(step, heights, touch, trust, memory.get("fingers"), weight)
 
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step, shortened until the targets follow their prediction."""
         assert self._current is not None
-        problem, (look, touch, others) = self._problem, self._current
+        problem, (start, look, touch, felt, others) = self._problem, self._current
         drawn = None if others is None else others.drawn()
         trust = Trust(*iterate.memory["trust"])
-        system = self._system(iterate.heights, look)
+        weight = 0.0
+        if self._layers is not None:
+            weight = self._layers.next_weight(float(iterate.memory[WEIGHT][0]), problem.targets.met(felt))
+        system = self._system(start, look, weight)
         for attempt in range(ATTEMPTS):
-            response = _response(system, trust.damping, touch.gradients, problem.patches, drawn)
-            heights, after, error = self._step(iterate.heights, touch, response, trust.share)
-            distance = self._aim.distance(self._aim.values(touch.values))
+            response = response_of(system, trust.damping, touch.gradients, problem.patches, drawn)
+            heights, after, error = self._step(start, touch, felt, response, trust.share)
+            distance = self._aim.distance(self._aim.values(felt))
             trust = trust.after(error, min(trust.share, distance))
             if error <= REFUSED or attempt == ATTEMPTS - 1:
                 break
         if after.gradients.size == 0:
             after = self._press(heights, after.pressure)
-        return self._stand(iterate.step + 1, heights, after, trust, iterate.memory.get("fingers"))
+        return self._stand(iterate.step + 1, heights, after, trust, iterate.memory.get("fingers"), weight)
 
     def satisfied(self, iterate: Iterate) -> bool:
         """No rule beside those of the driver; see the protocol."""
         return False
 
     def _step(
-        self, start: Array, touch: TouchMeasures, response: _Response, share: float
+        self, start: Array, touch: TouchMeasures, felt: Values, response: Response, share: float
     ) -> tuple[Array, TouchMeasures, float]:
         """The step that changes the targets as wanted: pressed on, and its forces on the targets corrected.
 
@@ -166,20 +163,21 @@ class GaussNewton:
         """
         problem, aim, (free, pulls) = self._problem, self._aim, response
         values, gradients = aim.values(touch.values), touch.gradients
-        wanted = aim.wanted(values, share)
+        wanted = aim.wanted(aim.values(felt), share)
         slopes = gradients @ pulls
         slopes = slopes if isinstance(slopes, np.ndarray) else slopes.toarray()
         forces = aim.forces(slopes, wanted - gradients @ free)
         # Forces of several touches give way: what the slopes promise is what can be expected of them.
         expected = gradients @ (free + pulls @ forces) if aim.several else wanted
         best, before = (start, touch, np.inf), None
-        arriving = aim.arriving(values, share)
+        arriving = aim.arriving(aim.values(felt), share)
         for press in range(SEVERAL_PRESSES if aim.several else PRESSES):
             change = free + pulls @ forces
             scale = min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
             moved = start + scale * change.reshape(start.shape)
             # Neither eye nor finger knows the plate's own height: it stays where it was, if there is room.
-            heights = within_limits(moved - (moved - problem.heights).mean())
+            level = moved - (moved - problem.heights).mean()
+            heights = within_limits(level) if self._layers is None else self._layers.placed(moved)
             # The first press mostly is the last: it comes with the gradients that the next step needs.
             after = self._press(heights, best[1].pressure, gradients=press == 0)
             changed = aim.values(after.values) - values
@@ -211,29 +209,43 @@ class GaussNewton:
         return tuple(view.evaluate(heights, edges=self._problem.shadow_edges) for view in self._views)
 
     def _stand(
-        self, step: int, heights: Array, touch: TouchMeasures, trust: Trust, fingers: Array | None
+        self,
+        step: int,
+        heights: Array,
+        touch: TouchMeasures,
+        trust: Trust,
+        fingers: Array | None,
+        weight: float,
     ) -> Iterate:
         unmoved = np.array_equal(heights, self._problem.heights)
-        look = self._original if unmoved else self._evaluate(heights)
-        others = None if self._others is None else self._others.press(heights, fingers)
-        self._current = _Evaluation(look, touch, others)
-        kept = {} if others is None else {"fingers": others.pressure}
-        pictures = np.concatenate([of_view.pictures for of_view in look]) * self._unit
+        look = shown = self._original if unmoved else self._evaluate(heights)
+        made, felt, kept = heights, touch, dict[str, Array]()
+        if self._layers is not None:
+            kept = {HEIGHTS: heights, WEIGHT: np.array([weight])}
+            if not unmoved:
+                made = self._layers.rounded(heights)
+                felt = self._problem.press(made, touch.pressure, gradients=False)
+                shown = tuple(view.evaluate(made, jacobian=False) for view in self._views)
+        others = None if self._others is None else self._others.press(made, fingers)
+        self._current = _Evaluation(heights, look, touch, felt.values, others)
+        if others is not None:
+            kept["fingers"] = others.pressure
+        pictures = np.concatenate([of_view.pictures for of_view in shown]) * self._unit
         return Iterate(
             step,
-            heights,
-            touch.values,
-            touch.contact_fraction,
+            made,
+            felt.values,
+            felt.contact_fraction,
             *change_percent(pictures, self._target, self._plate, self._problem.scene.weights),
             {"trust": np.array(trust), "pressure": touch.pressure, **kept},
             fingers=0.0 if others is None else others.percent,
         )
 
     @stage("collecting the equations of a step")
-    def _system(self, heights: Array, look: tuple[Pictures, ...]) -> _System:
-        """The undamped least squares of the look, and the matrix of the damping."""
+    def _system(self, heights: Array, look: tuple[Pictures, ...], weight: float = 0.0) -> System:
+        """The undamped least squares of the look and, by a weight, of layers; the matrix of the damping."""
         problem, shape = self._problem, heights.shape
-        smooth = _picture_weight(self._target.shape[1:], problem.regularisation, self._around)
+        smooth = picture_weight(self._target.shape[1:], problem.regularisation, self._around)
         differences = laplacian(shape, problem.repeats)
         bend = ROUGHENING * (differences.T @ differences)
         matrix = 2.0 * bend
@@ -248,8 +260,12 @@ class GaussNewton:
             # Transposed into rows first: else the product would turn the larger factor into columns.
             matrix = matrix + weight * (scaled.T.tocsr() @ weighted)
             load -= weight * (weighted.T @ difference)
-        damping = 2.0 * (sp.identity(heights.size, format="csr") + SMOOTHING * differences)
-        return _System(matrix, damping, load)
+        identity = sp.identity(heights.size, format="csr")
+        if self._layers is not None:
+            matrix = matrix + 2.0 * weight * identity
+            load += 2.0 * weight * self._layers.to_nearest(heights)
+        damping = 2.0 * (identity + SMOOTHING * differences)
+        return System(matrix, damping, load)
 
 
 def _views(problem: Problem) -> tuple[View | FastView | HeightView, ...]:
@@ -260,40 +276,3 @@ def _views(problem: Problem) -> tuple[View | FastView | HeightView, ...]:
         return (FastView(problem.scene.fast_renderer(shadows=problem.look == "fast")),)
     resolution = REFINEMENT * max(problem.scene.resolution)
     return problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
-
-
-@stage("solving for a step")
-def _response(
-    system: _System,
-    damping: float,
-    gradients: Array | sp.csr_matrix,
-    patches: Patches,
-    drawn: Drawn | None = None,
-) -> _Response:
-    """The least squares solved: alone, and for a unit force along each target's gradient.
-
-    Values that are only drawn to their goals are terms of low rank beside those of the look, which the
-    matrix of the look is factorised without (Woodbury's formula).
-    """
-    matrix = sp.csr_matrix(system.matrix + damping * system.damping)
-    if not isinstance(gradients, np.ndarray) and matrix.shape[0] > windows.MOST_AT_ONCE:
-        return _Response(*windows.windowed_response(matrix, system.load, gradients, patches))
-    solve = factorised(matrix, minimum_degree=True)
-    pulled = gradients if isinstance(gradients, np.ndarray) else gradients.toarray()
-    columns = [system.load, *pulled, *(() if drawn is None else drawn.gradients)]
-    solved = solve(np.column_stack(columns))
-    if drawn is not None:
-        solved, by_drawn = np.split(solved, [1 + len(pulled)], axis=1)
-        own = np.diag(1.0 / drawn.stiffness) + drawn.gradients @ by_drawn
-        missing = -drawn.gradients @ solved
-        missing[:, 0] += drawn.wanted
-        solved = solved + by_drawn @ np.linalg.solve(own, missing)
-    return _Response(solved[:, 0], solved[:, 1:])
-
-
-@lru_cache(maxsize=4)
-def _picture_weight(
-    shape: tuple[int, int], regularisation: float, around: tuple[bool, bool]
-) -> sp.csr_matrix:
-    """W = I + w2 D'D on the pixels of a picture, whose axes may go around."""
-    return sp.csr_matrix(sp.identity(shape[0] * shape[1]) + regularisation * laplacian(shape, around))

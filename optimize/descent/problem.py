@@ -57,6 +57,8 @@ class Problem:
         repeats: axes (rows, cols) along which the relief repeats.
         spacing_mm: greatest distance between neighbouring places of the finger.
         fingers: what other fingers are to feel; None if that does not matter.
+        layer_mm: thickness of the layers that the relief and its changes are whole multiples of, for
+            Gauss-Newton; None: heights are free.
         patches: of the relief under the finger, one at each place.
         model: of touch, for one patch or a batch.
     """
@@ -78,6 +80,7 @@ class Problem:
     repeats: tuple[bool, bool] = (False, False)
     spacing_mm: float = SPACING_MM
     fingers: FingerRange | None = None
+    layer_mm: float | None = None
     patches: Patches = field(init=False)
     model: tactile.TouchModel = field(init=False)
 

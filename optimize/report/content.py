@@ -101,6 +101,8 @@ class Report(Pair):
         tolerance: half width of the accepted range around the target, relative to the target.
         settings: the run file with all defaults.
         baseline: a method to compare with, if any.
+        design: (conditions, rows, cols) pictures of the original before printing, where both reliefs are as
+            printed.
 
     Raises:
         ValueError: the shapes of two arrays to compare differ.
@@ -112,6 +114,7 @@ class Report(Pair):
     tolerance: float = 0.01
     settings: Mapping[str, Any] = field(default_factory=dict)
     baseline: Baseline | None = None
+    design: Array | None = None
 
     def _compared(self) -> dict[str, tuple[Array, Array]]:
         pairs = super()._compared() | {
@@ -120,6 +123,8 @@ class Report(Pair):
         }
         if self.baseline is not None:
             pairs["baseline"] = (self.pictures_before, self.baseline.pictures)
+        if self.design is not None:
+            pairs["design"] = (self.pictures_before, self.design)
         return pairs
 
 

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from optimize.report import colour_maps, svg
-from optimize.report.content import Baseline, Pair
+from optimize.report.content import Baseline, Pair, Report
 from optimize.report.formatting import number, tries_of_100
 from optimize.report.metrics import mean_change, pixel_weights, rms_change
 from tactile.jnd import jnd_apart
@@ -96,6 +96,27 @@ def ladder(
     return svg.dot_chart(dots, f"just-noticeable differences from {name}", shaded)
 
 
+def _exposed(pictures: Array, white: float) -> float:
+    """Radiance shown as white, the same for all pictures.
+
+    Relief under a raking light is dark; such an exposure makes its brightest parts nearly white.
+    """
+    return min(white, max(float(np.percentile(pictures, PERCENTILE)), 1e-3 * white))
+
+
+def print_figures(report: Report) -> list[tuple[str, str]]:
+    """Pictures under the first light of the original before printing and of both prints, with their names."""
+    if report.design is None:
+        return []
+    exposed = _exposed(report.pictures_before, report.white)
+    pictures = {
+        "Design of the original": report.design[0],
+        "Original as printed": report.pictures_before[0],
+        "Result as printed": report.pictures_after[0],
+    }
+    return [(name, colour_maps.picture_uri(each, exposed, SHOWN_SIDE)) for name, each in pictures.items()]
+
+
 def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None = None) -> dict[str, Any]:
     """Pictures of both reliefs and their difference; all conditions and the baseline share the scales.
 
@@ -113,8 +134,7 @@ def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None 
     side = min(SHOWN_SIDE, int(math.sqrt(PICTURE_BYTES / count)))
     difference = 100.0 * (np.asarray(after, dtype=np.float64) - before) / white
     limit = svg.round_up(max(float(np.percentile(np.abs(difference), PERCENTILE)), 0.1))
-    # Relief under a raking light is dark; one exposure for all makes the brightest parts nearly white.
-    exposed = min(white, max(float(np.percentile(before, PERCENTILE)), 1e-3 * white))
+    exposed = _exposed(before, white)
 
     def rows(
         pictures: Array, changes: Sequence[ChangePercent], shown: tuple[Array, Array]

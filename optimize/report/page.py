@@ -49,6 +49,7 @@ def write_report(run_dir: Path, report: Report) -> Path:
         **figures.touch_maps(report),
         **place_figures(report),
         **figures.relief_figures(report),
+        prints=figures.print_figures(report),
     )
     path = run_dir / "report.html"
     write_atomically(path, page)

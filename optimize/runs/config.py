@@ -1,6 +1,5 @@
 """Run files: the settings of one optimisation in TOML, checked before any work begins."""
 
-import logging
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -11,62 +10,30 @@ import tomli_w
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from mitsuba_scenes import find_file
+from optimize.runs.look_settings import Look, Verify
+from optimize.runs.print_settings import Print
 from optimize.runs.run_paths import anchor, resolve_result
 from optimize.runs.skins import fill_in
 from optimize.runs.toml_files import NotNegative, Positive, Section, first_fault, read_toml
 from optimize.runs.touch_settings import RIVALS, Touch, too_large
 from relief.errors import InputError, naming
 from relief.limits import (
-    EYE_DISTANCE_CM,
-    FARTHEST_EYE_CM,
     LARGEST_HEIGHT_SCALE,
     LARGEST_PLATE_MM,
     LARGEST_RELIEF_MM,
-    NEAREST_EYE_CM,
     SMALLEST_PLATE_MM,
     SMALLEST_RELIEF_MM,
 )
 from relief.surface import Repeats, axes
-from tactile.limits import FEM_MESH, MAX_MESH, MIN_MESH
-
-_log = logging.getLogger(__name__)
 
 DEEPEST = 8
 """Most sections in one another of a key for `--set`; run files have one."""
 FilePath = Annotated[Path, Field(strict=False)]
-Samples = Annotated[int, Field(ge=1, le=65536)]
 
 PAPER_TOLERANCE = 0.1
 """Tolerance of the paper's stopping rule (section 4.1): half of what a finger just notices."""
 LARGEST_SMOOTHING = 1e6
 """Largest lambda: steps then divide waves as long as 512 samples by 151; hardly a sample moves alone."""
-
-
-class Look(Section):
-    """`[look]`: the pictures that are kept.
-
-    Attributes:
-        model: of the pictures, for the descent; "auto": fast where it can show the scene, else exact.
-            To compare with: "shading", without shadows and ambient occlusion; "heights", height differences.
-        weight: w1; None: the method's own, 1 for gauss-newton and 0.1 for adam.
-        samples: a pixel, of pictures that Mitsuba renders for adam's steps; None: fixed samples, no noise.
-        masking: strength of the weights by which gauss-newton keeps smooth parts of the pictures better than
-            those of high contrast, in which changes hide; 0, the default: all alike.
-    """
-
-    model: Literal["exact", "fast", "shading", "heights", "auto"] = "exact"
-    weight: NotNegative | None = None
-    samples: Samples | None = None
-    masking: Annotated[float, Field(ge=0, le=100)] = 0.0
-
-    @field_validator("model", mode="before")
-    @classmethod
-    def _renamed(cls, model: Any) -> Any:
-        """Until version 0.2, "fast" may also be written by its former name."""
-        if model != "net":
-            return model
-        _log.warning('look.model: "net" is called "fast" now; version 0.2 will refuse the old word')
-        return "fast"
 
 
 class DescentSettings(Section):
@@ -103,30 +70,6 @@ class DescentSettings(Section):
         return section
 
 
-class Verify(Section):
-    """`[verify]`: the check of the result.
-
-    Attributes:
-        model: of touch that verifies: `fem`, finite elements; `layer`, the elastic layer, pressed on the
-            result from a cold start; `none`, no verification.
-        resolution: nodes along a side of the finite elements, which are built once for each skin.
-        corrections: largest number of times that the goal of the descent is corrected where verification
-            finds the target missed.
-        samples: a pixel, of the pictures before and after; None: until their change is known.
-        distance_cm: from the eye to the plate, for FLIP and JOD.
-        baseline: whether the report shows the original scaled in height to the same target.
-        jod: whether JOD is computed, which takes two seconds and the package `cvvdp`.
-    """
-
-    model: Literal["fem", "layer", "none"] = "fem"
-    resolution: Annotated[int, Field(ge=MIN_MESH, le=MAX_MESH, multiple_of=2)] = FEM_MESH
-    corrections: Annotated[int, Field(ge=0, le=20)] = 3
-    samples: Samples | None = None
-    distance_cm: Annotated[float, Field(ge=NEAREST_EYE_CM, le=FARTHEST_EYE_CM)] = EYE_DISTANCE_CM
-    baseline: bool = True
-    jod: bool = False
-
-
 class Run(Section):
     """The settings of one run.
 
@@ -138,7 +81,7 @@ class Run(Section):
         repeats: whether the relief goes on as itself beyond its rim: along both axes, or along "x" or "y".
         seed: of all random numbers.
         define: values of the scene's parameters, by name.
-        touch, look, descent, verify: the sections of the run file.
+        touch, look, descent, verify, print: the sections of the run file.
     """
 
     scene: FilePath
@@ -153,6 +96,7 @@ class Run(Section):
     look: Look = Look()
     descent: DescentSettings = DescentSettings()
     verify: Verify = Verify()
+    print: Print = Print()
 
     @property
     def axes_repeat(self) -> tuple[bool, bool]:
@@ -186,6 +130,12 @@ class Run(Section):
     def _fingers_by_gauss_newton(self) -> Self:
         if self.touch.fingers == "range" and self.descent.method != "gauss-newton":
             raise ValueError(f"touch.fingers: {self.descent.method} steers one finger; gauss-newton a range")
+        return self
+
+    @model_validator(mode="after")
+    def _layers_by_gauss_newton(self) -> Self:
+        if self.print.printer is not None and self.descent.method != "gauss-newton":
+            raise ValueError(f"print: {self.descent.method} makes no whole layers; gauss-newton does")
         return self
 
     @model_validator(mode="after")
@@ -243,6 +193,9 @@ def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
         for rival in RIVALS.get(override.partition("=")[0].strip(), ()):
             if isinstance(touch, dict):
                 touch.pop(rival, None)
+    if any(override.partition("=")[0].strip() == "print.printer" for override in overrides):
+        # Another printer has other numbers.
+        values["print"] = {}
     for override in overrides:
         _override(values, override)
     if isinstance(touch := values.get("touch"), dict):

@@ -20,6 +20,7 @@ from optimize.descent.targets import QUANTITIES
 from optimize.descent.touch_measures import TouchMeasures
 from optimize.report.metrics import known
 from optimize.runs import results
+from optimize.runs.as_printed import as_printed
 from optimize.runs.checkpoint import FILE as CHECKPOINT
 from optimize.runs.checkpoint import Checkpoint, check_key, load_checkpoint
 from optimize.runs.clock import Moment, now
@@ -189,14 +190,15 @@ def _descend_and_write(
     earlier_seconds: float,
 ) -> Result:
     settings, problem, plan = prepared.settings, prepared.problem, prepared.plan
-    recorder = Recorder(run_dir, history, run_key(settings), state, segment, problem.size_mm, earlier_seconds)
+    plate, key = (problem.size_mm, settings.print.described), run_key(settings)
+    recorder = Recorder(run_dir, history, key, state, segment, plate, earlier_seconds)
     segment = replace(segment, trace=history.trace())
     descent_began = now()
     with interruptible(lambda: say(INTERRUPTED.format(run_dir=run_dir))):
         descent, verified, state = descend_with_correction(plan, state, segment, recorder)
         descent_seconds = recorder.seconds
         _log.info("the descent has ended at step %d: %s", descent.last.step, descent.reason.value)
-        results.write_relief(run_dir, descent.best.heights, problem.size_mm)
+        results.write_relief(run_dir, descent.best.heights, *plate)
         unmeasured = descent.best.step == 0 or (verified is None and plan.verify is not None)
         if descent.reason is StopReason.INTERRUPTED and unmeasured:
             raise KeyboardInterrupt
@@ -241,6 +243,7 @@ def _measure(
         baseline_pictures=_baseline(prepared, before, seed) if settings.verify.baseline else None,
         fingers=felt_by_fingers(problem.heights, best, (problem.surface, problem.surface), problem.skin),
         feel_of=None if prepared.feel_of is None else prepared.feel_of.as_json(),
+        printed=as_printed(settings, problem, best, (before.mean, after.mean)),
         colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,
     )
 

@@ -95,6 +95,7 @@ def checked_scene(
         relief_mm=settings.relief_mm,
         height_scale=settings.height_scale,
         repeats=settings.axes_repeat,
+        printer=settings.print.described,
     )
     look = steering_look(settings, scene)
     if scene.colour:
@@ -157,6 +158,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             look=look,
             repeats=settings.axes_repeat,
             spacing_mm=touch.spacing_mm,
+            layer_mm=None if (printer := settings.print.described) is None else printer.layer_mm,
         )
     verifier: ModelName | None = "fem" if settings.verify.model == "fem" else None
 

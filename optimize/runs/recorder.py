@@ -11,6 +11,7 @@ from optimize.runs import results
 from optimize.runs.checkpoint import Checkpoint, save_checkpoint
 from optimize.runs.history import History
 from optimize.runs.progress import step_line
+from relief.printers import Printer
 from relief.progress import say, this_stage
 
 
@@ -23,7 +24,7 @@ class Recorder:
         key: of the run, as `optimize.runs.key.run_key` has it.
         state: of the outer iterations.
         segment: what is still to be done.
-        size_mm: width of the plate, mm.
+        plate: width of the plate, mm, and its printer, if there is one.
         earlier_seconds: of the parts of the run before this one.
     """
 
@@ -34,10 +35,10 @@ class Recorder:
         key: Mapping[str, Any],
         state: CorrectionState,
         segment: Segment,
-        size_mm: float,
+        plate: tuple[float, Printer | None],
         earlier_seconds: float,
     ) -> None:
-        self._size_mm, self._key, self.history = size_mm, key, history
+        self._plate, self._key, self.history = plate, key, history
         self._run_dir, self._state, self._earlier_seconds = run_dir, state, earlier_seconds
         self._began = time.perf_counter()
         if segment.best is None:
@@ -56,7 +57,7 @@ class Recorder:
 
     def verifying(self, best: Iterate) -> None:
         # Before the slow part, so that an interrupt leaves something to print.
-        results.write_relief(self._run_dir, best.heights, self._size_mm)
+        results.write_relief(self._run_dir, best.heights, *self._plate)
 
     def corrected(self, state: CorrectionState, start: Iterate) -> None:
         error = 100.0 * state.iterations[-1].relative_error

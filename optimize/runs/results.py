@@ -18,6 +18,7 @@ from optimize.report import metrics
 from optimize.report.content import Baseline, Report
 from optimize.report.page import write_report
 from optimize.report.pictures import write_pictures
+from optimize.runs.as_printed import AsPrinted
 from optimize.runs.checkpoint import FILE as CHECKPOINT
 from optimize.runs.clock import Moment
 from optimize.runs.config import Run, dump_resolved
@@ -30,7 +31,8 @@ from relief.export import export_plate
 from relief.files import write_atomically
 from relief.formats import PLATES
 from relief.heightmap import save_heights_exr, save_heights_png
-from relief.limits import SMALLEST_RELIEF_MM
+from relief.limits import BASE_MM, SMALLEST_RELIEF_MM
+from relief.printers import Printer
 from visual.noise import Batches
 
 MARK = b"# The settings of the run in this folder, written by retouch optimize.\n"
@@ -56,6 +58,7 @@ class Outcome:
         iterations: of descent and verification; none if verification was not wanted.
         pictures_before, pictures_after: converged, with the same random numbers batch by batch.
         fingers: how the change feels to other fingers (`optimize.runs.fingers`).
+        printed: what there is to tell of printing; None without a printer.
         colours: before and after in linear RGB, (conditions, rows, cols, 3); None if the scene is grey.
         feel_of: the feel of another relief that is the target (`optimize.runs.feel_of`); None if none is.
         baseline_pictures: (conditions, rows, cols) radiance, converged; None where linear scaling cannot
@@ -72,6 +75,7 @@ class Outcome:
     baseline_pictures: Array | None
     fingers: Mapping[str, Any] | None = None
     feel_of: Mapping[str, Any] | None = None
+    printed: AsPrinted | None = None
     colours: tuple[Array, Array] | None = None
 
 
@@ -95,13 +99,17 @@ def white_mm(heights: Array) -> float:
     return max(float(heights.max()), SMALLEST_RELIEF_MM)
 
 
-def write_relief(run_dir: Path, heights: Array, size_mm: float) -> None:
-    """heights.exr, heights.png and the plates of heights (rows, cols) in mm; each file appears whole."""
+def write_relief(run_dir: Path, heights: Array, size_mm: float, printer: Printer | None) -> None:
+    """heights.exr, heights.png and the plates of heights (rows, cols) in mm; each file appears whole.
+
+    With a printer the plates are of its layers and pixels, and slicers read them as such.
+    """
     white = white_mm(heights)
     save_heights_exr(run_dir / "heights.exr", heights, size_mm, white)
     save_heights_png(run_dir / "heights.png", heights, white, size_mm)
     for name in PLATES:
-        export_plate(run_dir / name, heights, size_mm)
+        base_mm = BASE_MM if printer is None else printer.base_mm
+        export_plate(run_dir / name, heights, size_mm, base_mm, stepped=printer is not None)
 
 
 def write(
@@ -153,6 +161,7 @@ def write(
             tolerance=settings.descent.tolerance,
             settings=settings.model_dump(mode="json", exclude_none=True),
             baseline=baseline,
+            design=None if outcome.printed is None else outcome.printed.design,
             plate=problem.scene.plate_weights(),
             cameras=problem.scene.weights,
         ),
@@ -220,6 +229,7 @@ def summarise(
             "lift_mm": float(change.mean()),
             "rms_change_mm": float(np.sqrt(np.square(change - change.mean()).mean())),
         },
+        "print": None if outcome.printed is None else outcome.printed.numbers,
         "time_s": {name: part.wall_s for name, part in times.items()},
         "cpu_s": {name: part.cpu_s for name, part in times.items()},
         "skin": described_skin(problem.skin, settings.touch.skin),

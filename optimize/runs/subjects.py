@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from mitsuba_scenes import find_texture
 from optimize.runs import results
@@ -32,7 +33,7 @@ class Subject:
     name: str
     file: Path
     read: HeightMap
-    lengths: Mapping[str, float | None]
+    lengths: Mapping[str, Any]
     run: Run | None
 
     @property
@@ -57,7 +58,9 @@ def read_subjects(
         if run is None:
             raise InputError(f"{folder}: not a run directory; a texture needs another one to compare with")
         own = {key: getattr(run, key) for key in lengths}
-        before = Subject("original", run.texture, load_height_map(run.texture, **own), own, run)
+        # The result of a run with a printer is a print, the file of the original is not.
+        name = "original" if run.print.described is None else "design"
+        before = Subject(name, run.texture, load_height_map(run.texture, **own), own, run)
         return before, _result_of(folder, run, "result")
     return _subject(first, "A", lengths), _subject(second, "B", lengths)
 

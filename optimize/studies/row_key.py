@@ -8,6 +8,7 @@ from typing import Any
 from optimize.runs.config import Run, run_keys
 from optimize.runs.key import all_settings
 from relief.limits import PATCH_SIDE_MM
+from relief.printers import RANGES
 
 SHORT = 12
 """Hexadecimal digits of a key that name the folder of a row."""
@@ -63,6 +64,8 @@ INTRODUCED: Mapping[str, Any] = {
     "verify.distance_cm": 40.0,
     "verify.baseline": True,
     "verify.jod": False,
+    "print.printer": None,
+    **{f"print.{key}": None for key in RANGES},
 }
 """Value of each setting with which runs behave as they did before the setting existed.
 

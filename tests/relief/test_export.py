@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import subprocess
 import sys
 import zipfile
@@ -196,3 +197,19 @@ def test_writing_a_plate_needs_no_library_of_meshes(tmp_path: Path) -> None:
         [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
     )
     assert done.stdout.strip() == ""
+
+
+def test_a_stepped_plate_is_flat_over_each_pixel() -> None:
+    heights = np.random.default_rng(3).integers(0, 9, (6, 8)) * 0.05
+    body = plate_mesh(heights, 0.4, stepped=True)
+    mesh = trimesh.Trimesh(body.vertices, body.faces)
+    assert mesh.is_watertight and mesh.is_winding_consistent
+    np.testing.assert_allclose(mesh.extents, (0.4, 0.3, 2.0 + heights.max()), atol=1e-12)
+    # Four vertices bound the flat part of a pixel; the outermost ring is the rim.
+    relief = body.vertices[: 14 * 18].reshape(14, 18, 3)[1:-1, 1:-1].reshape(6, 2, 8, 2, 3)
+    x, y = (np.arange(8) + 0.5) * 0.05 - 0.2, 0.15 - (np.arange(6) + 0.5) * 0.05
+    for down, across in itertools.product((0, 1), repeat=2):
+        corner = relief[:, down, :, across]
+        np.testing.assert_allclose(corner[..., 0], np.tile(x + (across - 0.5) * 0.04, (6, 1)), atol=1e-12)
+        np.testing.assert_allclose(corner[..., 1].T, np.tile(y + (0.5 - down) * 0.04, (8, 1)), atol=1e-12)
+        np.testing.assert_allclose(corner[..., 2], heights, atol=1e-12)

@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from relief.heightmap import HeightMap
+from relief.printers import Printer
+from relief.printing import printed_map
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import check_size, describe, plate_height_map
 from visual.scene_file.parsed import CheckedScene
@@ -26,6 +28,8 @@ def fitted_scene(
     size_mm: float | None = None,
     relief_mm: float | None = None,
     height_scale: float | None = None,
+    printer: Printer | None = None,
+    repeats: tuple[bool, bool] = (False, False),
 ) -> tuple[CheckedScene, HeightMap]:
     """Check a scene that fits a height map, and read the height map.
 
@@ -35,13 +39,23 @@ def fitted_scene(
         texture: a height map instead of the scene's own.
         size_mm: width of the plate; None takes the one in the file's header, then that of the scene.
         relief_mm, height_scale: of the height map, as in `plate_height_map`.
+        printer: makes the relief; None: the relief is as in its file.
+        repeats: axes (rows, cols) along which a relief to be printed goes on as itself.
+
+    Returns:
+        The scene, and the height map, as printed if there is a printer.
 
     Raises:
         InputError: what is wrong with the scene or the height map, in one line.
     """
     defines = dict(defines or {})
     checked = check_scene(path, defines)
-    read = plate_height_map(path, describe(checked).plate, texture, size_mm, relief_mm, height_scale)
+    plate = describe(checked).plate
+    read = plate_height_map(path, plate, texture, size_mm, relief_mm, height_scale)
+    if printer is not None:
+        fitting = parameters(checked, defines, read.heights.shape, read.size_mm)
+        size_mm = float(fitting.get(SIZE, plate.size_mm))
+        read = printed_map(read, printer, repeats, texture or path, size_mm)
     following = parameters(checked, defines, read.heights.shape, read.size_mm)
     if following:
         checked = check_scene(path, {**defines, **following})

@@ -116,7 +116,7 @@ def finished(folder: Path) -> Path:
     )
     folder.mkdir()
     results.write_settings(folder, settings)
-    results.write_relief(folder, relief(32, 0.9), 10.0)
+    results.write_relief(folder, relief(32, 0.9), 10.0, None)
     return folder
 
 

@@ -233,7 +233,7 @@ def test_size_and_relief_come_along_with_the_heights_of_a_run(
 
     monkeypatch.setattr(cli_evaluate, "measure", measured)
     heights = load_heights(waves)
-    write_relief(Path("run"), heights, 20.0)
+    write_relief(Path("run"), heights, 20.0, None)
     files = ("run/heights.png", "run/heights.exr", "waves.exr")
     # The finger presses on 10 mm of a plate, however wide it is.
     assert output(capsys, "evaluate", *files).endswith("10 N on 10 x 10 mm.\n")

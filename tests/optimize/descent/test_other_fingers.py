@@ -9,7 +9,8 @@ import torch
 
 import tactile
 from optimize.descent.driver import DescentResult, descend
-from optimize.descent.gauss_newton import GaussNewton, _response, _System
+from optimize.descent.equations import System, response_of
+from optimize.descent.gauss_newton import GaussNewton
 from optimize.descent.other_fingers import JND, Drawn, FingersFelt, OtherFingers
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Targets
@@ -95,11 +96,11 @@ def test_a_pull_is_the_derivative_of_what_is_minimised(felt: FingersFelt) -> Non
 def test_pulls_are_terms_of_the_least_squares() -> None:
     random = np.random.default_rng(0)
     matrix = random.normal(size=(12, 12))
-    system = _System(sp.csr_matrix(matrix @ matrix.T), sp.csr_matrix(np.eye(12)), random.normal(size=12))
+    system = System(sp.csr_matrix(matrix @ matrix.T), sp.csr_matrix(np.eye(12)), random.normal(size=12))
     gradients, by_others = random.normal(size=(2, 3, 12))
     drawn = Drawn(by_others, random.normal(size=3), np.array([0.5, 30.0, 1e3]))
     plate = Surface((3, 4), 10.0)
-    found = _response(system, 0.7, gradients, Patches(plate, places(plate)), drawn)
+    found = response_of(system, 0.7, gradients, Patches(plate, places(plate)), drawn)
     weighted = by_others.T * drawn.stiffness
     whole = matrix @ matrix.T + 0.7 * np.eye(12) + weighted @ by_others
     np.testing.assert_allclose(found.free, np.linalg.solve(whole, system.load + weighted @ drawn.wanted))

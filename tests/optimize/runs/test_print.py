@@ -1,0 +1,173 @@
+"""A run with a printer compares prints: whole layers on its pixels, with the feel that was wanted."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+import tactile
+from optimize.descent.layers import HEIGHTS, PATIENCE, Layers
+from optimize.descent.touch_measures import measure_touch
+from optimize.runs import job
+from optimize.runs.config import Run, dump_resolved, load_run, run_from_scene
+from optimize.runs.job import Result
+from relief.errors import InputError
+from relief.heightmap import load_heights
+from relief.printers import PRINTERS, Printer
+from relief.printing import printed
+from tests.optimize.conftest import SAMPLES
+
+PRINTER = Printer("own", 312.5, 60.0, 937.5)
+"""Pixels as wide as the samples of the waves; the base of 2 mm is no whole number of its layers."""
+COARSE = (
+    'verify.model="layer"',
+    "verify.samples=16",
+    "verify.baseline=false",
+    f"define.resolution={SAMPLES}",
+)
+
+
+def settings(studio: Path, texture: Path, *overrides: str) -> Run:
+    return run_from_scene(studio, texture, ["touch.jnd=1.5", 'look.model="fast"', *COARSE, *overrides])
+
+
+@pytest.fixture(scope="module")
+def by_printer(studio: Path, texture: Path) -> Run:
+    return settings(studio, texture, "print.pixel_um=312.5", "print.layer_um=60")
+
+
+@pytest.fixture(scope="module")
+def result(by_printer: Run, tmp_path_factory: pytest.TempPathFactory) -> Result:
+    return job.run(by_printer, tmp_path_factory.mktemp("print") / "out")
+
+
+def test_result_is_of_whole_layers_and_prints_as_itself(result: Result) -> None:
+    layers = result.heights / PRINTER.layer_mm
+    assert np.abs(layers - np.rint(layers)).max() < 1e-9
+    np.testing.assert_allclose(printed(result.heights, 0.3125, PRINTER), result.heights, atol=1e-12)
+    file = load_heights(result.run_dir / "heights.exr")
+    np.testing.assert_allclose(file, result.heights, atol=1e-6)
+    lowest = trimesh.load(result.run_dir / "plate.stl").bounds[0, 2]
+    assert -lowest == pytest.approx(2.04, abs=1e-5)
+
+
+def test_feel_is_reached_between_the_prints(result: Result, texture: Path) -> None:
+    original = printed(load_heights(texture), 0.3125, PRINTER)
+    rough = [
+        measure_touch(relief, 10.0, tactile.Skin(), "layer").means["roughness"]
+        for relief in (original, result.heights)
+    ]
+    assert result.stop.met
+    assert tactile.jnd_apart(rough[1], rough[0]) == pytest.approx(1.5, abs=0.06)
+    assert result.summary["touch"]["jnd_from_original"] == pytest.approx(1.5, abs=0.06)
+
+
+def test_pictures_of_the_prints_change_less_than_of_a_print_of_a_free_result(
+    result: Result, by_printer: Run, studio: Path, texture: Path, tmp_path: Path
+) -> None:
+    """A result without printer keeps its look on the screen; its steps are elsewhere than the original's."""
+    free = job.run(settings(studio, texture), tmp_path / "free")
+    scene = job.prepare(by_printer, None).problem.scene
+    original = scene.heights
+    before, after, naive = (
+        scene.render(relief, model="fast").numpy()
+        for relief in (original, result.heights, printed(free.heights, 0.3125, PRINTER))
+    )
+    assert 1.3 * np.abs(after - before).mean() < np.abs(naive - before).mean()
+
+
+def test_result_tells_of_the_print(result: Result) -> None:
+    told = json.loads((result.run_dir / "result.json").read_text())["print"]
+    assert (told["printer"], told["pixel_um"], told["layer_um"], told["min_feature_um"]) == (
+        *("own", 312.5, 60.0),
+        937.5,
+    )
+    assert told["pixels"] == [SAMPLES, SAMPLES]
+    # Pixels of the picture are so wide here that an eye blurs nothing.
+    change = result.summary["look"]["change_percent"]
+    assert told["seen_change_percent"] == pytest.approx(change, rel=0.2)
+    # Pixels are as wide as the samples: the layers alone make the difference.
+    assert abs(told["design"]["jnd_of_print"]) < 1.0
+    assert told["faults_after"]["too_high_mm"] == 0.0
+    page = (result.run_dir / "report.html").read_text()
+    assert "As printed" in page and "Design of the original" in page
+
+
+def test_an_interrupted_run_goes_on_to_the_same_print(
+    result: Result, by_printer: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from optimize.descent.gauss_newton import GaussNewton
+
+    advance, steps = GaussNewton.advance, []
+
+    def interrupted(self: GaussNewton, iterate: object) -> object:
+        steps.append(iterate)
+        if len(steps) > PATIENCE + 2:
+            raise KeyboardInterrupt
+        return advance(self, iterate)  # type: ignore[arg-type]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(GaussNewton, "advance", interrupted)
+        job.run(by_printer, tmp_path / "out")
+    resumed = job.resume(tmp_path / "out")
+    assert resumed.summary["stop"]["steps"] == result.summary["stop"]["steps"]
+    np.testing.assert_allclose(resumed.heights, result.heights, atol=1e-9)
+
+
+def test_layers_move_by_whole_layers_and_stay_within_limits() -> None:
+    original = np.round(np.random.default_rng(0).uniform(0, 40, (20, 20))) * 0.05
+    layers = Layers(original, 0.05)
+    moved = layers.placed(original + 0.737)
+    np.testing.assert_allclose(moved, original + 0.737 - 0.75, atol=0.0130001)
+    high = layers.placed(original * 4.0)
+    assert high.min() >= 0.0 and high.max() <= 3.0
+    np.testing.assert_allclose(layers.rounded(original), original, atol=1e-12)
+    assert np.abs(layers.to_nearest(original + 0.02) + 0.02).max() < 1e-9
+    assert layers.next_weight(0.0, met=False) == 0.0
+    assert 0.0 < layers.next_weight(0.0, met=True) < layers.next_weight(3.0, met=False)
+    memory = {HEIGHTS: original, "layer_weight": np.array([3.0])}
+    assert Layers.remembered(original, memory).keys() == memory.keys()
+    assert Layers.remembered(original, {"trust": original}) == {}
+
+
+def test_named_printer_fills_in_its_numbers_and_loads_again(
+    studio: Path, texture: Path, tmp_path: Path
+) -> None:
+    run = settings(studio, texture, 'print.printer="mask-35"')
+    assert run.print.described == PRINTERS["mask-35"]
+    own = settings(studio, texture, 'print.printer="mask-35"', "print.layer_um=25")
+    assert own.print.printer == "own"
+    assert own.print.layer_um == 25.0 and own.print.pixel_um == 35.0
+    for each in (run, own, settings(studio, texture)):
+        file = tmp_path / "run.toml"
+        file.write_text(dump_resolved(each))
+        assert load_run(file) == each
+    file.write_text(dump_resolved(own))
+    assert load_run(file, ['print.printer="dlp-50"']).print.described == PRINTERS["dlp-50"]
+
+
+@pytest.mark.parametrize(
+    ("override", "line"),
+    [
+        ('print.printer="mask-51"', "print: printer: mask-51 is none of mask-22, "),
+        ("print.pixel_um=50", "print: layer_um: missing; a printer needs pixel_um and layer_um, or a name"),
+        ('print.printer="mask-50"|print.layer_um=0', "print: layer_um: 0 is not a number from 1 to 1000"),
+        ('print.printer="mask-50"|print.pixel_um="x"', "print.pixel_um: Input should be a valid number"),
+        ('print.printer="mask-50"|descent.method="adam"', "print: adam makes no whole layers"),
+        ("print.printer=5", "print.printer: Input should be a valid string"),
+        ("print=5", "print: "),
+    ],
+)
+def test_bad_printers_are_refused_in_one_line(studio: Path, texture: Path, override: str, line: str) -> None:
+    with pytest.raises(InputError) as caught:
+        settings(studio, texture, *override.split("|"))
+    assert line in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_printer_too_coarse_for_the_plate_is_refused(studio: Path, texture: Path, tmp_path: Path) -> None:
+    coarse = settings(studio, texture, "print.pixel_um=2000", "print.layer_um=60")
+    with pytest.raises(InputError, match=r"waves\.exr: printer: pixels of 2000 um make 5 x 5 of 10 x 10 mm"):
+        job.run(coarse, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
