@@ -17,6 +17,7 @@ ALLOWED = {
     "relief": set(),
     "relief.preparing": {"relief"},
     "relief.objects": {"relief"},
+    "relief.wrapping": {"relief"},
     "relief.meshes": {"relief"},
     "mitsuba_scenes": {"relief"},
     "surrogate": {"relief"},
@@ -76,7 +77,7 @@ ALLOWED = {
     },
     "optimize.commands": {
         *RELIEF,
-        *("relief.meshes", "optimize.meshes"),
+        *("relief.meshes", "relief.objects", "relief.wrapping", "optimize.meshes"),
         *("optimize.descent", "optimize.report", "optimize.runs", "optimize.training"),
         *("optimize.studies", "optimize.stimuli", "optimize.workers"),
         *("relief.preparing", "tactile", "visual", "visual.backend", "surrogate.corpus", "surrogate.nets"),

@@ -29,6 +29,7 @@ from optimize.commands import (
     stimuli,
     study,
     train,
+    wrap,
 )
 from optimize.commands.options import INTERRUPTED, telling
 from optimize.commands.streams import standard_streams
@@ -63,6 +64,7 @@ VERBS = {
         compare,
         render,
         export,
+        wrap,
         study,
         stimuli,
         dataset,

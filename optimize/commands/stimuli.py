@@ -214,8 +214,8 @@ def _requested(arguments: argparse.Namespace) -> "StimulusSet":
     return _checked(
         {
             "textures": textures,
-            "jnd": sorted(arguments.jnd or ()),
-            "contact_area_scale": sorted(arguments.contact_area_scale or ()),
+            "jnd": arguments.jnd or (),
+            "contact_area_scale": arguments.contact_area_scale or (),
             **{name: getattr(arguments, name) for name in ("same_roughness", "whole", "with_scaled")},
             "sources": [source.absolute() for source in arguments.sources],
             "settings": settings,

@@ -43,7 +43,7 @@ def check_sources(stimuli: StimulusSet) -> None:
 
 
 def make_controls(stimuli: StimulusSet, out: Path) -> list[Control]:
-    """Prepare the patches of every source, unless they are there and newer.
+    """Prepare the patches of every source, unless they are there already.
 
     A patch is as wide in mm as its texture, or one period of the picture if that is less, has as many samples
     and the same relief, and is made periodic like a tile.
@@ -61,7 +61,7 @@ def make_controls(stimuli: StimulusSet, out: Path) -> list[Control]:
         with naming(source), stage(f"patches of {source.name}"):
             for number, crop in enumerate(_crops(stimuli, source, read), start=1):
                 file = out / FOLDER / f"{name}-{number}.exr"
-                if not file.is_file() or file.stat().st_mtime < source.stat().st_mtime:
+                if not file.is_file():
                     _prepare(stimuli, source, read, crop, file)
                 size_mm = load_height_map(file).side_mm
                 found.append(Control(name, number, file.absolute(), size_mm))

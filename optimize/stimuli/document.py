@@ -88,7 +88,6 @@ def entry_of(plate: Plate, original: float | None) -> Entry:
     compared = CHANGES if plate.of.kind != CONTROLS else {}
     return {
         "label": plate.of.label,
-        "mark": plate.of.mark.lower(),
         "kind": plate.of.kind,
         "level": plate.of.level,
         "roughness": felt,
@@ -118,7 +117,6 @@ def texture_entry(name: str, plates: Sequence[Plate], files: Sequence[str]) -> E
     if len(jnds) >= 2:
         found["levels"] = {
             "labels": [entry["label"] for entry in levels],
-            "marks": [entry["mark"] for entry in levels],
             "jnd": jnds,
             "judged_rougher": prediction.judged_above(jnds).tolist(),
             "neighbours_percent": 100.0 * prediction.neighbours_right(jnds),
@@ -216,8 +214,8 @@ def summary_of(textures: Sequence[Entry]) -> Entry:
     sets = [texture["levels"] for texture in textures if texture["levels"]]
     cold = [texture["contact"] for texture in textures if texture["contact"]]
     colder = [each for texture in cold for each in texture["colder_percent"]]
-    most: list[str] = max((each["marks"] for each in sets), key=len, default=[])
-    whole = [each for each in sets if each["marks"] == most]
+    sizes = [len(each["jnd"]) for each in sets]
+    whole = [each for each in sets if len(each["jnd"]) == max(sizes)]
     matrix = np.mean([each["judged_rougher"] for each in whole], axis=0).tolist() if whole else None
     each = [one["neighbours_percent"] for texture in sets for one in texture["fingers"]]
     return {
@@ -229,7 +227,7 @@ def summary_of(textures: Sequence[Entry]) -> Entry:
         "sorted_percent": fmean(each["sorted_percent"] for each in sets) if sets else None,
         "far_discrepancy_percent": fmean(each["far_discrepancy_percent"] for each in sets) if sets else None,
         "judged_rougher": matrix,
-        "levels": most,
+        "levels": [label.split(" ", 1)[1] for label in whole[0]["labels"]] if whole else [],
         "colder_percent": fmean(colder) if colder else None,
         "seconds": math.fsum(plate["seconds"] or 0.0 for plate in plates),
         "paper_neighbours_percent": PAPER_NEIGHBOURS_PERCENT,

@@ -13,9 +13,9 @@ LINKS = 16
 """Links of the bracelet; an even number, so that two kinds may take turns."""
 BRACELET_MM = (33.0, 2.2, 7.5)
 """Radius of the ring to the middle of its band, half the thickness of the band and half its width, mm."""
-GROOVE = 0.35
+GROOVE = 0.2
 """Part by which the band is thinner in the middle of the groove between two links."""
-GROOVE_POWER = 24
+GROOVE_POWER = 12
 """Power of the cosine that shapes a groove; the greater, the narrower."""
 CURVED_MM = (50.0, 4.0)
 """Side and thickness of the curved plate, mm."""
@@ -95,7 +95,7 @@ def cylinder(radius_mm: float = 15.0, length_mm: float = 40.0, edge_mm: float = 
     return Body(np.concatenate([points, ends]), np.concatenate([sides, bottom, top]))
 
 
-def curved(edge_mm: float = 0.5) -> Body:
+def curved(edge_mm: float = 0.8) -> Body:
     """A plate with a hill, a saddle and a rise to the rim: the paper's shape with a maximum and a saddle."""
     side, thick = CURVED_MM
     samples = math.ceil(side / edge_mm)

@@ -3,7 +3,6 @@
 import csv
 import json
 import shutil
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +10,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from optimize.stimuli.document import summary_of
 from optimize.stimuli.levels import write_study_file
 from optimize.stimuli.making import make
 from optimize.stimuli.plates import cut_square, plate_bodies
-from optimize.stimuli.prediction import judged_above, probability
+from optimize.stimuli.prediction import probability
 from optimize.stimuli.stimulus_set import LABEL_MM, PrintSettings, StimulusSet
 from optimize.studies import row_job
 from optimize.studies.rows import expand
@@ -71,23 +69,6 @@ def test_what_people_should_tell_follows_from_what_is_felt(whole: Path) -> None:
     assert 0.0 < ours["picture_difference_percent"] < scaled["picture_difference_percent"]
     with (whole / "plates.csv").open() as file:
         assert [row["label"] for row in csv.DictReader(file)] == LABELS
-
-
-def texture_of(name: str, levels: Sequence[float]) -> dict[str, Any]:
-    """The entry of a texture whose plates are felt as designed, as far as the summary reads it."""
-    marks = [f"{level:+g}" for level in levels]
-    shares = {f"{share}_percent": 80.0 for share in ("neighbours", "sorted", "far_discrepancy")}
-    matrix = judged_above(levels).tolist()
-    found = {"marks": marks, "jnd": list(levels), "judged_rougher": matrix, "fingers": [], **shares}
-    return {"name": name, "plates": [], "contact": None, "levels": found}
-
-
-def test_the_mean_matrix_is_of_textures_with_the_same_levels() -> None:
-    whole, other = texture_of("a stone", (-1.0, 0.0, 1.0)), texture_of("b", (-1.0, 0.0, 3.0))
-    summary = summary_of([texture_of("c", (0.0, 1.0)), whole, other])
-    assert summary["levels"] == ["-1", "+0", "+1"]
-    assert summary["judged_rougher"] == whole["levels"]["judged_rougher"]
-    assert summary_of([])["judged_rougher"] is None
 
 
 def test_the_plates_are_solids_named_by_their_labels(whole: Path) -> None:

@@ -1,0 +1,284 @@
+"""Flat coordinates for a curved surface: overlapping patches by logarithmic maps, turned to fit one another.
+
+The logarithmic map of a point gives its surroundings the coordinates that they have along the shortest ways
+from the point: lengths from the point are kept exactly, others nearly. Each patch reaches as far as lengths
+are kept within `STRETCH`. A patch is moved and turned until its coordinates agree with those of its
+neighbours; on a plane, a cylinder or a cone all agree, and no seam is left.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from relief.arrays import Array
+from relief.body import Body
+from relief.progress import this_stage
+from relief.wrapping.flipping import edge_pairs
+
+STRETCH = 0.1
+"""Largest change of a length inside a patch, as a part of it."""
+LEAST_MM, MOST_MM = 3.0, 9.0
+"""Radius of the smallest and of the largest patch, mm."""
+OVERLAP = 1.5
+"""How far coordinates are kept, in radii of the patch: neighbours overlap, and fit one another there."""
+MARGIN = 1.2
+"""Radius of the piece of surface that a map is computed on, in that of what is kept of the map."""
+FITTING_MM = 0.5
+"""Difference of coordinates, mm, beyond which two patches do not fit, however far."""
+MOST_AT_A_FACE = 4
+"""Most patches that share a triangle; farther ones are left out."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Flat coordinates of the triangles of a body.
+
+    Attributes:
+        patch: (faces, k) numbers of the patches that a triangle belongs to; -1: none.
+        uv: (faces, k, 3, 2) coordinates of the corners in mm, u to the right and v up.
+        weight: (faces, k, 3) share of each patch at the corners; over k the sum is 1, or 0 without any.
+        stretch: (faces,) largest change of a length in the leading patch, as a part of it.
+        patches: Number of patches.
+    """
+
+    patch: NDArray[np.intp]
+    uv: Array
+    weight: Array
+    stretch: Array
+    patches: int
+
+
+def lay_out(body: Body, needed: NDArray[np.bool_], blend_mm: float, normals: Array) -> Layout:
+    """Cover a surface with patches.
+
+    Args:
+        body: Triangles of about 1 mm; each vertex once.
+        needed: (vertices,) those that need coordinates.
+        blend_mm: Width of the strip on which neighbouring patches share the surface.
+        normals: (vertices, 3) outward unit normals.
+    """
+    cover = _Cover(body, normals)
+    total = float(needed.sum())
+    while (seed := cover.next_seed(needed)) is not None:
+        cover.add(seed)
+        this_stage().reach(float((cover.best[needed] <= 1.0).sum()) / total)
+    return cover.layout(needed, blend_mm)
+
+
+@dataclass(frozen=True)
+class _Patch:
+    """Coordinates (n, 2) of some vertices, and their distances from the middle of the patch in its radii."""
+
+    vertices: NDArray[np.intp]
+    uv: Array
+    far: Array
+    radius_mm: float
+
+
+class _Cover:
+    """Patches so far, and how well each vertex is covered."""
+
+    def __init__(self, body: Body, normals: Array) -> None:
+        self.body, self.normals = body, normals
+        self.tree = cKDTree(body.vertices)
+        self.patches: list[_Patch] = []
+        self.best = np.full(len(body.vertices), np.inf)
+        self.tried = np.zeros(len(body.vertices), bool)
+
+    def next_seed(self, needed: NDArray[np.bool_]) -> int | None:
+        """The vertex that the next patch begins at: uncovered, and as far as the neighbours still reach."""
+        open_ = needed & (self.best > 1.0) & ~self.tried
+        if not open_.any():
+            return None
+        known = np.flatnonzero(open_ & np.isfinite(self.best))
+        if len(known):
+            return int(known[np.argmax(self.best[known])])
+        candidates = np.flatnonzero(open_)
+        return int(candidates[np.argmax(self.body.vertices[candidates, 2])])
+
+    def add(self, seed: int) -> None:
+        """Add the patch around a vertex."""
+        self.tried[seed] = True
+        vertices, uv, faces = self._map(seed)
+        radius = _reach(self.body.vertices[vertices], uv, faces)
+        far = np.linalg.norm(uv, axis=1) / radius
+        kept = far <= OVERLAP
+        patch = _Patch(vertices[kept], uv[kept], far[kept], radius)
+        turned = self._fit(patch, seed)
+        self.patches.append(_Patch(patch.vertices, turned, patch.far, radius))
+        self.best[patch.vertices] = np.minimum(self.best[patch.vertices], patch.far)
+
+    def _map(self, seed: int) -> tuple[NDArray[np.intp], Array, NDArray[np.intp]]:
+        """The logarithmic map of a vertex: vertices, coordinates, and the triangles in between."""
+        import potpourri3d
+
+        reach = OVERLAP * MARGIN * self._expected_radius(seed)
+        around = np.array(self.tree.query_ball_point(self.body.vertices[seed], reach))
+        number = np.full(len(self.body.vertices), -1)
+        number[around] = np.arange(len(around))
+        faces = number[self.body.faces]
+        faces = _connected(faces[(faces >= 0).all(axis=1)], int(number[seed]), len(around))
+        used = np.unique(faces)
+        renumber = np.full(len(around), -1)
+        renumber[used] = np.arange(len(used))
+        faces = renumber[faces]
+        solver = potpourri3d.MeshVectorHeatSolver(self.body.vertices[around[used]], faces)
+        uv = np.asarray(solver.compute_log_map(int(renumber[number[seed]])))
+        return around[used], uv, faces
+
+    def _expected_radius(self, seed: int) -> float:
+        """Radius that a patch may have, mm: at most half as large again as that of the neighbour."""
+        near = [patch.radius_mm for patch in self.patches if (patch.vertices == seed).any()]
+        return min(MOST_MM, 1.5 * max(near, default=MOST_MM))
+
+    def _fit(self, patch: _Patch, seed: int) -> Array:
+        """Coordinates of a patch, moved and turned to those of its neighbours, or to x at the first."""
+        best, best_cost = self._upright(patch, seed), np.inf
+        fits = []
+        place = np.full(len(self.body.vertices), -1)
+        place[patch.vertices] = np.arange(len(patch.vertices))
+        for other in self.patches:
+            at = place[other.vertices]
+            both = at >= 0
+            if both.sum() >= 3:
+                # What lies in the middle between both counts: there one takes over from the other.
+                weight = np.exp(-4.0 * (patch.far[at[both]] - other.far[both]) ** 2) + 1e-6
+                weight *= np.maximum(OVERLAP - np.maximum(patch.far[at[both]], other.far[both]), 1e-3)
+                fits.append((at[both], other.uv[both], weight))
+        if not fits:
+            return best
+        everything = tuple(np.concatenate(part) for part in zip(*fits, strict=True))
+        for at, goal, weight in (*fits, everything):
+            moved = _moved(patch.uv, patch.uv[at], goal, weight)
+            miss = np.linalg.norm(moved[everything[0]] - everything[1], axis=1)
+            cost = float((everything[2] * np.minimum(miss, FITTING_MM)).sum())
+            if cost < best_cost:
+                best, best_cost = moved, cost
+        return best
+
+    def _upright(self, patch: _Patch, seed: int) -> Array:
+        """Coordinates turned until u points along x; along y where x is the normal."""
+        normal = self.normals[seed]
+        along = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.8 else np.array([0.0, 1.0, 0.0])
+        near = np.argsort(patch.far)[:12]
+        offset = self.body.vertices[patch.vertices[near]] - self.body.vertices[seed]
+        to_space = np.linalg.lstsq(patch.uv[near], offset, rcond=None)[0]
+        direction = to_space @ along
+        direction /= max(float(np.linalg.norm(direction)), 1e-12)
+        turn = np.array([[direction[0], direction[1]], [-direction[1], direction[0]]])
+        return np.asarray(patch.uv @ turn.T)
+
+    def layout(self, needed: NDArray[np.bool_], blend_mm: float) -> Layout:
+        """The patches of each triangle, with their shares."""
+        faces = self.body.faces
+        count = len(faces)
+        wanted = needed[faces].any(axis=1)
+        key = np.full((count, MOST_AT_A_FACE), np.inf)
+        patch_of = np.full((count, MOST_AT_A_FACE), -1)
+        uv_of = np.zeros((count, MOST_AT_A_FACE, 3, 2))
+        weight_of = np.zeros((count, MOST_AT_A_FACE, 3))
+        stretch = np.zeros(count)
+        uv = np.full((len(self.body.vertices), 2), np.nan)
+        far = np.full(len(self.body.vertices), np.inf)
+        for number, patch in enumerate(self.patches):
+            uv[patch.vertices], far[patch.vertices] = patch.uv, patch.far
+            near = np.flatnonzero(wanted & np.isfinite(far[faces]).all(axis=1))
+            behind = (far[faces[near]] - self.best[faces[near]]) * patch.radius_mm
+            share = np.maximum(1.0 - behind / blend_mm, 0.0) ** 2
+            near, share = near[share.any(axis=1)], share[share.any(axis=1)]
+            order = far[faces[near]].min(axis=1)
+            last = np.argmax(key[near], axis=1)
+            better = order < key[near, last]
+            near, share, last, order = near[better], share[better], last[better], order[better]
+            key[near, last], patch_of[near, last] = order, number
+            uv_of[near, last], weight_of[near, last] = uv[faces[near]], share
+            uv[patch.vertices], far[patch.vertices] = np.nan, np.inf
+        total = weight_of.sum(axis=1, keepdims=True)
+        weight_of = np.divide(weight_of, total, out=np.zeros_like(weight_of), where=total > 0.0)
+        leading = np.argmax(weight_of.sum(axis=2), axis=1)
+        known = patch_of[np.arange(count), leading] >= 0
+        stretch[known] = stretches(self.body.vertices[faces[known]], uv_of[np.arange(count), leading][known])
+        return Layout(patch_of, uv_of, weight_of, stretch, len(self.patches))
+
+
+def stretches(corners: Array, uv: Array) -> Array:
+    """Largest change of a length by flat coordinates, as a part of it, (n,).
+
+    Args:
+        corners: (n, 3, 3) corners of triangles, mm.
+        uv: (n, 3, 2) coordinates of the corners, mm.
+    """
+    low, high = singular_values(corners, uv)
+    return np.asarray(np.maximum(high - 1.0, 1.0 - low))
+
+
+def singular_values(corners: Array, uv: Array) -> tuple[Array, Array]:
+    """Least and greatest factor of a length by flat coordinates, (n,) each; the least below 0 if mirrored."""
+    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    length = np.maximum(np.linalg.norm(one, axis=1), 1e-12)
+    x = (one * two).sum(axis=1) / length
+    y = np.maximum(np.linalg.norm(np.cross(one, two), axis=1) / length, 1e-12)
+    across = (uv[:, 1] - uv[:, 0]) / length[:, None]
+    up = (uv[:, 2] - uv[:, 0] - across * x[:, None]) / y[:, None]
+    square = (across**2).sum(axis=1) + (up**2).sum(axis=1)
+    determinant = across[:, 0] * up[:, 1] - across[:, 1] * up[:, 0]
+    sum_, difference = (
+        np.sqrt(np.maximum(square + 2.0 * determinant, 0.0)),
+        np.sqrt(np.maximum(square - 2.0 * determinant, 0.0)),
+    )
+    return 0.5 * (sum_ - difference), 0.5 * (sum_ + difference)
+
+
+def _connected(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[np.intp]:
+    """Triangles that hang together with a vertex by their edges; what hangs by a single vertex is cut off.
+
+    Args:
+        faces: (m, 3) triangles, part of a closed body.
+        seed: The vertex.
+        count: Number of vertices.
+    """
+    while True:
+        pairs = edge_pairs(faces, count) // 3
+        both = sp.coo_matrix((np.ones(len(pairs)), pairs.T), (len(faces), len(faces)))
+        part = connected_components(both, directed=False)[1]
+        own = part[np.flatnonzero((faces == seed).any(axis=1))[0]]
+        faces = faces[part == own]
+        # A vertex at which the rim passes twice: more rim edges start there than one.
+        ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+        keys, inverse = np.unique(ends.min(axis=1) * count + ends.max(axis=1), return_inverse=True)
+        rim = np.bincount(inverse, minlength=len(keys))[inverse] == 1
+        twice = np.bincount(ends[rim, 0], minlength=count) > 1
+        if not twice.any():
+            return faces
+        stays = ~twice[faces].any(axis=1)
+        stays |= (faces == seed).any(axis=1)
+        if stays.all():
+            return faces[(faces == seed).any(axis=1)]
+        faces = faces[stays]
+
+
+def _reach(vertices: Array, uv: Array, faces: NDArray[np.intp]) -> float:
+    """Distance from the middle up to which coordinates keep lengths, mm."""
+    bad = stretches(vertices[faces], uv[faces]) > STRETCH
+    middle = np.linalg.norm(uv[faces].mean(axis=1), axis=1)
+    if not bad.any():
+        return MOST_MM
+    # Single bad triangles are noise: a fiftieth of the area so far, at least.
+    order = np.argsort(middle)
+    share = np.cumsum(bad[order]) / np.arange(1, len(order) + 1)
+    beyond = middle[order][share > 0.05]
+    return float(np.clip(beyond[0] if len(beyond) else MOST_MM, LEAST_MM, MOST_MM))
+
+
+def _moved(uv: Array, start: Array, goal: Array, weight: Array) -> Array:
+    """Coordinates after the turn and the shift that bring some of them nearest to a goal (Procrustes)."""
+    share = weight / weight.sum()
+    from_, to = share @ start, share @ goal
+    product = (start - from_).T @ ((goal - to) * share[:, None])
+    angle = np.arctan2(product[0, 1] - product[1, 0], product[0, 0] + product[1, 1])
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return np.asarray((uv - from_) @ turn.T + to)

@@ -1,0 +1,138 @@
+"""Refinement of triangles where a texture needs it; corners keep their place in the old triangles."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.arrays import Array
+from relief.body import Body
+from relief.errors import InputError
+from relief.progress import this_stage
+
+AREA_PER_FACE = 0.21
+"""Mean area of the triangles that refinement leaves, in the square of the longest edge allowed."""
+MOST_ROUNDS = 40
+"""Rounds of refinement that even a triangle a million edges long does not need."""
+
+
+@dataclass(frozen=True)
+class Refined:
+    """A body whose triangles were divided.
+
+    Attributes:
+        body: The finer body; the first vertices are the old ones.
+        parent: (faces,) number of the old triangle that each triangle lies in.
+        corners: (faces, 3, 3) barycentric coordinates of each corner in the old triangle.
+    """
+
+    body: Body
+    parent: NDArray[np.intp]
+    corners: NDArray[np.float32]
+
+    def vertex_parents(self, preferred: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """An old triangle that each vertex lies in, (n,), and its barycentric coordinates there, (n, 3).
+
+        Args:
+            preferred: (old triangles,) those taken where a vertex lies in several.
+        """
+        count = len(self.body.vertices)
+        parent, weights = np.zeros(count, np.intp), np.zeros((count, 3))
+        for chosen in (~preferred[self.parent], preferred[self.parent]):
+            faces = self.body.faces[chosen]
+            parent[faces] = self.parent[chosen, None]
+            weights[faces] = self.corners[chosen]
+        return parent, weights
+
+
+def refined(body: Body, edge_mm: float, where: NDArray[np.bool_] | None = None) -> Refined:
+    """Divide triangles until no edge is longer than a limit; the surface stays where it is.
+
+    Args:
+        body: A closed body, each vertex once.
+        edge_mm: Longest edge allowed, mm.
+        where: (faces,) triangles that need it; None: all. Their neighbours are divided along the shared
+            edges alone, so that the body stays closed.
+
+    Raises:
+        InputError: The triangles degenerate: edges stay too long.
+    """
+    vertices, faces = body.vertices, body.faces
+    parent = np.arange(len(faces))
+    corners = np.broadcast_to(np.eye(3, dtype=np.float32), (len(faces), 3, 3)).copy()
+    needed = np.ones(len(faces), bool) if where is None else where
+    for _ in range(MOST_ROUNDS):
+        ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+        keys = ends[:, 0] * len(vertices) + ends[:, 1]
+        # Only edges that are too long are sorted, and matched with those of the neighbours.
+        long_ = ((vertices[ends[:, 0]] - vertices[ends[:, 1]]) ** 2).sum(axis=1) > edge_mm**2
+        split = np.unique(keys[long_ & np.repeat(needed[parent], 3)])
+        if not len(split):
+            return Refined(Body(vertices, faces), parent, corners)
+        middle = np.minimum(np.searchsorted(split, keys), len(split) - 1)
+        marked = (split[middle] == keys) & long_
+        middles = np.where(marked, len(vertices) + middle, -1).reshape(-1, 3)
+        ends_of = np.stack([split // len(vertices), split % len(vertices)])
+        vertices = np.concatenate([vertices, vertices[ends_of].mean(axis=0)])
+        faces, parent, corners = _divided(vertices, faces, middles, parent, corners)
+        this_stage()(0)
+    raise InputError("triangles: edges stay too long; the mesh has triangles without area")
+
+
+def _divided(
+    vertices: Array,
+    faces: NDArray[np.intp],
+    middles: NDArray[np.intp],
+    parent: NDArray[np.intp],
+    corners: NDArray[np.float32],
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float32]]:
+    """Triangles after the edges with a middle are divided; middle k lies between corners k and k + 1."""
+    marks = middles >= 0
+    count = marks.sum(axis=1)
+    # The first marked edge after an unmarked one, or the unmarked edge itself last.
+    first = np.argmax(marks & ~np.roll(marks, 1, axis=1), axis=1)
+    turned = (first[:, None] + np.arange(3)) % 3
+    rows = np.arange(len(faces))[:, None]
+    six = np.concatenate([faces[rows, turned], middles[rows, turned]], axis=1)
+    points = corners[rows, turned]
+    six_points = np.concatenate([points, 0.5 * (points + np.roll(points, -1, axis=1))], axis=1)
+    # Corners 0 1 2, middles 3 (of 0 and 1), 4 (of 1 and 2), 5 (of 2 and 0).
+    across = ((vertices[six[:, 0]] - vertices[six[:, 4]]) ** 2).sum(axis=1) <= (
+        (vertices[six[:, 3]] - vertices[six[:, 2]]) ** 2
+    ).sum(axis=1)
+    cases = [
+        (count == 0, [(0, 1, 2)]),
+        (count == 1, [(0, 3, 2), (3, 1, 2)]),
+        ((count == 2) & across, [(3, 1, 4), (0, 3, 4), (0, 4, 2)]),
+        ((count == 2) & ~across, [(3, 1, 4), (0, 3, 2), (3, 4, 2)]),
+        (count == 3, [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]),
+    ]
+    new_faces, new_parent, new_corners = [], [], []
+    for chosen, triangles in cases:
+        if not chosen.any():
+            continue
+        own, own_points, own_parent = six[chosen], six_points[chosen], parent[chosen]
+        for triangle in triangles:
+            new_faces.append(own[:, triangle])
+            new_points = own_points[:, triangle]
+            new_corners.append(new_points)
+            new_parent.append(own_parent)
+    return np.concatenate(new_faces), np.concatenate(new_parent), np.concatenate(new_corners)
+
+
+def expected_faces(body: Body, edge_mm: float, where: NDArray[np.bool_]) -> int:
+    """Number of triangles that `refined` leaves, about.
+
+    Args:
+        body: Before refinement.
+        edge_mm: Longest edge allowed, mm.
+        where: (faces,) triangles that are refined.
+    """
+    areas = face_areas(body)
+    return int(len(areas) + np.maximum(areas[where] / (AREA_PER_FACE * edge_mm**2) - 1.0, 0.0).sum())
+
+
+def face_areas(body: Body) -> Array:
+    """Areas of the triangles, (faces,) mm²."""
+    a, b, c = np.moveaxis(body.vertices[body.faces], 1, 0)
+    return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))

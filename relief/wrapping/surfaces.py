@@ -1,0 +1,167 @@
+"""The surface that is wrapped: its settings, triangles of about a millimetre, and the fine triangles."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from relief.arrays import Array
+from relief.body import Body
+from relief.errors import InputError
+from relief.wrapping.clearance import smooth_normals
+from relief.wrapping.flipping import even_triangles
+from relief.wrapping.masks import Points, Regions, mask_at, smooth_step
+from relief.wrapping.patches import Layout
+from relief.wrapping.refining import Refined, expected_faces, refined
+
+BASE_EDGE_MM = 1.0
+"""Longest edge of the mesh that patches, normals and clearance are computed on, mm."""
+LEAST_BASE_EDGES = 24
+"""Edges at least along the longest side of a small object."""
+FALLOFF_MM = 2.0
+"""Width over which the texture ends at masks and at a flat bottom, mm, where no other is given."""
+MOST_FACES = 1_000_000
+"""Triangles at most, where no other number is given: a 3MF file of about 25 MB."""
+BOTTOM = 0.002
+"""Height above the lowest point within which a triangle that points down is the bottom, mm."""
+LEAST_BOTTOM_MM2 = 4.0
+"""Least area of a flat bottom, mm²: the lowest triangles of a ball are none."""
+RIM_MM = 0.1
+"""Distance of the points that stand for the rim of the bottom, mm."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a body is wrapped.
+
+    Attributes:
+        mask: Part of the surface that carries any texture; None: all.
+        level: Height of the object's own surface in the relief, from 0, its lowest point (the relief stands
+            on the surface), to 1, its highest (the relief is cut into the surface).
+        falloff_mm: Width over which the texture ends, mm.
+        keep_bottom: Whether a flat bottom, the lowest triangles that point down, stays as it is.
+        edge_mm: Longest edge of the textured triangles, mm; None: that of the samples, or what `faces` allow.
+        faces: Triangles at most, about; for `edge_mm` None.
+    """
+
+    mask: str | None = None
+    level: float = 0.0
+    falloff_mm: float = FALLOFF_MM
+    keep_bottom: bool = True
+    edge_mm: float | None = None
+    faces: int = MOST_FACES
+
+
+class BaseSurface:
+    """The body with triangles of about a millimetre, and what is computed there.
+
+    Attributes:
+        body: The finer body.
+        uv: (faces, 3, 2) texture coordinates, or None.
+        bottom: (faces,) those of a flat bottom that stays.
+        normals: (vertices, 3) outward unit normals.
+        carried: (vertices,) how much of any texture each vertex carries.
+        regions: Regions that masks may name.
+    """
+
+    def __init__(self, body: Body, uv: Array | None, regions: Regions, settings: Settings) -> None:
+        longest = float(np.ptp(body.vertices, axis=0).max())
+        edge = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
+        check_count(expected_faces(body, edge, np.ones(len(body.faces), bool)), settings)
+        self.uv: Array | None = None
+        if uv is None:
+            self.body = even_triangles(body, edge)
+        else:
+            # Flips would cross the seams of the coordinates.
+            finer = refined(body, edge)
+            self.body = finer.body
+            self.uv = np.einsum("fcb,fbd->fcd", finer.corners.astype(np.float64), uv[finer.parent])
+        self.bottom = _bottom(self.body) if settings.keep_bottom else np.zeros(len(self.body.faces), bool)
+        self.regions = regions
+        self.normals = smooth_normals(self.body, self.bottom)
+        points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions)
+        self.carried = np.ones(len(self.body.vertices))
+        if settings.mask is not None:
+            self.carried = mask_at(settings.mask, points, settings.falloff_mm)
+        self.carried[self.body.faces[self.bottom]] = 0.0
+
+    def _vertex_uv(self) -> Array | None:
+        if self.uv is None:
+            return None
+        found = np.zeros((len(self.body.vertices), 2))
+        found[self.body.faces] = self.uv
+        return found
+
+    def rim(self) -> Array:
+        """(n, 3) points on the rim of the bottom, mm, at most `RIM_MM` apart."""
+        faces = self.body.faces
+        on_bottom = np.zeros(len(self.body.vertices), bool)
+        on_bottom[faces[self.bottom]] = True
+        sides = faces[~self.bottom]
+        ends = np.stack([sides, np.roll(sides, -1, axis=1)], axis=-1).reshape(-1, 2)
+        ends = ends[on_bottom[ends].all(axis=1)]
+        share = np.linspace(0.0, 1.0, int(BASE_EDGE_MM / RIM_MM) + 1)[:, None, None]
+        start, end = self.body.vertices[ends[:, 0]], self.body.vertices[ends[:, 1]]
+        return np.asarray((start + share * (end - start)).reshape(-1, 3))
+
+
+class FineSurface:
+    """The fine body by the numbers of the base: attributes at its vertices, and their coordinates."""
+
+    def __init__(self, base: BaseSurface, fine: Refined, layout: Layout) -> None:
+        self.base, self.fine, self.layout = base, fine, layout
+        leading = layout.weight.sum(axis=(1, 2)) > 0.0
+        self.parent, self.share = fine.vertex_parents(leading)
+        normals = self.of_vertices(base.normals)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        uv = None if base.uv is None else self.of_corners(base.uv[self.parent])
+        self.points = Points(fine.body.vertices, normals, uv, base.regions)
+
+    def of_vertices(self, values: Array) -> Array:
+        """Values (fine vertices, ...) between those at the base's vertices."""
+        return self.of_corners(values[self.base.body.faces[self.parent]])
+
+    def of_corners(self, values: Array) -> Array:
+        """Values (fine vertices, ...) between those at the corners of their base triangles (n, 3, ...)."""
+        return np.asarray(np.einsum("nc,nc...->n...", self.share, values))
+
+    def carried(self, settings: Settings) -> Array:
+        """How much of any texture each fine vertex carries, 0 to 1."""
+        carried = np.ones(len(self.parent))
+        if settings.mask is not None:
+            carried = mask_at(settings.mask, self.points, settings.falloff_mm)
+        if self.base.bottom.any():
+            tree = cKDTree(self.base.rim())
+            far, _ = tree.query(self.points.places, distance_upper_bound=settings.falloff_mm)
+            carried *= smooth_step(np.minimum(far, settings.falloff_mm) / settings.falloff_mm)
+            carried[self.fine.body.faces[self.base.bottom[self.fine.parent]]] = 0.0
+        return carried
+
+    def coordinates(self) -> tuple[Array, Array]:
+        """Coordinates (n, k, 2) of the fine vertices in their patches, mm, and the patches' shares (n, k)."""
+        uv = np.einsum("nc,nkcd->nkd", self.share, self.layout.uv[self.parent])
+        weight = np.einsum("nc,nkc->nk", self.share, self.layout.weight[self.parent])
+        weight[weight < 1e-6] = 0.0
+        total = weight.sum(axis=1, keepdims=True)
+        return uv, np.divide(weight, total, out=np.zeros_like(weight), where=total > 0.0)
+
+
+def check_count(count: int, settings: Settings) -> None:
+    """Refuse more triangles than memory holds with ease."""
+    most = max(10 * MOST_FACES, settings.faces)
+    if count > most:
+        raise InputError(
+            f"edges: about {count:,} triangles would be needed, more than {most:,}; "
+            "take longer edges (--edge-mm), a smaller mask or a smaller object"
+        )
+
+
+def _bottom(body: Body) -> NDArray[np.bool_]:
+    """(faces,) the lowest triangles that point down, if they have an area."""
+    corners = body.vertices[body.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    lowest = (corners[:, :, 2] <= body.vertices[:, 2].min() + BOTTOM).all(axis=1)
+    flat = lowest & (normal[:, 2] < -0.9999 * length)
+    return np.asarray(flat & (0.5 * length[flat].sum() >= LEAST_BOTTOM_MM2))

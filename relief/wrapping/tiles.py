@@ -1,0 +1,110 @@
+"""Tiles by coordinates in mm: heights at any place, and heights where several patches overlap."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from relief.arrays import Array
+
+FINE_ENOUGH = 1.5
+"""Longest edge of the triangles, in samples of the tile, up to which a tile is sampled as it is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tile:
+    """A height map that repeats.
+
+    Attributes:
+        heights: (rows, cols) mm, row 0 at +v, column 0 at -u.
+        pitch_mm: Distance of the samples, mm.
+    """
+
+    heights: Array
+    pitch_mm: float
+
+    @property
+    def size_mm(self) -> tuple[float, float]:
+        """Extents along v and u, mm."""
+        rows, cols = self.heights.shape
+        return rows * self.pitch_mm, cols * self.pitch_mm
+
+    def smoothed(self, edge_mm: float) -> "Tile":
+        """The tile without what triangles of an edge cannot show, which would alias.
+
+        Args:
+            edge_mm: Longest edge, mm.
+        """
+        coarse = edge_mm / self.pitch_mm
+        if coarse <= FINE_ENOUGH:
+            return self
+        heights = ndimage.gaussian_filter(self.heights, 0.4 * coarse, mode="wrap")
+        return Tile(heights, self.pitch_mm)
+
+    def at(self, uv: Array) -> Array:
+        """Heights (n,) in mm at coordinates (n, 2) in mm; linear between samples."""
+        col = uv[:, 0] / self.pitch_mm - 0.5
+        row = -uv[:, 1] / self.pitch_mm - 0.5
+        return _linear(self.heights, row, col)
+
+    @cached_property
+    def correlation(self) -> Array:
+        """Correlation of the heights with themselves, (rows, cols), over shifts by whole samples."""
+        spectrum = np.abs(np.fft.rfft2(self.heights - self.heights.mean())) ** 2
+        correlation = np.fft.irfft2(spectrum, s=self.heights.shape)
+        return np.asarray(correlation / max(correlation[0, 0], 1e-30))
+
+    def alike(self, shift: Array) -> Array:
+        """Correlation (n,) of heights whose coordinates differ by (n, 2) mm."""
+        return _linear(self.correlation, -shift[:, 1] / self.pitch_mm, shift[:, 0] / self.pitch_mm)
+
+    def blended(self, uv: Array, weight: Array) -> Array:
+        """Heights (n,) in mm where patches overlap, with the variance of the tile.
+
+        A mean of patches that do not fit is flatter than each: its variance is the sum over pairs of patches
+        of the product of their weights and of the correlation of the tile at the difference of their
+        coordinates. Deviations from the mean height are divided by the root of that sum. Where patches fit,
+        the sum is 1.
+
+        Args:
+            uv: (n, k, 2) coordinates in each patch, mm.
+            weight: (n, k) share of each patch; the sum over k is 1, or 0 where there are no coordinates.
+        """
+        mean = float(self.heights.mean())
+        leading = np.argmax(weight, axis=1)
+        rows = np.arange(len(uv))
+        heights = self.at(uv[rows, leading])
+        heights[~weight.any(axis=1)] = 0.0
+        several = np.flatnonzero((weight > 0.0).sum(axis=1) > 1)
+        if len(several):
+            uv, weight = uv[several], weight[several]
+            deviation = np.zeros(len(several))
+            variance = np.zeros(len(several))
+            for k in range(weight.shape[1]):
+                deviation += weight[:, k] * (self.at(uv[:, k]) - mean)
+                variance += weight[:, k] ** 2
+                for j in range(k):
+                    alike = self.alike(uv[:, k] - uv[:, j])
+                    variance += 2.0 * weight[:, k] * weight[:, j] * alike
+            least = 1.0 / weight.shape[1] ** 2
+            mixed = mean + deviation / np.sqrt(np.maximum(variance, least))
+            heights[several] = np.clip(mixed, self.heights.min(), self.heights.max())
+        return heights
+
+
+def _linear(values: Array, row: Array, col: Array) -> Array:
+    """Values between the samples of an array that repeats."""
+    rows, cols = values.shape
+    top, left = np.floor(row), np.floor(col)
+    down, right = row - top, col - left
+    r0, c0 = top.astype(np.intp) % rows, left.astype(np.intp) % cols
+    r1, c1 = (r0 + 1) % rows, (c0 + 1) % cols
+
+    def at(r: NDArray[np.intp], c: NDArray[np.intp]) -> Array:
+        return np.asarray(values[r, c])
+
+    upper = at(r0, c0) * (1.0 - right) + at(r0, c1) * right
+    lower = at(r1, c0) * (1.0 - right) + at(r1, c1) * right
+    return np.asarray(upper * (1.0 - down) + lower * down)

@@ -1,0 +1,206 @@
+"""Wrapping: a body displaced along its normals by a tile that has its size in mm everywhere."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.arrays import Array
+from relief.body import Body
+from relief.errors import InputError
+from relief.progress import say, stage
+from relief.wrapping.clearance import room
+from relief.wrapping.masks import Regions, mask_at
+from relief.wrapping.patches import Layout, lay_out
+from relief.wrapping.refining import AREA_PER_FACE, expected_faces, face_areas, refined
+from relief.wrapping.surfaces import MOST_FACES, BaseSurface, FineSurface, Settings, check_count
+from relief.wrapping.texture_coordinates import by_texture_coordinates
+from relief.wrapping.tiles import Tile
+
+BLEND_MM = 2.0
+"""Width of the strip on which neighbouring patches share the surface, mm."""
+MOST_LOWERED = 0.5
+"""Largest part of the textured area on which the relief may be lowered; beyond, the relief does not fit."""
+
+
+@dataclass(frozen=True)
+class Covering:
+    """A texture and where it lies.
+
+    Attributes:
+        tile: Its heights.
+        mask: Text of `relief.wrapping.masks`; None: everywhere.
+    """
+
+    tile: Tile
+    mask: str | None = None
+
+
+@dataclass(frozen=True)
+class Wrapped:
+    """A wrapped body, and what is to be told of it.
+
+    Attributes:
+        body: The displaced body.
+        original: The same triangles before the displacement.
+        textured: (vertices,) how much of the texture each vertex carries, 0 to 1.
+        area_mm2: Area that carries texture.
+        edge_mm: Longest edge of the textured triangles, mm.
+        coordinates: "texture coordinates" or "patches".
+        patches: Number of patches.
+        blended: Part of the textured area on which patches that do not fit are blended.
+        lowered: Part of the textured area on which the relief is lowered, so that it does not meet itself.
+        lowest_factor: Least factor of the heights there.
+    """
+
+    body: Body
+    original: Body
+    textured: Array
+    area_mm2: float
+    edge_mm: float
+    coordinates: str
+    patches: int
+    blended: float
+    lowered: float
+    lowest_factor: float
+
+
+@stage("wrapping")
+def wrap(
+    body: Body,
+    coverings: Sequence[Covering],
+    settings: Settings | None = None,
+    uv: Array | None = None,
+    regions: Regions | None = None,
+) -> Wrapped:
+    """Lay tiles over a body.
+
+    Args:
+        body: A solid, mm; each vertex once.
+        coverings: The first lies everywhere; each later one replaces the earlier ones where its mask is 1.
+        settings: How; None: the defaults.
+        uv: (faces, 3, 2) texture coordinates of the corners. They place the texture where they keep its size;
+            else, and without them, patches do.
+        regions: Regions of the object that masks may name.
+
+    Returns:
+        The wrapped body: closed as the body was, with every vertex once.
+
+    Raises:
+        InputError: A mask is none or leaves nothing, a number is out of range, the triangles would be too
+            many, or the relief is too high for the curvature.
+    """
+    settings = settings or Settings()
+    _check(settings)
+    tallest = max(float(covering.tile.heights.max()) for covering in coverings)
+    base = BaseSurface(body, uv, regions or {}, settings)
+    needed = base.carried > 0.0
+    where = np.asarray(needed[base.body.faces].any(axis=1))
+    if not where.any():
+        raise InputError("mask: leaves nothing of the surface")
+    edge_mm = _edge(base.body, where, coverings, settings)
+    factor = room(base.body, base.normals, (1.0 - settings.level) * tallest, settings.level * tallest)
+    factor = np.where(needed, factor, 1.0)
+    lowered = _lowered(base.body, where, factor, tallest)
+    around = np.zeros(len(needed), bool)
+    around[base.body.faces[where]] = True
+    layout = by_texture_coordinates(base.body, base.uv, where)
+    by_patches = layout is None
+    if layout is None:
+        with stage("flat coordinates", 1.0, at_most=True):
+            layout = lay_out(base.body, around, BLEND_MM, base.normals)
+    with stage("dividing triangles"):
+        fine = refined(base.body, edge_mm, where)
+    with stage("displacing"):
+        surface = FineSurface(base, fine, layout)
+        textured = surface.carried(settings)
+        height = _heights(coverings, surface, edge_mm, settings)
+        offset = height - settings.level * tallest
+        moved = offset * textured * surface.of_vertices(factor)
+        vertices = fine.body.vertices + moved[:, None] * surface.points.normals
+    areas = face_areas(base.body)
+    return Wrapped(
+        body=Body(vertices, fine.body.faces),
+        original=fine.body,
+        textured=textured,
+        area_mm2=float(areas[where].sum()),
+        edge_mm=edge_mm,
+        coordinates="patches" if by_patches else "texture coordinates",
+        patches=layout.patches,
+        blended=float(areas[where & _unfit(layout)].sum() / areas[where].sum()),
+        lowered=lowered,
+        lowest_factor=float(factor.min()),
+    )
+
+
+def _heights(
+    coverings: Sequence[Covering], surface: FineSurface, edge_mm: float, settings: Settings
+) -> Array:
+    """Heights of the textures at the fine vertices, mm."""
+    uv, weight = surface.coordinates()
+    height = np.zeros(len(uv))
+    for covering in coverings:
+        share = np.ones(len(uv))
+        if covering.mask is not None:
+            share = mask_at(covering.mask, surface.points, settings.falloff_mm)
+        there = share > 0.0
+        own = covering.tile.smoothed(edge_mm).blended(uv[there], weight[there])
+        height[there] += share[there] * (own - height[there])
+    return height
+
+
+def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings) -> float:
+    """Longest edge of the textured triangles, mm; what the work comes to is told."""
+    pitch = min(covering.tile.pitch_mm for covering in coverings)
+    edge = settings.edge_mm
+    if edge is None:
+        others = float(np.count_nonzero(~where))
+        area = float(face_areas(body)[where].sum())
+        edge = max(pitch, np.sqrt(area / (AREA_PER_FACE * max(settings.faces - others, 1.0))))
+    count = expected_faces(body, edge, where)
+    if settings.edge_mm is not None:
+        check_count(count, settings)
+    coarser = "" if edge <= 1.01 * pitch else f" (the texture has samples every {pitch:.3g} mm)"
+    say(f"about {count:,} triangles with edges of {edge:.3g} mm{coarser}")
+    return float(edge)
+
+
+def _lowered(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float) -> float:
+    """Part of the textured area where the relief is lowered. Raises InputError if that is most of it."""
+    areas = face_areas(body)[where]
+    part = float((areas * (factor[body.faces[where]].min(axis=1) < 0.99)).sum() / areas.sum())
+    if part > MOST_LOWERED:
+        room_mm = float(np.median(factor[body.faces[where]])) * tallest
+        raise InputError(
+            f"relief: {tallest:.3g} mm is too high for this object: on {100 * part:.0f} % of the area its "
+            f"curvature or thickness leaves less, {room_mm:.2g} mm in the middle; take a lower relief "
+            "(--relief-mm) or a larger object"
+        )
+    return part
+
+
+def _unfit(layout: Layout) -> NDArray[np.bool_]:
+    """(faces,) whether patches with different coordinates share a triangle, by more than a twentieth."""
+    mean = layout.weight.mean(axis=2)
+    order = np.argsort(-mean, axis=1)[:, :2]
+    if order.shape[1] < 2:
+        return np.zeros(len(mean), bool)
+    rows = np.arange(len(mean))
+    apart = np.linalg.norm(
+        layout.uv[rows, order[:, 0]].mean(axis=1) - layout.uv[rows, order[:, 1]].mean(axis=1), axis=1
+    )
+    return np.asarray((mean[rows, order[:, 1]] > 0.05) & (apart > 0.1))
+
+
+def _check(settings: Settings) -> None:
+    """Refuse numbers out of range."""
+    ranges = {
+        "level": (settings.level, 0.0, 1.0),
+        "falloff_mm": (settings.falloff_mm, 0.05, 100.0),
+        "edge_mm": (settings.edge_mm, 0.01, 10.0),
+        "faces": (settings.faces, 1000, 20 * MOST_FACES),
+    }
+    for name, (value, low, high) in ranges.items():
+        if value is not None and not low <= value <= high:
+            raise InputError(f"{name}: {value:g} is outside [{low:g}, {high:g}]")

@@ -1,0 +1,291 @@
+"""Wrapping: triangles, patches, masks, displacement: closed, of the tile's size, never through itself."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from relief.body import Body
+from relief.errors import InputError
+from relief.meshes.intersections import self_intersections
+from relief.meshes.solid import check_solid
+from relief.objects.implicit import body_of
+from relief.objects.smooth import ball
+from relief.objects.swept import cylinder
+from relief.wrapping.clearance import clearance, smooth_normals
+from relief.wrapping.flipping import even_triangles
+from relief.wrapping.masks import Points, mask_at
+from relief.wrapping.patches import lay_out, singular_values
+from relief.wrapping.refining import expected_faces, face_areas, refined
+from relief.wrapping.surfaces import Settings
+from relief.wrapping.tiles import Tile
+from relief.wrapping.wrap import Covering, wrap
+
+
+def waves(size_mm=5.0, samples=50, height_mm=0.3):
+    at = 2.0 * np.pi * (np.arange(samples) + 0.5) / samples
+    heights = 0.25 * height_mm * (2.0 + np.sin(at)[:, None] + np.sin(at)[None, :])
+    return Tile(heights, size_mm / samples)
+
+
+def box(*sides):
+    mesh = trimesh.creation.box(sides)
+    return Body(np.array(mesh.vertices), np.array(mesh.faces))
+
+
+def mesh_of(body):
+    return trimesh.Trimesh(body.vertices, body.faces, process=False)
+
+
+def test_refinement_keeps_the_surface_and_knows_where_corners_lie():
+    body = box(4.0, 3.0, 2.0)
+    some = body.vertices[body.faces][:, :, 2].min(axis=1) > 0.0
+    fine = refined(body, 0.4, some)
+    mesh = mesh_of(fine.body)
+    assert mesh.is_watertight and mesh.volume == pytest.approx(24.0)
+    ends = (
+        np.take_along_axis(fine.body.vertices[fine.body.faces], np.array([[[1], [2], [0]]]), axis=1)
+        - fine.body.vertices[fine.body.faces]
+    )
+    lengths = np.linalg.norm(ends, axis=2)
+    assert lengths[some[fine.parent]].max() <= 0.4
+    assert lengths[~some[fine.parent]].max() > 2.0
+    parent, weights = fine.vertex_parents(some)
+    again = (body.vertices[body.faces[parent]] * weights[:, :, None]).sum(axis=1)
+    assert again == pytest.approx(fine.body.vertices)
+    count = expected_faces(body, 0.4, some)
+    assert 0.7 * count < len(fine.body.faces) < 1.4 * count
+
+
+def test_even_triangles_leave_few_thin_ones_of_a_plate_of_needles():
+    body = cylinder(10.0, 4.0, 1.0)
+    mesh = mesh_of(even_triangles(body, 1.0))
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(mesh_of(body).volume, rel=1e-4)
+    thin = np.degrees(mesh.face_angles.min(axis=1)) < 15.0
+    assert mesh.area_faces[thin].sum() < 0.05 * mesh.area
+
+
+def test_the_clearance_of_a_slot_is_half_its_width_and_of_a_bowl_its_radius():
+    slot = trimesh.boolean.difference(
+        [
+            trimesh.creation.box((20, 20, 10)),
+            trimesh.creation.box((30, 2, 30)).apply_translation((0, 0, 14.0)),
+        ]
+    )
+    body = even_triangles(Body(np.array(slot.vertices), np.array(slot.faces)), 0.5)
+    normals = smooth_normals(body)
+    radii = clearance(body, normals, 4.0)
+    wall = (np.abs(np.abs(body.vertices[:, 1]) - 1.0) < 1e-9) & (np.abs(body.vertices[:, 2] - 2.0) < 1.0)
+    wall &= np.abs(body.vertices[:, 0]) < 9.0
+    assert wall.sum() > 20
+    assert radii[wall] == pytest.approx(1.0, abs=0.1)
+    shell = ball(6.0, 0.7)
+    inside = clearance(shell, -smooth_normals(shell), 20.0)
+    assert np.median(inside) == pytest.approx(6.0, rel=0.15)
+
+
+def cover(body):
+    normals = smooth_normals(body)
+    return lay_out(body, np.ones(len(body.vertices), bool), 2.0, normals)
+
+
+def test_patches_of_a_cylinder_fit_and_keep_lengths():
+    body = even_triangles(cylinder(12.0, 30.0, 1.5), 1.5)
+    layout = cover(body)
+    corners = body.vertices[body.faces]
+    side = (np.abs(np.linalg.norm(corners[:, :, :2].mean(axis=1), axis=1) - 12.0) < 0.2) & (
+        np.abs(corners[:, :, 2].mean(axis=1) - 15.0) < 9.0
+    )
+    weight = layout.weight.mean(axis=2)
+    leading = np.argmax(weight, axis=1)
+    low, high = singular_values(corners, layout.uv[np.arange(len(leading)), leading])
+    assert np.percentile(low[side], 1) > 0.97 and np.percentile(high[side], 99) < 1.03
+    assert weight.sum(axis=1) == pytest.approx(1.0)
+
+
+def test_patches_of_a_ball_keep_lengths_within_a_tenth():
+    layout = cover(ball(15.0, 1.0))
+    assert np.percentile(layout.stretch, 99) < 0.1
+    assert layout.weight.sum(axis=1) == pytest.approx(1.0)
+
+
+def test_a_blend_has_the_variance_of_the_tile_and_is_the_tile_where_patches_fit():
+    random = np.random.default_rng(1)
+    tile = Tile(np.clip(0.5 + 0.1 * random.normal(size=(64, 64)), 0.0, 1.0), 0.1)
+    uv = random.uniform(0.0, 100.0, (20000, 2, 2))
+    half = np.full((20000, 2), 0.5)
+    blended = tile.blended(uv, half)
+    plain = tile.at(uv[:, 0])
+    assert blended.std() == pytest.approx(plain.std(), rel=0.05)
+    assert blended.mean() == pytest.approx(plain.mean(), rel=0.01)
+    uv[:, 1] = uv[:, 0]
+    assert tile.blended(uv, half) == pytest.approx(tile.at(uv[:, 0]))
+
+
+def test_a_tile_is_sampled_as_a_plate_is_and_repeats():
+    heights = np.random.default_rng(0).uniform(size=(20, 30))
+    tile = Tile(heights, 0.5)
+    rows, cols = np.meshgrid(np.arange(20), np.arange(30), indexing="ij")
+    uv = np.stack([(cols + 0.5) * 0.5, -(rows + 0.5) * 0.5], axis=-1).reshape(-1, 2)
+    assert tile.at(uv) == pytest.approx(heights.ravel())
+    assert tile.at(uv + np.array([15.0 * 3, -10.0 * 2])) == pytest.approx(heights.ravel())
+
+
+POINTS = Points(
+    np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 3.0], [0.0, 10.0, 8.0]]),
+    np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
+    None,
+    {"left": lambda places: places[:, 0] < 5.0},
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "carried"),
+    [
+        ("z>2", [0.0, 0.5, 1.0]),
+        ("z>2..4", [0.0, 0.5, 1.0]),
+        ("z<4", [1.0, 0.5, 0.0]),
+        ("angle<60", [1.0, 0.0, 0.0]),
+        ("angle:x<30", [0.0, 1.0, 0.0]),
+        ("angle:-z<30", [0.0, 0.0, 1.0]),
+        ("turn>200..201", [1.0, 1.0, 0.0]),
+        ("left", [1.0, 0.0, 1.0]),
+        ("left & z<4", [1.0, 0.0, 0.0]),
+    ],
+)
+def test_masks(text, carried):
+    assert mask_at(text, POINTS, 2.0) == pytest.approx(carried)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "is no mask"),
+        ("z>", "is no mask"),
+        ("z>5..2", "not the greater"),
+        ("nowhere", "regions of this object: left"),
+        ("mask.png", "the mesh has none"),
+        ("z>2 & " * 300, "is no mask"),
+    ],
+)
+def test_what_is_no_mask_is_refused(text, message):
+    with pytest.raises(InputError, match=message):
+        mask_at(text, POINTS, 2.0)
+
+
+def test_a_wrapped_ball_is_a_solid_whose_heights_are_the_tiles():
+    tile = waves()
+    wrapped = wrap(ball(8.0, 1.0), [Covering(tile)], Settings(edge_mm=0.35))
+    check_solid(wrapped.body, "ball")
+    height = np.linalg.norm(wrapped.body.vertices, axis=1) - np.linalg.norm(wrapped.original.vertices, axis=1)
+    assert height.mean() == pytest.approx(tile.heights.mean(), rel=0.1)
+    assert height.std() == pytest.approx(tile.heights.std(), rel=0.1)
+    assert height.min() > -0.01 and height.max() < tile.heights.max() + 0.01
+
+
+def test_a_flat_bottom_stays_and_the_texture_ends_at_it():
+    body = box(12.0, 9.0, 5.0)
+    wrapped = wrap(body, [Covering(waves())], Settings(edge_mm=0.4, falloff_mm=1.0))
+    mesh = mesh_of(wrapped.body)
+    assert mesh.is_watertight and self_intersections(wrapped.body) == 0
+    bottom = wrapped.original.vertices[:, 2] == -2.5
+    assert (wrapped.body.vertices[bottom] == wrapped.original.vertices[bottom]).all()
+    assert mesh.bounds[0, 2] == -2.5
+    assert mesh.bounds[1, 2] > 2.5 + 0.15
+
+
+def test_a_mask_leaves_the_rest_as_it_was():
+    wrapped = wrap(ball(8.0, 1.0), [Covering(waves())], Settings(mask="z>2", edge_mm=0.4))
+    below = wrapped.original.vertices[:, 2] < 2.0
+    assert (wrapped.body.vertices[below] == wrapped.original.vertices[below]).all()
+    assert mesh_of(wrapped.body).is_watertight
+    areas = face_areas(wrapped.original)
+    low = wrapped.original.vertices[wrapped.original.faces][:, :, 2].max(axis=1) < 0.0
+    assert areas[low].mean() > 2.0 * areas[~low].mean()
+
+
+def test_a_level_of_one_cuts_into_the_object():
+    wrapped = wrap(ball(8.0, 1.0), [Covering(waves())], Settings(level=1.0, edge_mm=0.4))
+    assert np.linalg.norm(wrapped.body.vertices, axis=1).max() <= 8.0 + 1e-6
+    check_solid(wrapped.body, "ball")
+
+
+def test_a_later_texture_lies_on_top_of_the_first():
+    flat = Tile(np.full((16, 16), 0.2), 0.3)
+    wrapped = wrap(
+        ball(8.0, 1.0),
+        [Covering(flat), Covering(Tile(flat.heights * 0.0 + 0.4, 0.3), "x>0")],
+        Settings(edge_mm=0.5),
+    )
+    height = np.linalg.norm(wrapped.body.vertices - wrapped.original.vertices, axis=1)
+    x = wrapped.original.vertices[:, 0]
+    assert height[x < 0.0] == pytest.approx(0.2, abs=1e-6)
+    assert height[x > 2.0] == pytest.approx(0.4, abs=1e-6)
+
+
+def dumbbell():
+    """Two balls of 6 mm that nearly touch, joined by a thin neck: a deep and narrow groove."""
+
+    def field(points):
+        return np.minimum(
+            np.linalg.norm(points - (6.4, 0.0, 0.0), axis=1) - 6.0,
+            np.minimum(
+                np.linalg.norm(points + np.array([6.4, 0.0, 0.0]), axis=1) - 6.0,
+                np.maximum(np.hypot(points[:, 1], points[:, 2]) - 2.0, np.abs(points[:, 0]) - 6.0),
+            ),
+        )
+
+    return body_of(field, np.array([-12.5, -6.0, -6.0]), np.array([12.5, 6.0, 6.0]), 0.5)
+
+
+def test_a_relief_is_lowered_where_it_would_meet_itself():
+    body, tile = dumbbell(), Tile(np.full((16, 16), 1.5), 0.3)
+    wrapped = wrap(body, [Covering(tile)], Settings(edge_mm=0.4))
+    assert wrapped.lowered > 0.0 and wrapped.lowest_factor < 0.5
+    assert self_intersections(wrapped.body) == 0
+    normals = smooth_normals(wrapped.original)
+    unbound = Body(wrapped.original.vertices + 1.5 * normals, wrapped.original.faces)
+    assert self_intersections(unbound) > 0
+
+
+def test_a_relief_that_fits_nowhere_is_refused():
+    with pytest.raises(InputError, match="relief: 3 mm is too high"):
+        wrap(ball(3.0, 0.5), [Covering(Tile(np.full((16, 16), 3.0), 0.3))], Settings(level=1.0))
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (Settings(mask="z>100"), "leaves nothing"),
+        (Settings(edge_mm=0.011), "triangles would be needed"),
+        (Settings(level=2.0), "level: 2 is outside"),
+        (Settings(falloff_mm=float("nan")), "falloff_mm"),
+    ],
+)
+def test_settings_out_of_range_are_refused(settings, message):
+    with pytest.raises(InputError, match=message):
+        wrap(ball(15.0, 2.0), [Covering(waves())], settings)
+
+
+def uv_box():
+    """A flat box with texture coordinates in units of 20 mm, right in size all over."""
+    body = box(12.0, 9.0, 5.0)
+    corners = body.vertices[body.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    axis = np.argmax(np.abs(normal), axis=1)
+    keep = np.array([[1, 2], [2, 0], [0, 1]])[axis]
+    return body, np.take_along_axis(corners, keep[:, None, :].repeat(3, axis=1), axis=2) / 20.0
+
+
+def test_texture_coordinates_are_taken_where_they_keep_sizes():
+    body, uv = uv_box()
+    settings = Settings(edge_mm=0.4)
+    good = wrap(body, [Covering(waves())], settings, uv)
+    assert good.coordinates == "texture coordinates" and good.patches == 1
+    assert mesh_of(good.body).is_watertight
+    top = np.abs(good.original.vertices[:, 2] - 2.5) < 1e-9
+    inner = top & (np.abs(good.original.vertices[:, :2]) < 3.0).all(axis=1)
+    expected = waves().smoothed(0.4).at(good.original.vertices[inner, :2])
+    assert good.body.vertices[inner, 2] - 2.5 == pytest.approx(expected, abs=1e-6)
+    bad = wrap(body, [Covering(waves())], settings, uv * np.where(np.arange(12) % 2, 1.0, 3.0)[:, None, None])
+    assert bad.coordinates == "patches"
