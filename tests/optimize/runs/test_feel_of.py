@@ -77,6 +77,9 @@ def test_the_other_feel_is_reached_and_named(
     assert again.touch.feel_of == Path("out/heights.exr").absolute()
     assert name_of(again.touch.feel_of) == "out"
     assert again.touch.feel_of_repeats is False
+    # A run does not replace the result whose feel it takes.
+    assert main(["optimize", "waves.exr", "--feel-of", "out", "-o", "out", "--force", *settings]) == 2
+    assert "which the run reads; choose another folder" in capfd.readouterr().err
 
 
 def test_a_run_file_names_it_from_its_own_folder(studio: Path, folder: Path) -> None:
