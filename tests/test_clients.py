@@ -52,6 +52,14 @@ def test_resin_layers_are_the_relief(tmp_path: Path, slicer: Slicer) -> None:
     assert np.abs(apart).max() <= 1 and np.mean(apart == 0) > 0.9
 
 
+def test_plates_of_flat_pixels_are_sliced_as_they_are(tmp_path: Path, slicer: Slicer) -> None:
+    """A print of 160 x 160 pixels: every layer of every pixel."""
+    model = printed(hills(), 0.5, PRINTER)
+    plate = plate_mesh(model, 8.0, PRINTER.base_mm, stepped=True)
+    _, solid = slicer.resin(write_parts(tmp_path / "print.3mf", [Part("print", plate)]))
+    np.testing.assert_allclose(plate_heights(solid, PRINTER.base_mm), model, atol=1e-9)
+
+
 def test_filament_is_sliced(tmp_path: Path, slicer: Slicer) -> None:
     file = write_parts(tmp_path / "hills.3mf", [Part("hills", plate_mesh(hills(), 8.0))])
     told = slicer.filament(file)

@@ -6,13 +6,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mitsuba_scenes import find_texture
-from optimize.commands.options import TEXTURE, add_plate, add_talk, check_scales, print_json
+from optimize.commands.options import (
+    TEXTURE,
+    add_plate,
+    add_printer,
+    add_talk,
+    check_scales,
+    print_json,
+)
 from relief.errors import InputError
 from relief.formats import DISPLACEMENT, FORMATS
 from relief.limits import BASE_MM
+from relief.printers import find_printer
 
 if TYPE_CHECKING:
     from relief.arrays import Array
+    from relief.printers import Printer
     from relief.surface import Surface
 
 HELP = "write a texture as a plate for a 3-D printer, or for a modelling program"
@@ -28,6 +37,7 @@ examples:
   retouch export runs/stone --base-mm 3 -o stone.stl
   retouch export gravel-tile --repeat 3x3 -o gravel.3mf
   retouch export runs/stone -o stone.png
+  retouch export gravel --printer mask-50 -o gravel.3mf
 """
 MOST_REPEATS = 256
 """Most times that a tile of the fewest samples, 16 a side, fits into the most, 4096."""
@@ -53,8 +63,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--base-mm",
         type=float,
         metavar="MM",
-        help=f"thickness of the plate under height 0, mm (default: {BASE_MM:g})",
+        help=f"thickness of the plate under height 0, mm (default: {BASE_MM:g}; whole layers of a printer)",
     )
+    add_printer(parser, "write the print that this printer makes, in flat pixels", "that of the run, or none")
     parser.add_argument(
         "--repeat",
         type=times,
@@ -79,29 +90,53 @@ def times(text: str) -> tuple[int, int]:
 def run(arguments: argparse.Namespace) -> int:
     # Imported here, so that --help needs no numpy.
     from relief.export import repeated
-    from relief.heightmap import load_height_map
+    from relief.heightmap import HeightMap, load_height_map
     from relief.lengths import RANGES
+    from relief.printing import printed_map
     from relief.surface import Surface
 
-    out = arguments.out
+    out, times = arguments.out, arguments.repeat
+    own = _printer_of(arguments.texture)
+    if own is not None and arguments.printer is not None:
+        raise InputError(f"--printer: the run in {arguments.texture} has a printer already, {own.name}")
     arguments.texture = find_texture(arguments.texture)
     check_scales(arguments, [arguments.texture])
     _check_out(arguments)
     read = load_height_map(arguments.texture, **{key: getattr(arguments, key) for key in RANGES})
-    heights = repeated(read.heights, arguments.repeat, arguments.texture)
-    surface = Surface((heights.shape[0], heights.shape[1]), read.side_mm * arguments.repeat[1])
-    write = _write_displacement if out.suffix.lower() == DISPLACEMENT else _write_plate
+    read = HeightMap(repeated(read.heights, times, arguments.texture), read.side_mm * times[1])
+    printer = own
+    if arguments.printer is not None:
+        printer = find_printer(arguments.printer)
+        read = printed_map(read, printer, (False, False), arguments.texture)
+    heights = read.heights
+    surface = Surface((heights.shape[0], heights.shape[1]), read.side_mm)
     try:
-        numbers, sentence = write(out, heights, surface, arguments.base_mm)
+        if out.suffix.lower() == DISPLACEMENT:
+            numbers, sentence = _write_displacement(out, heights, surface)
+        else:
+            numbers, sentence = _write_plate(out, heights, surface, arguments.base_mm, printer)
     except PermissionError as error:
         # The message of the error names a temporary file.
         raise InputError(f"{out}: -o: {error.strerror}") from error
     bytes_ = out.stat().st_size
     if arguments.json:
-        print_json({"file": str(out), "size_mm": surface.width_mm, **numbers, "bytes": bytes_})
+        told = {"file": str(out), "size_mm": surface.width_mm, **numbers, "bytes": bytes_}
+        print_json(told | {"printer": None if printer is None else printer.name})
     else:
-        print(f"{out}: {sentence}, {bytes_ / 2**20:.1f} MiB")
+        by = f", as printed by {printer.name}" if printer else ""
+        print(f"{out}: {sentence}{by}, {bytes_ / 2**20:.1f} MiB")
     return 0
+
+
+def _printer_of(folder: Path) -> "Printer | None":
+    """The printer whose pixels and layers the result of a run has. Raises InputError."""
+    from optimize.runs.key import SETTINGS
+
+    if not (folder / SETTINGS).is_file():
+        return None
+    from optimize.runs.config import load_run
+
+    return load_run(folder / SETTINGS).print.described
 
 
 def _check_out(arguments: argparse.Namespace) -> None:
@@ -118,21 +153,20 @@ def _check_out(arguments: argparse.Namespace) -> None:
 
 
 def _write_plate(
-    out: Path, heights: "Array", surface: "Surface", base_mm: float | None
+    out: Path, heights: "Array", surface: "Surface", base_mm: float | None, printer: "Printer | None"
 ) -> tuple[dict[str, Any], str]:
-    """Write a plate; returns its numbers for `--json`, and what is told."""
+    """Write a plate, of flat pixels if it is a print; returns its numbers for `--json`, and what is told."""
     from relief.export import export_plate
 
-    base_mm = BASE_MM if base_mm is None else base_mm
-    export_plate(out, heights, surface.width_mm, base_mm)
+    if base_mm is None:
+        base_mm = BASE_MM if printer is None else printer.base_mm
+    export_plate(out, heights, surface.width_mm, base_mm, stepped=printer is not None)
     thick = base_mm + float(heights.max())
     sides = f"{surface.width_mm:.4g} x {surface.height_mm:.4g} x {thick:.3g} mm"
     return {"thickness_mm": thick}, sides
 
 
-def _write_displacement(
-    out: Path, heights: "Array", surface: "Surface", _base_mm: float | None
-) -> tuple[dict[str, Any], str]:
+def _write_displacement(out: Path, heights: "Array", surface: "Surface") -> tuple[dict[str, Any], str]:
     """Write a 16-bit picture of heights; returns its numbers for `--json`, and what is told."""
     from relief.heightmap import save_heights_png
     from relief.limits import SMALLEST_RELIEF_MM

@@ -10,9 +10,12 @@ import trimesh
 from PIL import Image
 
 from optimize.commands.main import BAD_INPUT, main
+from optimize.runs.config import dump_resolved, run_from_scene
 from relief.formats import FORMATS
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.parts import WRITERS
+from relief.printers import find_printer
+from relief.printing import printed
 
 
 def hills(rows: int = 32, cols: int = 32) -> np.ndarray:
@@ -131,6 +134,31 @@ def test_a_run_directory_stands_for_its_result(capsys: pytest.CaptureFixture[str
     assert "no run has left its result" in refused(capsys, "run", "-o", "plate.stl")
     save_heights_exr("run/heights.exr", hills(), 15.0)
     assert told(capsys, "run", "-o", "plate.stl")["size_mm"] == 15.0
+
+
+def test_a_print_has_flat_pixels_of_whole_layers(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of filament 0.2 mm thick in strands of 0.4 mm, 50 of them across both tiles."""
+    argv = ("tile.exr", "--repeat", "2x1", "--printer", "filament")
+    found = told(capsys, *argv, "-o", "print.stl")
+    assert found["printer"] == "filament" and found["size_mm"] == 20.0
+    body = by_trimesh("print.stl")
+    assert body.is_volume and body.body_count == 1
+    tops = body.vertices[body.vertices[:, 2] > -1.0]
+    np.testing.assert_allclose(tops[:, 2], np.rint(tops[:, 2] / 0.2) * 0.2, atol=1e-5)
+    told(capsys, *argv, "-o", "print.png")
+    model = printed(np.tile(hills(), (1, 2)), 10.0 / 32, find_printer("filament"))
+    np.testing.assert_allclose(load_height_map("print.png").heights, model, atol=1e-5)
+
+
+def test_the_result_of_a_run_with_a_printer_is_a_print(capsys: pytest.CaptureFixture[str]) -> None:
+    run = run_from_scene("studio", "tile.exr", ["touch.jnd=1", "print.printer=filament"])
+    Path("run").mkdir()
+    Path("run/run.toml").write_text(dump_resolved(run))
+    save_heights_exr("run/heights.exr", printed(hills(), 10.0 / 32, find_printer("filament")), 10.0)
+    assert told(capsys, "run", "-o", "plate.stl")["printer"] == "filament"
+    tops = by_trimesh("plate.stl").vertices[:, 2]
+    np.testing.assert_allclose(tops, np.rint(tops / 0.2) * 0.2, atol=1e-5)
+    assert "has a printer already" in refused(capsys, "run", "--printer", "mask-50", "-o", "again.stl")
 
 
 @pytest.mark.parametrize(
