@@ -17,6 +17,11 @@ FLAT_SHARE = 0.8
 """Flat part of a pixel's side on a stepped plate; slicers then give each pixel its own height."""
 
 
+RAISED_MM = 1e-3
+"""How much higher than its layers a stepped plate is: slicers leave out a top layer that rounding makes too
+low, as PrusaSlicer 2.5 does where a plate of 2.6 mm is 2.5999999 mm in single precision."""
+
+
 def plate_mesh(
     heights_mm: ArrayLike, size_mm: float, base_mm: float = BASE_MM, stepped: bool = False
 ) -> Body:
@@ -24,7 +29,8 @@ def plate_mesh(
 
     The relief is the triangulation that is rendered: samples at pixel centres, repeated outward to the rim.
     For heights as a printer makes them that is not enough: a slicer reads the slopes between its pixels, and
-    gives one in twenty another layer. A stepped plate is flat around each sample, with walls between.
+    gives one in twenty another layer. A stepped plate is flat around each sample, with walls between, and
+    1 um higher, so that no layer is lost to rounding.
 
     Args:
         heights_mm: (rows, cols) heights in mm, row 0 at +y, column 0 at -x; z = 0 is the top of the base.
@@ -41,7 +47,7 @@ def plate_mesh(
     """
     heights = _checked(heights_mm, size_mm, base_mm)
     if stepped:
-        heights = heights.repeat(2, axis=0).repeat(2, axis=1)
+        heights = RAISED_MM + heights.repeat(2, axis=0).repeat(2, axis=1)
     rows, cols = heights.shape
     x, y = grid_axes(rows, cols, size_mm)
     if stepped:

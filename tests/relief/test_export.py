@@ -17,7 +17,7 @@ from lxml import etree
 from relief import export
 from relief.body import TRIANGLE
 from relief.errors import InputError
-from relief.export import export_plate
+from relief.export import RAISED_MM, export_plate
 from relief.formats import FORMATS
 
 SIZE_MM = 10.0
@@ -189,7 +189,7 @@ def test_a_3mf_file_is_as_the_standard_says(tmp_path: Path) -> None:
 
 def test_writing_a_plate_needs_no_library_of_meshes(tmp_path: Path) -> None:
     script = (
-        "import sys, numpy as np; from relief.export import export_plate\n"
+        "import sys, numpy as np; from relief.export import RAISED_MM, export_plate\n"
         f"for s in {list(FORMATS)}: export_plate({str(tmp_path)!r} + '/plate' + s, np.eye(4), 10.0)\n"
         "print(*({'trimesh', 'scipy', 'lxml', 'networkx'} & sys.modules.keys()))"
     )
@@ -204,7 +204,7 @@ def test_a_stepped_plate_is_flat_over_each_pixel() -> None:
     body = plate_mesh(heights, 0.4, stepped=True)
     mesh = trimesh.Trimesh(body.vertices, body.faces)
     assert mesh.is_watertight and mesh.is_winding_consistent
-    np.testing.assert_allclose(mesh.extents, (0.4, 0.3, 2.0 + heights.max()), atol=1e-12)
+    np.testing.assert_allclose(mesh.extents, (0.4, 0.3, 2.0 + heights.max() + RAISED_MM), atol=1e-12)
     # Four vertices bound the flat part of a pixel; the outermost ring is the rim.
     relief = body.vertices[: 14 * 18].reshape(14, 18, 3)[1:-1, 1:-1].reshape(6, 2, 8, 2, 3)
     x, y = (np.arange(8) + 0.5) * 0.05 - 0.2, 0.15 - (np.arange(6) + 0.5) * 0.05
@@ -212,4 +212,4 @@ def test_a_stepped_plate_is_flat_over_each_pixel() -> None:
         corner = relief[:, down, :, across]
         np.testing.assert_allclose(corner[..., 0], np.tile(x + (across - 0.5) * 0.04, (6, 1)), atol=1e-12)
         np.testing.assert_allclose(corner[..., 1].T, np.tile(y + (0.5 - down) * 0.04, (8, 1)), atol=1e-12)
-        np.testing.assert_allclose(corner[..., 2], heights, atol=1e-12)
+        np.testing.assert_allclose(corner[..., 2], heights + RAISED_MM, atol=1e-12)
