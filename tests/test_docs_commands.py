@@ -21,6 +21,7 @@ from mitsuba_scenes import bundled
 from mitsuba_scenes.studies import STUDIES
 from optimize.commands.main import main, parse
 from relief.formats import HEIGHT_MAPS
+from relief.objects.table import OBJECTS
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -28,8 +29,10 @@ GIVEN = ("stone.jpg", "my-study.toml", "~/materials")
 """Files and folders that a user has before the first command of a page."""
 STONE = "runs/stone"
 """The run of the README, which other pages go on with."""
-OTHER_COMMANDS = (STONE, "runs/optimised")
-"""Folders that commands of another page make, or commands that are no `retouch`."""
+OTHER_COMMANDS = ("runs/optimised",)
+"""Folders that commands in the docs make which are no `retouch`."""
+KNOWN_BEFORE = ("README.md", "gallery.md")
+"""Pages whose runs every page may go on with."""
 SHORT = {
     "prepare": "",
     "export": "",
@@ -77,6 +80,8 @@ def inputs(parsed: Namespace) -> Iterator[str]:
         for each in value if isinstance(value, list) else [value]:
             if isinstance(each, Path) and name != "out":
                 yield str(each)
+    for region in getattr(parsed, "region", ()):
+        yield region.rpartition("=")[2]
 
 
 def output(parsed: Namespace) -> str | None:
@@ -88,12 +93,18 @@ def output(parsed: Namespace) -> str | None:
 
 
 def comes_with_retouch(name: str) -> bool:
-    return bundled(name, ".xml", ".toml", *HEIGHT_MAPS) is not None or (STUDIES / f"{name}.toml").is_file()
+    return (
+        bundled(name, ".xml", ".toml", *HEIGHT_MAPS) is not None
+        or (STUDIES / f"{name}.toml").is_file()
+        or name in OBJECTS
+    )
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_what_a_command_reads_was_made_before_it(page: Path) -> None:
-    made = [*GIVEN, *OTHER_COMMANDS]
+    before = [other for other in PAGES if other.name in KNOWN_BEFORE and other != page]
+    others = [one for other in before for one in commands(other)]
+    made = [*GIVEN, *OTHER_COMMANDS, *filter(None, (output(one.parsed) for one in others))]
     for command in commands(page):
         parsed = command.parsed
         for name in inputs(parsed):
