@@ -1,6 +1,6 @@
-"""A feel that varies over a surface: a slider and the links of a bracelet, each 60 x 10 mm.
+"""A feel that varies over a surface: sliders and the links of a bracelet, each 60 x 10 mm.
 
-python -m benchmarks.varied              # both; run directories in runs/varied
+python -m benchmarks.varied              # all cases; run directories in runs/varied
 python -m benchmarks.varied slider       # this case only
 """
 
@@ -26,12 +26,18 @@ LINKS = 3
 """Links of 20 mm; the outer ones are smooth."""
 CASES: dict[str, tuple[str, tuple[str, ...]]] = {
     "slider": ("gravel-tile", ("touch.roughness_from=0.035", "touch.roughness_to=0.065")),
+    "slider-exact": (
+        "gravel-tile",
+        ("touch.roughness_from=0.035", "touch.roughness_to=0.065", "touch.model=layer", "look.model=exact"),
+    ),
+    "steep": ("gravel-tile", ("touch.roughness_from=0.024", "touch.roughness_to=0.068")),
     "links": (
         "knit-tile",
         ('touch.region=[{mask="smooth.npy",roughness=0.06},{mask="rough.npy",roughness=0.09}]',),
     ),
 }
-"""Texture and target of each case; the links have the paper's roughnesses (its figure 29b)."""
+"""Texture and settings of each case; the links have the paper's roughnesses (its figure 29b), and the steep
+slider starts four just-noticeable differences smoother than gravel."""
 SETTINGS = (
     *("touch.model=quick", "look.model=fast"),
     *("verify.resolution=32", "verify.samples=64", "verify.baseline=false"),
@@ -42,7 +48,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("cases", nargs="*", help="slider, links; both by default")
+    parser.add_argument("cases", nargs="*", help=f"{', '.join(CASES)}; all by default")
     parser.add_argument("--out", type=Path, default=Path("runs") / "varied")
     arguments = parser.parse_args()
     results = load("varied") or {}
@@ -68,7 +74,7 @@ def measured(name: str, folder: Path) -> dict[str, Any]:
     for mask, inside in (("smooth", even), ("rough", ~even)):
         np.save(folder / f"{mask}.npy", np.repeat(inside, 20)[None].repeat(10, axis=0) * 1.0)
     overrides = [each.replace('mask="', f'mask="{folder}/') for each in target]
-    run = run_from_scene("studio.xml", strip, [*overrides, *SETTINGS])
+    run = run_from_scene("studio.xml", strip, [*SETTINGS, *overrides])
     result = job.run(run, folder / name, force=True).summary
     places = {
         which: {
