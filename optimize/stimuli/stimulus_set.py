@@ -26,6 +26,11 @@ PLATE_MM = 25.0
 """Side of a plate, mm: that of the paper's experiments (5.3.1)."""
 BED_MM = (120.0, 68.0)
 """Sides of the bed, mm: those of a common resin printer."""
+OWN_KEYS = (
+    *("scene", "texture", "repeats", "descent.method", "print."),
+    *("touch.jnd", "touch.roughness", "touch.contact", "touch.feel_of", "touch.region", "touch.axis"),
+)
+"""Begins of the keys of a run that a set states itself, or that its plates do not follow."""
 LABEL_MM = 0.4
 """How far labels stand out of the back or go into it, mm."""
 
@@ -117,6 +122,13 @@ class StimulusSet(Section):
                 raise ValueError(
                     f"contact_area_scale: {level:g} is no level: give numbers above 0 other than 1"
                 )
+        return self
+
+    @model_validator(mode="after")
+    def _settings_are_not_the_set_s_own(self) -> Self:
+        for key in self.settings:
+            if key.startswith(OWN_KEYS):
+                raise ValueError(f"settings: {key}: is no setting of a set, whose plates are its own")
         return self
 
     @model_validator(mode="after")

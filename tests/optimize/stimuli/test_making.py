@@ -159,6 +159,8 @@ def test_the_page_shows_every_plate(whole: Path) -> None:
         ({"jnd": (1.0,)}, "at least two levels"),
         ({"jnd": (0.0, 1.0, 1.0)}, "jnd: 1 is given twice"),
         ({"same_roughness": True}, "same_roughness: is for levels of contact area"),
+        ({"settings": {"print.printer": "mask-50"}}, "settings: print.printer: is no setting of a set"),
+        ({"settings": {"touch.jnd": 3}}, "settings: touch.jnd: is no setting of a set"),
         ({"contact_area_scale": (1.0,)}, "contact_area_scale: 1 is no level"),
         ({"print": {"plate_mm": 8.0}}, "plate_mm: 8 mm is less than the 10 mm under a finger"),
         ({"print": {"bed_mm": (20.0, 90.0)}}, "a plate of 25 mm does not fit on a bed of 20 x 90 mm"),
