@@ -73,7 +73,7 @@ studio, and minutes where the fast look cannot show the scene. Without --reach n
 A print file ({", ".join(MESHES)}) must be a solid. Fingers press on it at
 most {MOST_PLACES} times, 2.5 mm apart, along the outward axis of each place; the flat side that lies on the
 printer's bed is left out. Roughness is the mean over the places whose 10 mm patch reaches over no edge. The
-object's own curvature is part of it.
+object's own curvature is part of it unless --object names the object without texture.
 """
 EPILOG = """\
 examples:
@@ -82,6 +82,7 @@ examples:
   retouch evaluate stone.png --relief-mm 1.2 --reach
   retouch evaluate *.exr --force-n 2 --json
   retouch evaluate part.stl
+  retouch evaluate knob.3mf --object plain-knob.3mf
   retouch evaluate part.stl --units in --json -o colours
 """
 
@@ -145,11 +146,12 @@ def run(arguments: argparse.Namespace) -> int:
         made = PRINTERS[arguments.printer]
         read = {texture: printed_map(each, made, repeats, texture) for texture, each in read.items()}
     meshes = read_meshes(arguments)
+    bare = meshes.get(arguments.object)
     measured: list[TouchMeasures | MeshFeel] = []
     with stage("evaluating", len(arguments.textures)) as advance:
         for texture in arguments.textures:
             if texture in meshes:
-                measured.append(feel_mesh(meshes[texture], skin, arguments.model))
+                measured.append(feel_mesh(meshes[texture], skin, arguments.model, bare))
             else:
                 heights, size_mm = read[texture].heights, read[texture].side_mm
                 measured.append(measure(texture, heights, size_mm, skin, arguments.model, repeats))

@@ -35,6 +35,12 @@ def add_meshes(parser: argparse.ArgumentParser) -> None:
         "--units", choices=UNITS, help="unit of the file, where it does not state its own or a wrong one"
     )
     group.add_argument(
+        "--object",
+        type=Path,
+        metavar="FILE",
+        help="the object without texture: its own curvature is taken out, so that the texture alone is felt",
+    )
+    group.add_argument(
         "-o",
         dest="out",
         type=Path,
@@ -49,7 +55,7 @@ def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) 
     from relief.lengths import RANGES
 
     meshes = len(arguments.textures) - len(textures)
-    for_meshes = {"--units": arguments.units, "-o": arguments.out}
+    for_meshes = {"--units": arguments.units, "--object": arguments.object, "-o": arguments.out}
     for_textures = {"--" + key.replace("_", "-"): getattr(arguments, key) for key in RANGES}
     for flag, value in for_meshes.items():
         if value is not None and not meshes:
@@ -69,8 +75,9 @@ def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) 
 
 
 def read_meshes(arguments: argparse.Namespace) -> "dict[Path, Mesh]":
-    """Read and check the print files among the files. Raises InputError for what is no solid."""
+    """Read and check the print files, `--object` among them. Raises InputError for what is no solid."""
     paths = [path for path in arguments.textures if is_mesh(path)]
+    paths += [] if arguments.object is None else [arguments.object]
     if not paths:
         return {}
     # Imported here, because few evaluations have meshes.
@@ -86,12 +93,14 @@ def read_meshes(arguments: argparse.Namespace) -> "dict[Path, Mesh]":
     return meshes
 
 
-def feel_mesh(mesh: "Mesh", skin: Skin, model: "ModelName") -> "MeshFeel":
+def feel_mesh(
+    mesh: "Mesh", skin: Skin, model: "ModelName", without_texture: "Mesh | None" = None
+) -> "MeshFeel":
     """Press on places all over a mesh. Raises InputError, which names the file."""
     from optimize.meshes.feel import feel_of
 
     with naming(mesh.path), contact_errors_name(mesh.path), stage(f"feeling {mesh.path.name}"):
-        return feel_of(mesh, skin, model, MOST_PLACES)
+        return feel_of(mesh, skin, model, MOST_PLACES, without_texture)
 
 
 def more_of_mesh(mesh: "Mesh", feel: "MeshFeel", out: Path | None, skin: str) -> dict[str, Any]:
@@ -112,7 +121,9 @@ def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:
             continue
         name, count, on_edge = entry["texture"], entry.get("places", {}).get("count", 1), entry["on_edge"]
         sides = " x ".join(number(side) for side in entry["sides_mm"])
-        places = f"mean over {count} places; {on_edge} more, on edges, are left out"
+        places = f"mean over {count} places; {on_edge} on edges and {entry['flat']} flat ones are left out"
+        if entry["curvature"] == "taken out":
+            places = f"mean over {count} places; {on_edge} on edges or without texture are left out"
         if entry["all_on_edge"]:
             places = f"mean over {count} places, all on edges, where a finger feels the shape"
         own = f"The object's own curvature is {entry['curvature']}."

@@ -1,6 +1,6 @@
 """Feel of a mesh: roughness and contact area at places evenly over its surface."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,10 +12,12 @@ from optimize.descent.targets import QUANTITIES, means
 from optimize.descent.touch_measures import BATCH_SAMPLES, each
 from relief.arrays import Array
 from relief.body import Body
-from relief.limits import PATCH_SIDE_MM
+from relief.errors import InputError
+from relief.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.meshes.crops import Crop, Cropper
 from relief.meshes.mesh import Mesh
-from relief.meshes.places import frames, spread, surface_points
+from relief.meshes.places import Frame, frames, spread, surface_points
+from relief.meshes.unrolling import Unroller, fine_enough
 from relief.progress import stage
 from tactile.model import ModelName
 
@@ -24,6 +26,11 @@ MOST_PLACES = 300
 MOST_TRIED = 450
 """Most places whose surroundings are looked at, many of which may lie on edges."""
 
+FARTHEST_OBJECT_MM = 2.0 * HEIGHT_LIMIT_MM
+"""Largest distance of a textured mesh from its object without texture, mm."""
+TEXTURED_MM = 1e-3
+"""Least height over the object, mm, that is texture and no rounding."""
+
 
 @dataclass(frozen=True)
 class MeshFeel:
@@ -31,10 +38,11 @@ class MeshFeel:
 
     Attributes:
         body: That was touched, mm.
-        crops: Of the k places, all on edges or none.
+        crops: Of the k places: none on an edge or flat, or all flat, or all on edges.
         values: (k,) of quantities by name, in their units.
         contact_fractions: (k,) share of the patch in contact.
-        edges: Number of places left out because they lie on edges.
+        edges: Number of places left out because they lie on edges, or are not textured all over.
+        flat: Number of places left out because nothing can be felt there.
         area_mm2: Of the surface without the side on the printer's bed.
         curvature_out: Whether the object's own curvature was taken out.
     """
@@ -44,6 +52,7 @@ class MeshFeel:
     values: dict[str, Array]
     contact_fractions: Array
     edges: int
+    flat: int
     area_mm2: float
     curvature_out: bool = False
 
@@ -70,6 +79,7 @@ class MeshFeel:
         """What is told of a mesh beside the numbers of a texture: edges, curvature, sides, every touch."""
         return {
             "on_edge": self.edges,
+            "flat": self.flat,
             "all_on_edge": self.crops[0].on_edge,
             "curvature": "taken out" if self.curvature_out else "part of the roughness",
             "surface_mm2": self.area_mm2,
@@ -85,36 +95,79 @@ class MeshFeel:
         }
 
 
-def feel_of(mesh: Mesh, skin: tactile.Skin, model: ModelName = "layer", most: int = MOST_PLACES) -> MeshFeel:
+def feel_of(
+    mesh: Mesh,
+    skin: tactile.Skin,
+    model: ModelName = "layer",
+    most: int = MOST_PLACES,
+    without_texture: Mesh | None = None,
+) -> MeshFeel:
     """Press the skin on places 2.5 mm apart, or as many as there may be, all over a mesh.
 
     The finger presses along the outward axis of the surroundings of a place, on a patch of 10 mm a side. The
     side that lies on the printer's bed, flat and lowest, is left out. Where the patch reaches over an edge
-    the finger meets the shape and not a texture: such places are left out too, unless there are no others, as
-    on the rim of a coin.
+    the finger meets the shape and not a texture: such places are left out too, as are planes, unless there
+    are no others, as on the rim of a coin.
 
     Args:
         mesh: A solid.
         skin: The finger.
         model: Of touch.
         most: Most places that are pressed.
+        without_texture: The object before its texture, at the same place. With it the finger presses on the
+            heights of the texture over the unrolled object, so that the object's own curvature is no part of
+            what is felt; places whose patch is not textured all over are left out.
 
     Raises:
+        InputError: The object without texture is another one, or its faces are too large.
         ContactError: A contact does not converge.
     """
-    points = surface_points(mesh.body)
-    candidates = frames(points, spread(points.at, MOST_TRIED))
-    cropper = Cropper(mesh.body)
+    cropped: Iterator[Crop]
+    if without_texture is None:
+        points = surface_points(mesh.body)
+        candidates = spread(points.at, MOST_TRIED)
+        cropped = map(Cropper(mesh.body).crop, frames(points, candidates))
+    else:
+        unroller = _unroller(mesh, without_texture)
+        points = surface_points(unroller.object)
+        candidates = spread(points.at, MOST_TRIED)
+        cropped = (_unrolled_crop(unroller, at) for at in points.at[candidates])
     crops: list[Crop] = []
     with stage("looking at places", len(candidates), at_most=True) as advance:
-        for frame in candidates:
-            crops.append(cropper.crop(frame))
+        for crop in cropped:
+            crops.append(crop)
             advance()
-            if sum(not crop.on_edge for crop in crops) >= most:
+            if sum(not (one.on_edge or one.flat) for one in crops) >= most:
                 break
-    chosen = [crop for crop in crops if not crop.on_edge] or crops[:most]
+    on_edge, flat = ([one for one in crops if one.on_edge], [one for one in crops if one.flat])
+    chosen = [one for one in crops if not (one.on_edge or one.flat)] or (flat or on_edge)[:most]
     values, fractions = pressed(np.stack([crop.heights for crop in chosen]), skin, model)
-    return MeshFeel(mesh.body, chosen, values, fractions, len(crops) - len(chosen), points.area_mm2)
+    edges = 0 if chosen[0].on_edge else len(on_edge)
+    plain = 0 if chosen[0].flat else len(flat)
+    curvature_out = without_texture is not None
+    return MeshFeel(mesh.body, chosen, values, fractions, edges, plain, points.area_mm2, curvature_out)
+
+
+def _unroller(mesh: Mesh, without_texture: Mesh) -> Unroller:
+    """The unroller of a mesh. Raises InputError if the object without texture does not fit."""
+    unroller = Unroller(mesh.body, fine_enough(without_texture.body, without_texture.path))
+    if unroller.farthest_mm > FARTHEST_OBJECT_MM:
+        raise InputError(
+            f"{without_texture.path}: lies up to {unroller.farthest_mm:.3g} mm from {mesh.path.name}; "
+            "the object without texture must lie where the textured one does"
+        )
+    return unroller
+
+
+def _unrolled_crop(unroller: Unroller, near: Array) -> Crop:
+    """The crop of the texture over the unrolled object; one that is not textured all over counts as edge."""
+    vertex, frame = unroller.frame(near)
+    flat = unroller.unrolled(vertex, frame)
+    crop = Cropper(flat).crop(Frame(np.zeros(3), np.eye(3)))
+    x, y = flat.vertices[np.abs(flat.vertices[:, 2]) > TEXTURED_MM, :2].T
+    half = 0.5 * PATCH_SIDE_MM
+    count, _, _ = np.histogram2d(x, y, bins=4, range=((-half, half), (-half, half)))
+    return Crop(frame, crop.heights, crop.on_edge or not count.all())
 
 
 def pressed(heights: Array, skin: tactile.Skin, model: ModelName) -> tuple[dict[str, Array], Array]:

@@ -14,6 +14,8 @@ SAMPLES = 128
 """Samples along the side of a crop."""
 EDGE_SHARE = 0.005
 """Share of a patch's samples without a surface in reach from which the place counts as on an edge."""
+FLAT_MM = 1e-3
+"""Difference of heights, mm, below which a patch is a plane."""
 FINE_MM = 0.3
 """Longest edge, mm, of the faces that stand for samples of a smooth surface; larger faces are meant flat."""
 STEEPEST = 20.0
@@ -34,6 +36,11 @@ class Crop:
     frame: Frame
     heights: Array
     on_edge: bool
+
+    @property
+    def flat(self) -> bool:
+        """Whether nothing can be felt: the patch is a plane."""
+        return float(np.ptp(self.heights)) < FLAT_MM
 
 
 class Cropper:

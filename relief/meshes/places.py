@@ -147,6 +147,11 @@ def _fitted(points: SurfacePoints, number: int, near: Index) -> Frame:
     return Frame(at, _axes(axis))
 
 
+def frame_along(at: Array, axis: Array) -> Frame:
+    """The frame of a point with a given axis, a unit vector."""
+    return Frame(at, _axes(axis))
+
+
 def _unit(vector: Array, otherwise: Array) -> Array:
     length = float(np.linalg.norm(vector))
     return vector / length if length > 1e-12 else otherwise

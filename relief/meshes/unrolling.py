@@ -1,0 +1,170 @@
+"""Unrolling: the texture on an object as heights over a plane, without the object's own curvature.
+
+Each point of the textured mesh has a foot, the nearest point on the object without texture, and a height
+over it. Around a place the object is unrolled by its logarithmic map, which keeps directions and distances
+from the place, and the heights stand over the unrolled feet.
+"""
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse import csgraph
+from scipy.spatial import cKDTree
+
+from relief.arrays import Array, Index
+from relief.body import Body
+from relief.errors import InputError
+from relief.meshes.places import Frame, frame_along, vertex_normals
+from relief.progress import stage
+
+EDGE_MM = 1.5
+"""Longest edge of the object's mesh on which it is unrolled, mm; longer ones are halved."""
+MOST_OBJECT_FACES = 600_000
+"""Most faces of an object after its edges are halved."""
+REACH_MM = 9.0
+"""Distance from a place up to which the object is unrolled, mm: the corners of a patch and a margin."""
+CANDIDATES = 16
+"""Faces of the object, the nearest by their middles, among which a foot is looked for."""
+
+
+def fine_enough(body: Body, name: object) -> Body:
+    """The body with edges halved until none is longer than 1.5 mm; the surface stays where it is.
+
+    Raises:
+        InputError: That takes too many faces.
+    """
+    vertices, faces = body.vertices, np.asarray(body.faces, dtype=np.int64)
+    while True:
+        ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1)
+        long = np.linalg.norm(np.subtract(*np.moveaxis(vertices[ends], 2, 0)), axis=2) > EDGE_MM
+        if not long.any():
+            return Body(vertices, faces)
+        if len(faces) + np.count_nonzero(long) > MOST_OBJECT_FACES:
+            raise InputError(f"{name}: is too large or has faces too large; remesh it with triangles of 1 mm")
+        pairs, number = np.unique(np.sort(ends[long], axis=1), axis=0, return_inverse=True)
+        middle = np.full(faces.shape, -1)
+        middle[long] = len(vertices) + number.ravel()
+        vertices = np.concatenate([vertices, vertices[pairs].mean(axis=1)])
+        faces = _divided(faces, middle)
+
+
+def _divided(faces: Index, middle: Index) -> Index:
+    """Faces divided at the middles (m, 3) of their edges 0-1, 1-2 and 2-0; -1 if an edge stays whole."""
+    count = (middle >= 0).sum(axis=1)
+    # Turned so that the edges to be halved come first.
+    first = np.where(count == 2, (np.argmin(middle, axis=1) + 1) % 3, np.argmax(middle, axis=1))
+    turn = (np.arange(3) + first[:, None]) % 3
+    corners, halves = (np.take_along_axis(of, turn, axis=1) for of in (faces, middle))
+    # Columns 0 to 2 are corners, 3 to 5 middles.
+    points = np.concatenate([corners, halves], axis=1)
+    patterns = (
+        ((0, 1, 2),),
+        ((0, 3, 2), (3, 1, 2)),
+        ((3, 1, 4), (0, 3, 4), (0, 4, 2)),
+        ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
+    )
+    parts = [points[count == n][:, pattern].reshape(-1, 3) for n, pattern in enumerate(patterns)]
+    return np.concatenate(parts)
+
+
+class Unroller:
+    """Unrolls a textured mesh around places on its object.
+
+    Attributes:
+        object: The object, fine enough.
+        farthest_mm: Largest distance of the textured mesh from the object, mm.
+    """
+
+    @stage("measuring the distance from the object")
+    def __init__(self, textured: Body, base: Body) -> None:
+        self.object = base
+        self._textured = textured
+        self._normals = vertex_normals(base)
+        self._face, self._shares = feet(textured.vertices, base)
+        foot = np.einsum("nc,ncd->nd", self._shares, base.vertices[base.faces[self._face]])
+        normal = np.einsum("nc,ncd->nd", self._shares, self._normals[base.faces[self._face]])
+        away = textured.vertices - foot
+        self._heights = np.linalg.norm(away, axis=1) * np.sign(np.einsum("nd,nd->n", away, normal))
+        self.farthest_mm = float(np.abs(self._heights).max())
+        self._tree = cKDTree(base.vertices)
+
+    def frame(self, near: Array) -> tuple[int, Frame]:
+        """Number and frame of the object's vertex nearest to a point."""
+        vertex = int(self._tree.query(near)[1])
+        return vertex, frame_along(self.object.vertices[vertex], self._normals[vertex])
+
+    def unrolled(self, vertex: int, frame: Frame) -> Body:
+        """The textured mesh around a vertex of the object: (x, y, height) in the axes of its frame, mm."""
+        import potpourri3d
+
+        numbers, faces = self._around(vertex, frame)
+        solver = potpourri3d.MeshVectorHeatSolver(self.object.vertices[numbers], faces)
+        start = int(np.searchsorted(numbers, vertex))
+        towards_x, towards_y, _ = solver.get_tangent_frames()
+        basis = np.stack([towards_x[start], towards_y[start]]) @ frame.axes[:2].T
+        flat = np.full((len(self.object.vertices), 2), np.nan)
+        flat[numbers] = solver.compute_log_map(start) @ basis
+        flat[numbers[np.linalg.norm(flat[numbers], axis=1) > REACH_MM]] = np.nan
+        at = np.einsum("nc,ncd->nd", self._shares, flat[self.object.faces[self._face]])
+        kept = np.isfinite(at).all(axis=1)[self._textured.faces].all(axis=1)
+        used, inverse = np.unique(self._textured.faces[kept], return_inverse=True)
+        return Body(np.column_stack([at[used], self._heights[used]]), inverse.reshape(-1, 3))
+
+    def _around(self, vertex: int, frame: Frame) -> tuple[Index, Index]:
+        """Vertices of the object around one of them, rising, and the faces between them, by their places."""
+        near = np.zeros(len(self.object.vertices), dtype=bool)
+        near[self._tree.query_ball_point(self.object.vertices[vertex], REACH_MM)] = True
+        faces = self.object.faces[near[self.object.faces].all(axis=1)]
+        ends = (faces.ravel(), np.roll(faces, 1, axis=1).ravel())
+        graph = sp.coo_matrix((np.ones(len(ends[0])), ends), shape=(len(near), len(near)))
+        _, part = csgraph.connected_components(graph, directed=False)
+        faces = faces[part[faces[:, 0]] == part[vertex]]
+        numbers, inverse = np.unique(faces, return_inverse=True)
+        return numbers, inverse.reshape(-1, 3)
+
+
+def feet(points: Array, body: Body) -> tuple[Index, Array]:
+    """The nearest point of a body to each of some points.
+
+    Args:
+        points: (n, 3) mm.
+        body: Of small faces.
+
+    Returns:
+        (n,) faces, and (n, 3) barycentric coordinates in them.
+    """
+    corners = body.vertices[body.faces]
+    count = min(CANDIDATES, len(corners))
+    near = cKDTree(corners.mean(axis=1)).query(points, k=count)[1].reshape(len(points), -1)
+    best = np.full(len(points), np.inf)
+    face, shares = np.zeros(len(points), dtype=np.int64), np.zeros((len(points), 3))
+    for candidate in near.T:
+        found = _nearest(points, corners[candidate])
+        distance = np.linalg.norm(np.einsum("nc,ncd->nd", found, corners[candidate]) - points, axis=1)
+        closer = distance < best
+        best[closer], face[closer], shares[closer] = distance[closer], candidate[closer], found[closer]
+    return face, shares
+
+
+def _nearest(points: Array, triangles: Array) -> Array:
+    """(n, 3) barycentric coordinates of the point of each triangle (n, 3, 3) nearest to a point (n, 3)."""
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    along, across, to = b - a, c - a, points - a
+    products = [np.einsum("nd,nd->n", *pair) for pair in ((along, along), (along, across), (across, across))]
+    p, q = np.einsum("nd,nd->n", to, along), np.einsum("nd,nd->n", to, across)
+    determinant = np.maximum(products[0] * products[2] - products[1] ** 2, 1e-300)
+    u = (products[2] * p - products[1] * q) / determinant
+    v = (products[0] * q - products[1] * p) / determinant
+    inside = np.stack([1.0 - u - v, u, v], axis=1)
+    outside = np.flatnonzero(inside.min(axis=1) < 0.0)
+    best = np.full(len(outside), np.inf)
+    for one, other in ((0, 1), (1, 2), (2, 0)):
+        start, edge = triangles[outside, one], triangles[outside, other] - triangles[outside, one]
+        length = np.maximum(np.einsum("nd,nd->n", edge, edge), 1e-300)
+        share = np.clip(np.einsum("nd,nd->n", points[outside] - start, edge) / length, 0.0, 1.0)
+        distance = np.linalg.norm(start + share[:, None] * edge - points[outside], axis=1)
+        closer = distance < best
+        best[closer] = distance[closer]
+        on_edge = np.zeros((len(outside), 3))
+        on_edge[:, one], on_edge[:, other] = 1.0 - share, share
+        inside[outside[closer]] = on_edge[closer]
+    return inside
