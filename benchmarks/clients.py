@@ -37,6 +37,8 @@ from relief.printing import printed
 
 OBJECT_NAMES = ("starfish", "slider", "frog")
 GAP_MM = 3.0
+PRINT = "-print.3mf"
+"""End of the names of plates that are prints already, in flat pixels."""
 FILMS = (32, 86, 128)
 """Pixels across the plates in which pictures are compared: of 86 one is a minute of arc wide, 40 cm away."""
 MESHES = (".3mf", ".stl", ".obj")
@@ -53,6 +55,9 @@ def files(folder: Path, reliefs: Mapping[str, HeightMap]) -> dict[Path, Body]:
     for suffix in MESHES:
         for name, body in plates.items():
             found[folder / f"{name}{suffix}"] = [Part(name, body)]
+    for name, read in reliefs.items():
+        body = plate_mesh(model_of(read), read.side_mm, base, stepped=True)
+        found[folder / f"{name}{PRINT}"] = [Part(name, body)]
     tile = load_height_map(find_texture("gravel-tile"))
     tiles = plate_mesh(repeated(tile.heights, (3, 3), "gravel-tile"), 3.0 * tile.side_mm, base)
     found[folder / "tiles.3mf"] = [Part("3 x 3 tiles", tiles)]
@@ -68,8 +73,13 @@ def files(folder: Path, reliefs: Mapping[str, HeightMap]) -> dict[Path, Body]:
     return {path: joined(parts) for path, parts in found.items()}
 
 
+def model_of(read: HeightMap) -> Array:
+    """Heights (rows, cols) mm as the model of the printer has them."""
+    return printed(read.heights, read.side_mm / read.heights.shape[1], PRINTER)
+
+
 def sliced(slicer: Slicer, bodies: Mapping[Path, Body]) -> tuple[dict[str, Any], dict[str, Array]]:
-    """What the slicer makes of each file; and heights of the 3MF plates, from their resin layers."""
+    """What the slicer makes of each file; and heights of the 3MF plates by file, from resin layers."""
     found, heights = {}, {}
     for path, body in bodies.items():
         info = slicer.info(path)
@@ -85,8 +95,8 @@ def sliced(slicer: Slicer, bodies: Mapping[Path, Body]) -> tuple[dict[str, Any],
             "resin_volume_error_percent": 100.0
             * (float(solid.sum()) * PRINTER.pixel_mm**2 * PRINTER.layer_mm / volume_mm3(body) - 1.0),
         }
-        if path.stem in ("gravel", "gravel+2") and path.suffix == ".3mf":
-            heights[path.stem] = plate_heights(solid, PRINTER.base_mm)
+        if path.name.startswith("gravel") and path.suffix == ".3mf":
+            heights[path.name] = plate_heights(solid, PRINTER.base_mm)
     return found, heights
 
 
@@ -96,15 +106,17 @@ def resin_prints(
     """The slicer's prints of both plates beside the model of the printer: heights, JND and pictures."""
     found: dict[str, Any] = {"printer": PRINTER.name, **PRINTER.numbers()}
     for name, read in reliefs.items():
-        model = printed(read.heights, read.side_mm / read.heights.shape[1], PRINTER)
-        apart = np.rint((heights[name] - model) / PRINTER.layer_mm)
+        model, cut = model_of(read), heights[f"{name}.3mf"]
+        apart = np.rint((cut - model) / PRINTER.layer_mm)
+        apart_of_print = np.rint((heights[f"{name}{PRINT}"] - model) / PRINTER.layer_mm)
         found[name] = {
             "same_layer_percent": 100.0 * float(np.mean(apart == 0)),
             "within_a_layer_percent": 100.0 * float(np.mean(np.abs(apart) <= 1)),
             "mean_um": 1000.0 * PRINTER.layer_mm * float(np.abs(apart).mean()),
             "bias_um": 1000.0 * PRINTER.layer_mm * float(apart.mean()),
+            "same_layer_of_print_percent": 100.0 * float(np.mean(apart_of_print == 0)),
         }
-        for kind, each in (("slicer", heights[name]), ("model", model)):
+        for kind, each in (("slicer", cut), ("model", model)):
             save_heights_exr(folder / f"{name}-{kind}.exr", np.clip(each, 0.0, 3.0), read.side_mm)
         save_heights_exr(folder / f"{name}-screen.exr", read.heights, read.side_mm)
     for kind in ("screen", "model", "slicer"):
