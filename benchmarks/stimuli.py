@@ -157,7 +157,7 @@ def draw(folder: Path, content: dict[str, Any]) -> None:
         row[-1].imshow(_below(plates[-1]["label"], plate_mm), cmap="gray", vmin=0.0, vmax=1.0)
         row[-1].set_title("back of the last", fontsize=7.5)
     figure.tight_layout(pad=0.8)
-    figure.savefig(PICTURE, dpi=100)
+    figure.savefig(PICTURE, dpi=150)
     plt.close(figure)
 
 
