@@ -36,6 +36,8 @@ HEADING = "## The paper's plates\n"
 """Of the section that ends the page."""
 SHOWN = 3
 """Textures of the picture."""
+DPI, GREYS = (150, 120), 32
+"""Resolution of the picture of one texture, and of several; shades of grey. The file stays below 400 kB."""
 RAISED_MM, BACK_PIXELS = 0.4, 12
 """Height of the letters on the drawn backs, mm, and pixels of the drawing for each of theirs."""
 KEPT = ("label", "level", "jnd", "jnd_least", "jnd_most", "off_target_percent", "picture_change_percent")
@@ -157,8 +159,10 @@ def draw(folder: Path, content: dict[str, Any]) -> None:
         row[-1].imshow(_below(plates[-1]["label"], plate_mm), cmap="gray", vmin=0.0, vmax=1.0)
         row[-1].set_title("back of the last", fontsize=7.5)
     figure.tight_layout(pad=0.8)
-    figure.savefig(PICTURE, dpi=150)
+    figure.savefig(PICTURE, dpi=DPI[len(textures) > 1])
     plt.close(figure)
+    # Everything in it is grey, which a third of the bytes holds.
+    Image.open(PICTURE).convert("L").quantize(GREYS).save(PICTURE, optimize=True)
 
 
 def _above(folder: Path, plate_mm: float) -> np.ndarray:
