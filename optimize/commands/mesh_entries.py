@@ -125,7 +125,10 @@ def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:
         if entry["curvature"] == "taken out":
             places = f"mean over {count} places; {on_edge} on edges or without texture are left out"
         if entry["all_on_edge"]:
-            places = f"mean over {count} places, all on edges, where a finger feels the shape"
+            places = (
+                f"mean over {count} places, all on edges, where a finger feels the shape (of a plate as "
+                "small as a finger, evaluate the height map or the folder of its run)"
+            )
         own = f"The object's own curvature is {entry['curvature']}."
         lines.append(f"{name} ({sides} mm): {places}. {own}")
         if "files" in entry:

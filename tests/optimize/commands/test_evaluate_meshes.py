@@ -43,7 +43,7 @@ def test_a_person_is_told_of_edges_and_of_the_size(
     assert main(["evaluate", "cube.stl"]) == 0
     told = capsys.readouterr()
     assert "cube.stl: measures only 0.5 x 0.5 x 0.5 mm; if that is not meant" in told.err
-    assert "all on edges, where a finger feels the shape" in told.out
+    assert "all on edges, where a finger feels the shape (of a plate as small as" in told.out
     assert main(["evaluate", "cube.stl", "--units", "in", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)[0]["size_mm"] == pytest.approx(12.7)
 
