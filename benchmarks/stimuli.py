@@ -40,7 +40,16 @@ DPI, GREYS = (150, 120), 32
 """Resolution of the picture of one texture, and of several; shades of grey. The file stays below 400 kB."""
 RAISED_MM, BACK_PIXELS = 0.4, 12
 """Height of the letters on the drawn backs, mm, and pixels of the drawing for each of theirs."""
-KEPT = ("label", "level", "jnd", "jnd_least", "jnd_most", "off_target_percent", "picture_change_percent")
+KEPT = (
+    "label",
+    "mark",
+    "level",
+    "jnd",
+    "jnd_least",
+    "jnd_most",
+    "off_target_percent",
+    "picture_change_percent",
+)
 
 
 def main() -> None:
@@ -86,12 +95,12 @@ def section(found: dict[str, Any]) -> str:
     levels = summary["levels"]
     lines = []
     for name, texture in textures.items():
-        plates = texture["plates"]
-        changes = [plate["picture_change_percent"] for plate in plates if plate["level"]]
+        plates = {plate["mark"]: plate for plate in texture["plates"]}
+        changes = [plate["picture_change_percent"] for plate in plates.values() if plate["level"]]
         lines.append(
             [
                 name,
-                *(_felt(plate) for plate in plates),
+                *(_felt(plates[level]) if level in plates else None for level in levels),
                 f"{min(changes):.1f} to {max(changes):.1f}",
                 f"{texture['neighbours_percent']:.0f}",
                 _fingers(texture),
