@@ -32,7 +32,7 @@ from visual.scene import Scene, load_scene
 
 PRINTER = PRINTERS["mask-50"]
 SCENE, SIZE_MM = "studio", 10.0
-CASES = (("gravel", 2), ("grass", 2), ("brick", 2), ("gravel", -2))
+CASES = (("gravel", 2), ("grass", 2))
 SETTINGS = (*('look.model="fast"', 'verify.model="layer"', "verify.baseline=false", "verify.samples=8"),)
 """Settings of the runs. Steps by the fast look; what is told here is rendered."""
 FILMS = {"eye": (86, 96), "fine": (256, 48)}

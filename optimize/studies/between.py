@@ -32,7 +32,7 @@ def felt_between(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str
         where the run has none in JND.
     """
     texture = {name: getattr(run, name) for name in ("texture", "size_mm", "relief_mm", "height_scale")}
-    scene = load_scene(run.scene, run.define, **texture, repeats=run.axes_repeat)
+    scene = load_scene(run.scene, run.define, **texture, repeats=run.axes_repeat, printer=run.print.described)
     at = sampled(between(scene.surface, min(run.touch.spacing_mm, SPACING_MM)))
     if not len(at):
         return dict.fromkeys(NAMES)

@@ -31,7 +31,7 @@ def run_jod(run_dir: Path, run: Run, result: Mapping[str, Any]) -> list[float]:
     if look.get("jod") is not None:
         return list(look["jod"])
     textured = {name: getattr(run, name) for name in ("texture", "size_mm", "relief_mm", "height_scale")}
-    scene = load_scene(run.scene, run.define, **textured)
+    scene = load_scene(run.scene, run.define, **textured, printer=run.print.described)
     found = []
     for name, sharpness in zip(file_names(scene.conditions), look["pixels_per_degree"], strict=True):
         before, after = (

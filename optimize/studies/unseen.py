@@ -84,7 +84,8 @@ def unseen(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str, floa
 def _texture(run: Run) -> dict[str, Any]:
     """Arguments of `load_scene` for the texture of a run."""
     names = ("texture", "size_mm", "relief_mm", "height_scale")
-    return {**{name: getattr(run, name) for name in names}, "repeats": run.axes_repeat}
+    own = {name: getattr(run, name) for name in names}
+    return own | {"repeats": run.axes_repeat, "printer": run.print.described}
 
 
 def _columns(name: str, changes: Array) -> dict[str, float | None]:
