@@ -124,7 +124,7 @@ def tubes() -> list[dict[str, Any]]:
         body, base = tube(heights, pitch), tube(np.zeros((32, 16 * around)), 4.0 * pitch)
         base = fine_enough(base, "base")
         out, within = felt(body, base), felt(body)
-        row = {"radius_mm": around * TILE_MM / (2.0 * np.pi), "tile": expected}
+        row: dict[str, Any] = {"radius_mm": around * TILE_MM / (2.0 * np.pi), "tile": expected}
         row |= {"out": out, "within": within}
         row |= {"jnd_out": jnd_apart(out["roughness"], expected)}
         row |= {"jnd_within": jnd_apart(within["roughness"], expected)}

@@ -38,7 +38,8 @@ def add_meshes(parser: argparse.ArgumentParser) -> None:
         "--object",
         type=Path,
         metavar="FILE",
-        help="the object without texture: its own curvature is taken out, so that the texture alone is felt",
+        help="the object without texture, a file or one that comes with Retouch: its own curvature is taken "
+        "out, so that the texture alone is felt",
     )
     group.add_argument(
         "-o",
@@ -77,13 +78,17 @@ def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) 
 def read_meshes(arguments: argparse.Namespace) -> "dict[Path, Mesh]":
     """Read and check the print files, `--object` among them. Raises InputError for what is no solid."""
     paths = [path for path in arguments.textures if is_mesh(path)]
-    paths += [] if arguments.object is None else [arguments.object]
     if not paths:
         return {}
     # Imported here, because few evaluations have meshes.
-    from relief.meshes import check_solid, read_mesh
+    from relief.meshes import Mesh, check_solid, read_mesh
+    from relief.objects.table import OBJECTS
 
     meshes = {}
+    if arguments.object is not None and str(arguments.object) in OBJECTS:
+        meshes[arguments.object] = Mesh(OBJECTS[str(arguments.object)].make(), None, arguments.object)
+    elif arguments.object is not None:
+        paths.append(arguments.object)
     for path in paths:
         mesh = read_mesh(path, units=arguments.units)
         for line in mesh.warnings:
