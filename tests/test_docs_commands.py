@@ -113,8 +113,12 @@ def test_what_a_command_reads_was_made_before_it(page: Path) -> None:
         made += filter(None, [output(parsed)])
 
 
+NOT_RUN = ("objects.md",)
+"""Pages whose commands all read what `wrap` makes, which takes over ten seconds."""
 PAGES_TO_RUN = [
-    page for page in PAGES if any(command.words[0] in (*SHORT, "study") for command in commands(page))
+    page
+    for page in PAGES
+    if page.name not in NOT_RUN and any(command.words[0] in (*SHORT, "study") for command in commands(page))
 ]
 
 

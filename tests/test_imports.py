@@ -17,7 +17,7 @@ ALLOWED = {
     "relief": set(),
     "relief.preparing": {"relief"},
     "relief.objects": {"relief"},
-    "relief.wrapping": {"relief"},
+    "relief.wrapping": {"relief", "relief.meshes"},
     "relief.meshes": {"relief"},
     "mitsuba_scenes": {"relief"},
     "surrogate": {"relief"},

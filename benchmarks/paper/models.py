@@ -19,6 +19,8 @@ COMPARED = ("change_percent", "change_rms_percent", "change_lights_percent", "ds
 """Columns of which the mean ratio to the first value of the axis is told."""
 FEWEST = 5
 """Fewest textures that an interval is drawn from; of fewer, their range is told."""
+KNOWN = 0.9
+"""Least part of the rows that a median needs numbers of: a row that was continued has no CPU seconds."""
 MET_PERCENT = 1.0
 """Error of the verified target that counts as met, the tolerance of the runs."""
 
@@ -57,7 +59,8 @@ def by(rows: Sequence[dict[str, Any]], axis: str) -> dict[str, Any]:
 
     The medians run over the textures and targets that have a row for every value. A ratio is the geometric
     mean, over textures, of that to the row of the same texture and target and the first value of the axis,
-    with its 95 % interval, for which textures are drawn, or with the range of fewer than `FEWEST` textures.
+    where both meet the target. Beside it stands its 95 % interval, for which textures are drawn, or the range
+    of fewer than `FEWEST` textures.
     """
     values = list(dict.fromkeys(row[axis] for row in rows))
     cases = [{_case(row) for row in rows if row[axis] == value} for value in values]
@@ -66,23 +69,36 @@ def by(rows: Sequence[dict[str, Any]], axis: str) -> dict[str, Any]:
     first = {_case(row): row for row in rows if row[axis] == values[0]} if values else {}
     for value in values:
         each = [row for row in rows if row[axis] == value and _case(row) in shared]
+        compared = [row for row in each if _met(row) and _met(first[_case(row)])]
         found[str(value)] = {
             "rows": len(each),
-            "met": sum(
-                row["miss_percent"] is not None and row["miss_percent"] <= MET_PERCENT for row in each
-            ),
+            "met": sum(map(_met, each)),
             **{
-                name: median(numbers) if numbers and len(numbers) == len(each) else None
+                name: median(numbers) if numbers and len(numbers) >= KNOWN * len(each) else None
                 for name in COLUMNS
                 for numbers in [[row[name] for row in each if row.get(name) is not None]]
             },
             "ratios": {
                 name: ratio
                 for name in COMPARED
-                if (ratio := _ratio(name, each, first)) and value != values[0]
+                if (ratio := _ratio(name, compared, first)) and value != values[0]
             },
+            "jod_more": _more("jod", compared, first) if value != values[0] else None,
         }
     return found
+
+
+def _more(name: str, rows: Sequence[dict[str, Any]], first: dict[Any, dict[str, Any]]) -> list[float] | None:
+    """Mean over textures of what a column is more than in the first rows, with the ends of its interval."""
+    by_texture: dict[str, list[float]] = {}
+    for row in rows:
+        one, other = row.get(name), first[_case(row)].get(name)
+        if one is not None and other is not None:
+            by_texture.setdefault(row["texture"], []).append(one - other)
+    means = [fmean(each) for each in by_texture.values()]
+    if not means:
+        return None
+    return [fmean(means), *(interval(means) if len(means) >= FEWEST else (min(means), max(means)))]
 
 
 def _ratio(name: str, rows: Sequence[dict[str, Any]], first: dict[Any, dict[str, Any]]) -> list[float] | None:
@@ -97,6 +113,10 @@ def _ratio(name: str, rows: Sequence[dict[str, Any]], first: dict[Any, dict[str,
         return None
     ends = interval(means) if len(means) >= FEWEST else (min(means), max(means))
     return [exp(number) for number in (fmean(means), *ends)]
+
+
+def _met(row: dict[str, Any]) -> bool:
+    return row["miss_percent"] is not None and row["miss_percent"] <= MET_PERCENT
 
 
 def _case(row: dict[str, Any]) -> tuple[Any, ...]:

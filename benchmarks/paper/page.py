@@ -20,8 +20,8 @@ MODELS = "## Exact and surrogate models"
 MODELS_INTRODUCTION = """\
 `retouch study exact-vs-surrogate`: each table varies what steers; finite elements verify and Mitsuba renders
 every result. Medians over textures and targets; "met": runs whose verified target is met within 1 %. The
-ratio is that of the rms change to the first line of the table, mean over textures, with its 95 % interval
-(of three textures, their range).
+ratio is that of the rms change to the first line of the table where both meet the target, mean over textures,
+with its 95 % interval (of three textures, their range).
 """
 
 Found = Mapping[str, Any]

@@ -126,7 +126,6 @@ def run(arguments: argparse.Namespace) -> int:
     from optimize.runs.skins import described_skin
     from relief.heightmap import load_height_map
     from relief.lengths import RANGES
-    from relief.printing import printed_map
     from relief.seam import check_seams
     from relief.surface import axes
 
@@ -143,6 +142,8 @@ def run(arguments: argparse.Namespace) -> int:
     for texture, height_map in read.items():
         check_seams(height_map.heights, repeats, texture)
     if arguments.printer is not None:
+        from relief.printing import printed_map
+
         made = PRINTERS[arguments.printer]
         read = {texture: printed_map(each, made, repeats, texture) for texture, each in read.items()}
     meshes = read_meshes(arguments)

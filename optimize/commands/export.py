@@ -92,7 +92,6 @@ def run(arguments: argparse.Namespace) -> int:
     from relief.export import repeated
     from relief.heightmap import HeightMap, load_height_map
     from relief.lengths import RANGES
-    from relief.printing import printed_map
     from relief.surface import Surface
 
     out, times = arguments.out, arguments.repeat
@@ -106,6 +105,8 @@ def run(arguments: argparse.Namespace) -> int:
     read = HeightMap(repeated(read.heights, times, arguments.texture), read.side_mm * times[1])
     printer = own
     if arguments.printer is not None:
+        from relief.printing import printed_map
+
         printer = find_printer(arguments.printer)
         read = printed_map(read, printer, (False, False), arguments.texture)
     heights = read.heights

@@ -6,13 +6,12 @@ from the place, and the heights stand over the unrolled feet.
 """
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from relief.arrays import Array, Index
 from relief.body import Body
 from relief.errors import InputError
+from relief.meshes.neighbourhood import connected_around
 from relief.meshes.places import Frame, frame_along, vertex_normals
 from relief.progress import stage
 
@@ -114,10 +113,7 @@ class Unroller:
         near = np.zeros(len(self.object.vertices), dtype=bool)
         near[self._tree.query_ball_point(self.object.vertices[vertex], REACH_MM)] = True
         faces = self.object.faces[near[self.object.faces].all(axis=1)]
-        ends = (faces.ravel(), np.roll(faces, 1, axis=1).ravel())
-        graph = sp.coo_matrix((np.ones(len(ends[0])), ends), shape=(len(near), len(near)))
-        _, part = csgraph.connected_components(graph, directed=False)
-        faces = faces[part[faces[:, 0]] == part[vertex]]
+        faces = connected_around(faces, vertex, len(near))
         numbers, inverse = np.unique(faces, return_inverse=True)
         return numbers, inverse.reshape(-1, 3)
 

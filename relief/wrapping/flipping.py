@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from relief.arrays import Array
 from relief.body import Body
+from relief.meshes.neighbourhood import edge_pairs
 from relief.wrapping.refining import refined
 
 FLAT = np.cos(np.radians(0.5))
@@ -36,23 +37,6 @@ def flipped(body: Body) -> Body:
         if not _flip(body.vertices, faces):
             break
     return Body(body.vertices, faces)
-
-
-def edge_pairs(faces: NDArray[np.intp], vertices: int) -> NDArray[np.intp]:
-    """Half-edges (number of the triangle times 3 plus that of the corner) on both sides of each edge, (n, 2).
-
-    Args:
-        faces: (m, 3) of a closed body.
-        vertices: Number of vertices.
-    """
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    keys = np.minimum(start, end) * vertices + np.maximum(start, end)
-    order = np.argsort(keys, kind="stable")
-    same = keys[order[1:]] == keys[order[:-1]]
-    # An edge of more than two triangles, which a sound body lacks, is left out.
-    again = np.concatenate([[False], same]) & np.concatenate([same, [False]])
-    first = np.flatnonzero(same & ~again[:-1] & ~again[1:])
-    return np.stack([order[first], order[first + 1]], axis=1)
 
 
 def _flip(vertices: Array, faces: NDArray[np.intp]) -> int:

@@ -9,15 +9,13 @@ neighbours; on a plane, a cylinder or a cone all agree, and no seam is left.
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from relief.arrays import Array
 from relief.body import Body
+from relief.meshes.neighbourhood import connected_around
 from relief.progress import this_stage
-from relief.wrapping.flipping import edge_pairs
 
 STRETCH = 0.1
 """Largest change of a length inside a patch, as a part of it."""
@@ -121,7 +119,7 @@ class _Cover:
         number = np.full(len(self.body.vertices), -1)
         number[around] = np.arange(len(around))
         faces = number[self.body.faces]
-        faces = _connected(faces[(faces >= 0).all(axis=1)], int(number[seed]), len(around))
+        faces = connected_around(faces[(faces >= 0).all(axis=1)], int(number[seed]), len(around))
         used = np.unique(faces)
         renumber = np.full(len(around), -1)
         renumber[used] = np.arange(len(used))
@@ -231,34 +229,6 @@ def singular_values(corners: Array, uv: Array) -> tuple[Array, Array]:
         np.sqrt(np.maximum(square - 2.0 * determinant, 0.0)),
     )
     return 0.5 * (sum_ - difference), 0.5 * (sum_ + difference)
-
-
-def _connected(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[np.intp]:
-    """Triangles that hang together with a vertex by their edges; what hangs by a single vertex is cut off.
-
-    Args:
-        faces: (m, 3) triangles, part of a closed body.
-        seed: The vertex.
-        count: Number of vertices.
-    """
-    while True:
-        pairs = edge_pairs(faces, count) // 3
-        both = sp.coo_matrix((np.ones(len(pairs)), pairs.T), (len(faces), len(faces)))
-        part = connected_components(both, directed=False)[1]
-        own = part[np.flatnonzero((faces == seed).any(axis=1))[0]]
-        faces = faces[part == own]
-        # A vertex at which the rim passes twice: more rim edges start there than one.
-        ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
-        keys, inverse = np.unique(ends.min(axis=1) * count + ends.max(axis=1), return_inverse=True)
-        rim = np.bincount(inverse, minlength=len(keys))[inverse] == 1
-        twice = np.bincount(ends[rim, 0], minlength=count) > 1
-        if not twice.any():
-            return faces
-        stays = ~twice[faces].any(axis=1)
-        stays |= (faces == seed).any(axis=1)
-        if stays.all():
-            return faces[(faces == seed).any(axis=1)]
-        faces = faces[stays]
 
 
 def _reach(vertices: Array, uv: Array, faces: NDArray[np.intp]) -> float:

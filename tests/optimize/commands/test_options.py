@@ -69,6 +69,7 @@ def test_an_unknown_option_is_answered_with_the_nearest_and_the_verbs_own_help(
 ) -> None:
     required = {"dataset": "-o data --count 1", "train": "touch --data d -o n"}
     required |= {"export": "a.exr -o a.stl", "prepare": "a.jpg -o a.png"}
+    required |= {"stimuli": "wave.exr -o set", "wrap": "wave.exr ball -o a.stl"}
     arguments = required.get(verb, "" if verb == "doctor" else "wave.exr").split()
     assert main([verb, *arguments, "--verbse"]) == 2
     (line,) = capsys.readouterr().err.splitlines()

@@ -1,0 +1,53 @@
+"""Neighbours on a mesh: triangles on both sides of an edge, and those that hang together around a vertex."""
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+
+def edge_pairs(faces: NDArray[np.intp], vertices: int) -> NDArray[np.intp]:
+    """Half-edges (number of the triangle times 3 plus that of the corner) on both sides of each edge, (n, 2).
+
+    Args:
+        faces: (m, 3) of a closed body.
+        vertices: Number of vertices.
+    """
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    keys = np.minimum(start, end) * vertices + np.maximum(start, end)
+    order = np.argsort(keys, kind="stable")
+    same = keys[order[1:]] == keys[order[:-1]]
+    # An edge of more than two triangles, which a sound body lacks, is left out.
+    again = np.concatenate([[False], same]) & np.concatenate([same, [False]])
+    first = np.flatnonzero(same & ~again[:-1] & ~again[1:])
+    return np.stack([order[first], order[first + 1]], axis=1)
+
+
+def connected_around(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[np.intp]:
+    """Triangles that hang together with a vertex by their edges; what hangs by a single vertex is cut off.
+
+    Logarithmic maps need that: a vertex at which the rim passes twice has no order of its neighbours.
+
+    Args:
+        faces: (m, 3) triangles, part of a closed body.
+        seed: The vertex.
+        count: Number of vertices.
+    """
+    while True:
+        pairs = edge_pairs(faces, count) // 3
+        both = sp.coo_matrix((np.ones(len(pairs)), pairs.T), (len(faces), len(faces)))
+        part = connected_components(both, directed=False)[1]
+        own = part[np.flatnonzero((faces == seed).any(axis=1))[0]]
+        faces = faces[part == own]
+        # A vertex at which the rim passes twice: more rim edges start there than one.
+        ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+        keys, inverse = np.unique(ends.min(axis=1) * count + ends.max(axis=1), return_inverse=True)
+        rim = np.bincount(inverse, minlength=len(keys))[inverse] == 1
+        twice = np.bincount(ends[rim, 0], minlength=count) > 1
+        if not twice.any():
+            return faces
+        stays = ~twice[faces].any(axis=1)
+        stays |= (faces == seed).any(axis=1)
+        if stays.all():
+            return faces[(faces == seed).any(axis=1)]
+        faces = faces[stays]
