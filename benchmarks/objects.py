@@ -1,8 +1,8 @@
 """Objects with textures: python -m benchmarks.objects [NAME ...]. Solids, sizes, and the feel on them.
 
-Roughness on an object is that of its heights over the surface, unrolled around 6 places by logarithmic maps
-and pressed as plates of 10 mm: what the texture lost or gained by seams, stretch and triangles. How the
-curved object itself feels under a finger is what `retouch evaluate part.stl` tells.
+Roughness on an object is what `retouch evaluate part.3mf --object NAME` tells of 40 places: heights over the
+unrolled object, pressed as plates of 10 mm; what the texture lost or gained by seams, stretch and triangles.
+`ball:250000` takes about as many triangles.
 """
 
 import argparse
@@ -11,32 +11,26 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import potpourri3d
-from scipy.interpolate import LinearNDInterpolator
-from scipy.spatial import cKDTree
 
 from benchmarks.common import load, machine, save, table
 from mitsuba_scenes import find_texture
-from optimize.meshes.feel import pressed
+from optimize.meshes.feel import feel_of, pressed
 from optimize.runs.skins import load_skin
 from relief.arrays import Array
 from relief.body import Body
 from relief.heightmap import load_height_map
 from relief.meshes.intersections import self_intersections
+from relief.meshes.mesh import Mesh
 from relief.meshes.solid import volume_mm3
 from relief.objects.table import OBJECTS
-from relief.wrapping.surfaces import Settings
+from relief.wrapping.surfaces import MOST_FACES, Settings
 from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import Covering, Wrapped, wrap
+from relief.wrapping.wrap import Covering, wrap
 
 SIDE_MM, SAMPLES = 10.0, 128
 """Side of the patch that is pressed, mm, and its samples."""
-AROUND_MM = 9.5
-"""Radius of the piece of surface that is unrolled, mm: the patch reaches to 7.1."""
-PLACES = 6
+PLACES = 40
 """Places on an object."""
-FACES = 150_000
-"""Triangles of a wrapped object."""
 TEXTURE = "gravel-tile"
 """Texture of the table: fine grains, which seams and coarse triangles would show on."""
 
@@ -52,7 +46,7 @@ def roughness(patches: Array) -> Array:
     return pressed(patches, load_skin("paper"), "layer")[0]["roughness"]
 
 
-def on_plate(tile: Tile, places: int = 2) -> Array:
+def on_plate(tile: Tile, places: int = 4) -> Array:
     """Roughness (places²,) of the tile on a plate, at a lattice of places."""
     at = (np.arange(SAMPLES) + 0.5) * SIDE_MM / SAMPLES
     height, width = tile.size_mm
@@ -64,55 +58,20 @@ def on_plate(tile: Tile, places: int = 2) -> Array:
     return roughness(np.stack(patches))
 
 
-def unrolled(wrapped: Wrapped, place: int) -> Array | None:
-    """Heights (n, n) over the surface around a vertex, mm; None where the texture ends within the patch."""
-    body = wrapped.original
-    near = np.linalg.norm(body.vertices - body.vertices[place], axis=1) < AROUND_MM
-    faces = body.faces[near[body.faces].all(axis=1)]
-    used, local = np.unique(faces, return_inverse=True)
-    try:
-        solver = potpourri3d.MeshVectorHeatSolver(body.vertices[used], local.reshape(-1, 3))
-    except RuntimeError:
-        return None
-    uv = np.asarray(solver.compute_log_map(int(np.searchsorted(used, place))))
-    height = np.linalg.norm(wrapped.body.vertices[used] - body.vertices[used], axis=1)
-    at = ((np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5) * SIDE_MM
-    u, v = np.meshgrid(at, at[::-1])
-    inside = (np.abs(uv) < 0.5 * SIDE_MM + 0.5).all(axis=1)
-    if wrapped.textured[used][inside].min(initial=1.0) < 1.0:
-        return None
-    heights = LinearNDInterpolator(uv, height)(u, v)
-    return None if np.isnan(heights).any() else np.asarray(heights)
-
-
-def on_object(wrapped: Wrapped) -> Array:
-    """Roughness (places,) at places all over the texture, as far apart as they can be."""
-    body = wrapped.original
-    candidates = np.flatnonzero(wrapped.textured == 1.0)[::7]
-    far = np.full(len(candidates), np.inf)
-    patches: list[Array] = []
-    next_ = int(np.argmax(body.vertices[candidates, 2]))
-    for _ in range(4 * PLACES):
-        patch = unrolled(wrapped, int(candidates[next_]))
-        if patch is not None:
-            patches.append(patch)
-        if len(patches) == PLACES:
-            break
-        tree = cKDTree(body.vertices[candidates[[next_]]])
-        far = np.minimum(far, tree.query(body.vertices[candidates])[0])
-        next_ = int(np.argmax(far))
-    return roughness(np.stack(patches)) if patches else np.empty(0)
-
-
 def measured(name: str, plate: Array) -> dict[str, Any]:
-    """Everything about one object."""
+    """Everything about one object: its name, perhaps with a colon and the number of triangles."""
+    name, _, faces = name.partition(":")
     thing = OBJECTS[name]
     bare: Body = thing.make()
     began = time.process_time()
-    wrapped = wrap(bare, [Covering(tile_of(TEXTURE))], Settings(faces=FACES), regions=thing.regions)
+    wrapped = wrap(
+        bare, [Covering(tile_of(TEXTURE))], Settings(faces=int(faces or MOST_FACES)), regions=thing.regions
+    )
     seconds = time.process_time() - began
-    found = on_object(wrapped)
-    jnd = float(np.log(found.mean() / plate.mean()) / np.log(1.19)) if len(found) else None
+    with_texture, without = (Mesh(of, None, Path(name)) for of in (wrapped.body, bare))
+    felt = feel_of(with_texture, load_skin("paper"), "layer", PLACES, without)
+    found = felt.values["roughness"]
+    jnd = float(np.log(found.mean() / plate.mean()) / np.log(1.19))
     edges = np.sort(np.stack([wrapped.body.faces, np.roll(wrapped.body.faces, -1, 1)], -1).reshape(-1, 2), 1)
     uses = np.unique(edges, axis=0, return_counts=True)[1]
     exact = thing.volume_mm3
@@ -129,16 +88,16 @@ def measured(name: str, plate: Array) -> dict[str, Any]:
         "lowered_percent": 100.0 * wrapped.lowered,
         "edge_mm": wrapped.edge_mm,
         "places": len(found),
-        "roughness": float(found.mean()) if len(found) else None,
+        "roughness": float(found.mean()),
         "jnd_from_tile": jnd,
-        "spread_percent": float(100.0 * found.std() / found.mean()) if len(found) else None,
+        "spread_percent": float(100.0 * found.std() / found.mean()),
         "cpu_s": seconds,
     }
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*", choices=[*OBJECTS, []], metavar="NAME")
+    parser.add_argument("names", nargs="*", metavar="NAME[:FACES]")
     names = parser.parse_args().names or list(OBJECTS)
     plate = on_plate(tile_of(TEXTURE))
     content = load("objects")

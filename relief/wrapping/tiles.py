@@ -6,11 +6,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
+from scipy.special import ndtri
 
 from relief.arrays import Array
 
 FINE_ENOUGH = 1.5
 """Longest edge of the triangles, in samples of the tile, up to which a tile is sampled as it is."""
+SMOOTHING = 0.2
+"""Standard deviation of the Gaussian that smooths a tile for longer edges, in edges. It is half of what would
+keep out all aliases: smoothing makes gravel rougher, and its aliases do not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +44,7 @@ class Tile:
         coarse = edge_mm / self.pitch_mm
         if coarse <= FINE_ENOUGH:
             return self
-        heights = ndimage.gaussian_filter(self.heights, 0.4 * coarse, mode="wrap")
+        heights = ndimage.gaussian_filter(self.heights, SMOOTHING * coarse, mode="wrap")
         return Tile(heights, self.pitch_mm)
 
     def at(self, uv: Array) -> Array:
@@ -50,29 +54,36 @@ class Tile:
         return _linear(self.heights, row, col)
 
     @cached_property
+    def scores(self) -> tuple[Array, Array]:
+        """The heights that occur, rising, mm, and their normal scores; the samples' mean score is 0."""
+        heights, counts = np.unique(self.heights, return_counts=True)
+        scores = ndtri((np.cumsum(counts) - 0.5 * counts) / counts.sum())
+        return heights, np.asarray(scores - np.average(scores, weights=counts))
+
+    @cached_property
     def correlation(self) -> Array:
-        """Correlation of the heights with themselves, (rows, cols), over shifts by whole samples."""
-        spectrum = np.abs(np.fft.rfft2(self.heights - self.heights.mean())) ** 2
+        """Correlation of the normal scores with themselves, (rows, cols), over shifts by whole samples."""
+        spectrum = np.abs(np.fft.rfft2(np.interp(self.heights, *self.scores))) ** 2
         correlation = np.fft.irfft2(spectrum, s=self.heights.shape)
         return np.asarray(correlation / max(correlation[0, 0], 1e-30))
 
     def alike(self, shift: Array) -> Array:
-        """Correlation (n,) of heights whose coordinates differ by (n, 2) mm."""
+        """Correlation (n,) of normal scores whose coordinates differ by (n, 2) mm."""
         return _linear(self.correlation, -shift[:, 1] / self.pitch_mm, shift[:, 0] / self.pitch_mm)
 
     def blended(self, uv: Array, weight: Array) -> Array:
-        """Heights (n,) in mm where patches overlap, with the variance of the tile.
+        """Heights (n,) in mm where patches overlap, distributed as those of the tile.
 
-        A mean of patches that do not fit is flatter than each: its variance is the sum over pairs of patches
-        of the product of their weights and of the correlation of the tile at the difference of their
-        coordinates. Deviations from the mean height are divided by the root of that sum. Where patches fit,
-        the sum is 1.
+        A mean of patches that do not fit is flatter than each. So the normal scores of the heights are
+        averaged and divided by the standard deviation of such a mean: its variance is the sum over pairs of
+        patches of the product of their weights and of the correlation of the tile at the difference of their
+        coordinates. The height with the score that comes out is taken (histogram-preserving blending, Heitz
+        and Neyret 2018). Where patches fit, the sum is 1 and the heights stay as they are.
 
         Args:
             uv: (n, k, 2) coordinates in each patch, mm.
             weight: (n, k) share of each patch; the sum over k is 1, or 0 where there are no coordinates.
         """
-        mean = float(self.heights.mean())
         leading = np.argmax(weight, axis=1)
         rows = np.arange(len(uv))
         heights = self.at(uv[rows, leading])
@@ -80,17 +91,18 @@ class Tile:
         several = np.flatnonzero((weight > 0.0).sum(axis=1) > 1)
         if len(several):
             uv, weight = uv[several], weight[several]
-            deviation = np.zeros(len(several))
+            levels, scores = self.scores
+            sums = np.zeros(len(several))
             variance = np.zeros(len(several))
             for k in range(weight.shape[1]):
-                deviation += weight[:, k] * (self.at(uv[:, k]) - mean)
+                sums += weight[:, k] * np.interp(self.at(uv[:, k]), levels, scores)
                 variance += weight[:, k] ** 2
                 for j in range(k):
                     alike = self.alike(uv[:, k] - uv[:, j])
                     variance += 2.0 * weight[:, k] * weight[:, j] * alike
             least = 1.0 / weight.shape[1] ** 2
-            mixed = mean + deviation / np.sqrt(np.maximum(variance, least))
-            heights[several] = np.clip(mixed, self.heights.min(), self.heights.max())
+            mixed = sums / np.sqrt(np.maximum(variance, least))
+            heights[several] = np.interp(mixed, scores, levels)
         return heights
 
 

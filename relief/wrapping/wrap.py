@@ -12,7 +12,7 @@ from relief.errors import InputError
 from relief.progress import say, stage
 from relief.wrapping.clearance import room
 from relief.wrapping.masks import Regions, mask_at
-from relief.wrapping.patches import Layout, lay_out
+from relief.wrapping.patches import lay_out
 from relief.wrapping.refining import AREA_PER_FACE, expected_faces, face_areas, refined
 from relief.wrapping.surfaces import MOST_FACES, BaseSurface, FineSurface, Settings, check_count
 from relief.wrapping.texture_coordinates import by_texture_coordinates
@@ -49,7 +49,8 @@ class Wrapped:
         edge_mm: Longest edge of the textured triangles, mm.
         coordinates: "texture coordinates" or "patches".
         patches: Number of patches.
-        blended: Part of the textured area on which patches that do not fit are blended.
+        blended: Part of the textured vertices, about that of the area, at which patches that do not fit are
+            blended.
         lowered: Part of the textured area on which the relief is lowered, so that it does not meet itself.
         lowest_factor: Least factor of the heights there.
     """
@@ -115,7 +116,8 @@ def wrap(
     with stage("displacing"):
         surface = FineSurface(base, fine, layout)
         textured = surface.carried(settings)
-        height = _heights(coverings, surface, edge_mm, settings)
+        uv, weight = surface.coordinates()
+        height = _heights(coverings, surface, uv, weight, edge_mm, settings)
         offset = height - settings.level * tallest
         moved = offset * textured * surface.of_vertices(factor)
         vertices = fine.body.vertices + moved[:, None] * surface.points.normals
@@ -128,17 +130,21 @@ def wrap(
         edge_mm=edge_mm,
         coordinates="patches" if by_patches else "texture coordinates",
         patches=layout.patches,
-        blended=float(areas[where & _unfit(layout)].sum() / areas[where].sum()),
+        blended=float(_unfit(uv, weight)[textured > 0.0].mean()),
         lowered=lowered,
         lowest_factor=float(factor.min()),
     )
 
 
 def _heights(
-    coverings: Sequence[Covering], surface: FineSurface, edge_mm: float, settings: Settings
+    coverings: Sequence[Covering],
+    surface: FineSurface,
+    uv: Array,
+    weight: Array,
+    edge_mm: float,
+    settings: Settings,
 ) -> Array:
-    """Heights of the textures at the fine vertices, mm."""
-    uv, weight = surface.coordinates()
+    """Heights of the textures at the fine vertices, mm, by their coordinates in the patches."""
     height = np.zeros(len(uv))
     for covering in coverings:
         share = np.ones(len(uv))
@@ -180,17 +186,14 @@ def _lowered(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float
     return part
 
 
-def _unfit(layout: Layout) -> NDArray[np.bool_]:
-    """(faces,) whether patches with different coordinates share a triangle, by more than a twentieth."""
-    mean = layout.weight.mean(axis=2)
-    order = np.argsort(-mean, axis=1)[:, :2]
-    if order.shape[1] < 2:
-        return np.zeros(len(mean), bool)
-    rows = np.arange(len(mean))
-    apart = np.linalg.norm(
-        layout.uv[rows, order[:, 0]].mean(axis=1) - layout.uv[rows, order[:, 1]].mean(axis=1), axis=1
-    )
-    return np.asarray((mean[rows, order[:, 1]] > 0.05) & (apart > 0.1))
+def _unfit(uv: Array, weight: Array) -> NDArray[np.bool_]:
+    """(n,) whether patches with different coordinates share a place, the second with a twentieth at least."""
+    if weight.shape[1] < 2:
+        return np.zeros(len(weight), bool)
+    first, second = np.argsort(-weight, axis=1)[:, :2].T
+    rows = np.arange(len(weight))
+    apart = np.linalg.norm(uv[rows, first] - uv[rows, second], axis=1)
+    return np.asarray((weight[rows, second] > 0.05) & (apart > 0.1))
 
 
 def _check(settings: Settings) -> None:
