@@ -24,6 +24,7 @@ from optimize.runs import job
 from optimize.runs.config import run_from_scene
 from relief.arrays import Array
 from relief.heightmap import load_heights
+from relief.limits import HEIGHT_LIMIT_MM
 from relief.printers import PRINTERS
 from relief.printing import printed
 from tactile.jnd import jnd_apart
@@ -63,7 +64,7 @@ def measured(runs: Path, texture: str, jnd: int) -> dict[str, Any]:
     screen = load_scene(f"mitsuba_scenes/{SCENE}.xml", texture=file, size_mm=SIZE_MM)
     prints = load_scene(f"mitsuba_scenes/{SCENE}.xml", texture=file, size_mm=SIZE_MM, printer=PRINTER)
     design, pitch_mm = screen.heights, SIZE_MM / screen.heights.shape[1]
-    naive = (prints.heights, np.minimum(printed(free, pitch_mm, PRINTER), PRINTER.top_mm))
+    naive = (prints.heights, np.minimum(printed(free, pitch_mm, PRINTER), PRINTER.top_mm(HEIGHT_LIMIT_MM)))
     pairs = {
         "screen": (screen, design, free),
         "naive": (prints, *naive),

@@ -18,13 +18,13 @@ from relief.errors import InputError, PictureError, naming
 from relief.files import partial_file
 from relief.formats import PICTURES
 from relief.lengths import header_of, in_range
-from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
+from relief.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.readers import LARGEST_FIELD_SIDE, Check, Content, damage_named, read_exr, read_npy, read_picture
 
 _log = logging.getLogger(__name__)
 
 TOLERANCE_MM = 1e-6
-"""Rounding, mm: heights this far outside [0, HEIGHT_LIMIT_MM] are clipped, not refused."""
+"""Rounding, mm: heights this far below 0, above 3 or above 20 mm are clipped; nothing else is."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class HeightMap:
     """A height map that was read from a file.
 
     Attributes:
-        heights: (rows, cols), row 0 at +y, in mm within [0, 3].
+        heights: (rows, cols), row 0 at +y, in mm within [0, 20].
         size_mm: Side of the plate, mm; None if unknown.
     """
 
@@ -184,7 +184,7 @@ def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[n
         name: The file, or another name, for messages.
 
     Returns:
-        The heights as float64, clipped to [0, 3] mm.
+        The heights as float64, in [0, 20] mm; those above 3 mm are for `relief.depth`.
 
     Raises:
         InputError: They are too few or too many, not finite or out of range; the message starts
@@ -197,9 +197,10 @@ def check_heights(heights: ArrayLike, name: str | os.PathLike[str]) -> NDArray[n
     lowest, highest = heights.min(), heights.max()
     if lowest < -TOLERANCE_MM:
         raise InputError(f"{name}: heights go down to {lowest:g} mm; the lowest allowed is 0")
-    if highest > HEIGHT_LIMIT_MM + TOLERANCE_MM:
-        raise InputError(f"{name}: heights reach {highest:g} mm; the highest allowed is {HEIGHT_LIMIT_MM:g}")
-    return np.clip(heights, 0.0, HEIGHT_LIMIT_MM)
+    limit = HEIGHT_LIMIT_MM if highest <= HEIGHT_LIMIT_MM + TOLERANCE_MM else DEEPEST_RELIEF_MM
+    if highest > limit + TOLERANCE_MM:
+        raise InputError(f"{name}: heights reach {highest:g} mm; the highest allowed is {limit:g}")
+    return np.clip(heights, 0.0, limit)
 
 
 def save_heights_exr(

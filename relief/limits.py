@@ -2,6 +2,9 @@
 
 HEIGHT_LIMIT_MM = 3.0
 """Greatest height, mm: H_trg of the paper (4.1, 7.1); the finger reaches no deeper."""
+DEEPEST_RELIEF_MM = 20.0
+"""Greatest height, mm, of a relief of which only the uppermost 3 mm are felt and changed (`relief.depth`):
+grooves twice as deep as the patch under a finger is wide; what is deeper is no surface but an object."""
 PATCH_SIDE_MM = 10.0
 """Side of the square patch, mm, where no other is given: the paper's textures measure 100 mm² (4.2)."""
 BASE_MM = 2.0

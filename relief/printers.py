@@ -65,10 +65,9 @@ class Printer:
         """Thickness of a plate under height 0: the usual one, up to whole layers, mm."""
         return math.ceil(BASE_MM / self.layer_mm - 1e-9) * self.layer_mm
 
-    @property
-    def top_mm(self) -> float:
-        """The greatest height of whole layers that a height map may have, mm."""
-        return math.floor(HEIGHT_LIMIT_MM / self.layer_mm + 1e-9) * self.layer_mm
+    def top_mm(self, limit_mm: float) -> float:
+        """The greatest height of whole layers within a limit, mm."""
+        return math.floor(limit_mm / self.layer_mm + 1e-9) * self.layer_mm
 
     def numbers(self) -> dict[str, float]:
         """The numbers by name, without the printer's own."""

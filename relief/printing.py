@@ -16,7 +16,7 @@ from scipy import ndimage
 from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.heightmap import HeightMap
-from relief.limits import LARGEST_SIDE, SMALLEST_SIDE
+from relief.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
 from relief.printers import Printer
 
 SUBDIVISIONS = 8
@@ -109,7 +109,8 @@ def printed_map(
     width_mm = read.side_mm if size_mm is None else size_mm
     with naming(name):
         made = printed(read.heights, width_mm / read.heights.shape[1], printer, repeats)
-    return replace(read, heights=np.minimum(made, printer.top_mm))
+    limit = HEIGHT_LIMIT_MM if read.heights.max() <= HEIGHT_LIMIT_MM else DEEPEST_RELIEF_MM
+    return replace(read, heights=np.minimum(made, printer.top_mm(limit)))
 
 
 def faults(heights_mm: ArrayLike, pitch_mm: float, printer: Printer) -> dict[str, float]:

@@ -130,8 +130,11 @@ def _bounds(change: Mapping[str, float]) -> str:
 
 def _heights(heights: Mapping[str, float]) -> str:
     change, lift = (1000.0 * heights[key] for key in ("rms_change_mm", "lift_mm"))
+    changed = f"changed by {rounded(change)} µm (rms about the mean)"
+    if frozen := heights.get("frozen_fraction", 0.0):
+        return f"{changed}; {100.0 * frozen:.3g} % of the area, more than 3 mm below the top, stays as it was"
     lifted = f"; {'lifted' if lift > 0 else 'lowered'} by {rounded(abs(lift))} µm, which is not felt"
-    return f"changed by {rounded(change)} µm (rms about the mean){lifted if abs(lift) >= 0.5 else ''}"
+    return f"{changed}{lifted if abs(lift) >= 0.5 else ''}"
 
 
 def _listed(values: list[tuple[str, float | None]]) -> str:

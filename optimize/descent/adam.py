@@ -25,7 +25,7 @@ from torch import Tensor
 
 from optimize.descent import energies
 from optimize.descent.driver import PRESSURES, Iterate, Remembered
-from optimize.descent.problem import Problem, change_percent, within_limits
+from optimize.descent.problem import Problem, change_percent
 from optimize.descent.smoothing import smoothed
 from optimize.descent.step_pictures import fixed_pictures
 from optimize.descent.touch_measures import each
@@ -132,10 +132,7 @@ class AdamDescent:
         progress = iterate.step / self._settings.steps
         decay = DECAY_FLOOR + (1.0 - DECAY_FLOOR) * 0.5 * (1.0 + math.cos(math.pi * progress))
         change = -self._settings.learning_rate * decay * smoothed(direction, smoothing)
-        original = self._problem.heights
-        moved = iterate.heights + change
-        # Neither eye nor finger knows the plate's own height: it stays where it was, if there is room.
-        heights = within_limits(moved - (moved - original).mean())
+        heights = self._problem.placed(iterate.heights + change)
         memory = {"pressure": iterate.memory["pressure"], **moments._asdict()}
         return self._stand(number, heights, memory)
 

@@ -29,7 +29,7 @@ from optimize.descent.laplacian import laplacian
 from optimize.descent.layers import HEIGHTS, PATIENCE, WEIGHT, Layers
 from optimize.descent.masking import masking_weights
 from optimize.descent.other_fingers import FingersFelt, OtherFingers
-from optimize.descent.problem import Problem, change_percent, within_limits
+from optimize.descent.problem import Problem, change_percent
 from optimize.descent.targets import Values
 from optimize.descent.touch_measures import TouchMeasures
 from optimize.descent.trust import DAMPING, LARGEST_SHARE, LEAST_SHARE, MOST_DAMPING, Trust
@@ -175,9 +175,7 @@ class GaussNewton:
             change = free + pulls @ forces
             scale = min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
             moved = start + scale * change.reshape(start.shape)
-            # Neither eye nor finger knows the plate's own height: it stays where it was, if there is room.
-            level = moved - (moved - problem.heights).mean()
-            heights = within_limits(level) if self._layers is None else self._layers.placed(moved)
+            heights = problem.placed(moved) if self._layers is None else self._layers.placed(moved)
             # The first press mostly is the last: it comes with the gradients that the next step needs.
             after = self._press(heights, best[1].pressure, gradients=press == 0)
             changed = aim.values(after.values) - values
@@ -265,6 +263,11 @@ class GaussNewton:
             matrix = matrix + 2.0 * weight * identity
             load += 2.0 * weight * self._layers.to_nearest(heights)
         damping = 2.0 * (identity + SMOOTHING * differences)
+        if problem.frozen is not None:
+            # Equations of frozen samples say that they do not change, and no other has them.
+            stay = problem.frozen.ravel()
+            free, load = sp.diags((~stay).astype(np.float64)), np.where(stay, 0.0, load)
+            matrix, damping = free @ matrix @ free + sp.diags(stay.astype(np.float64)), free @ damping @ free
         return System(matrix, damping, load)
 
 

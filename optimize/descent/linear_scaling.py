@@ -46,7 +46,8 @@ def linear_scaling(problem: Problem) -> Array | None:
     of its tolerance.
 
     Returns:
-        (rows, cols) mm, by the scale nearest to 1; None where no scale up to 3 mm meets the target.
+        (rows, cols) mm, by the scale nearest to 1; None where no scale up to 3 mm meets the target. A relief
+        higher than 3 mm is scaled as a whole, below what a finger reaches too, and only down.
     """
     relief = problem.heights - problem.heights.min()
     if relief.max() <= 0.0:
@@ -57,6 +58,8 @@ def linear_scaling(problem: Problem) -> Array | None:
 
 def scaled_both_ways(problem: Problem) -> Array:
     """The original scaled in height up to 3 mm and then, if that is not enough, sideways as well.
+
+    A relief higher than 3 mm is not made higher.
 
     Returns:
         (rows, cols) mm: the first target is met within a tenth of its tolerance, or missed by the least of
@@ -69,7 +72,7 @@ def scaled_both_ways(problem: Problem) -> Array:
     (scale, missed_by), met = _height_scale(excess, relief, tolerance)
     if met:
         return relief * scale
-    tallest = relief * (HEIGHT_LIMIT_MM / float(relief.max()))
+    tallest = relief * _highest_scale(relief)
     (factor, closest), _ = _scale_for(
         lambda factor: excess(stretched(tallest, factor)), 1.0, (1.0 / WIDEST, WIDEST), tolerance
     )
@@ -149,8 +152,12 @@ def _excess_of(problem: Problem) -> Callable[[Array], float]:
 
 
 def _height_scale(excess: Callable[[Array], float], relief: Array, tolerance: float) -> tuple[_Point, bool]:
-    highest = HEIGHT_LIMIT_MM / float(relief.max())
+    highest = _highest_scale(relief)
     return _scale_for(lambda scale: excess(relief * scale), min(1.0, highest), (FLATTEST, highest), tolerance)
+
+
+def _highest_scale(relief: Array) -> float:
+    return max(1.0, HEIGHT_LIMIT_MM / float(relief.max()))
 
 
 def _scale_for(

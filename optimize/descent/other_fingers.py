@@ -19,6 +19,7 @@ import torch
 
 from optimize.descent.problem import FingerRange, Problem
 from relief.arrays import Array
+from relief.depth import within_reach
 from relief.patches import STEERING_SAMPLES, Patches
 from tactile import jnd_scaled, roughness, touch_model
 from tactile.contact import solve_contact
@@ -100,6 +101,7 @@ class OtherFingers:
     def __init__(self, problem: Problem, wanted: FingerRange, pixels: float) -> None:
         skin, patches = problem.skin, problem.patches
         spread = np.linspace(0, patches.count - 1, min(patches.count, MOST_PLACES)).round().astype(int)
+        self._free = problem.free
         self._patches = Patches(problem.surface, patches.places[spread], STEERING_SAMPLES)
         model = problem.model
         if problem.touch == "net":
@@ -150,7 +152,7 @@ class OtherFingers:
         """Roughness (places,) to each finger, the scaled patches (loads * places, n, n) it depends on, and
         their pressure."""
         model, modulus = self._model, self._model.skin.young_modulus_mpa
-        patches = torch.as_tensor(self._patches.of(heights), dtype=model.flat_strain.dtype)
+        patches = torch.as_tensor(self._patches.of(within_reach(heights)), dtype=model.flat_strain.dtype)
         scaled = torch.cat([factor * patches for factor in self._loads]).requires_grad_()
         begin = self._first
         if start is not None and start.shape == tuple(scaled.shape):
@@ -168,4 +170,5 @@ class OtherFingers:
         """(heights,) gradient of a value by the relief."""
         (gradient,) = torch.autograd.grad(value, scaled, retain_graph=True)
         of_load = gradient.unflatten(0, (len(self._loads), self._patches.count))[load]
-        return self._loads[load] * self._patches.back(of_load.double().numpy()).ravel()
+        row = self._loads[load] * self._patches.back(of_load.double().numpy()).reshape(1, -1)
+        return self._free(row)[0]

@@ -1,17 +1,19 @@
 """The problem of a descent: a relief, the feel to reach, the look to keep. Touch and sight meet here."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 import tactile
 from optimize.descent.targets import Quantity, Targets
 from optimize.descent.touch_measures import TouchMeasures, batches, each, touch_measures
 from relief.arrays import Array
+from relief.depth import floor_mm, out_of_reach, within_reach
 from relief.limits import HEIGHT_LIMIT_MM
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import SPACING_MM, places
@@ -19,6 +21,8 @@ from relief.surface import Surface
 from tactile.model import ModelName
 from visual.models import LookModel, look_model
 from visual.scene import Scene
+
+_Gradients = TypeVar("_Gradients", Array, sp.csr_matrix)
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,7 @@ class Problem:
         fingers: what other fingers are to feel; None if that does not matter.
         layer_mm: thickness of the layers that the relief and its changes are whole multiples of, for
             Gauss-Newton; None: heights are free.
+        frozen: (rows, cols) samples that stay, because no finger reaches them; None if there are none.
         patches: of the relief under the finger, one at each place.
         model: of touch, for one patch or a batch.
     """
@@ -81,6 +86,7 @@ class Problem:
     spacing_mm: float = SPACING_MM
     fingers: FingerRange | None = None
     layer_mm: float | None = None
+    frozen: NDArray[np.bool_] | None = field(init=False)
     patches: Patches = field(init=False)
     model: tactile.TouchModel = field(init=False)
 
@@ -90,6 +96,7 @@ class Problem:
         # The fast models find contact in single precision; the rest of them then gains nothing by double.
         dtype = self.precision or (torch.float32 if self.fast_touch else torch.float64)
         model = tactile.touch_model(self.skin, patches.samples, patches.size_mm, dtype, self.touch)
+        object.__setattr__(self, "frozen", out_of_reach(self.heights))
         object.__setattr__(self, "patches", patches)
         object.__setattr__(self, "model", model)
         object.__setattr__(self, "look", look_model(self.look))
@@ -123,8 +130,9 @@ class Problem:
             ContactError: the contact does not converge.
         """
         touches, values, slopes = [], [], list[list[Array]]()
+        reached = within_reach(heights)
         for part in batches(self.patches):
-            fields = self.patches.of(heights, part)
+            fields = self.patches.of(reached, part)
             touch, of_part, of_targets = self._press(
                 fields, None if start is None else start[part], gradients, steering
             )
@@ -136,6 +144,8 @@ class Problem:
 
     def fields(self, heights: Tensor) -> Tensor:
         """Patches (k, n, n) of a relief (rows, cols), or (n, n) if there is one; differentiable."""
+        if floor := floor_mm(heights.detach().numpy()):
+            heights = (heights - floor).clamp_min(0.0)
         if self.patches.whole:
             return heights
         patches: Tensor = _Patches.apply(heights, self.patches)
@@ -171,8 +181,26 @@ class Problem:
     def _rows(self, by_target: list[Array]) -> Array | sp.csr_matrix:
         """Gradients of the targets by the patches, (k, n, n) each, as gradients by the relief."""
         if self.patches.whole or not by_target:
-            return np.array(by_target).reshape(len(by_target), self.heights.size)
-        return sp.vstack([self.patches.rows(of_target) for of_target in by_target], format="csr")
+            return self.free(np.array(by_target).reshape(len(by_target), self.heights.size))
+        return self.free(sp.vstack([self.patches.rows(of_target) for of_target in by_target], format="csr"))
+
+    def free(self, gradients: _Gradients) -> _Gradients:
+        """Gradients (k, heights) by the samples that may change; 0 by those that stay."""
+        if self.frozen is None:
+            return gradients
+        free = (~self.frozen).ravel().astype(np.float64)
+        return gradients * free if isinstance(gradients, np.ndarray) else gradients @ sp.diags(free)
+
+    def placed(self, moved: Array) -> Array:
+        """The relief (rows, cols), mm, that a step to `moved` makes: within limits, frozen samples unchanged.
+
+        Neither eye nor finger knows the plate's own height: a relief of up to 3 mm stays where it was, if
+        there is room. A higher one changes between its top and 3 mm below.
+        """
+        if self.heights.max() <= HEIGHT_LIMIT_MM:
+            return within_limits(moved - (moved - self.heights).mean())
+        kept = np.clip(moved, floor_mm(self.heights), self.heights.max())
+        return kept if self.frozen is None else np.where(self.frozen, self.heights, kept)
 
     def plate_weights(self, pictures: Array) -> Array:
         """Weights of the pixels of a step's pictures, (conditions, rows, cols); see `Scene.plate_weights`."""

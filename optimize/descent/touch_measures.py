@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 import tactile
 from optimize.descent.targets import QUANTITIES, ROUGHNESS, Quantity, means
 from relief.arrays import Array, Index
+from relief.depth import check_reach, floor_mm, within_reach
 from relief.patches import Patches
 from relief.places import places
 from relief.progress import stage
@@ -87,7 +88,8 @@ def measure_touch(
         at: (k, 2) places; None: those of `relief.places.places`.
 
     Raises:
-        InputError: heights, size or skin are out of range; the message names the field.
+        InputError: heights, size or skin are out of range, or a finger reaches more than 2.9 mm below the top
+            of a relief higher than 3 mm; the message names the field.
         ContactError: the contact does not converge.
     """
     quantities, heights = tuple(quantities), np.asarray(heights)
@@ -96,15 +98,18 @@ def measure_touch(
         check_patch(min(size_mm, size_mm * heights.shape[0] / heights.shape[1]))
     surface = Surface((heights.shape[0], heights.shape[1]), size_mm, repeats)
     patches = Patches(surface, places(surface) if at is None else at)
+    deep = floor_mm(heights) > 0.0
 
     def press(fields: Array) -> tuple[tactile.Touch, dict[str, Array]]:
         # A plate that is its own patch is pressed as it is, without a dimension for places.
         field = torch.as_tensor(fields if len(fields) > 1 else fields[0])
         touch = tactile.press(field, patches.size_mm, skin, model, mesh=mesh)
+        if deep:
+            check_reach(fields, touch.gap.detach().numpy().reshape(fields.shape))
         values = {one.name: each(one.value(touch, patches.size_mm)) for one in quantities}
         return touch, values
 
-    measures = collected(patches, heights, press, model, mesh if model == "fem" else None)
+    measures = collected(patches, within_reach(heights), press, model, mesh if model == "fem" else None)
     _log.info("pressed: %r", measures)
     return measures
 

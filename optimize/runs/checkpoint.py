@@ -20,7 +20,7 @@ from optimize.runs.key import CHANGEABLE, run_key
 from optimize.runs.toml_files import NotNegative, Positive
 from relief.errors import InputError
 from relief.files import write_atomically
-from relief.limits import HEIGHT_LIMIT_MM
+from relief.limits import DEEPEST_RELIEF_MM
 from relief.tensors import read_tensors, tensor_bytes
 
 Array = NDArray[np.float64]
@@ -210,7 +210,7 @@ def _iterate(name: str, numbers: _Iterate, tensors: Mapping[str, Array]) -> Iter
     for key, array in tensors.items():
         if array.dtype != np.float64 or not np.isfinite(array).all():
             raise ValueError(f"{key}: not every value is a finite number")
-    if heights.ndim != 2 or not heights.size or heights.min() < 0.0 or heights.max() > HEIGHT_LIMIT_MM:
-        raise ValueError(f"{name}.heights: are not a relief of 0 to {HEIGHT_LIMIT_MM:g} mm")
+    if heights.ndim != 2 or not heights.size or heights.min() < 0.0 or heights.max() > DEEPEST_RELIEF_MM:
+        raise ValueError(f"{name}.heights: are not a relief of 0 to {DEEPEST_RELIEF_MM:g} mm")
     values = {quantity: np.array(numbers.values[quantity]) for quantity in QUANTITIES}
     return Iterate(**vars(numbers) | {"values": values}, heights=heights, memory=memory)

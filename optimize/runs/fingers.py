@@ -8,6 +8,7 @@ import numpy as np
 
 import tactile
 from relief.arrays import Array
+from relief.depth import within_reach
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import places
 from relief.surface import Surface
@@ -42,7 +43,9 @@ def felt_by_fingers(
     for heights, surface in zip((before, after), surfaces, strict=True):
         patches = _in_the_middle(surface)
         try:
-            felt.append(roughness_by_finger(patches.of(heights), skin, patches.size_mm).mean(axis=1))
+            felt.append(
+                roughness_by_finger(patches.of(within_reach(heights)), skin, patches.size_mm).mean(axis=1)
+            )
         except tactile.ContactError as error:
             # Another finger's contact is no reason to lose the result of a run.
             _log.info("no table of other fingers: %s", error)

@@ -25,9 +25,10 @@ from optimize.runs.memory import check_memory_of
 from optimize.runs.touch_settings import too_large
 from relief.arrays import Array, Index
 from relief.errors import InputError, naming
+from relief.limits import HEIGHT_LIMIT_MM
 from relief.patches import Patches
 from relief.places import places
-from relief.progress import stage
+from relief.progress import say, stage
 from relief.seam import check_seams
 from relief.surface import Surface
 from tactile.model import ModelName
@@ -108,6 +109,11 @@ def checked_scene(
             # Before the operators of the skin are built, which can take many seconds.
             _check_goal(settings, quantity, goal_key, number, patch_mm)
     check_seams(scene.heights, settings.axes_repeat, settings.texture)
+    if settings.print.described is not None and scene.heights.max() > HEIGHT_LIMIT_MM:
+        raise InputError(
+            f"{settings.texture}: print.printer: the relief is {scene.heights.max():.4g} mm high, and whole "
+            f"layers are steered up to {HEIGHT_LIMIT_MM:g} mm; run without a printer"
+        )
     if np.ptp(scene.heights) == 0.0:
         key = next(iter(settings.touch.stated().values()))
         raise InputError(
@@ -175,6 +181,9 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
     if felt is not None:
         with naming(settings.texture):
             targets = Targets((*felt.targets(original.values, descent.tolerance), *targets.each))
+    if untargeted.frozen is not None:
+        below = f"more than {HEIGHT_LIMIT_MM:g} mm below the top, where no finger reaches"
+        say(f"{100.0 * untargeted.frozen.mean():.3g} % of the area lies {below}, and stays as it is")
     problem = replace(untargeted, targets=targets, fingers=_fingers(settings, targets, original))
 
     def method_for(surrogate: Targets, steps: int) -> DescentMethod:

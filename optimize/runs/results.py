@@ -226,6 +226,7 @@ def summarise(
         "heights": {
             "min_mm": float(best.heights.min()),
             "max_mm": float(best.heights.max()),
+            "frozen_fraction": 0.0 if problem.frozen is None else float(problem.frozen.mean()),
             "lift_mm": float(change.mean()),
             "rms_change_mm": float(np.sqrt(np.square(change - change.mean()).mean())),
         },

@@ -13,7 +13,7 @@ from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.lengths import in_range
-from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
+from relief.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS
 from relief.preparing.levels import AS_STORED, FULL, WHITE, Levels
 from relief.preparing.pictures import Picture, open_picture
@@ -280,8 +280,8 @@ class _Work:
         self.numbers |= {"relief_mm": relief_mm, "size_mm": lengths.get("size_mm")}
         if relief_mm is None:
             return
-        if relief_mm > HEIGHT_LIMIT_MM:
-            raise InputError(f"relief_mm: {relief_mm:g} is above {HEIGHT_LIMIT_MM:g}, the highest allowed")
+        if relief_mm > DEEPEST_RELIEF_MM:
+            raise InputError(f"relief_mm: {relief_mm:g} is above {DEEPEST_RELIEF_MM:g}, the highest allowed")
         rise = np.hypot(*np.gradient(relief_mm * heights, size_mm / len(heights)))
         median, steep = np.degrees(np.arctan(np.percentile(rise, [50.0, STEEP_PERCENTILE])))
         self.numbers["slopes_deg"] = {"median": median, f"percentile_{STEEP_PERCENTILE:g}": steep}

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.limits import HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
+from relief.limits import DEEPEST_RELIEF_MM, LARGEST_SIDE, SMALLEST_SIDE
 from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, SIDE, STUDY, WEIGHTS
 
 Reader = Callable[[Path, Sequence[Any]], None]
@@ -35,7 +35,7 @@ def read_height_map(folder: Path, arguments: Sequence[Any]) -> None:
     rows, cols = read.heights.shape
     assert rows == cols and SMALLEST_SIDE <= rows <= LARGEST_SIDE, f"{rows} x {cols} samples"
     assert np.isfinite(read.heights).all(), "heights are not finite"
-    assert 0.0 <= read.heights.min() <= read.heights.max() <= HEIGHT_LIMIT_MM, "heights are out of range"
+    assert 0.0 <= read.heights.min() <= read.heights.max() <= DEEPEST_RELIEF_MM, "heights are out of range"
     assert read.size_mm is None or 0.1 <= read.size_mm <= 1000.0, f"size {read.size_mm}"
     assert load_field(path).shape == (rows, cols)
 
@@ -95,7 +95,7 @@ def read_checkpoint(folder: Path, arguments: Sequence[Any]) -> None:
         assert math.isfinite(record.relative_error), "a step is not finite"
     for iterate in (current, checkpoint.best):
         assert iterate.finite(), "an iterate is not finite"
-        assert 0.0 <= iterate.heights.min() <= iterate.heights.max() <= HEIGHT_LIMIT_MM
+        assert 0.0 <= iterate.heights.min() <= iterate.heights.max() <= DEEPEST_RELIEF_MM
 
 
 def read_training(folder: Path, arguments: Sequence[Any]) -> None:
@@ -138,7 +138,7 @@ def read_data_set(folder: Path, arguments: Sequence[Any]) -> None:
             assert values.shape == shape and values.dtype == kind, f"{name}: {values.dtype} {values.shape}"
             assert np.isfinite(values).all(), f"{name} is not finite"
         heights, shares = shard.read("heights"), shard.read("contact_fraction")
-        assert 0.0 <= heights.min() <= heights.max() <= HEIGHT_LIMIT_MM, "heights are out of range"
+        assert 0.0 <= heights.min() <= heights.max() <= DEEPEST_RELIEF_MM, "heights are out of range"
         assert 0.0 <= shares.min() <= shares.max() <= 1.0, "a share is out of range"
     for split in ("train", "validation", "test"):
         assert np.isfinite(first_of(data, "heights", split, 4)).all()
@@ -221,7 +221,7 @@ def read_picture(folder: Path, arguments: Sequence[Any]) -> None:
     prepared = prepare(folder / name, **asked)
     heights = prepared.heights
     assert heights.shape[0] == heights.shape[1] >= SMALLEST_SIDE, f"{heights.shape} samples"
-    assert np.isfinite(heights).all() and 0.0 <= heights.min() <= heights.max() <= HEIGHT_LIMIT_MM
+    assert np.isfinite(heights).all() and 0.0 <= heights.min() <= heights.max() <= DEEPEST_RELIEF_MM
     _all_finite(dict(prepared.numbers))
 
 

@@ -18,7 +18,7 @@ Arrays = dict[str, NDArray[Any]]
 Seal = Callable[[Arrays, Any], bytes]
 """A function that makes a file with right checksums of arrays and JSON."""
 
-VALUES = (np.nan, np.inf, -np.inf, 1e300, -1e300, 500.0, -1.0, 0.0, 1e-300, 3.1)
+VALUES = (np.nan, np.inf, -np.inf, 1e300, -1e300, 500.0, -1.0, 0.0, 1e-300, 20.1)
 JSON_VALUES: tuple[Any, ...] = (
     *(
         None,

@@ -268,7 +268,7 @@ def test_a_relief_may_have_any_sides(tmp_path: Path) -> None:
     np.testing.assert_array_equal(load_heights(path), heights)
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, -0.01, 3.01])
+@pytest.mark.parametrize("value", [np.nan, np.inf, -0.01, 20.01])
 def test_one_impossible_height_is_enough_to_refuse(tmp_path: Path, value: float) -> None:
     heights = np.ones((SIDE, SIDE))
     heights[5, 6] = value

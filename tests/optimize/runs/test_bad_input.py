@@ -44,7 +44,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     save_heights_exr("infinite.exr", np.where(np.eye(16) > 0, np.inf, 0.0))
     save_heights_exr("dot.exr", np.zeros((1, 1)))
     save_heights_exr("thin.exr", np.zeros((15, 24)))
-    save_heights_exr("tall.exr", np.full((16, 16), 3.5))
+    save_heights_exr("tall.exr", np.full((16, 16), 20.5))
+    spikes = np.zeros((16, 16))
+    spikes[4::8, 4::8] = 3.5
+    save_heights_exr("spikes.exr", spikes)
     save_heights_exr("flat.exr", np.zeros((16, 16)))
     save_heights_exr(tmp_path / "secret.exr", np.zeros((16, 16)))
     save_heights_exr("broad.exr", np.tile(wave, (16, 1)), 20.0)
@@ -90,7 +93,8 @@ BAD: Sequence[tuple[str, Sequence[str]]] = [
     ("evaluate nan.exr", ["nan.exr", "not finite"]),
     ("evaluate infinite.exr", ["infinite.exr", "not finite"]),
     ("evaluate dot.exr", ["dot.exr", "1 x 1"]),
-    ("evaluate tall.exr", ["tall.exr", "3.5 mm"]),
+    ("evaluate tall.exr", ["tall.exr", "20.5 mm"]),
+    ("evaluate spikes.exr", ["spikes.exr", "finger reaches"]),
     ("evaluate cut.png --relief-mm 1", ["cut.png"]),
     ("evaluate scene.xml", ["scene.xml", "not a height map"]),
     ("evaluate .", [".", "not a height map"]),

@@ -125,7 +125,7 @@ def test_a_tile_has_the_samples_that_were_asked_for(stone: Path, method: str) ->
         ({"centre": 41}, "centre: 41"),
         ({"centre": 15}, "at least 16 a side"),
         ({"crop": (0, 0, 49, 2)}, "crop: 0,0,49,2"),
-        ({"relief_mm": 3.5}, "relief_mm: 3.5 is above 3"),
+        ({"relief_mm": 20.5}, "relief_mm: 20.5 is above 20"),
         ({"relief_mm": float("nan")}, "relief_mm: nan"),
         ({"size_mm": 0.0}, "size_mm: 0"),
     ],
