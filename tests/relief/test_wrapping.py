@@ -113,7 +113,7 @@ def test_a_blend_has_the_heights_of_the_tile_and_is_the_tile_where_patches_fit()
     random = np.random.default_rng(1)
     # Skewed, as gravel is: a mean of two with its variance has neither the low ground nor the high peaks.
     tile = Tile(random.gamma(1.0, 0.2, size=(64, 64)), 0.1)
-    uv = 0.1 * (random.integers(0, 1000, (20000, 2, 2)) + 0.5)
+    uv = (random.integers(0, 1000, (20000, 2, 2)) + 0.5).astype(np.float64) * 0.1
     half = np.full((20000, 2), 0.5)
     shares = (0.02, 0.1, 0.5, 0.9, 0.98)
     assert np.quantile(tile.blended(uv, half), shares) == pytest.approx(

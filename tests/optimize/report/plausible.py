@@ -80,6 +80,7 @@ def plausible(n: int = 64, azimuths: tuple[int, ...] = (10, 130, 250)) -> Report
             "heights": {"min_mm": 0.0, "max_mm": 1.31, "rms_change_mm": 0.04},
             "time_s": {"total": 31.0, "touch": 6.1, "look": 19.8, "verify": 3.0},
             "versions": {"retouch": "0.1.0", "mitsuba": "3.9.1", "torch": "2.13.0"},
+            "print": None,
             "seed": 0,
         },
         conditions=[f"light from {a} degrees" for a in azimuths],
