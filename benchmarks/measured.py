@@ -158,8 +158,8 @@ JND smoother and rougher. Steered at one place of the finger, as the paper does 
 apart; light comes in from the neighbours in both. "between": finite elements at 16 places in the middle
 between the 16, mean JND (least to largest). "off" is the distance from the target: of the mean, and of the
 worst place. "ratio" divides the two changes of the pictures. One place reaches its target for a finger there
-and 1.4 to 1.8 JND elsewhere; "at equal feel" divides by the change of a single place aimed so far beyond the
-target that the places between feel as much as all over.
+and 1.4 to 1.8 JND elsewhere; a ratio "at equal feel", where it is computed, divides by the change of a single
+place aimed so far beyond the target that the places between feel as much as all over.
 
 {tiles.every()}
 
@@ -189,6 +189,10 @@ shadows move; Retouch.
 Roughness and contact area at once:
 
 {demo.of_each("roughness and contact area", {"texture": "texture", "targets": "targets"})}
+
+Adam with the paper's 100 steps, on the exact look whose shadow edges move or stand still:
+
+{demo.of_each("Adam", both | {"shadows": "shadow edges"})}
 
 By the models that steer, means over the six runs:
 

@@ -98,6 +98,7 @@ def make(folder: Path, learning: bool) -> dict[str, dict[str, bytes]]:
     return {
         "height maps": {},
         "pictures": {},
+        "meshes": {},
         "results": run_files | _files(folder, RESULTS),
         "run files": run_files,
         "scenes": scenes,

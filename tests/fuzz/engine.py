@@ -15,7 +15,7 @@ import hypothesis
 from hypothesis import HealthCheck, Phase
 from hypothesis import strategies as st
 
-from tests.fuzz import heightmaps, pictures, run_files, saved, scenes, studies
+from tests.fuzz import heightmaps, meshes, pictures, run_files, saved, scenes, studies
 from tests.fuzz.case import Case
 from tests.fuzz.worker import Outcome, serve
 
@@ -33,6 +33,7 @@ Strategy = Callable[[Mapping[str, bytes], bool], st.SearchStrategy[Case]]
 KINDS: Mapping[str, Strategy] = {
     "height maps": lambda base, whole: heightmaps.height_maps(whole),
     "pictures": lambda base, whole: pictures.pictures(whole),
+    "meshes": lambda base, whole: meshes.meshes(whole),
     "run files": run_files.run_files,
     "scenes": scenes.scenes,
     "checkpoints": saved.checkpoints,

@@ -15,6 +15,7 @@ import numpy as np
 
 from relief.limits import DEEPEST_RELIEF_MM, LARGEST_SIDE, SMALLEST_SIDE
 from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, SIDE, STUDY, WEIGHTS
+from tests.fuzz.meshes import read_part
 
 Reader = Callable[[Path, Sequence[Any]], None]
 """A function that reads the files of a folder, with the arguments of the case.
@@ -276,6 +277,7 @@ READERS: Mapping[str, Reader] = {
     "weights": read_weights,
     "height maps": read_height_map,
     "pictures": read_picture,
+    "meshes": read_part,
     "results": read_result,
     "studies": read_study,
     "run files": read_run_file,

@@ -1,0 +1,109 @@
+"""Meshes of any kind for `retouch evaluate` and `wrap`: STL, OBJ, PLY, GLB and 3MF, in bytes and in text."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import math
+import struct
+import zipfile
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+from tests.fuzz.case import Case, Edit, chance, edited, several_edits
+from tests.fuzz.tampered import json_changed
+
+SORTS = ("stl", "stl", "text.stl", "ply", "text.ply", "obj", "obj", "glb", "glb", "3mf", "3mf")
+"""Suffixes of the files; `text` is the format's form in text."""
+UNITS = (*(None,) * 6, "in", "m", "um", "furlong")
+
+
+@cache
+def sound() -> Mapping[str, bytes]:
+    """A plate of 4 x 4 samples in each of the formats."""
+    import trimesh
+
+    from relief.body import Part, ply, stl
+    from relief.export import plate_mesh
+    from relief.glb import glb
+    from relief.parts import obj
+    from relief.threemf import threemf
+
+    body = plate_mesh([[0.1, 0.4, 0.2, 0.3]] * 4, 20.0)
+    parts = (Part("plate", body),)
+    other = trimesh.Trimesh(body.vertices, body.faces, process=False)
+    texts = {
+        "text.stl": trimesh.exchange.stl.export_stl_ascii(other).encode(),
+        "text.ply": trimesh.exchange.ply.export_ply(other, encoding="ascii"),
+    }
+    return {
+        **{"stl": stl(body), "ply": ply(body), "obj": obj(parts), "glb": glb(parts), "3mf": threemf(parts)},
+        **texts,
+    }
+
+
+def _zip_changed(content: bytes, changes: list[Edit]) -> bytes:
+    """A 3MF file whose model is edited and packed again."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(content)) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            inner = old.read(name)
+            new.writestr(name, edited(inner, changes) if name.endswith(".model") else inner)
+    return out.getvalue()
+
+
+@st.composite
+def _glb_changed(draw: st.DrawFn, content: bytes) -> bytes:
+    """A GLB file of whose description one value is another."""
+    length = struct.unpack_from("<I", content, 12)[0]
+    described = json.loads(content[20 : 20 + length])
+    text = json.dumps(draw(json_changed(described))).encode()
+    text += b" " * (-len(text) % 4)
+    rest = content[20 + length :]
+    head = struct.pack("<4sII", b"glTF", 2, 20 + len(text) + len(rest))
+    return head + struct.pack("<I4s", len(text), b"JSON") + text + rest
+
+
+@st.composite
+def meshes(draw: st.DrawFn, whole: bool) -> Case:
+    """A mesh, and the unit that is given for it."""
+    sort = draw(st.sampled_from(SORTS))
+    content = sound()[sort]
+    inside = draw(st.booleans())
+    changes = draw(several_edits())
+    if sort == "glb" and inside:
+        content = draw(_glb_changed(content))
+    elif sort == "3mf" and inside:
+        content = _zip_changed(content, changes)
+    else:
+        content = edited(content, changes)
+    suffix = sort.removeprefix("text.")
+    if chance(draw, 12):
+        suffix = draw(st.sampled_from(("stl", "ply", "obj", "glb", "3mf")))
+    name, units = f"part.{suffix}", draw(st.sampled_from(UNITS))
+    if not whole:
+        return Case("meshes", {name: content}, [name, units])
+    return Case("meshes", {name: content}, [], ("evaluate", name, "--json"))
+
+
+def read_part(folder: Path, arguments: Sequence[Any]) -> None:
+    """Read the mesh of a case, with the unit that is given for it; raises as the readers of `readers` do."""
+    from relief.errors import InputError
+    from relief.meshes.mesh import LARGEST_MM, read_mesh
+    from relief.meshes.solid import check_solid, volume_mm3
+
+    name, units = arguments
+    mesh = read_mesh(folder / name, units=units)
+    vertices, faces = mesh.body
+    assert np.isfinite(vertices).all() and np.ptp(vertices, axis=0).max() <= LARGEST_MM, "the size is wrong"
+    assert len(faces) and 0 <= faces.min() <= faces.max() < len(vertices), "faces name no vertices"
+    assert all("\n" not in line for line in mesh.warnings), "a warning has several lines"
+    with contextlib.suppress(InputError):
+        check_solid(mesh.body, name)
+        assert 0.0 < volume_mm3(mesh.body) < math.inf, "a solid has no volume"
