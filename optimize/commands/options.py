@@ -133,16 +133,22 @@ def _finite(content: Any) -> Any:
     return None if isinstance(content, float) and not math.isfinite(content) else content
 
 
-def add_plate(parser: argparse._ActionsContainer, first: str = "", size: str = f"{PATCH_SIDE_MM:g}") -> None:
+def add_plate(
+    parser: argparse._ActionsContainer,
+    first: str = "",
+    size: str = f"{PATCH_SIDE_MM:g}",
+    side: str = "side of the plate",
+) -> None:
     """Add `--size-mm`, `--relief-mm` and `--height-scale`, None where not given.
 
     Args:
         parser: of the verb.
         first: where the values come from before the texture's header, for the help.
         size: where the size comes from after the header.
+        side: what the size is of.
     """
     for flag, metavar, meaning, last in (
-        ("--size-mm", "MM", "side of the plate, mm", f"the texture's header, or {size}"),
+        ("--size-mm", "MM", f"{side}, mm", f"the texture's header, or {size}"),
         ("--relief-mm", "MM", "height of white above black in a picture, mm", "the texture's header"),
         ("--height-scale", "FACTOR", "mm for a height of 1 in EXR, NPY and float TIFF", "1"),
     ):

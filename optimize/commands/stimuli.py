@@ -126,7 +126,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="number of these patches (default: 3)",
     )
-    add_plate(what)
+    add_plate(what, side="width of the tile")
     add_skin(what)
     printing = parser.add_argument_group("the print")
     printing.add_argument("--plate-mm", type=float, metavar="MM", help="side of a plate, mm (default: 25)")

@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", dest="out", type=Path, required=True, metavar="OUT", help=f"file to write: {', '.join(FORMATS)}"
     )
-    add_plate(parser)
+    add_plate(parser, side="width of one tile")
     parser.add_argument("--units", choices=UNITS, help="unit of the mesh (default: the file's, else mm)")
     where = parser.add_argument_group("where and how")
     where.add_argument(
