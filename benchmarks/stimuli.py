@@ -42,7 +42,6 @@ RAISED_MM, BACK_PIXELS = 0.4, 12
 """Height of the letters on the drawn backs, mm, and pixels of the drawing for each of theirs."""
 KEPT = (
     "label",
-    "mark",
     "level",
     "jnd",
     "jnd_least",
@@ -70,7 +69,7 @@ def measured(content: dict[str, Any]) -> dict[str, Any]:
         texture["name"]: {
             "roughness": texture["roughness"],
             "plates": [
-                {name: plate[name] for name in KEPT}
+                {"mark": _mark(plate["level"])} | {name: plate[name] for name in KEPT}
                 for plate in texture["plates"]
                 if plate["kind"] == ROUGHNESS
             ],
@@ -79,6 +78,11 @@ def measured(content: dict[str, Any]) -> dict[str, Any]:
         for texture in content["textures"]
     }
     return {"wall_s": content["wall_s"], "textures": textures, "summary": content["summary"]}
+
+
+def _mark(level: float) -> str:
+    """A level of roughness as it stands on the back of a plate."""
+    return f"{level:+g}" if level else "0"
 
 
 def write(found: dict[str, Any]) -> None:
