@@ -23,7 +23,7 @@ from relief.wrapping.wrap import Covering, wrap
 from visual.backend.variants import choose_variant
 
 IMAGE = Path("docs/images/objects.png")
-PLACES = {"starfish": (-58.0, 0.0, 20.0), "frog": (6.0, 4.0, -50.0), "curved": (62.0, 0.0, -15.0)}
+PLACES = {"starfish": (-58.0, 0.0, 20.0), "frog": (4.0, 4.0, -50.0), "curved": (60.0, 0.0, -15.0)}
 """Where each object lies: x and y in mm, and its turn about z in degrees."""
 FACES, SAMPLES, WIDTH, HEIGHT = 400_000, 48, 1200, 460
 
@@ -71,7 +71,7 @@ def rendered(shapes: dict[str, Path]) -> Array:
             "sampler": {"type": "independent", "sample_count": SAMPLES},
         },
         "floor": {"type": "rectangle", "to_world": mi.ScalarTransform4f().scale(2000.0), "bsdf": matte},
-        "sun": {"type": "directional", "direction": [0.85, -0.25, -0.55], "irradiance": 2.4},
+        "sun": {"type": "directional", "direction": [0.5, 0.6, -0.6], "irradiance": 2.4},
         "sky": {"type": "constant", "radiance": 0.25},
     }
     for name, path in shapes.items():
