@@ -16,9 +16,9 @@ from PIL import Image, ImageDraw, ImageFont
 from benchmarks.demo import rows_of
 from optimize.report.colour_maps import srgb
 from optimize.report.metrics import mean_change
-from optimize.runs.config import load_run
-from optimize.runs.key import SETTINGS
+from optimize.run_directory.key import SETTINGS
 from optimize.runs.subjects import RESULT
+from optimize.settings.run_file import load_run
 from optimize.studies.engine import ROWS
 from optimize.studies.row_key import SHORT
 from relief.arrays import Array

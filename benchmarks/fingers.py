@@ -20,7 +20,7 @@ import torch
 import tactile
 from benchmarks.common import load, machine, save, table
 from optimize.descent.driver import descend
-from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Targets
 from relief.arrays import Array

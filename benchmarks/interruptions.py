@@ -28,8 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.common import load, machine, save, table
-from optimize.runs.checkpoint import load_checkpoint
-from optimize.runs.key import SETTINGS
+from optimize.run_directory.checkpoint import load_checkpoint
+from optimize.run_directory.key import SETTINGS
 from relief.heightmap import save_heights_exr
 
 NAME = "interruptions"

@@ -17,7 +17,7 @@ from optimize.descent.touch_measures import measure_touch
 from optimize.meshes.feel import feel_of
 from relief.arrays import Array
 from relief.body import Body
-from relief.export import plate_mesh
+from relief.export.plate import plate_mesh
 from relief.heightmap import load_heights
 from relief.meshes import Mesh, check_solid
 from relief.meshes.unrolling import fine_enough

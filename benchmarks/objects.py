@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.common import load, machine, save, table
 from mitsuba_scenes import find_texture
 from optimize.meshes.feel import feel_of, pressed
-from optimize.runs.skins import load_skin
+from optimize.settings.skins import load_skin
 from relief.arrays import Array
 from relief.body import Body
 from relief.heightmap import load_height_map

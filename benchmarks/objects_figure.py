@@ -16,8 +16,8 @@ from benchmarks.objects import TEXTURE, tile_of
 from optimize.report.colour_maps import srgb
 from relief.arrays import Array
 from relief.body import Body, Part
+from relief.export.parts import write_parts
 from relief.objects.table import OBJECTS
-from relief.parts import write_parts
 from relief.wrapping.surfaces import Settings
 from relief.wrapping.wrap import Covering, wrap
 from visual.backend.variants import choose_variant

@@ -19,9 +19,9 @@ import numpy as np
 import torch
 
 import tactile
-from optimize.runs.config import run_from_scene
 from optimize.runs.progress import shown
 from optimize.runs.subjects import RESULT
+from optimize.settings.run_file import run_from_scene
 from optimize.studies.engine import compute, row_folder
 from optimize.studies.row_key import row_key
 from optimize.studies.rows import Expanded, Row, Table

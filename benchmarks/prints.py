@@ -21,12 +21,12 @@ from benchmarks.common import load, save, table
 from mitsuba_scenes import find_texture
 from optimize.descent.touch_measures import measure_touch
 from optimize.runs import job
-from optimize.runs.config import run_from_scene
+from optimize.settings.run_file import run_from_scene
 from relief.arrays import Array
+from relief.export.printed import printed
+from relief.export.printers import PRINTERS
 from relief.heightmap import load_heights
 from relief.limits import HEIGHT_LIMIT_MM
-from relief.printers import PRINTERS
-from relief.printing import printed
 from tactile.jnd import jnd_apart
 from tactile.skin import Skin
 from visual.scene import Scene, load_scene

@@ -16,7 +16,7 @@ import tactile
 from benchmarks.common import load, machine, save, table
 from optimize.descent.adam import LOOK_WEIGHT, AdamDescent, AdamSettings
 from optimize.descent.driver import DescentMethod, Iterate, descend
-from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets

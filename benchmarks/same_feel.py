@@ -17,8 +17,8 @@ from benchmarks.charts import pyplot, style
 from benchmarks.common import RESULTS, table
 from optimize.descent.targets import CONTACT_AREA, ROUGHNESS
 from optimize.report.colour_maps import srgb
-from optimize.runs.config import Run, load_run
-from optimize.runs.key import SETTINGS, read_result
+from optimize.run_directory.key import SETTINGS, read_result
+from optimize.settings.run_file import Run, load_run
 from optimize.studies.document import flat_rows, read_document
 from optimize.studies.engine import ROWS
 from optimize.studies.row_key import SHORT

@@ -15,8 +15,8 @@ import numpy as np
 from benchmarks.charts import FAINT, INK, frame, pyplot, style
 from benchmarks.common import load
 from optimize.report.colour_maps import srgb
-from optimize.runs.config import load_run
-from optimize.runs.key import SETTINGS
+from optimize.run_directory.key import SETTINGS
+from optimize.settings.run_file import load_run
 from relief.arrays import Array
 from relief.formats import RUN_HEIGHTS
 from relief.heightmap import load_heights

@@ -25,7 +25,7 @@ from torch import Tensor
 import tactile
 from benchmarks.common import load, machine, save
 from benchmarks.sight import MATERIALS, altered, light
-from optimize.descent.gauss_newton import EDGE_SAMPLES, REFINEMENT, STRATA
+from optimize.descent.gauss_newton.method import EDGE_SAMPLES, REFINEMENT, STRATA
 from relief.arrays import Array
 from relief.errors import InputError
 from relief.heightmap import load_heights

@@ -26,9 +26,9 @@ from optimize.stimuli.document import DOCUMENT, RENDERS
 from optimize.stimuli.levels import ROUGHNESS
 from optimize.stimuli.plates import cut_square
 from optimize.stimuli.stimulus_set import FILE, read_set
+from relief.export.pixel_font import bitmap
 from relief.files import write_atomically
 from relief.heightmap import load_height_map
-from relief.pixel_font import bitmap
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE, PICTURE = DOCS / "stimuli.md", DOCS / "images" / "stimuli.png"

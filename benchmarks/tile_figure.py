@@ -15,9 +15,9 @@ from benchmarks.tiles import ALL, ONE, Row, cases
 from optimize.descent.targets import ROUGHNESS
 from optimize.descent.touch_measures import measure_touch
 from optimize.report.colour_maps import srgb
-from optimize.runs.config import load_run
-from optimize.runs.key import SETTINGS
+from optimize.run_directory.key import SETTINGS
 from optimize.runs.subjects import RESULT
+from optimize.settings.run_file import load_run
 from optimize.studies.engine import ROWS
 from optimize.studies.row_key import SHORT
 from relief.arrays import Array

@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.common import load, machine, save, table
 from mitsuba_scenes import find_texture
 from optimize.runs import job
-from optimize.runs.config import run_from_scene
+from optimize.settings.run_file import run_from_scene
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.surface import Surface
 from tactile.jnd import ROUGHNESS_JND

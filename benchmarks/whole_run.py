@@ -31,7 +31,7 @@ from benchmarks.common import load, machine, save, table
 from benchmarks.rules import rules
 from optimize.report.metrics import pixel_weights
 from optimize.report.picture_change import change
-from optimize.runs.config import load_run
+from optimize.settings.run_file import load_run
 from relief.heightmap import load_heights, save_heights_exr
 from visual.converged import converged
 from visual.noise import Batches

@@ -1,1 +1,1 @@
-"""Height maps: their files and limits, the grid of the plate, export, input errors and the cache."""
+"""Height maps: files and limits, the grid of the plate, where fingers land, input errors and the cache."""

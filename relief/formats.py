@@ -23,7 +23,7 @@ FORMATS = {
     ".glb": PlateFormat("triangles in metres, as the format defines, for Blender and browsers", False),
     ".ply": PlateFormat("triangles without a unit, mm, for MeshLab", False),
 }
-"""Formats by the suffix of the file; `relief.parts` writes them."""
+"""Formats by the suffix of the file; `relief.export.parts` writes them."""
 
 DISPLACEMENT = ".png"
 """Suffix of a height map that `retouch export` writes for programs that displace a surface by a picture."""

@@ -10,12 +10,12 @@ from relief.lazy import lazy_names
 
 if TYPE_CHECKING:
     from optimize.runs.comparison import compare
-    from optimize.runs.config import Run, load_run, run_from_scene
     from optimize.runs.job import Result, resume
     from optimize.runs.job import run as optimize
-    from optimize.runs.skins import load_skin
+    from optimize.settings.run_file import Run, load_run, run_from_scene
+    from optimize.settings.skins import load_skin
     from relief.errors import InputError
-    from relief.export import export_plate
+    from relief.export.plate import export_plate
     from relief.heightmap import load_heights, save_heights_exr, save_heights_png
     from relief.preparing.preparation import prepare
     from relief.progress import Progress, progress

@@ -16,7 +16,8 @@ RELIEF = {"relief", "mitsuba_scenes"}
 ALLOWED = {
     "relief": set(),
     "relief.preparing": {"relief"},
-    "relief.objects": {"relief"},
+    "relief.export": {"relief"},
+    "relief.objects": {"relief", "relief.export"},
     "relief.wrapping": {"relief", "relief.meshes"},
     "relief.meshes": {"relief"},
     "mitsuba_scenes": {"relief"},
@@ -30,7 +31,7 @@ ALLOWED = {
     "visual.backend": RELIEF,
     "visual.geometry": {*RELIEF, "visual.backend"},
     "visual.lights": {*RELIEF, "visual.backend"},
-    "visual.scene_file": {*RELIEF, "visual.backend", "visual.lights"},
+    "visual.scene_file": {*RELIEF, "relief.export", "visual.backend", "visual.lights"},
     "visual.exact": {*RELIEF, "visual.backend", "visual.lights", "visual.geometry"},
     "visual.fast": {
         *RELIEF,
@@ -38,6 +39,7 @@ ALLOWED = {
     },
     "visual": {
         *RELIEF,
+        "relief.export",
         *(f"visual.{room}" for room in ("backend", "geometry", "lights", "scene_file", "exact", "fast")),
     },
     "visual.reference": {
@@ -47,17 +49,32 @@ ALLOWED = {
     },
     "optimize.descent": {*RELIEF, "tactile", "visual", "visual.exact", "visual.fast"},
     "optimize.report": {*RELIEF, "tactile", "visual", "optimize.descent"},
-    "optimize.runs": {*RELIEF, "tactile", "visual", "optimize.descent", "optimize.report"},
+    "optimize.descent.gauss_newton": {
+        *RELIEF,
+        *("tactile", "visual", "visual.exact", "visual.fast", "optimize.descent"),
+    },
+    "optimize.settings": {*RELIEF, "relief.export", "tactile", "optimize.descent"},
+    "optimize.run_directory": {
+        *RELIEF,
+        *("relief.export", "tactile", "visual", "optimize.descent", "optimize.report", "optimize.settings"),
+    },
+    "optimize.runs": {
+        *RELIEF,
+        *("relief.export", "tactile", "visual", "optimize.descent", "optimize.descent.gauss_newton"),
+        *("optimize.report", "optimize.settings", "optimize.run_directory"),
+    },
     "optimize.workers": RELIEF,
     "optimize.studies": {
         *RELIEF,
         *("tactile", "visual", "visual.backend", "visual.lights"),
         *("optimize.descent", "optimize.report", "optimize.runs", "optimize.workers"),
+        *("relief.export", "optimize.settings", "optimize.run_directory"),
     },
     "optimize.stimuli": {
         *RELIEF,
-        *("relief.preparing", "tactile", "visual.lights"),
-        *("optimize.report", "optimize.runs", "optimize.studies", "optimize.workers"),
+        *("relief.preparing", "relief.export", "tactile", "visual.lights"),
+        *("optimize.report", "optimize.settings", "optimize.run_directory", "optimize.runs"),
+        *("optimize.studies", "optimize.workers"),
     },
     "optimize.training": {
         *RELIEF,
@@ -73,17 +90,23 @@ ALLOWED = {
     },
     "optimize.meshes": {
         *RELIEF,
-        *("relief.meshes", "tactile", "visual.backend", "optimize.descent", "optimize.report"),
+        *("relief.meshes", "relief.export", "tactile", "visual.backend"),
+        *("optimize.descent", "optimize.report"),
     },
     "optimize.commands": {
         *RELIEF,
-        *("relief.meshes", "relief.objects", "relief.wrapping", "optimize.meshes"),
+        *("relief.meshes", "relief.objects", "relief.wrapping", "relief.export", "optimize.meshes"),
+        *("optimize.settings", "optimize.run_directory"),
         *("optimize.descent", "optimize.report", "optimize.runs", "optimize.training"),
         *("optimize.studies", "optimize.stimuli", "optimize.workers"),
         *("relief.preparing", "tactile", "visual", "visual.backend", "surrogate.corpus", "surrogate.nets"),
     },
     "optimize": {*RELIEF, "optimize.commands", "optimize.runs"},
-    "retouch": {*RELIEF, "relief.preparing", "tactile", "visual", "surrogate.data", "optimize.runs"},
+    "retouch": {
+        *RELIEF,
+        *("relief.preparing", "relief.export", "tactile", "visual", "surrogate.data"),
+        *("optimize.settings", "optimize.runs"),
+    },
 }
 """Rooms that each room may import: what it builds on, and never what builds on it."""
 

@@ -11,7 +11,7 @@ import pytest
 from mitsuba_scenes import FOLDER, bundled, find_file, find_texture, sky
 from optimize.commands import main as command
 from optimize.commands import optimize as optimize_command
-from optimize.runs.config import Run, load_run, run_from_scene
+from optimize.settings.run_file import Run, load_run, run_from_scene
 from relief.errors import InputError
 from relief.formats import HEIGHT_MAPS
 from relief.heightmap import load_height_map

@@ -16,7 +16,7 @@ from torch import Tensor
 
 from relief.arrays import Array
 from relief.errors import InputError
-from relief.printers import Printer
+from relief.export.printers import Printer
 from relief.progress import stage
 from relief.surface import Surface
 from visual.backend import variants

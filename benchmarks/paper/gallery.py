@@ -15,8 +15,8 @@ from benchmarks.paper.rows import rows_of
 from benchmarks.paper.textures import image
 from optimize.report.colour_maps import srgb
 from optimize.report.metrics import mean_change
-from optimize.runs.config import load_run
-from optimize.runs.key import SETTINGS
+from optimize.run_directory.key import SETTINGS
+from optimize.settings.run_file import load_run
 from relief.arrays import Array
 from relief.heightmap import load_heights
 from relief.limits import PATCH_SIDE_MM

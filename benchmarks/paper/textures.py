@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 from mitsuba_scenes import FOLDER, find_texture
 from optimize.report.metrics import mean_change
-from optimize.runs.config import run_from_scene
+from optimize.run_directory.key import RESULT
 from optimize.runs.job import run
-from optimize.runs.key import RESULT
+from optimize.settings.run_file import run_from_scene
 from relief.arrays import Array
 from relief.heightmap import load_heights
 from surrogate.corpus.bundled_textures import TEXTURES

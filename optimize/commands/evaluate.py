@@ -36,9 +36,9 @@ from optimize.commands.touch_entries import described, table
 from optimize.descent.quantities import LARGEST_JND, LIMIT_PERCENT
 from optimize.report.formatting import MODEL_NAMES, model_name, number
 from relief.errors import InputError, naming
+from relief.export.printers import PRINTERS
 from relief.formats import MESHES
 from relief.limits import PATCH_SIDE_MM
-from relief.printers import PRINTERS
 from relief.progress import stage
 from tactile.skin import Skin
 
@@ -123,7 +123,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from optimize.runs.skins import described_skin
+    from optimize.settings.skins import described_skin
     from relief.heightmap import load_height_map
     from relief.lengths import RANGES
     from relief.seam import check_seams
@@ -142,7 +142,7 @@ def run(arguments: argparse.Namespace) -> int:
     for texture, height_map in read.items():
         check_seams(height_map.heights, repeats, texture)
     if arguments.printer is not None:
-        from relief.printing import printed_map
+        from relief.export.printed import printed_map
 
         made = PRINTERS[arguments.printer]
         read = {texture: printed_map(each, made, repeats, texture) for texture, each in read.items()}
@@ -201,7 +201,7 @@ def patch_mm(heights: "NDArray[np.float64]", size_mm: float, repeats: tuple[bool
 
 def _skin(arguments: argparse.Namespace) -> tuple[str, Skin]:
     """Name and values of the skin that the options describe. Raises InputError."""
-    from optimize.runs.skins import OWN, load_skin
+    from optimize.settings.skins import OWN, load_skin
 
     name = arguments.skin or DEFAULT_SKIN
     named = load_skin(name)

@@ -15,13 +15,13 @@ from optimize.commands.options import (
     print_json,
 )
 from relief.errors import InputError
+from relief.export.printers import find_printer
 from relief.formats import DISPLACEMENT, FORMATS
 from relief.limits import BASE_MM
-from relief.printers import find_printer
 
 if TYPE_CHECKING:
     from relief.arrays import Array
-    from relief.printers import Printer
+    from relief.export.printers import Printer
     from relief.surface import Surface
 
 HELP = "write a texture as a plate for a 3-D printer, or for a modelling program"
@@ -89,7 +89,7 @@ def times(text: str) -> tuple[int, int]:
 
 def run(arguments: argparse.Namespace) -> int:
     # Imported here, so that --help needs no numpy.
-    from relief.export import repeated
+    from relief.export.plate import repeated
     from relief.heightmap import HeightMap, load_height_map
     from relief.lengths import RANGES
     from relief.surface import Surface
@@ -105,7 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
     read = HeightMap(repeated(read.heights, times, arguments.texture), read.side_mm * times[1])
     printer = own
     if arguments.printer is not None:
-        from relief.printing import printed_map
+        from relief.export.printed import printed_map
 
         printer = find_printer(arguments.printer)
         read = printed_map(read, printer, (False, False), arguments.texture)
@@ -131,11 +131,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _printer_of(folder: Path) -> "Printer | None":
     """The printer whose pixels and layers the result of a run has. Raises InputError."""
-    from optimize.runs.key import SETTINGS
+    from optimize.run_directory.key import SETTINGS
 
     if not (folder / SETTINGS).is_file():
         return None
-    from optimize.runs.config import load_run
+    from optimize.settings.run_file import load_run
 
     return load_run(folder / SETTINGS).print.described
 
@@ -157,7 +157,7 @@ def _write_plate(
     out: Path, heights: "Array", surface: "Surface", base_mm: float | None, printer: "Printer | None"
 ) -> tuple[dict[str, Any], str]:
     """Write a plate, of flat pixels if it is a print; returns its numbers for `--json`, and what is told."""
-    from relief.export import export_plate
+    from relief.export.plate import export_plate
 
     if base_mm is None:
         base_mm = BASE_MM if printer is None else printer.base_mm

@@ -30,7 +30,7 @@ from relief.errors import InputError
 from relief.formats import HEIGHT_MAPS
 
 if TYPE_CHECKING:
-    from optimize.runs.config import Run
+    from optimize.settings.run_file import Run
 
 REACHED = 0
 SHORT_OF_TARGET = 3
@@ -175,7 +175,7 @@ def load(arguments: argparse.Namespace) -> "Run":
     if arguments.texture is not None:
         arguments.texture = find_texture(arguments.texture)
     scene, texture = _scene_and_texture(arguments)
-    from optimize.runs import config
+    from optimize.settings import run_file as config
 
     if texture is None:
         return config.load_run(source, overrides(arguments))
@@ -255,7 +255,7 @@ def _forecast(settings: "Run", out: Path, arguments: argparse.Namespace) -> int:
     from rich.table import Table
     from rich.text import Text
 
-    from optimize.runs.directory import check_vacant
+    from optimize.run_directory.directory import check_vacant
     from optimize.runs.forecast import forecast
 
     check_vacant(out, arguments.force)

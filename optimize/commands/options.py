@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
 from relief.errors import InputError
+from relief.export.printers import PRINTERS
 from relief.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
-from relief.printers import PRINTERS
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _finished(arguments: argparse.Namespace) -> int | None:
     """Say so if the run is finished; returns its exit status, or None if there is something left to do."""
-    from optimize.runs.key import finished
+    from optimize.run_directory.key import finished
 
     result = finished(arguments.run_dir)
     if result is None:

@@ -229,7 +229,7 @@ def _checked(values: Mapping[str, Any]) -> "StimulusSet":
     """A request, checked. Raises InputError."""
     from pydantic import ValidationError
 
-    from optimize.runs.toml_files import first_fault
+    from optimize.settings.toml_files import first_fault
     from optimize.stimuli.stimulus_set import StimulusSet
 
     try:

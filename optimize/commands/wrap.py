@@ -96,8 +96,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from relief.body import Part
+    from relief.export.parts import write_parts
     from relief.meshes.solid import check_solid
-    from relief.parts import write_parts
     from relief.wrapping.surfaces import Settings
     from relief.wrapping.wrap import wrap
 

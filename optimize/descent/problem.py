@@ -27,7 +27,7 @@ _Gradients = TypeVar("_Gradients", Array, sp.csr_matrix)
 
 @dataclass(frozen=True)
 class FingerRange:
-    """What fingers beside the steered one are to feel (`optimize.descent.other_fingers`).
+    """What fingers beside the steered one are to feel (`optimize.descent.gauss_newton.other_fingers`).
 
     Attributes:
         factors: (k,) by which the roughness that each of them feels is to change, over the places.
@@ -51,7 +51,7 @@ class Problem:
         scene: renders the look to keep.
         regularisation: w2, weight of differences between neighbouring pixels of the picture difference.
         look_weight: w1.
-        masking: strength of the weights of pixels by local contrast (`optimize.descent.masking`); 0, none.
+        masking: strength of the weights of pixels by local contrast (`gauss_newton.masking`); 0, none.
         shadow_edges: whether picture gradients follow shadow boundaries.
         samples: a pixel, of pictures that Mitsuba renders for Adam's steps; None: fixed samples without
             noise, as in Gauss-Newton's steps.

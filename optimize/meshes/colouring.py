@@ -12,9 +12,9 @@ from optimize.meshes.feel import MeshFeel
 from optimize.report.colour_maps import NO_CONTACT, VIRIDIS, srgb
 from relief.arrays import Array
 from relief.body import Body, Part
+from relief.export.parts import write_parts
 from relief.files import partial_file
 from relief.meshes.places import vertex_normals
-from relief.parts import write_parts
 from relief.progress import stage
 from tactile.jnd import ROUGHNESS_JND
 

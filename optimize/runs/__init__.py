@@ -1,1 +1,1 @@
-"""One run and its directory: settings, preparation, checkpoint, results."""
+"""One run from beginning to end: preparation, descent, verification, and comparison of results."""

@@ -16,12 +16,12 @@ from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.report import metrics
 from optimize.report.comparison import write_comparison
 from optimize.report.content import Comparison
-from optimize.runs.felt_places import place_spread
+from optimize.run_directory.felt_places import place_spread
 from optimize.runs.fingers import felt_by_fingers
 from optimize.runs.preparation import BLACK
 from optimize.runs.progress import followed
-from optimize.runs.skins import described_skin, load_skin
 from optimize.runs.subjects import RESULT, Subject, read_subjects
+from optimize.settings.skins import described_skin, load_skin
 from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM

@@ -10,8 +10,8 @@ from optimize.descent.quantities import LARGEST_JND, Quantity
 from optimize.descent.targets import ROUGHNESS, Target, Values
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
 from optimize.report.formatting import number
-from optimize.runs.config import Run
 from optimize.runs.memory import check_memory_of
+from optimize.settings.run_file import Run
 from relief.arrays import Array, Index
 from relief.errors import InputError, naming
 from relief.formats import RUN_HEIGHTS

@@ -11,11 +11,11 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from optimize.descent.other_fingers import MOST_PLACES
+from optimize.descent.gauss_newton.other_fingers import MOST_PLACES
 from optimize.report.formatting import duration, model_name, number
-from optimize.runs.config import Run
 from optimize.runs.memory import machine_gib, needed_gib
 from optimize.runs.preparation import checked_scene
+from optimize.settings.run_file import Run
 from relief.errors import InputError, naming
 from relief.patches import Patches
 from relief.places import places
@@ -106,7 +106,7 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
 
     Args:
         settings: of the run.
-        run_dir: its folder, which has been checked (`optimize.runs.directory.check_vacant`).
+        run_dir: its folder, which has been checked (`optimize.run_directory.directory.check_vacant`).
         variant: Mitsuba's.
 
     Raises:

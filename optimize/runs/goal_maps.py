@@ -19,7 +19,7 @@ from optimize.descent.targets import (
     Targets,
     Values,
 )
-from optimize.runs.touch_settings import Touch
+from optimize.settings.touch import Touch
 from relief.arrays import Array, Index
 from relief.errors import InputError, naming
 from relief.limits import PATCH_SIDE_MM

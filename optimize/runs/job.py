@@ -19,21 +19,21 @@ from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import QUANTITIES
 from optimize.descent.touch_measures import TouchMeasures
 from optimize.report.metrics import known
-from optimize.runs import results
-from optimize.runs.as_printed import as_printed
-from optimize.runs.checkpoint import FILE as CHECKPOINT
-from optimize.runs.checkpoint import Checkpoint, check_key, load_checkpoint
-from optimize.runs.clock import Moment, now
-from optimize.runs.config import Run, load_run
-from optimize.runs.directory import check_vacant, clear
-from optimize.runs.felt_places import FeltPlaces, sampled
+from optimize.run_directory import results
+from optimize.run_directory.as_printed import as_printed
+from optimize.run_directory.checkpoint import FILE as CHECKPOINT
+from optimize.run_directory.checkpoint import Checkpoint, check_key, load_checkpoint
+from optimize.run_directory.clock import Moment, now
+from optimize.run_directory.directory import check_vacant, clear
+from optimize.run_directory.felt_places import FeltPlaces, sampled
+from optimize.run_directory.history import History
+from optimize.run_directory.key import SETTINGS, run_key
 from optimize.runs.fingers import felt_by_fingers
-from optimize.runs.history import History
 from optimize.runs.interrupts import interruptible
-from optimize.runs.key import SETTINGS, run_key
 from optimize.runs.preparation import METHODS, Prepared, prepare
 from optimize.runs.progress import followed
 from optimize.runs.recorder import Recorder
+from optimize.settings.run_file import Run, load_run
 from relief.arrays import Array
 from relief.errors import InputError, naming
 from relief.files import remove_partial
@@ -136,7 +136,7 @@ def resume(
 
     Raises:
         InputError: the directory holds no run or no sound checkpoint; or scene, texture, or a setting other
-            than those of `optimize.runs.key.CHANGEABLE` has changed since the run began.
+            than those of `optimize.run_directory.key.CHANGEABLE` has changed since the run began.
     """
     run_dir = Path(run_dir)
     settings = load_run(run_dir / SETTINGS)

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from optimize.descent.windows import CORE, MARGIN, MOST_AT_ONCE
+from optimize.descent.gauss_newton.windows import CORE, MARGIN, MOST_AT_ONCE
 from relief.errors import InputError
 from relief.patches import STEERING_SAMPLES as PATCH_SAMPLES
 

@@ -9,20 +9,20 @@ import numpy as np
 from optimize.descent.adam import LOOK_WEIGHT, AdamDescent, AdamSettings
 from optimize.descent.correction import STEPS_AN_ITERATION, Plan, first_surrogate_targets
 from optimize.descent.driver import DescentMethod
-from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.gauss_newton.method import GaussNewton
+from optimize.descent.gauss_newton.other_fingers import SMOOTH
+from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.descent.linear_scaling import LinearScaling
-from optimize.descent.other_fingers import SMOOTH
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.quantities import ROUGHNESS
 from optimize.descent.targets import GoalKey, Quantity, Target, Targets, Values
 from optimize.descent.touch_measures import TouchMeasures, measure_touch
-from optimize.descent.windows import MOST_AT_ONCE
 from optimize.report.jod import jod_obstacle
-from optimize.runs.config import Run
 from optimize.runs.feel_of import Feel, Other, feel, read_other
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
 from optimize.runs.memory import check_memory_of
-from optimize.runs.touch_settings import too_large
+from optimize.settings.run_file import Run
+from optimize.settings.touch import too_large
 from relief.arrays import Array, Index
 from relief.errors import InputError, naming
 from relief.limits import HEIGHT_LIMIT_MM

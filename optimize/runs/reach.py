@@ -14,7 +14,7 @@ import numpy as np
 
 import tactile
 from optimize.descent.driver import descend
-from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
 from optimize.descent.targets import LARGEST_JND, LIMIT_PERCENT, ROUGHNESS, Targets
 from optimize.report.metrics import pixel_weights

@@ -7,11 +7,11 @@ from typing import Any
 
 from optimize.descent.correction import CorrectionState, Segment
 from optimize.descent.driver import Iterate
-from optimize.runs import results
-from optimize.runs.checkpoint import Checkpoint, save_checkpoint
-from optimize.runs.history import History
+from optimize.run_directory import results
+from optimize.run_directory.checkpoint import Checkpoint, save_checkpoint
+from optimize.run_directory.history import History
 from optimize.runs.progress import step_line
-from relief.printers import Printer
+from relief.export.printers import Printer
 from relief.progress import say, this_stage
 
 
@@ -21,7 +21,7 @@ class Recorder:
     Args:
         run_dir: of the run.
         history: of the run so far.
-        key: of the run, as `optimize.runs.key.run_key` has it.
+        key: of the run, as `optimize.run_directory.key.run_key` has it.
         state: of the outer iterations.
         segment: what is still to be done.
         plate: width of the plate, mm, and its printer, if there is one.

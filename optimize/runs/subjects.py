@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from mitsuba_scenes import find_texture
-from optimize.runs import results
-from optimize.runs.config import Run, load_run
-from optimize.runs.key import SETTINGS
+from optimize.run_directory import results
+from optimize.run_directory.key import SETTINGS
+from optimize.settings.run_file import Run, load_run
 from relief.errors import InputError
 from relief.formats import RUN_HEIGHTS
 from relief.heightmap import HeightMap, load_height_map

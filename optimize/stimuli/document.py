@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import tactile
-from optimize.runs.key import read_result
+from optimize.run_directory.key import read_result
 from optimize.stimuli import prediction
 from optimize.stimuli.levels import CONTACT, CONTROLS, ROUGHNESS, PlateRow
 from optimize.studies.engine import ROWS, Rows

@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 
 from optimize.report.rendering import render_page
-from optimize.runs.key import REPORT
+from optimize.run_directory.key import REPORT
 from optimize.stimuli.document import RENDERS
 from optimize.stimuli.levels import CONTACT, CONTROLS, ROUGHNESS, SCALED
 from optimize.stimuli.plates import cut_square

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optimize.stimuli.stimulus_set import PrintSettings
-from relief.back_labels import labelled, pixel_mm
-from relief.bed import places_on_beds
 from relief.body import Body, Part
-from relief.export import plate_mesh
+from relief.export.back_labels import labelled, pixel_mm
+from relief.export.bed import places_on_beds
+from relief.export.parts import write_parts
+from relief.export.plate import plate_mesh
 from relief.heightmap import HeightMap
-from relief.parts import write_parts
 from relief.progress import stage
 
 FOLDER = "print"

@@ -8,9 +8,9 @@ from typing import Annotated, Literal, Self
 import tomli_w
 from pydantic import Field, ValidationError, model_validator
 
-from optimize.runs.toml_files import Positive, Section, first_fault, read_toml
-from relief.bed import places_on_beds
+from optimize.settings.toml_files import Positive, Section, first_fault, read_toml
 from relief.errors import InputError
+from relief.export.bed import places_on_beds
 from relief.files import write_atomically
 from relief.heightmap import load_height_map
 from relief.limits import BASE_MM, LARGEST_PLATE_MM, PATCH_SIDE_MM

@@ -8,8 +8,8 @@ import numpy as np
 
 from optimize.descent.targets import ROUGHNESS
 from optimize.descent.touch_measures import measure_touch
-from optimize.runs.config import Run
-from optimize.runs.felt_places import jnd_at, sampled
+from optimize.run_directory.felt_places import jnd_at, sampled
+from optimize.settings.run_file import Run
 from relief.arrays import Array, Index
 from relief.heightmap import load_heights
 from relief.places import SPACING_MM, between

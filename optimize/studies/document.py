@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from optimize.runs.toml_files import Section, first_fault
+from optimize.settings.toml_files import Section, first_fault
 from optimize.studies.engine import Rows
 from optimize.studies.measures import MEASURES
 from optimize.studies.records import LONGEST_TEXT, Cell, Key, Record, Text

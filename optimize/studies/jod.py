@@ -8,7 +8,7 @@ import numpy as np
 
 from optimize.report.jod import jod
 from optimize.report.pictures import file_names
-from optimize.runs.config import Run
+from optimize.settings.run_file import Run
 from relief.arrays import Array
 from relief.errors import InputError
 from relief.readers import exr_channels

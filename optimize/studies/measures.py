@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from optimize.report.jod import jod_obstacle
-from optimize.runs.config import Run
+from optimize.settings.run_file import Run
 
 _UNSEEN = {
     f"change_{name}_{kind}percent": f"{words} of pictures {what}, % of the mean picture."

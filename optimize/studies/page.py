@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from optimize.report.formatting import number
 from optimize.report.rendering import render_page
-from optimize.runs.key import REPORT
+from optimize.run_directory.key import REPORT
 from optimize.studies.columns import Column, heading, shown
 from optimize.studies.document import Document, TableOfDocument
 from optimize.studies.engine import ROWS

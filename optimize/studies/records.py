@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
 
-from optimize.runs.key import LARGEST_NUMBER
-from optimize.runs.toml_files import Section, first_fault
+from optimize.run_directory.key import LARGEST_NUMBER
+from optimize.settings.toml_files import Section, first_fault
 from relief.errors import InputError
 from relief.files import read_limited, write_atomically
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from optimize.runs.checkpoint import FILE as CHECKPOINT
-from optimize.runs.config import Run
-from optimize.runs.key import finished, read_result
-from optimize.runs.results import holds_run
+from optimize.run_directory.checkpoint import FILE as CHECKPOINT
+from optimize.run_directory.key import finished, read_result
+from optimize.run_directory.results import holds_run
 from optimize.runs.subjects import RESULT as HEIGHTS
+from optimize.settings.run_file import Run
 from optimize.studies.measures import MEASURES
 from optimize.studies.records import (
     FAILURE,

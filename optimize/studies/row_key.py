@@ -5,10 +5,10 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from optimize.runs.config import Run, run_keys
-from optimize.runs.key import all_settings
+from optimize.run_directory.key import all_settings
+from optimize.settings.run_file import Run, run_keys
+from relief.export.printers import RANGES
 from relief.limits import PATCH_SIDE_MM
-from relief.printers import RANGES
 
 SHORT = 12
 """Hexadecimal digits of a key that name the folder of a row."""

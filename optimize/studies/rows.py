@@ -9,10 +9,10 @@ from typing import Any
 
 import tomli_w
 
-from optimize.runs.config import Run, load_run, run_keys
-from optimize.runs.key import FILES, LARGEST_NUMBER, NAMES
-from optimize.runs.run_paths import anchor
-from optimize.runs.touch_settings import RIVALS
+from optimize.run_directory.key import FILES, LARGEST_NUMBER, NAMES
+from optimize.settings.run_file import Run, load_run, run_keys
+from optimize.settings.run_paths import anchor
+from optimize.settings.touch import RIVALS
 from optimize.studies.row_key import SHORT, row_key
 from optimize.studies.study_file import LABEL, Study, TableOfRuns, flat, text_of
 from relief.errors import InputError

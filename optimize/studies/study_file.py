@@ -9,8 +9,8 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model
 
 from mitsuba_scenes import find_file
 from mitsuba_scenes.studies import find_study
-from optimize.runs.config import DEEPEST
-from optimize.runs.toml_files import Section, first_fault, read_toml
+from optimize.settings.run_file import DEEPEST
+from optimize.settings.toml_files import Section, first_fault, read_toml
 from optimize.studies.measures import MEASURES
 from relief.errors import InputError, naming
 

@@ -16,7 +16,7 @@ import numpy as np
 from mitsuba_scenes import find_file
 from optimize.report.metrics import pixel_weights
 from optimize.report.picture_change import change
-from optimize.runs.config import Run
+from optimize.settings.run_file import Run
 from relief.arrays import Array
 from relief.heightmap import load_heights
 from relief.progress import stage

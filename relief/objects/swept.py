@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from relief.arrays import Array
 from relief.body import Body
-from relief.export import plate_mesh
+from relief.export.plate import plate_mesh
 
 LINKS = 16
 """Links of the bracelet; an even number, so that two kinds may take turns."""

@@ -30,10 +30,10 @@ def sound() -> Mapping[str, bytes]:
     import trimesh
 
     from relief.body import Part, ply, stl
-    from relief.export import plate_mesh
-    from relief.glb import glb
-    from relief.parts import obj
-    from relief.threemf import threemf
+    from relief.export.glb import glb
+    from relief.export.parts import obj
+    from relief.export.plate import plate_mesh
+    from relief.export.threemf import threemf
 
     body = plate_mesh([[0.1, 0.4, 0.2, 0.3]] * 4, 20.0)
     parts = (Part("plate", body),)

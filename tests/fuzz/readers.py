@@ -42,7 +42,7 @@ def read_height_map(folder: Path, arguments: Sequence[Any]) -> None:
 
 
 def read_run_file(folder: Path, arguments: Sequence[Any]) -> None:
-    from optimize.runs.config import dump_resolved, load_run
+    from optimize.settings.run_file import dump_resolved, load_run
 
     name, *overrides = arguments
     run = load_run(folder / name, overrides)
@@ -76,11 +76,11 @@ def read_scene(folder: Path, arguments: Sequence[Any]) -> None:
 
 def read_checkpoint(folder: Path, arguments: Sequence[Any]) -> None:
     from optimize.descent.driver import check_memory
-    from optimize.runs import results
-    from optimize.runs.checkpoint import check_key, load_checkpoint
-    from optimize.runs.config import load_run
-    from optimize.runs.history import History
+    from optimize.run_directory import results
+    from optimize.run_directory.checkpoint import check_key, load_checkpoint
+    from optimize.run_directory.history import History
     from optimize.runs.preparation import METHODS
+    from optimize.settings.run_file import load_run
 
     run_dir = folder / arguments[0]
     settings = load_run(run_dir / results.SETTINGS)
@@ -228,7 +228,7 @@ def read_picture(folder: Path, arguments: Sequence[Any]) -> None:
 
 def read_result(folder: Path, arguments: Sequence[Any]) -> None:
     from optimize.commands.summary import summary
-    from optimize.runs.key import finished
+    from optimize.run_directory.key import finished
 
     result = finished(folder / RESULTS)
     if result is not None:

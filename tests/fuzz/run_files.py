@@ -10,7 +10,8 @@ import tomli_w
 from hypothesis import strategies as st
 
 from optimize.descent.targets import GOAL_KEYS
-from optimize.runs import config, touch_settings
+from optimize.settings import run_file as config
+from optimize.settings import touch as touch_settings
 from tests.fuzz.case import HOSTILE, Case, chance, edited, several_edits
 
 SECTIONS: Mapping[str, tuple[str, ...]] = {

@@ -6,7 +6,7 @@ import pytest
 import tactile
 from benchmarks.skin.facts import FACTS, peak
 from benchmarks.skin.stimuli import dots, grating, series
-from optimize.runs.skins import load_skin
+from optimize.settings.skins import load_skin
 
 FELT = {one.name: one for one in series()}
 RIGHT = {

@@ -8,9 +8,9 @@ these parameters too. What a user defines stays.
 from collections.abc import Mapping
 from pathlib import Path
 
+from relief.export.printed import printed_map
+from relief.export.printers import Printer
 from relief.heightmap import HeightMap
-from relief.printers import Printer
-from relief.printing import printed_map
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import check_size, describe, plate_height_map
 from visual.scene_file.parsed import CheckedScene

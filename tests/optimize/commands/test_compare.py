@@ -11,8 +11,8 @@ import pytest
 import retouch
 from optimize.commands.main import main
 from optimize.report.metrics import pixels_per_degree
-from optimize.runs import results
-from optimize.runs.config import run_from_scene
+from optimize.run_directory import results
+from optimize.settings.run_file import run_from_scene
 from relief.errors import InputError
 from relief.heightmap import save_heights_exr
 from tests.optimize.report.outline import Outline

@@ -8,7 +8,7 @@ import pytest
 
 from optimize.commands.main import main
 from relief.body import stl
-from relief.export import export_plate
+from relief.export.plate import export_plate
 from relief.heightmap import save_heights_exr
 from tests.relief.meshes.bodies import CUBE, cube
 

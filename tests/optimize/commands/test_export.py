@@ -10,12 +10,12 @@ import trimesh
 from PIL import Image
 
 from optimize.commands.main import BAD_INPUT, main
-from optimize.runs.config import dump_resolved, run_from_scene
+from optimize.settings.run_file import dump_resolved, run_from_scene
+from relief.export.parts import WRITERS
+from relief.export.printed import printed
+from relief.export.printers import find_printer
 from relief.formats import FORMATS
 from relief.heightmap import load_height_map, save_heights_exr
-from relief.parts import WRITERS
-from relief.printers import find_printer
-from relief.printing import printed
 
 
 def hills(rows: int = 32, cols: int = 32) -> np.ndarray:

@@ -23,8 +23,10 @@ from optimize.commands.main import main
 from optimize.commands.summary import summary
 from optimize.descent.stop_reason import StopReason
 from optimize.report.formatting import between, number, percent, plus_minus
-from optimize.runs import config, job, key
-from optimize.runs.results import write_relief
+from optimize.run_directory import key
+from optimize.run_directory.results import write_relief
+from optimize.runs import job
+from optimize.settings import run_file as config
 from relief.errors import InputError
 from relief.heightmap import load_heights, save_heights_exr
 from visual.exact.view import View

@@ -11,7 +11,7 @@ import pytest
 
 from optimize.commands.main import VERBS, main
 from optimize.commands.options import print_json, telling
-from optimize.runs.config import load_run
+from optimize.settings.run_file import load_run
 from relief.errors import InputError, naming
 from relief.heightmap import save_heights_exr
 

@@ -11,8 +11,8 @@ from optimize.commands.main import BAD_INPUT, main
 from optimize.commands.summary import _lines
 from optimize.descent.driver import Iterate
 from optimize.runs import job
-from optimize.runs.config import load_run, run_from_scene
 from optimize.runs.recorder import Recorder
+from optimize.settings.run_file import load_run, run_from_scene
 from relief.heightmap import load_heights, save_heights_exr
 from relief.surface import axes
 from tactile.jnd import jnd_apart

@@ -10,7 +10,7 @@ import torch
 import tactile
 from optimize.descent.adam import AdamDescent, AdamSettings
 from optimize.descent.driver import DescentMethod, descend
-from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets

@@ -10,7 +10,7 @@ import pytest
 import tactile
 from optimize.descent.adam import LOOK_WEIGHT, AdamDescent, AdamSettings
 from optimize.descent.driver import DescentMethod, DescentResult, descend
-from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason

@@ -11,10 +11,10 @@ import pytest
 import torch
 
 import tactile
-from optimize.descent import gauss_newton
 from optimize.descent.driver import DescentResult, check_memory, descend
-from optimize.descent.forces import Aim
-from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.gauss_newton import method as gauss_newton
+from optimize.descent.gauss_newton.forces import Aim
+from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason

@@ -8,7 +8,7 @@ import pytest
 import tactile
 from optimize.descent.adam import AdamDescent, AdamSettings
 from optimize.descent.driver import descend
-from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
 from optimize.report.metrics import rms_change

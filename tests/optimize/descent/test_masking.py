@@ -8,11 +8,11 @@ import pytest
 
 import tactile
 from optimize.descent.driver import descend
-from optimize.descent.gauss_newton import GaussNewton
-from optimize.descent.masking import masking_weights
+from optimize.descent.gauss_newton.masking import masking_weights
+from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
-from optimize.runs.config import run_from_scene
+from optimize.settings.run_file import run_from_scene
 from relief.arrays import Array
 from relief.errors import InputError
 from tests.tactile.reliefs import SIZE, waves

@@ -9,9 +9,9 @@ import torch
 
 import tactile
 from optimize.descent.driver import DescentResult, descend
-from optimize.descent.equations import System, response_of
-from optimize.descent.gauss_newton import GaussNewton
-from optimize.descent.other_fingers import JND, Drawn, FingersFelt, OtherFingers
+from optimize.descent.gauss_newton.equations import System, response_of
+from optimize.descent.gauss_newton.method import GaussNewton
+from optimize.descent.gauss_newton.other_fingers import JND, Drawn, FingersFelt, OtherFingers
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Targets
 from optimize.descent.touch_measures import TouchMeasures

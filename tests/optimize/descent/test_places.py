@@ -8,12 +8,12 @@ import pytest
 import torch
 
 import tactile
-from optimize.descent import windows
 from optimize.descent.driver import descend
 from optimize.descent.energies import target_energy
-from optimize.descent.forces import YIELDING, Aim
-from optimize.descent.gauss_newton import GaussNewton
-from optimize.descent.laplacian import laplacian
+from optimize.descent.gauss_newton import windows
+from optimize.descent.gauss_newton.forces import YIELDING, Aim
+from optimize.descent.gauss_newton.laplacian import laplacian
+from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
 from optimize.descent.targets import GOAL_KEYS, ROUGHNESS, Target, Targets
 from optimize.descent.touch_measures import measure_touch

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from optimize.descent.laplacian import laplacian
+from optimize.descent.gauss_newton.laplacian import laplacian
 from optimize.descent.smoothing import smoothed
 
 SHAPE = (12, 20)

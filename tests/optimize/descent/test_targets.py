@@ -9,9 +9,9 @@ import torch
 import tactile
 from optimize.commands.main import parse
 from optimize.descent.driver import descend
-from optimize.descent.gauss_newton import GaussNewton
+from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.targets import CONTACT_AREA, QUANTITIES, ROUGHNESS, Quantity, Target, Targets
-from optimize.runs.touch_settings import Touch
+from optimize.settings.touch import Touch
 from tests.optimize.conftest import ProblemWith
 
 TOLERANCE = 0.01

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from optimize.descent.laplacian import laplacian
-from optimize.descent.windows import windowed_response, windows
+from optimize.descent.gauss_newton.laplacian import laplacian
+from optimize.descent.gauss_newton.windows import windowed_response, windows
 from relief.arrays import Array
 from relief.patches import Patches
 from relief.places import places
@@ -61,7 +61,7 @@ def test_windows_agree_with_one_factorisation(
     repeats: bool, targets: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The margin is many times as wide as these equations reach."""
-    monkeypatch.setattr("optimize.descent.windows.MARGIN", 16)
+    monkeypatch.setattr("optimize.descent.gauss_newton.windows.MARGIN", 16)
     surface = Surface((72, 78), 39.0, (repeats, repeats))
     matrix, load, gradients, patches = _equations(surface, 3)
     gradients = sp.vstack([gradients] * targets, format="csr")

@@ -12,7 +12,7 @@ from optimize.meshes.colouring import NO_CONTACT, vertex_colours, write_coloured
 from optimize.meshes.feel import MeshFeel, feel_of
 from relief.body import Body
 from relief.errors import InputError
-from relief.export import plate_mesh
+from relief.export.plate import plate_mesh
 from relief.heightmap import load_heights
 from relief.meshes import Mesh, read_mesh
 from tactile import jnd_apart

@@ -8,8 +8,8 @@ import pytest
 
 from optimize.report import jod as module
 from optimize.report.jod import jod, jod_obstacle
-from optimize.runs.config import run_from_scene
 from optimize.runs.job import run
+from optimize.settings.run_file import run_from_scene
 from optimize.studies.jod import run_jod
 from optimize.studies.measures import MEASURES
 from optimize.studies.row_job import outdated

@@ -8,8 +8,8 @@ import trimesh
 
 from optimize.commands import main as cli
 from optimize.runs import job
-from optimize.runs.config import load_run
 from optimize.runs.job import Result
+from optimize.settings.run_file import load_run
 from relief.errors import InputError
 from relief.heightmap import load_heights, save_heights_exr
 from relief.limits import BASE_MM

@@ -12,8 +12,8 @@ from optimize.commands.main import main
 from optimize.descent.quantities import CONTACT_AREA, ROUGHNESS
 from optimize.descent.touch_measures import measure_touch
 from optimize.runs import job
-from optimize.runs.config import Run, dump_resolved, load_run, run_from_scene
 from optimize.runs.feel_of import name_of
+from optimize.settings.run_file import Run, dump_resolved, load_run, run_from_scene
 from optimize.studies.row_key import row_key
 from relief.heightmap import save_heights_exr
 from tactile.skin import Skin

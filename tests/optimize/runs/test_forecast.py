@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from optimize.commands.main import main
-from optimize.descent.windows import MOST_AT_ONCE
-from optimize.runs.config import load_run
+from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.runs.forecast import Forecast, expected_steps, forecast
 from optimize.runs.memory import needed_gib
+from optimize.settings.run_file import load_run
 from relief.heightmap import save_heights_exr
 from tests.visual.scenes import hills
 

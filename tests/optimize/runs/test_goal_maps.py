@@ -9,7 +9,7 @@ import pytest
 
 from optimize.descent.targets import Targets
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
-from optimize.runs.touch_settings import Touch
+from optimize.settings.touch import Touch
 from relief.errors import InputError
 from relief.places import between, centres_mm, places
 from relief.surface import Surface

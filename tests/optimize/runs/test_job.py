@@ -24,12 +24,13 @@ import tactile
 from optimize.descent.stop_reason import StopReason
 from optimize.report import metrics
 from optimize.report.metrics import known
-from optimize.runs import job, results
-from optimize.runs.checkpoint import load_checkpoint, save_checkpoint
-from optimize.runs.config import Run, dump_resolved, load_run
+from optimize.run_directory import results
+from optimize.run_directory.checkpoint import load_checkpoint, save_checkpoint
+from optimize.run_directory.key import SETTINGS
+from optimize.runs import job
 from optimize.runs.job import Result
-from optimize.runs.key import SETTINGS
 from optimize.runs.preparation import prepare
+from optimize.settings.run_file import Run, dump_resolved, load_run
 from relief.errors import InputError
 from relief.heightmap import load_heights, save_heights_exr
 from relief.limits import BASE_MM
@@ -430,11 +431,11 @@ def full(*_: object, **__: object) -> None:
 @pytest.mark.parametrize(
     ("place", "command"),
     [
-        ("optimize.runs.results.write_settings", "the same command goes on"),
-        pytest.param("optimize.runs.history.History.add", "--force", marks=pytest.mark.slow),
+        ("optimize.run_directory.results.write_settings", "the same command goes on"),
+        pytest.param("optimize.run_directory.history.History.add", "--force", marks=pytest.mark.slow),
         ("optimize.runs.recorder.save_checkpoint", "--force"),
-        pytest.param("optimize.runs.results.write_relief", "retouch resume", marks=pytest.mark.slow),
-        ("optimize.runs.results.write", "retouch resume"),
+        pytest.param("optimize.run_directory.results.write_relief", "retouch resume", marks=pytest.mark.slow),
+        ("optimize.run_directory.results.write", "retouch resume"),
     ],
 )
 def test_after_a_full_disk_the_command_that_is_told_goes_on(
@@ -462,7 +463,7 @@ def test_a_full_disk_leaves_an_earlier_run_whole(
     copy: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
-    monkeypatch.setattr("optimize.runs.results.write_atomically", full)
+    monkeypatch.setattr("optimize.run_directory.results.write_atomically", full)
     with pytest.raises(OSError, match="retouch resume"):
         job.run(run_file("jnd = 2", SHORT), copy, force=True)
     assert before == {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
@@ -618,7 +619,7 @@ def test_an_interrupt_before_the_first_step_measures_nothing(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(job, "_measure", lambda *_: pytest.fail("measured"))
-    monkeypatch.setattr("optimize.descent.gauss_newton.GaussNewton.advance", interrupted)
+    monkeypatch.setattr("optimize.descent.gauss_newton.method.GaussNewton.advance", interrupted)
     with pytest.raises(KeyboardInterrupt):
         job.run(run_file("jnd = 1", "steps = 2"), out)
     assert (out / "heights.exr").is_file() and not (out / "result.json").exists()

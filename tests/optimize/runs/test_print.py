@@ -8,15 +8,15 @@ import pytest
 import trimesh
 
 import tactile
-from optimize.descent.layers import HEIGHTS, PATIENCE, Layers
+from optimize.descent.gauss_newton.layers import HEIGHTS, PATIENCE, Layers
 from optimize.descent.touch_measures import measure_touch
 from optimize.runs import job
-from optimize.runs.config import Run, dump_resolved, load_run, run_from_scene
 from optimize.runs.job import Result
+from optimize.settings.run_file import Run, dump_resolved, load_run, run_from_scene
 from relief.errors import InputError
+from relief.export.printed import printed
+from relief.export.printers import PRINTERS, Printer
 from relief.heightmap import load_heights
-from relief.printers import PRINTERS, Printer
-from relief.printing import printed
 from tests.optimize.conftest import SAMPLES
 
 PRINTER = Printer("own", 312.5, 60.0, 937.5)
@@ -98,7 +98,7 @@ def test_result_tells_of_the_print(result: Result) -> None:
 def test_an_interrupted_run_goes_on_to_the_same_print(
     result: Result, by_printer: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from optimize.descent.gauss_newton import GaussNewton
+    from optimize.descent.gauss_newton.method import GaussNewton
 
     advance, steps = GaussNewton.advance, []
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from optimize.runs.config import run_from_scene
 from optimize.runs.job import run
 from optimize.runs.preparation import steering_look
+from optimize.settings.run_file import run_from_scene
 from relief.errors import InputError
 from tests.tactile.reliefs import waves
 from tests.visual.exact.test_view import OBLIQUE

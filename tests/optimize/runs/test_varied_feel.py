@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from optimize.runs import job
-from optimize.runs.config import load_run
 from optimize.runs.job import Result
+from optimize.settings.run_file import load_run
 from relief.errors import InputError
 from relief.heightmap import save_heights_exr
 from tests.tactile.reliefs import waves

@@ -6,7 +6,7 @@ import threading
 import time
 from pathlib import Path
 
-from optimize.runs.results import HISTORY
+from optimize.run_directory.results import HISTORY
 from optimize.studies.row_job import RowJob, run_row
 
 STEPS = 2

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from optimize.descent.targets import ROUGHNESS
 from optimize.descent.touch_measures import measure_touch
-from optimize.runs.config import Run, run_from_scene
+from optimize.settings.run_file import Run, run_from_scene
 from optimize.studies.between import felt_between
 from optimize.studies.measures import MEASURES
 from relief.heightmap import load_heights, save_heights_exr

@@ -5,7 +5,7 @@ import pytest
 from mitsuba_scenes.studies import find_study
 from optimize.descent.targets import CONTACT_AREA, ROUGHNESS
 from optimize.descent.touch_measures import measure_touch
-from optimize.runs.config import Run
+from optimize.settings.run_file import Run
 from optimize.studies.rows import expand
 from optimize.studies.study_file import load_study
 from relief.heightmap import load_height_map

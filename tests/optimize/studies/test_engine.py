@@ -18,7 +18,7 @@ import pytest
 
 from mitsuba_scenes.studies import bundled_studies
 from optimize.commands.main import main
-from optimize.runs.results import HISTORY
+from optimize.run_directory.results import HISTORY
 from optimize.studies import engine, measures, row_job
 from optimize.studies.document import flat_rows, read_document
 from optimize.studies.engine import DOCUMENT, ROWS, SPREADSHEET, Rows, compute, known, row_folder

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from mitsuba_scenes.studies import bundled_studies
-from optimize.runs.config import load_run, run_keys
+from optimize.settings.run_file import load_run, run_keys
 from optimize.studies.document import read_document
 from optimize.studies.row_key import INTRODUCED, row_key
 from optimize.studies.rows import expand

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from optimize.runs.config import run_from_scene
+from optimize.settings.run_file import run_from_scene
 from optimize.studies import unseen as measure
 from optimize.studies.measures import MEASURES
 from optimize.studies.unseen import UNSEEN, unseen

@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 
 from relief.body import Body
-from relief.export import plate_mesh
+from relief.export.plate import plate_mesh
 from relief.meshes.crops import Cropper
 from relief.meshes.places import Frame, frames, spread, surface_points
 from relief.meshes.raster import rasterise

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from relief.body import Body
-from relief.export import plate_mesh
+from relief.export.plate import plate_mesh
 from relief.meshes import self_intersections
 from tests.relief.meshes.bodies import cube, joined, torus
 

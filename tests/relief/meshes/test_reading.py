@@ -12,11 +12,11 @@ import trimesh
 
 from relief.body import Body, Part, ply, stl
 from relief.errors import InputError
+from relief.export.parts import write_parts
+from relief.export.threemf import PART
 from relief.formats import MESHES
 from relief.meshes import check_solid, read_mesh
 from relief.meshes.solid import volume_mm3
-from relief.parts import write_parts
-from relief.threemf import PART
 from tests.relief.meshes.bodies import cube, joined, torus
 
 RING = torus((3.0, -4.0, 5.0), (0, 1, 2), 10.0, 2.0)

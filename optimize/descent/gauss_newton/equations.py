@@ -1,0 +1,67 @@
+"""The equations of a Gauss-Newton step: least squares of the look, and their responses to forces."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+
+from optimize.descent.gauss_newton import windows
+from optimize.descent.gauss_newton.laplacian import laplacian
+from optimize.descent.gauss_newton.other_fingers import Drawn
+from relief.arrays import Array
+from relief.patches import Patches
+from relief.progress import stage
+from tactile.sparse import factorised
+
+
+class System(NamedTuple):
+    """Least squares of the look: (matrix + mu damping) x = load."""
+
+    matrix: sp.csr_matrix
+    damping: sp.csr_matrix
+    load: Array
+
+
+class Response(NamedTuple):
+    """Changes of the relief: the best for the look (heights,), and by unit forces (heights, targets)."""
+
+    free: Array
+    pulls: Array | sp.csc_matrix
+
+
+@stage("solving for a step")
+def response_of(
+    system: System,
+    damping: float,
+    gradients: Array | sp.csr_matrix,
+    patches: Patches,
+    drawn: Drawn | None = None,
+) -> Response:
+    """The least squares solved: alone, and for a unit force along each target's gradient.
+
+    Values that are only drawn to their goals are terms of low rank beside those of the look, which the
+    matrix of the look is factorised without (Woodbury's formula).
+    """
+    matrix = sp.csr_matrix(system.matrix + damping * system.damping)
+    if not isinstance(gradients, np.ndarray) and matrix.shape[0] > windows.MOST_AT_ONCE:
+        return Response(*windows.windowed_response(matrix, system.load, gradients, patches))
+    solve = factorised(matrix, minimum_degree=True)
+    pulled = gradients if isinstance(gradients, np.ndarray) else gradients.toarray()
+    columns = [system.load, *pulled, *(() if drawn is None else drawn.gradients)]
+    solved = solve(np.column_stack(columns))
+    if drawn is not None:
+        solved, by_drawn = np.split(solved, [1 + len(pulled)], axis=1)
+        own = np.diag(1.0 / drawn.stiffness) + drawn.gradients @ by_drawn
+        missing = -drawn.gradients @ solved
+        missing[:, 0] += drawn.wanted
+        solved = solved + by_drawn @ np.linalg.solve(own, missing)
+    return Response(solved[:, 0], solved[:, 1:])
+
+
+@lru_cache(maxsize=4)
+def picture_weight(shape: tuple[int, int], regularisation: float, around: tuple[bool, bool]) -> sp.csr_matrix:
+    """W = I + w2 D'D on the pixels of a picture, whose axes may go around."""
+    return sp.csr_matrix(sp.identity(shape[0] * shape[1]) + regularisation * laplacian(shape, around))

@@ -1,0 +1,281 @@
+"""Gauss-Newton, the default method: the targets as constraints, the look as least squares.
+
+Each step minimises over the change x of the heights
+
+    1/2 sum over conditions of |d + J x|²_W + mu x'(I + 10 L) x + beta |Laplacian(h + x - h0)|²
+    subject to g'x = the distance to the goals, at most 20 % of their values at once
+
+with d the picture difference, J its explicit sparse Jacobian (shadow edges included), W = I + w2 D'D, L the
+graph Laplacian, which on axes that repeat goes around, g the gradients of the targets. A step takes one
+sparse factorisation, and one right-hand side more for each target at each place of the finger. Fingers at
+neighbouring places feel nearly the same relief; `gauss_newton.forces` bounds the forces that would tell such
+places apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+import torch
+
+from optimize.descent.driver import PRESSURES, Iterate, Remembered
+from optimize.descent.gauss_newton.equations import Response, System, picture_weight, response_of
+from optimize.descent.gauss_newton.forces import Aim
+from optimize.descent.gauss_newton.laplacian import laplacian
+from optimize.descent.gauss_newton.layers import HEIGHTS, PATIENCE, WEIGHT, Layers
+from optimize.descent.gauss_newton.masking import masking_weights
+from optimize.descent.gauss_newton.other_fingers import FingersFelt, OtherFingers
+from optimize.descent.gauss_newton.trust import DAMPING, LARGEST_SHARE, LEAST_SHARE, MOST_DAMPING, Trust
+from optimize.descent.problem import Problem, change_percent
+from optimize.descent.targets import Values
+from optimize.descent.touch_measures import TouchMeasures
+from relief.arrays import Array
+from relief.progress import stage
+from visual.exact.discontinuities import EdgeSamples
+from visual.exact.view import Pictures, View
+from visual.fast.jacobian import FastView
+from visual.height_view import HeightView
+
+SMOOTHING = 10.0
+"""Weight of the differences between neighbouring samples in the damping."""
+ROUGHENING = 3.0
+"""Bending weight beta. Bending keeps waves of two samples, which pictures do not show, out of the relief."""
+LARGEST_STEP_MM = 0.2
+"""Largest change of a height by one step, mm."""
+REFINEMENT, STRATA = 2, 2
+"""Resolution of a step's pictures in units of the film's, and samples along a pixel's side. As many rays as
+4 x 4 samples at the film's own resolution; waves of two pixels show, the system is sparser, and the look
+holds at both resolutions."""
+EDGE_SAMPLES = EdgeSamples(shadows=2, visibility=4)
+"""Samples along moving edges: their motion is then about as noisy as these pictures."""
+DIRECTIONS = 16
+"""Parallel lights that stand for each light that is not parallel."""
+REFUSED, ATTEMPTS = 0.75, 4
+"""Prediction error, as a share of the step, above which a step is tried again, shorter; and most tries."""
+CLOSE, PRESSES = 0.25, 5
+"""Prediction error, as a share of the step, at which the forces on the targets need no further correction;
+and most presses for that. A press costs a fifth of the step's linear solve. Where the slopes of all targets
+hold over a step, only the step that arrives is corrected, until the targets are met."""
+SEVERAL_PRESSES = 2
+"""Most presses of a step of several touches, whose press takes as long as its linear solve."""
+DIVERGED = 2.0
+"""If a correction's error exceeds this multiple of the smallest so far, a shorter step is tried."""
+LARGEST_CORRECTION = 3.0
+"""Largest change of the forces by one correction, in units of the last forces."""
+
+
+class _Evaluation(NamedTuple):
+    """The current iterate: pictures with their Jacobians, and touch with its gradients.
+
+    Of a relief of whole layers, these belong to the heights before rounding, and `values` to the rounded.
+    """
+
+    heights: Array
+    look: tuple[Pictures, ...]
+    touch: TouchMeasures
+    values: dict[str, Array]
+    others: FingersFelt | None
+
+
+class GaussNewton:
+    """Gauss-Newton as a descent method (`optimize.descent.driver.DescentMethod`)."""
+
+    patience: int | None = 1
+
+    def __init__(self, problem: Problem) -> None:
+        # Steps need far fewer digits than the verification, which is in double precision.
+        problem = replace(problem, precision=problem.precision or torch.float32)
+        self._problem = problem
+        targets = problem.targets.each
+        self._aim = Aim(targets)
+        self._slopes_hold = all(target.quantity.slope_holds for target in targets)
+        self._views = _views(problem)
+        self._layers = None if problem.layer_mm is None else Layers(problem.heights, problem.layer_mm)
+        self.patience = 1 if self._layers is None else PATIENCE
+        overhead = all(view.overhead for view in self._views)
+        self._around = problem.repeats if overhead else (False, False)
+        # With the Jacobian, because the first step mostly starts here.
+        self._original = self._evaluate(problem.heights)
+        target = np.concatenate([of_view.pictures for of_view in self._original])
+        self._unit = 1.0 / target.mean()
+        self._target = target * self._unit
+        self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
+        self._roots = np.sqrt(masking_weights(target, problem.masking, self._around))
+        self._plate = problem.plate_weights(self._target)
+        self._current: _Evaluation | None = None
+        # Pixels that change as a whole, by the weights that they have in the sum.
+        pixels = float(self._weights.sum()) * float((self._plate > 0.0).mean()) * self._target[0].size
+        self._others = None if problem.fingers is None else OtherFingers(problem, problem.fingers, pixels)
+
+    @staticmethod
+    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
+        """Trust, and pressures as a start of the next contacts; see the protocol."""
+        trust = Remembered((2,), LEAST_SHARE, MOST_DAMPING)
+        fingers = {"fingers": PRESSURES} if "fingers" in memory else {}
+        return {"trust": trust, "pressure": PRESSURES, **fingers, **Layers.remembered(heights, memory)}
+
+    def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
+        """The iterate at these heights; see the protocol."""
+        trust = Trust(*memory["trust"]) if "trust" in memory else Trust(DAMPING, LARGEST_SHARE)
+        weight = 0.0
+        if self._layers is not None and HEIGHTS in memory:
+            heights, weight = memory[HEIGHTS], float(memory[WEIGHT][0])
+        touch = self._press(heights, memory.get("pressure"))
+        return self._stand(step, heights, touch, trust, memory.get("fingers"), weight)
+
+    def advance(self, iterate: Iterate) -> Iterate:
+        """The iterate after one more step, shortened until the targets follow their prediction."""
+        assert self._current is not None
+        problem, (start, look, touch, felt, others) = self._problem, self._current
+        drawn = None if others is None else others.drawn()
+        trust = Trust(*iterate.memory["trust"])
+        weight = 0.0
+        if self._layers is not None:
+            weight = self._layers.next_weight(float(iterate.memory[WEIGHT][0]), problem.targets.met(felt))
+        system = self._system(start, look, weight)
+        for attempt in range(ATTEMPTS):
+            response = response_of(system, trust.damping, touch.gradients, problem.patches, drawn)
+            heights, after, error = self._step(start, touch, felt, response, trust.share)
+            distance = self._aim.distance(self._aim.values(felt))
+            trust = trust.after(error, min(trust.share, distance))
+            if error <= REFUSED or attempt == ATTEMPTS - 1:
+                break
+        if after.gradients.size == 0:
+            after = self._press(heights, after.pressure)
+        return self._stand(iterate.step + 1, heights, after, trust, iterate.memory.get("fingers"), weight)
+
+    def satisfied(self, iterate: Iterate) -> bool:
+        """No rule beside those of the driver; see the protocol."""
+        return False
+
+    def _step(
+        self, start: Array, touch: TouchMeasures, felt: Values, response: Response, share: float
+    ) -> tuple[Array, TouchMeasures, float]:
+        """The step that changes the targets as wanted: pressed on, and its forces on the targets corrected.
+
+        Returns:
+            The relief with the smallest prediction error; its touch, with gradients if no correction was
+            needed; that error as a share of the change wanted.
+        """
+        problem, aim, (free, pulls) = self._problem, self._aim, response
+        values, gradients = aim.values(touch.values), touch.gradients
+        wanted = aim.wanted(aim.values(felt), share)
+        slopes = gradients @ pulls
+        slopes = slopes if isinstance(slopes, np.ndarray) else slopes.toarray()
+        forces = aim.forces(slopes, wanted - gradients @ free)
+        # Forces of several touches give way: what the slopes promise is what can be expected of them.
+        expected = gradients @ (free + pulls @ forces) if aim.several else wanted
+        best, before = (start, touch, np.inf), None
+        arriving = aim.arriving(aim.values(felt), share)
+        for press in range(SEVERAL_PRESSES if aim.several else PRESSES):
+            change = free + pulls @ forces
+            scale = min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
+            moved = start + scale * change.reshape(start.shape)
+            heights = problem.placed(moved) if self._layers is None else self._layers.placed(moved)
+            # The first press mostly is the last: it comes with the gradients that the next step needs.
+            after = self._press(heights, best[1].pressure, gradients=press == 0)
+            changed = aim.values(after.values) - values
+            error = aim.error(changed, scale * expected, wanted)
+            if error < best[2]:
+                best = heights, after, error
+            # Where slopes hold over a step, only the step that arrives has to be exact.
+            near = not arriving or problem.targets.met(after.values)
+            if scale < 1.0 or (near if self._slopes_hold else error <= CLOSE):
+                break
+            if error > DIVERGED * best[2]:
+                break
+            if before is not None:
+                # Broyden's update: the slopes as the last two presses show them.
+                moved_by = forces - before[0]
+                unexplained = changed - before[1] - slopes @ moved_by
+                slopes = slopes + np.outer(unexplained, moved_by) / max(moved_by @ moved_by, 1e-300)
+            before = forces, changed
+            correction = aim.forces(slopes, expected - changed)
+            largest = LARGEST_CORRECTION * float(np.linalg.norm(forces))
+            correction *= min(1.0, largest / max(float(np.linalg.norm(correction)), 1e-300))
+            forces = forces + correction
+        return best
+
+    def _press(self, heights: Array, start: Array | None, gradients: bool = True) -> TouchMeasures:
+        return self._problem.press(heights, start, gradients, steering=True)
+
+    def _evaluate(self, heights: Array) -> tuple[Pictures, ...]:
+        return tuple(view.evaluate(heights, edges=self._problem.shadow_edges) for view in self._views)
+
+    def _stand(
+        self,
+        step: int,
+        heights: Array,
+        touch: TouchMeasures,
+        trust: Trust,
+        fingers: Array | None,
+        weight: float,
+    ) -> Iterate:
+        unmoved = np.array_equal(heights, self._problem.heights)
+        look = shown = self._original if unmoved else self._evaluate(heights)
+        made, felt, kept = heights, touch, dict[str, Array]()
+        if self._layers is not None:
+            kept = {HEIGHTS: heights, WEIGHT: np.array([weight])}
+            if not unmoved:
+                made = self._layers.rounded(heights)
+                felt = self._problem.press(made, touch.pressure, gradients=False)
+                shown = tuple(view.evaluate(made, jacobian=False) for view in self._views)
+        others = None if self._others is None else self._others.press(made, fingers)
+        self._current = _Evaluation(heights, look, touch, felt.values, others)
+        if others is not None:
+            kept["fingers"] = others.pressure
+        pictures = np.concatenate([of_view.pictures for of_view in shown]) * self._unit
+        return Iterate(
+            step,
+            made,
+            felt.values,
+            felt.contact_fraction,
+            *change_percent(pictures, self._target, self._plate, self._problem.scene.weights),
+            {"trust": np.array(trust), "pressure": touch.pressure, **kept},
+            fingers=0.0 if others is None else others.percent,
+        )
+
+    @stage("collecting the equations of a step")
+    def _system(self, heights: Array, look: tuple[Pictures, ...], weight: float = 0.0) -> System:
+        """The undamped least squares of the look and, by a weight, of layers; the matrix of the damping."""
+        problem, shape = self._problem, heights.shape
+        smooth = picture_weight(self._target.shape[1:], problem.regularisation, self._around)
+        differences = laplacian(shape, problem.repeats)
+        bend = ROUGHENING * (differences.T @ differences)
+        matrix = 2.0 * bend
+        load = -2.0 * (bend @ (heights - problem.heights).ravel())
+        conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
+        known = zip(conditions, self._target, self._weights, self._roots, strict=True)
+        for (jacobian, picture), target, weight, root in known:
+            scaled, difference = jacobian * self._unit, (picture * self._unit - target).ravel()
+            if problem.masking:
+                scaled, difference = sp.diags(root.ravel()) @ scaled, root.ravel() * difference
+            weighted = smooth @ scaled
+            # Transposed into rows first: else the product would turn the larger factor into columns.
+            matrix = matrix + weight * (scaled.T.tocsr() @ weighted)
+            load -= weight * (weighted.T @ difference)
+        identity = sp.identity(heights.size, format="csr")
+        if self._layers is not None:
+            matrix = matrix + 2.0 * weight * identity
+            load += 2.0 * weight * self._layers.to_nearest(heights)
+        damping = 2.0 * (identity + SMOOTHING * differences)
+        if problem.frozen is not None:
+            # Equations of frozen samples say that they do not change, and no other has them.
+            stay = problem.frozen.ravel()
+            free, load = sp.diags((~stay).astype(np.float64)), np.where(stay, 0.0, load)
+            matrix, damping = free @ matrix @ free + sp.diags(stay.astype(np.float64)), free @ damping @ free
+        return System(matrix, damping, load)
+
+
+def _views(problem: Problem) -> tuple[View | FastView | HeightView, ...]:
+    """Views that give the pictures of a step with their Jacobians."""
+    if problem.look == "heights":
+        return (HeightView(problem.heights, len(problem.scene.conditions)),)
+    if problem.look != "exact":
+        return (FastView(problem.scene.fast_renderer(shadows=problem.look == "fast")),)
+    resolution = REFINEMENT * max(problem.scene.resolution)
+    return problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)

@@ -1,0 +1,1 @@
+"""The directory of a run: its key, checkpoint, history and results."""

@@ -1,0 +1,1 @@
+"""Run files: the settings of a run, checked before any work begins."""

@@ -1,0 +1,69 @@
+"""Section `[print]` of a run file: the printer that makes the relief."""
+
+from typing import Any, Self
+
+from pydantic import model_validator
+
+from optimize.settings.toml_files import Section
+from relief.export.printers import FEATURE_PIXELS, RANGES, STEEPEST_DEGREES, Printer, find_printer
+from relief.limits import HEIGHT_LIMIT_MM
+
+OWN = "own"
+"""Name of a printer whose numbers are not those of a named one."""
+NEEDED = ("pixel_um", "layer_um")
+"""Numbers that a printer without a name needs."""
+
+
+class Print(Section):
+    """`[print]`: the printer; none, if nothing is given.
+
+    Numbers that are not given are those of the named printer. Once loaded, they are all there.
+
+    Attributes:
+        printer: name of a printer (`relief.export.printers.PRINTERS`); "own" where a number differs from its.
+        pixel_um, layer_um, min_feature_um, max_slope_degrees, max_relief_mm: as of
+            `relief.export.printers.Printer`. Without a name the smallest feature is three pixels, and slope
+            and relief are those that every printer of the table has.
+    """
+
+    printer: str | None = None
+    pixel_um: float | None = None
+    layer_um: float | None = None
+    min_feature_um: float | None = None
+    max_slope_degrees: float | None = None
+    max_relief_mm: float | None = None
+
+    @property
+    def described(self) -> Printer | None:
+        """The printer; None if there is none. Raises InputError."""
+        if self.printer is None:
+            return None
+        return Printer(self.printer, **{key: getattr(self, key) for key in RANGES})
+
+    @model_validator(mode="before")
+    @classmethod
+    def _filled_in(cls, section: Any) -> Any:
+        """The numbers of the named printer, or the usual ones, for those that are not given."""
+        if not isinstance(section, dict):
+            return section
+        given = {key: section[key] for key in RANGES if section.get(key) is not None}
+        name = section.get("printer")
+        # A run goes on with its own numbers, whatever a later version says of a name. Wrong types are left
+        # to the check of the fields.
+        if (name is None and not given) or len(given) == len(RANGES) or not isinstance(name, str | None):
+            return section
+        if name not in (None, OWN):
+            known = find_printer(name).numbers()
+        elif missing := [key for key in NEEDED if key not in given]:
+            raise ValueError(f"{missing[0]}: missing; a printer needs {' and '.join(NEEDED)}, or a name")
+        else:
+            known = {"max_slope_degrees": STEEPEST_DEGREES, "max_relief_mm": HEIGHT_LIMIT_MM}
+            if isinstance(pixel_um := given["pixel_um"], int | float):
+                known["min_feature_um"] = FEATURE_PIXELS * pixel_um
+        same = name is not None and all(known.get(key) == number for key, number in given.items())
+        return section | known | given | {"printer": name if same else OWN}
+
+    @model_validator(mode="after")
+    def _in_range(self) -> Self:
+        _ = self.described
+        return self

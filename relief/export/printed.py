@@ -1,0 +1,157 @@
+"""What printers make of a relief: pixels, layers, and what does not come out (`relief.export.printers`).
+
+The model is ideal. A printer fills a grid of square pixels, layer by layer. Slicers cut a layer at its
+middle, and a pixel is solid where half of its area or more lies within the cut. So heights are multiples of
+the layer, off by half a layer at most from the median of the relief over the pixel. Resin that bleeds or
+shrinks, rounded corners and grey pixels are left out.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+from scipy import ndimage
+
+from relief.arrays import Array
+from relief.errors import InputError, naming
+from relief.export.printers import Printer
+from relief.heightmap import HeightMap
+from relief.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
+
+SUBDIVISIONS = 8
+"""Points along a pixel's side at which its height is read."""
+BAND = 64
+"""Rows of pixels that are read at once; 4096 across take 0.1 GB."""
+
+
+def on_pixels(
+    heights_mm: ArrayLike, pitch_mm: float, printer: Printer, repeats: tuple[bool, bool] = (False, False)
+) -> Array:
+    """Heights of the printer's pixels before layers are cut: the median over each.
+
+    The relief between the samples is bilinear, and beyond the outermost ones goes on as they are. Whole
+    pixels fill the width, so they differ from the printer's by half a pixel over the width at most. A relief
+    with a sample for each pixel is one of pixels already, and stays as it is.
+
+    Args:
+        heights_mm: (rows, cols) samples at the centres of their squares.
+        pitch_mm: distance of neighbouring samples.
+        printer: whose pixels.
+        repeats: axes (rows, cols) along which the relief goes on as itself.
+
+    Returns:
+        (down, across) mm; the new distance of samples is pitch_mm * cols / across.
+
+    Raises:
+        InputError: the relief has fewer pixels than a height map needs, or more than it may have.
+    """
+    heights = np.asarray(heights_mm, dtype=np.float64)
+    rows, cols = heights.shape
+    across = round(cols * pitch_mm / printer.pixel_mm)
+    down = round(rows * across / cols)
+    if min(down, across) < SMALLEST_SIDE or max(down, across) > LARGEST_SIDE:
+        raise InputError(
+            f"printer: pixels of {printer.pixel_um:g} um make {across} x {down} of {cols * pitch_mm:.4g} x "
+            f"{rows * pitch_mm:.4g} mm; {SMALLEST_SIDE} to {LARGEST_SIDE} a side can be computed"
+        )
+    if (down, across) == heights.shape:
+        return heights
+    along_y = _points(down, rows, repeats[0])
+    wide = (_points(across, cols, repeats[1]) @ heights.T).T
+    bands = []
+    for first in range(0, down, BAND):
+        rows_of = along_y[first * SUBDIVISIONS : (first + BAND) * SUBDIVISIONS]
+        read = (rows_of @ wide).reshape(-1, SUBDIVISIONS, across, SUBDIVISIONS)
+        bands.append(np.median(read.swapaxes(1, 2).reshape(len(read), across, -1), axis=-1))
+    return np.concatenate(bands)
+
+
+def in_layers(heights_mm: ArrayLike, printer: Printer, base_mm: float = 0.0) -> Array:
+    """Heights on the printer's pixels as its layers make them.
+
+    Args:
+        heights_mm: (rows, cols) mm.
+        printer: whose layers.
+        base_mm: height above the bottom of the plate, from which layers are counted, of height 0. By default
+            layers are counted from height 0, as on a base of whole layers.
+
+    Returns:
+        (rows, cols) mm.
+    """
+    layers = np.floor((np.asarray(heights_mm, dtype=np.float64) + base_mm) / printer.layer_mm + 0.5)
+    return np.asarray(layers * printer.layer_mm - base_mm)
+
+
+def printed(
+    heights_mm: ArrayLike,
+    pitch_mm: float,
+    printer: Printer,
+    repeats: tuple[bool, bool] = (False, False),
+    base_mm: float = 0.0,
+) -> Array:
+    """A relief as printed, mm, a height for each pixel; arguments as of `on_pixels` and `in_layers`."""
+    return in_layers(on_pixels(heights_mm, pitch_mm, printer, repeats), printer, base_mm)
+
+
+def printed_map(
+    read: HeightMap, printer: Printer, repeats: tuple[bool, bool], name: object, size_mm: float | None = None
+) -> HeightMap:
+    """A height map as printed, within the heights that a height map may have.
+
+    Args:
+        read: the height map.
+        printer: makes it.
+        repeats: axes (rows, cols) along which it goes on as itself.
+        name: of its file, for messages.
+        size_mm: width of the plate; None: that of the height map.
+    """
+    width_mm = read.side_mm if size_mm is None else size_mm
+    with naming(name):
+        made = printed(read.heights, width_mm / read.heights.shape[1], printer, repeats)
+    limit = HEIGHT_LIMIT_MM if read.heights.max() <= HEIGHT_LIMIT_MM else DEEPEST_RELIEF_MM
+    return replace(read, heights=np.minimum(made, printer.top_mm(limit)))
+
+
+def faults(heights_mm: ArrayLike, pitch_mm: float, printer: Printer) -> dict[str, float]:
+    """What of a relief the printer does not make.
+
+    Args:
+        heights_mm: (rows, cols).
+        pitch_mm: distance of neighbouring samples.
+        printer: to be printed by.
+
+    Returns:
+        `too_steep_percent`, of the area, above `max_slope_degrees` over the width of the smallest feature, as
+        layers are steps of their own; `too_fine_percent`, of the area, where
+        ridges and grooves narrower than `min_feature_um` stand out by more than a layer; `too_high_mm`, by
+        how much the relief exceeds `max_relief_mm`.
+    """
+    heights = np.asarray(heights_mm, dtype=np.float64)
+    width = max(1, round(printer.min_feature_um / 1000.0 / pitch_mm))
+    slopes = np.hypot(*np.gradient(ndimage.uniform_filter(heights, width, mode="nearest"), pitch_mm))
+    steep = slopes > np.tan(np.radians(printer.max_slope_degrees)) * (1.0 + 1e-9)
+    # A disc as wide as the smallest feature; opening removes narrower ridges, closing narrower grooves.
+    reach = printer.min_feature_um / 2000.0 / pitch_mm
+    side = np.arange(-int(reach), int(reach) + 1)
+    disc = np.hypot(*np.meshgrid(side, side)) <= reach
+    ridges = heights - ndimage.grey_opening(heights, footprint=disc)
+    grooves = ndimage.grey_closing(heights, footprint=disc) - heights
+    fine = np.maximum(ridges, grooves) > printer.layer_mm
+    return {
+        "too_steep_percent": 100.0 * float(steep.mean()),
+        "too_fine_percent": 100.0 * float(fine.mean()),
+        "too_high_mm": max(0.0, float(np.ptp(heights)) - printer.max_relief_mm),
+    }
+
+
+def _points(pixels: int, samples: int, repeats: bool) -> sp.csr_matrix:
+    """(pixels * subdivisions, samples) weights of the samples in linear interpolation along an axis."""
+    points = (np.arange(pixels * SUBDIVISIONS) + 0.5) * (samples / (pixels * SUBDIVISIONS)) - 0.5
+    low = np.floor(points)
+    share = points - low
+    columns = np.concatenate([low, low + 1.0]).astype(int)
+    columns = columns % samples if repeats else np.clip(columns, 0, samples - 1)
+    rows = np.tile(np.arange(len(points)), 2)
+    weights = np.concatenate([1.0 - share, share])
+    return sp.csr_matrix((weights, (rows, columns)), shape=(len(points), samples))
