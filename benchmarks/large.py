@@ -1,7 +1,9 @@
 """Time and memory of whole runs by the size of the plate: 10, 25, 40 and 80 mm, 128 samples over 10 mm.
 
-python -m benchmarks.large                # all four; about an hour of a processor
-python -m benchmarks.large 10 25          # these sizes; the others keep their numbers
+python -m benchmarks.large                # all; about an hour of a processor
+python -m benchmarks.large 10 25x500      # these; the others keep their numbers
+
+25x500 is a plate of 25 mm with a sample each 50 um, as resin printers have pixels.
 
 Gravel two JND rougher all over, by the fast look, verified by finite elements at every steered place. Every
 run is a process of its own, as a user starts it; the 80 mm are solved window by window. The table goes into
@@ -24,7 +26,8 @@ from benchmarks.whole_run import PAGE, PARTS, ROOT, process
 from mitsuba_scenes import find_texture
 from relief.preparing.preparation import prepare
 
-SIZES_MM = (10, 25, 40, 80)
+PLATES = {"10": (10, 128), "25": (25, 320), "25x500": (25, 500), "40": (40, 512), "80": (80, 1024)}
+"""Side in mm and samples along it, by the name on the command line."""
 SETTINGS = (
     *("touch.jnd=2", "look.model=fast", "verify.baseline=false", "verify.samples=64"),
     # Gravel takes 4 to 7 steps at every size; the limit bounds the time of a run that goes wrong.
@@ -45,12 +48,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("sizes", nargs="*", type=int, choices=SIZES_MM, help="sides, mm; default: all")
+    parser.add_argument("plates", nargs="*", choices=PLATES, help="sides, mm; default: all")
     results = load("large") or {"rows": []}
-    for size_mm in parser.parse_args().sizes or SIZES_MM:
-        row = measured(size_mm)
-        rows = [each for each in results["rows"] if each["size_mm"] != size_mm]
-        results = {"machine": machine(), "rows": sorted([*rows, row], key=lambda each: each["size_mm"])}
+    for name in parser.parse_args().plates or PLATES:
+        row = measured(*PLATES[name])
+        rows = [each for each in results["rows"] if side(each) != side(row)]
+        results = {"machine": machine(), "rows": sorted([*rows, row], key=side)}
         results["exponents"] = exponents(results["rows"])
         save("large", results)
         print(row, flush=True)
@@ -58,6 +61,11 @@ def main() -> None:
     print(text)
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(START)
     PAGE.write_text(f"{before}{START}{text}{END}{rest.partition(END)[2]}", encoding="utf-8")
+
+
+def side(row: Mapping[str, Any]) -> tuple[int, int]:
+    """Side of the plate of a row, mm, and its samples."""
+    return row["size_mm"], row["samples"]
 
 
 def as_text(results: Mapping[str, Any]) -> str:
@@ -68,11 +76,12 @@ def as_text(results: Mapping[str, Any]) -> str:
     return f"{text}\n{grown}"
 
 
-def measured(size_mm: int) -> dict[str, Any]:
+def measured(size_mm: int, samples: int) -> dict[str, Any]:
     """Size, seconds, memory and feel of one run."""
     with tempfile.TemporaryDirectory() as folder:
         texture, out = Path(folder) / "gravel.png", Path(folder) / "run"
         prepare(find_texture("gravel-tile"), plate_mm=size_mm).save(texture)
+        prepare(texture, samples=samples).save(texture)
         settings = [part for setting in SETTINGS for part in ("--set", setting)]
         command = ["optimize", "gravel", "--texture", str(texture), *settings, "-o", str(out), "-q"]
         found = process(ROOT, ["-m", "optimize", *command], (0, 3))
@@ -82,7 +91,7 @@ def measured(size_mm: int) -> dict[str, Any]:
     steps = result["stop"]["steps"]
     return {
         "size_mm": size_mm,
-        "samples": round(12.8 * size_mm),
+        "samples": samples,
         "places": steered["count"],
         "minutes": found["wall_s"] / 60.0,
         "cpu_s": found["cpu_s"],
@@ -100,8 +109,9 @@ def measured(size_mm: int) -> dict[str, Any]:
 
 
 def exponents(rows: list[dict[str, Any]]) -> dict[str, float]:
-    """Powers of the area that seconds and memory grow with, by least squares of the logarithms."""
-    large = [row for row in rows if row["size_mm"] >= SEVERAL_PLACES_MM]
+    """Powers of the area that seconds and memory grow with at one pitch of the samples, by least squares."""
+    coarse = [row for row in rows if side(row) != PLATES["25x500"]]
+    large = [row for row in coarse if row["size_mm"] >= SEVERAL_PLACES_MM]
     if len(large) < 2:
         return {}
     area = np.log([row["size_mm"] ** 2 for row in large])
