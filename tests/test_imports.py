@@ -47,11 +47,11 @@ ALLOWED = {
         *(f"visual.{room}" for room in ("backend", "geometry", "lights", "exact")),
         "visual",
     },
-    "optimize.descent": {*RELIEF, "tactile", "visual", "visual.exact", "visual.fast"},
+    "optimize.descent": {*RELIEF, "relief.export", "tactile", "visual", "visual.exact", "visual.fast"},
     "optimize.report": {*RELIEF, "tactile", "visual", "optimize.descent"},
     "optimize.descent.gauss_newton": {
         *RELIEF,
-        *("tactile", "visual", "visual.exact", "visual.fast", "optimize.descent"),
+        *("relief.export", "tactile", "visual", "visual.exact", "visual.fast", "optimize.descent"),
     },
     "optimize.settings": {*RELIEF, "relief.export", "tactile", "optimize.descent"},
     "optimize.run_directory": {

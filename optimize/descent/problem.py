@@ -14,6 +14,7 @@ from optimize.descent.targets import Quantity, Targets
 from optimize.descent.touch_measures import TouchMeasures, batches, each, touch_measures
 from relief.arrays import Array
 from relief.depth import floor_mm, out_of_reach, within_reach
+from relief.export.printers import Printer
 from relief.limits import HEIGHT_LIMIT_MM
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import SPACING_MM, places
@@ -61,8 +62,7 @@ class Problem:
         repeats: axes (rows, cols) along which the relief repeats.
         spacing_mm: greatest distance between neighbouring places of the finger.
         fingers: what other fingers are to feel; None if that does not matter.
-        layer_mm: thickness of the layers that the relief and its changes are whole multiples of, for
-            Gauss-Newton; None: heights are free.
+        printer: the relief is a print of it, and so are the results of Gauss-Newton; None: heights are free.
         frozen: (rows, cols) samples that stay, because no finger reaches them; None if there are none.
         patches: of the relief under the finger, one at each place.
         model: of touch, for one patch or a batch.
@@ -85,7 +85,7 @@ class Problem:
     repeats: tuple[bool, bool] = (False, False)
     spacing_mm: float = SPACING_MM
     fingers: FingerRange | None = None
-    layer_mm: float | None = None
+    printer: Printer | None = None
     frozen: NDArray[np.bool_] | None = field(init=False)
     patches: Patches = field(init=False)
     model: tactile.TouchModel = field(init=False)

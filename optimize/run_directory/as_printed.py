@@ -69,6 +69,7 @@ def as_printed(
     uncut = on_pixels(design, pitch_mm, printer, settings.axes_repeat)
     shown = scene.render(uncut, samples=SAMPLES, seed=settings.seed + 1).numpy()
     rough = [_roughness(relief, problem) for relief in (design, problem.heights)]
+    slopes, steepest = np.hypot(*np.gradient(uncut, surface.pitch_mm)), printer.max_slope_degrees
     before, after = pictures
     eye = [pixels_per_degree(float(one), settings.verify.distance_cm) for one in scene.pixels_per_mm()]
     weights = pixel_weights(scene.plate_weights(), scene.weights)
@@ -80,15 +81,17 @@ def as_printed(
     numbers = {
         "printer": printer.name,
         **printer.numbers(),
+        "keep_features": printer.keep_features,
         "pixels": list(surface.shape),
         "acuity_arcmin": ACUITY_ARCMIN,
         "seen_change_percent": seen(before, after),
         "design": {
             "jnd_of_print": tactile.jnd_apart(rough[1], rough[0]) if min(rough) > 0.0 else None,
             "seen_change_percent": seen(shown, before),
+            "too_steep_percent": 100.0 * float((slopes > math.tan(math.radians(steepest))).mean()),
         },
-        "faults_before": faults(problem.heights, surface.pitch_mm, printer),
-        "faults_after": faults(result, surface.pitch_mm, printer),
+        "faults_before": faults(problem.heights, surface.pitch_mm, printer, surface.repeats),
+        "faults_after": faults(result, surface.pitch_mm, printer, surface.repeats),
     }
     return AsPrinted(numbers, shown)
 

@@ -109,11 +109,6 @@ def checked_scene(
             # Before the operators of the skin are built, which can take many seconds.
             _check_goal(settings, quantity, goal_key, number, patch_mm)
     check_seams(scene.heights, settings.axes_repeat, settings.texture)
-    if settings.print.described is not None and scene.heights.max() > HEIGHT_LIMIT_MM:
-        raise InputError(
-            f"{settings.texture}: print.printer: the relief is {scene.heights.max():.4g} mm high, and whole "
-            f"layers are steered up to {HEIGHT_LIMIT_MM:g} mm; run without a printer"
-        )
     if np.ptp(scene.heights) == 0.0:
         key = next(iter(settings.touch.stated().values()))
         raise InputError(
@@ -164,7 +159,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             look=look,
             repeats=settings.axes_repeat,
             spacing_mm=touch.spacing_mm,
-            layer_mm=None if (printer := settings.print.described) is None else printer.layer_mm,
+            printer=settings.print.described,
         )
     verifier: ModelName | None = "fem" if settings.verify.model == "fem" else None
 

@@ -6,7 +6,7 @@ from pydantic import model_validator
 
 from optimize.settings.toml_files import Section
 from relief.export.printers import FEATURE_PIXELS, RANGES, STEEPEST_DEGREES, Printer, find_printer
-from relief.limits import HEIGHT_LIMIT_MM
+from relief.limits import DEEPEST_RELIEF_MM
 
 OWN = "own"
 """Name of a printer whose numbers are not those of a named one."""
@@ -24,6 +24,7 @@ class Print(Section):
         pixel_um, layer_um, min_feature_um, max_slope_degrees, max_relief_mm: as of
             `relief.export.printers.Printer`. Without a name the smallest feature is three pixels, and slope
             and relief are those that every printer of the table has.
+        keep_features: whether prints are without ridges and grooves narrower than the smallest feature.
     """
 
     printer: str | None = None
@@ -32,13 +33,15 @@ class Print(Section):
     min_feature_um: float | None = None
     max_slope_degrees: float | None = None
     max_relief_mm: float | None = None
+    keep_features: bool = False
 
     @property
     def described(self) -> Printer | None:
         """The printer; None if there is none. Raises InputError."""
         if self.printer is None:
             return None
-        return Printer(self.printer, **{key: getattr(self, key) for key in RANGES})
+        numbers = {key: getattr(self, key) for key in RANGES}
+        return Printer(self.printer, **numbers, keep_features=self.keep_features)
 
     @model_validator(mode="before")
     @classmethod
@@ -50,14 +53,17 @@ class Print(Section):
         name = section.get("printer")
         # A run goes on with its own numbers, whatever a later version says of a name. Wrong types are left
         # to the check of the fields.
-        if (name is None and not given) or len(given) == len(RANGES) or not isinstance(name, str | None):
+        if name is None and not given and section.get("keep_features"):
+            raise ValueError("keep_features: of no printer; name one")
+        complete = name is not None and len(given) == len(RANGES)
+        if complete or (name is None and not given) or not isinstance(name, str | None):
             return section
         if name not in (None, OWN):
             known = find_printer(name).numbers()
         elif missing := [key for key in NEEDED if key not in given]:
             raise ValueError(f"{missing[0]}: missing; a printer needs {' and '.join(NEEDED)}, or a name")
         else:
-            known = {"max_slope_degrees": STEEPEST_DEGREES, "max_relief_mm": HEIGHT_LIMIT_MM}
+            known = {"max_slope_degrees": STEEPEST_DEGREES, "max_relief_mm": DEEPEST_RELIEF_MM}
             if isinstance(pixel_um := given["pixel_um"], int | float):
                 known["min_feature_um"] = FEATURE_PIXELS * pixel_um
         same = name is not None and all(known.get(key) == number for key, number in given.items())

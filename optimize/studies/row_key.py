@@ -66,6 +66,7 @@ INTRODUCED: Mapping[str, Any] = {
     "verify.jod": False,
     "print.printer": None,
     **{f"print.{key}": None for key in RANGES},
+    "print.keep_features": False,
 }
 """Value of each setting with which runs behave as they did before the setting existed.
 

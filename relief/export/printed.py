@@ -11,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
-from scipy import ndimage
 
 from relief.arrays import Array
 from relief.errors import InputError, naming
+from relief.export.print_limits import SAME, PrintLimits
 from relief.export.printers import Printer
 from relief.heightmap import HeightMap
 from relief.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
@@ -90,8 +90,13 @@ def printed(
     repeats: tuple[bool, bool] = (False, False),
     base_mm: float = 0.0,
 ) -> Array:
-    """A relief as printed, mm, a height for each pixel; arguments as of `on_pixels` and `in_layers`."""
-    return in_layers(on_pixels(heights_mm, pitch_mm, printer, repeats), printer, base_mm)
+    """A relief as printed, mm, a height for each pixel; arguments as of `on_pixels` and `in_layers`.
+
+    What is too steep is made gentler, and what is too fine left out if the printer is to keep features.
+    """
+    pixels = on_pixels(heights_mm, pitch_mm, printer, repeats)
+    pixel_mm = pitch_mm * np.shape(heights_mm)[1] / pixels.shape[1]
+    return PrintLimits(printer, pixel_mm, repeats).in_layers(pixels + base_mm) - base_mm
 
 
 def printed_map(
@@ -105,42 +110,43 @@ def printed_map(
         repeats: axes (rows, cols) along which it goes on as itself.
         name: of its file, for messages.
         size_mm: width of the plate; None: that of the height map.
+
+    Raises:
+        InputError: the relief is higher than the printer makes, or does not fit its pixels.
     """
     width_mm = read.side_mm if size_mm is None else size_mm
     with naming(name):
         made = printed(read.heights, width_mm / read.heights.shape[1], printer, repeats)
+        if (relief_mm := float(np.ptp(made))) > printer.max_relief_mm + printer.layer_mm * SAME:
+            raise InputError(
+                f"printer: the relief is {relief_mm:.4g} mm high, and the printer makes "
+                f"{printer.max_relief_mm:g} mm; make it lower (relief_mm or height_scale)"
+            )
     limit = HEIGHT_LIMIT_MM if read.heights.max() <= HEIGHT_LIMIT_MM else DEEPEST_RELIEF_MM
     return replace(read, heights=np.minimum(made, printer.top_mm(limit)))
 
 
-def faults(heights_mm: ArrayLike, pitch_mm: float, printer: Printer) -> dict[str, float]:
-    """What of a relief the printer does not make.
+def faults(
+    heights_mm: ArrayLike, pitch_mm: float, printer: Printer, repeats: tuple[bool, bool] = (False, False)
+) -> dict[str, float]:
+    """What of a print is beyond the limits of a printer.
 
     Args:
-        heights_mm: (rows, cols).
-        pitch_mm: distance of neighbouring samples.
+        heights_mm: (rows, cols) of whole layers.
+        pitch_mm: distance of neighbouring pixels.
         printer: to be printed by.
+        repeats: axes (rows, cols) along which the relief goes on as itself.
 
     Returns:
-        `too_steep_percent`, of the area, above `max_slope_degrees` over the width of the smallest feature, as
-        layers are steps of their own; `too_fine_percent`, of the area, where
-        ridges and grooves narrower than `min_feature_um` stand out by more than a layer; `too_high_mm`, by
-        how much the relief exceeds `max_relief_mm`.
+        `too_steep_percent`, of the area, that is more than half a layer from all surfaces whose slopes are
+        `max_slope_degrees` at most; `too_fine_percent`, of the area, where ridges and grooves narrower than
+        `min_feature_um` stand out by more than a layer; `too_high_mm`, by how much the relief exceeds
+        `max_relief_mm`.
     """
-    heights = np.asarray(heights_mm, dtype=np.float64)
-    width = max(1, round(printer.min_feature_um / 1000.0 / pitch_mm))
-    slopes = np.hypot(*np.gradient(ndimage.uniform_filter(heights, width, mode="nearest"), pitch_mm))
-    steep = slopes > np.tan(np.radians(printer.max_slope_degrees)) * (1.0 + 1e-9)
-    # A disc as wide as the smallest feature; opening removes narrower ridges, closing narrower grooves.
-    reach = printer.min_feature_um / 2000.0 / pitch_mm
-    side = np.arange(-int(reach), int(reach) + 1)
-    disc = np.hypot(*np.meshgrid(side, side)) <= reach
-    ridges = heights - ndimage.grey_opening(heights, footprint=disc)
-    grooves = ndimage.grey_closing(heights, footprint=disc) - heights
-    fine = np.maximum(ridges, grooves) > printer.layer_mm
+    heights, limits = np.asarray(heights_mm, dtype=np.float64), PrintLimits(printer, pitch_mm, repeats)
     return {
-        "too_steep_percent": 100.0 * float(steep.mean()),
-        "too_fine_percent": 100.0 * float(fine.mean()),
+        "too_steep_percent": 100.0 * float(limits.too_steep(heights).mean()),
+        "too_fine_percent": 100.0 * float(limits.too_fine(heights).mean()),
         "too_high_mm": max(0.0, float(np.ptp(heights)) - printer.max_relief_mm),
     }
 

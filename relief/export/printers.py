@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from relief.errors import InputError
-from relief.limits import BASE_MM, HEIGHT_LIMIT_MM
+from relief.limits import BASE_MM, DEEPEST_RELIEF_MM
 
 FEATURE_PIXELS = 3
 """Smallest feature of a printer in pixels, where no other is given: thinner ones break off or fill up."""
@@ -32,6 +32,7 @@ class Printer:
         min_feature_um: width of the narrowest ridge or groove that comes out, um.
         max_slope_degrees: largest slope that comes out, from 0, flat, to 90, upright.
         max_relief_mm: greatest height of a relief above its lowest point, mm.
+        keep_features: whether ridges and grooves narrower than the smallest feature are left out of prints.
 
     Raises:
         InputError: a number is out of `RANGES`; the message names the field.
@@ -42,7 +43,8 @@ class Printer:
     layer_um: float
     min_feature_um: float
     max_slope_degrees: float = STEEPEST_DEGREES
-    max_relief_mm: float = HEIGHT_LIMIT_MM
+    max_relief_mm: float = DEEPEST_RELIEF_MM
+    keep_features: bool = False
 
     def __post_init__(self) -> None:
         for key, (least, greatest) in RANGES.items():
@@ -70,8 +72,8 @@ class Printer:
         return math.floor(limit_mm / self.layer_mm + 1e-9) * self.layer_mm
 
     def numbers(self) -> dict[str, float]:
-        """The numbers by name, without the printer's own."""
-        return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "name"}
+        """The numbers of `RANGES` by name."""
+        return {key: getattr(self, key) for key in RANGES}
 
 
 def _printer(name: str, pixel_um: float, layer_um: float, min_feature_um: float | None = None) -> Printer:

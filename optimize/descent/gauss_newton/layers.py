@@ -12,7 +12,11 @@ import numpy as np
 
 from optimize.descent.driver import Remembered
 from relief.arrays import Array
-from relief.limits import HEIGHT_LIMIT_MM
+from relief.depth import out_of_reach
+from relief.export.print_limits import PrintLimits
+from relief.export.printers import Printer
+from relief.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM
+from relief.surface import Surface
 
 FIRST, GROWTH, LARGEST = 3.0, 3.0, 1e5
 """First weight of the squared distances to the nearest layers, its factor from step to step, and its bound.
@@ -24,41 +28,74 @@ HEIGHTS, WEIGHT = "unrounded", "layer_weight"
 
 
 class Layers:
-    """Whole layers of a printer, counted from height 0.
+    """Whole layers of a printer, counted from height 0, with its largest slope and greatest relief.
 
     Args:
-        original: (rows, cols) mm, of whole layers.
-        layer_mm: thickness of a layer, mm.
+        original: (rows, cols) mm, a print.
+        printer: that makes it.
+        surface: size of the plate, and the axes on which it repeats.
     """
 
-    def __init__(self, original: Array, layer_mm: float) -> None:
-        self._original, self._layer_mm = original, layer_mm
-        self._top = float(np.floor(HEIGHT_LIMIT_MM / layer_mm + 1e-9)) * layer_mm
+    def __init__(self, original: Array, printer: Printer, surface: Surface) -> None:
+        self._original, self._layer_mm = original, printer.layer_mm
+        self._limits = PrintLimits(printer, surface.pitch_mm, surface.repeats)
+        self._relief_mm = printer.top_mm(printer.max_relief_mm)
+        self._floor, self._top = 0.0, printer.top_mm(HEIGHT_LIMIT_MM)
+        self._deep = original.max() > HEIGHT_LIMIT_MM
+        if self._deep:
+            # Only the uppermost 3 mm change (`relief.depth`).
+            self._floor, self._top = float(original.max()) - self._top, float(original.max())
+        self._frozen = out_of_reach(original)
+        # A surface near the original where it stays bounds those that keep the slope everywhere.
+        self._least: Array | float = -np.inf
+        self._greatest: Array | float = np.inf
+        if self._frozen is not None and not self._limits.any_slope:
+            near = self._limits.gentle(original)
+            self._least = self._limits.above(np.where(self._frozen, near, -np.inf))
+            self._greatest = self._limits.below(np.where(self._frozen, near, np.inf))
 
     @staticmethod
     def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
         """What the parts of a memory that this module writes have to be; none where it wrote none."""
         expected = {
-            HEIGHTS: Remembered((heights.shape[0], heights.shape[1]), 0.0, HEIGHT_LIMIT_MM),
+            HEIGHTS: Remembered((heights.shape[0], heights.shape[1]), 0.0, DEEPEST_RELIEF_MM),
             WEIGHT: Remembered((1,), 0.0, LARGEST),
         }
         return expected if expected.keys() & memory.keys() else {}
 
     def rounded(self, heights: Array) -> Array:
-        """The nearest heights of whole layers, (rows, cols) mm."""
-        return np.asarray(np.clip(self._whole(heights), 0.0, self._top))
+        """The nearest heights of whole layers within the printer's limits, (rows, cols) mm."""
+        layers = self._limits.in_layers(self._gentle(heights))
+        return self._kept(np.clip(layers, self._floor, self._top))
 
     def to_nearest(self, heights: Array) -> Array:
         """(samples,) mm from each height to the nearest layer."""
         return np.asarray((self.rounded(heights) - heights).ravel())
 
     def placed(self, heights: Array) -> Array:
-        """Heights moved by whole layers, to the original's mean and into the limits; what is left is cut."""
-        moved = heights - self._whole((heights - self._original).mean())
-        moved = moved - min(0.0, float(self._whole(moved.min())))
-        above = max(0.0, float(self._whole(moved.max())) - self._top)
-        moved = moved - min(above, float(self._whole(moved.min())))
-        return np.asarray(np.clip(moved, 0.0, self._top))
+        """Heights moved by whole layers, to the original's mean and into the limits; what is left is cut.
+
+        Each is at most half a layer from a surface that keeps the printer's slope. A relief of more than 3 mm
+        stays where it is.
+        """
+        moved = heights
+        if not self._deep:
+            moved = moved - self._whole((heights - self._original).mean())
+            moved = moved - min(0.0, float(self._whole(moved.min())))
+            above = max(0.0, float(self._whole(moved.max())) - self._top)
+            moved = moved - min(above, float(self._whole(moved.min())))
+            moved = np.maximum(moved, min(float(moved.max()), self._top) - self._relief_mm)
+        moved = np.clip(moved, self._floor, self._top)
+        if not self._limits.any_slope:
+            gentle, half = self._gentle(moved), 0.5 * self._layer_mm
+            moved = np.clip(moved, gentle - half, gentle + half)
+        return self._kept(moved)
+
+    def _gentle(self, heights: Array) -> Array:
+        return np.clip(self._limits.gentle(heights), self._least, self._greatest)
+
+    def _kept(self, heights: Array) -> Array:
+        return heights if self._frozen is None else np.where(self._frozen, self._original, heights)
 
     @staticmethod
     def next_weight(weight: float, met: bool) -> float:
@@ -66,5 +103,5 @@ class Layers:
         return min(LARGEST, max(FIRST, GROWTH * weight)) if weight > 0.0 or met else 0.0
 
     def _whole(self, heights: Array | float) -> Array:
-        # As `relief.export.printers.in_layers`: a layer is solid from its middle on.
+        # As `relief.export.printed.in_layers`: a layer is solid from its middle on.
         return np.asarray(np.floor(np.asarray(heights) / self._layer_mm + 0.5) * self._layer_mm)

@@ -94,7 +94,9 @@ class GaussNewton:
         self._aim = Aim(targets)
         self._slopes_hold = all(target.quantity.slope_holds for target in targets)
         self._views = _views(problem)
-        self._layers = None if problem.layer_mm is None else Layers(problem.heights, problem.layer_mm)
+        self._layers = None
+        if problem.printer is not None:
+            self._layers = Layers(problem.heights, problem.printer, problem.surface)
         self.patience = 1 if self._layers is None else PATIENCE
         overhead = all(view.overhead for view in self._views)
         self._around = problem.repeats if overhead else (False, False)

@@ -11,6 +11,7 @@ from optimize.runs import job
 from optimize.runs.job import Result
 from optimize.settings.run_file import load_run
 from relief.errors import InputError
+from relief.export.printed import printed
 from relief.heightmap import load_heights, save_heights_exr
 from relief.limits import BASE_MM
 from tests.optimize.descent.test_deep_relief import wavy_pyramids
@@ -70,8 +71,18 @@ def test_the_command_evaluates_and_exports_what_it_wrote(result: Result, tmp_pat
     assert cli.main(["export", str(result.run_dir), "-o", str(tmp_path / "plate.3mf")]) == 0
 
 
-def test_a_printer_is_refused_before_anything_is_pressed(run_file: Path, tmp_path: Path) -> None:
-    settings = load_run(run_file, ['print.printer="mask-50"'])
-    with pytest.raises(InputError, match=r"print\.printer: the relief is 5 mm high"):
-        job.run(settings, tmp_path / "out")
-    assert not (tmp_path / "out").exists()
+def test_a_print_of_it_keeps_what_no_finger_reaches(run_file: Path, tmp_path: Path) -> None:
+    """Layers of 70 µm, of which 3 mm are no whole number; walls and reliefs as every printer has them."""
+    own = ["print.pixel_um=156.25", "print.layer_um=70"]
+    settings = load_run(run_file, own)
+    result, printer = job.run(settings, tmp_path / "out"), settings.print.described
+    assert result.stop.met and printer is not None
+    assert result.summary["touch"]["jnd_from_original"] == pytest.approx(-1.0, abs=0.1)
+    before = printed(load_heights(run_file.parent / "pyramids.exr"), 10.0 / 64, printer)
+    low = before < before.max() - 3.0
+    assert result.summary["heights"]["frozen_fraction"] == low.mean() > 0.0
+    np.testing.assert_allclose(result.heights[low], before[low], atol=1e-12)
+    np.testing.assert_allclose(result.heights / 0.07, np.rint(result.heights / 0.07), atol=1e-9)
+    with pytest.raises(InputError, match=r"pyramids\.exr: printer: the relief is .* 3 mm; make it lower"):
+        job.run(load_run(run_file, [*own, "print.max_relief_mm=3"]), tmp_path / "low")
+    assert not (tmp_path / "low").exists()

@@ -14,9 +14,10 @@ from optimize.runs import job
 from optimize.runs.job import Result
 from optimize.settings.run_file import Run, dump_resolved, load_run, run_from_scene
 from relief.errors import InputError
-from relief.export.printed import printed
+from relief.export.printed import faults, printed
 from relief.export.printers import PRINTERS, Printer
 from relief.heightmap import load_heights
+from relief.surface import Surface
 from tests.optimize.conftest import SAMPLES
 
 PRINTER = Printer("own", 312.5, 60.0, 937.5)
@@ -116,9 +117,41 @@ def test_an_interrupted_run_goes_on_to_the_same_print(
     np.testing.assert_allclose(resumed.heights, result.heights, atol=1e-9)
 
 
+def test_a_run_keeps_the_slope_and_the_relief_of_its_printer(
+    studio: Path, texture: Path, tmp_path: Path
+) -> None:
+    """The original is gentler too; target and pictures are met between two prints that can be made."""
+    limited = settings(
+        studio,
+        texture,
+        *("print.pixel_um=312.5", "print.layer_um=60", "print.keep_features=true"),
+        *("print.min_feature_um=650", "print.max_slope_degrees=35", "print.max_relief_mm=1.5"),
+    )
+    result = job.run(limited, tmp_path / "out")
+    printer = limited.print.described
+    assert printer is not None and result.stop.met
+    assert result.summary["touch"]["jnd_from_original"] == pytest.approx(1.5, abs=0.06)
+    told = result.summary["print"]
+    assert told["design"]["too_steep_percent"] > 10.0
+    free = printed(load_heights(texture), 0.3125, PRINTER)
+    assert faults(free, 0.3125, printer)["too_steep_percent"] > 10.0
+    assert np.abs(printed(load_heights(texture), 0.3125, printer) - free).max() > 0.1
+    for heights, faulty in (
+        (printed(load_heights(texture), 0.3125, printer), told["faults_before"]),
+        (result.heights, told["faults_after"]),
+    ):
+        rise = np.tan(np.radians(35.0)) * 0.3125 + printer.layer_mm
+        for axis in (0, 1):
+            assert np.abs(np.diff(heights, axis=axis)).max() < rise
+        assert faulty["too_steep_percent"] == faulty["too_high_mm"] == 0.0
+        assert faulty["too_fine_percent"] < 5.0
+        assert np.ptp(heights) <= 1.5
+    assert "No slope exceeds 35" in (result.run_dir / "report.html").read_text()
+
+
 def test_layers_move_by_whole_layers_and_stay_within_limits() -> None:
     original = np.round(np.random.default_rng(0).uniform(0, 40, (20, 20))) * 0.05
-    layers = Layers(original, 0.05)
+    layers = Layers(original, PRINTERS["mask-50"], Surface((20, 20), 1.0))
     moved = layers.placed(original + 0.737)
     np.testing.assert_allclose(moved, original + 0.737 - 0.75, atol=0.0130001)
     high = layers.placed(original * 4.0)
@@ -156,6 +189,7 @@ def test_named_printer_fills_in_its_numbers_and_loads_again(
         ('print.printer="mask-50"|print.layer_um=0', "print: layer_um: 0 is not a number from 1 to 1000"),
         ('print.printer="mask-50"|print.pixel_um="x"', "print.pixel_um: Input should be a valid number"),
         ('print.printer="mask-50"|descent.method="adam"', "print: adam makes no whole layers"),
+        ("print.keep_features=true", "print: keep_features: of no printer; name one"),
         ("print.printer=5", "print.printer: Input should be a valid string"),
         ("print=5", "print: "),
     ],

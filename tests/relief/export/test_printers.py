@@ -1,5 +1,8 @@
 """Printers: pixels follow the relief, layers are off by half at most, slicers' rule, faults told."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -81,23 +84,26 @@ def test_steep_fine_and_high_parts_are_told() -> None:
     wide = np.zeros((100, 100))
     wide[:, 50:60] = 0.3
     assert faults(wide, 0.05, MASK)["too_fine_percent"] == 0.0
-    shallow = Printer("own", 50.0, 50.0, 150.0, max_slope_degrees=60.0, max_relief_mm=0.2)
+    shallow = Printer("own", 50.0, 50.0, 150.0, max_slope_degrees=80.0, max_relief_mm=0.2)
     told = faults(wide, 0.05, shallow)
-    assert told["too_steep_percent"] == pytest.approx(4.0)
+    # A wall of 0.3 mm; of 80 degrees it reaches 0.276 mm over a pixel, and 0.05 mm more in layers.
+    assert told["too_steep_percent"] == 0.0
     assert told["too_high_mm"] == pytest.approx(0.1)
+    # Of 70 degrees it is 0.134 + 0.05 mm: a pixel on either side of each of two walls is off.
+    assert faults(wide, 0.05, replace(shallow, max_slope_degrees=70.0))["too_steep_percent"] == 4.0
 
 
 @pytest.mark.parametrize(
-    ("numbers", "line"),
+    ("key", "number", "line"),
     [
-        ((0.5, 50.0, 150.0), "pixel_um: 0.5 is not a number from 1 to 5000"),
-        ((50.0, float("nan"), 150.0), "layer_um: nan is not a number from 1 to 1000"),
-        ((50.0, 50.0, 150.0, 91.0), "max_slope_degrees: 91 is not a number from 1 to 90"),
+        ("pixel_um", 0.5, "pixel_um: 0.5 is not a number from 1 to 5000"),
+        ("layer_um", float("nan"), "layer_um: nan is not a number from 1 to 1000"),
+        ("max_slope_degrees", 91.0, "max_slope_degrees: 91 is not a number from 1 to 90"),
     ],
 )
-def test_numbers_out_of_range_are_refused(numbers: tuple[float, ...], line: str) -> None:
+def test_numbers_out_of_range_are_refused(key: str, number: float, line: str) -> None:
     with pytest.raises(InputError, match=line.replace(".", r"\.")):
-        Printer("own", *numbers)
+        replace(MASK, **dict[str, Any]({key: number}))
 
 
 def test_printers_that_are_too_coarse_or_too_fine_are_refused() -> None:

@@ -1,0 +1,117 @@
+"""Limits of a printer: the slopes and features that come out, and the nearest relief that has no others."""
+
+from collections.abc import Callable
+from math import atan, cos, hypot, inf, radians, tan
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from relief.arrays import Array
+from relief.export.printers import STEEPEST_DEGREES, Printer
+
+_QUARTER = ((0, 1), (1, 2), (1, 1), (2, 1))
+MOVES = tuple(turned for dy, dx in _QUARTER for turned in ((dy, dx), (dx, -dy), (-dy, -dx), (-dx, dy)))
+"""Steps (rows, cols) whose sums are all steps between pixels, as neighbouring directions span the grid."""
+STRAIGHT = cos(0.5 * atan(0.5))
+"""Least distance between two pixels in units of the shortest sum of such steps: 0.973."""
+SAME = 1e-9
+"""Share of a layer by which whole layers may be off by rounding."""
+
+
+class PrintLimits:
+    """Largest slope and smallest feature of a printer, on pixels of a plate.
+
+    A surface keeps the slope if its height differs between any two points by their distance times the tangent
+    at most. Slopes of the computed surfaces are 97 to 100 % of the limit, by direction. A print has steps of
+    its own, so it keeps the slope if such a surface lies within half a layer of each of its pixels.
+
+    Args:
+        printer: whose limits.
+        pitch_mm: distance of neighbouring pixels.
+        repeats: axes (rows, cols) along which the relief goes on as itself.
+    """
+
+    def __init__(
+        self, printer: Printer, pitch_mm: float, repeats: tuple[bool, bool] = (False, False)
+    ) -> None:
+        self._printer, self._repeats = printer, repeats
+        self.any_slope = printer.max_slope_degrees >= STEEPEST_DEGREES
+        """Whether upright walls come out."""
+        self._rise_mm = inf
+        if not self.any_slope:
+            self._rise_mm = STRAIGHT * pitch_mm * tan(radians(printer.max_slope_degrees))
+        # A disc as wide as the smallest feature.
+        reach = printer.min_feature_um / 2000.0 / pitch_mm
+        side = np.arange(-int(reach), int(reach) + 1)
+        self._disc: NDArray[np.bool_] = np.hypot(*np.meshgrid(side, side)) <= reach
+
+    def in_layers(self, heights: Array) -> Array:
+        """Whole layers (rows, cols), mm, within the limits; those of heights that are whole layers within."""
+        layer_mm = self._printer.layer_mm
+        # A layer is solid from its middle on.
+        layers = np.floor(self.gentle(heights) / layer_mm + 0.5)
+        if self._printer.keep_features:
+            layers = self._without_fine(layers)
+        return layers * layer_mm
+
+    def gentle(self, heights: Array) -> Array:
+        """The nearest surface (rows, cols), mm, that keeps the slope, by the largest difference."""
+        if self.any_slope:
+            return heights
+        return np.asarray(0.5 * (self.below(heights) + self.above(heights)))
+
+    def below(self, heights: Array) -> Array:
+        """The highest surface that keeps the slope and is nowhere above heights (rows, cols), mm."""
+        longest = max(heights.shape)
+        spread = float(np.ptp(heights)) if np.isfinite(heights).all() else inf
+        found = heights
+        for move in MOVES if not self.any_slope else ():
+            rise_mm, times = self._rise_mm * hypot(*move), 1
+            # After steps of 1, 2, 4, ... all multiples are among the sums.
+            while times * rise_mm < spread and times < 2 * longest:
+                found = np.minimum(
+                    found, self._moved(found, times * move[0], times * move[1]) + times * rise_mm
+                )
+                times *= 2
+        return found
+
+    def above(self, heights: Array) -> Array:
+        """The lowest surface that keeps the slope and is nowhere below heights (rows, cols), mm."""
+        return -self.below(-heights)
+
+    def too_steep(self, heights: Array) -> NDArray[np.bool_]:
+        """Pixels (rows, cols) of a print that no surface of a slope within the limit comes near."""
+        least = (1.0 - SAME) * self._printer.layer_mm
+        return (heights - self.below(heights) > least) | (self.above(heights) - heights > least)
+
+    def too_fine(self, heights: Array) -> NDArray[np.bool_]:
+        """Pixels (rows, cols) of a print where narrow ridges or grooves stand out by more than a layer."""
+        layers = np.rint(heights / self._printer.layer_mm)
+        ridges = layers - self._filtered(layers, ndimage.grey_opening)
+        grooves = self._filtered(layers, ndimage.grey_closing) - layers
+        return np.maximum(ridges, grooves) > 1.0
+
+    def _without_fine(self, layers: Array) -> Array:
+        """Numbers of layers (rows, cols) whose ridges and grooves are as wide as the smallest feature.
+
+        Those of a single layer may be narrower. Where all is ridges and grooves, grooves are filled.
+        """
+        opened = np.minimum(layers, self._filtered(layers, ndimage.grey_opening) + 1.0)
+        return np.asarray(np.maximum(opened, self._filtered(opened, ndimage.grey_closing) - 1.0))
+
+    def _moved(self, field: Array, down: int, right: int) -> Array:
+        """The field moved over the plate; infinite where nothing comes in."""
+        moved = np.roll(field, (down, right), axis=(0, 1))
+        for by, repeats, along in ((down, self._repeats[0], moved), (right, self._repeats[1], moved.T)):
+            if by and not repeats:
+                along[slice(by) if by > 0 else slice(by, None)] = inf
+        return moved
+
+    def _filtered(self, layers: Array, opening_or_closing: Callable[..., Array]) -> Array:
+        """Opening removes ridges narrower than the disc, closing grooves."""
+        wide = len(self._disc)
+        for axis, repeats in enumerate(self._repeats):
+            around = [(wide, wide) if axis == each else (0, 0) for each in (0, 1)]
+            layers = np.pad(layers, around, mode="wrap" if repeats else "symmetric")
+        return opening_or_closing(layers, footprint=self._disc)[wide:-wide, wide:-wide]
