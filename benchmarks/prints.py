@@ -3,37 +3,50 @@
 python -m benchmarks.prints runs/prints     # runs what the folder lacks; writes results/prints.json and
                                             # docs/images/prints.png, and prints the table
 
-Three pairs of each target: original and result on the screen; the prints of the same two reliefs; and the
-prints of original and result of a run with `[print]`. The pictures are Mitsuba's, on films of pixels of a
-minute of arc at 40 cm and of 39 um, whatever the samples of the relief.
+Three pairs of each target and printer: original and result on the screen; the prints of the same two
+reliefs; and the prints of original and result of a run with `[print]`. The pictures are Mitsuba's, on films
+of pixels of a minute of arc at 40 cm and of 39 um, whatever the samples of the relief.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.charts import GRID, INK, frame, pyplot, style
+from benchmarks.charts import FAINT, INK, frame, pyplot, style
 from benchmarks.common import load, save, table
 from mitsuba_scenes import find_texture
 from optimize.descent.touch_measures import measure_touch
 from optimize.runs import job
-from optimize.settings.run_file import run_from_scene
+from optimize.settings.run_file import Run, run_from_scene
 from relief.arrays import Array
 from relief.export.printed import printed
-from relief.export.printers import PRINTERS
 from relief.heightmap import load_heights
 from relief.limits import HEIGHT_LIMIT_MM
 from tactile.jnd import jnd_apart
 from tactile.skin import Skin
 from visual.scene import Scene, load_scene
 
-PRINTER = PRINTERS["mask-50"]
+VARIANTS: Mapping[str, Sequence[str]] = {
+    "mask-50": ('print.printer="mask-50"',),
+    "mask-22": ('print.printer="mask-22"',),
+    "60 degrees": ('print.printer="mask-50"', "print.max_slope_degrees=60"),
+    "features": ('print.printer="mask-50"', "print.keep_features=true"),
+}
+"""Printers, by the settings of a run."""
 SCENE, SIZE_MM = "studio", 10.0
-CASES = (("gravel", 2), ("grass", 2))
+CASES = (
+    *(("gravel", jnd, "mask-50") for jnd in (-2, -1, 1, 2, 3)),
+    *(("brick", jnd, "mask-50") for jnd in (-2, 1, 2)),
+    ("grass", 2, "mask-50"),
+    *(("gravel", 2, variant) for variant in ("60 degrees", "features", "mask-22")),
+)
+FRONTS = ("gravel", "brick")
+"""Textures of the picture."""
 SETTINGS = (*('look.model="fast"', 'verify.model="layer"', "verify.baseline=false", "verify.samples=8"),)
 """Settings of the runs. Steps by the fast look; what is told here is rendered."""
 FILMS = {"eye": (86, 96), "fine": (256, 48)}
@@ -47,40 +60,46 @@ PAIRS = {
 
 def main() -> None:
     runs, found = Path(sys.argv[1]), load("prints")
-    for texture, jnd in CASES:
-        name = f"{texture} {jnd:+d}"
+    for texture, jnd, variant in CASES:
+        name = case_name(texture, jnd, variant)
         if name not in found:
-            found[name] = measured(runs, texture, jnd)
+            found[name] = measured(runs, texture, jnd, variant)
             save("prints", found)
     print(report())
     print(draw(Path("docs/images/prints.png")))
 
 
-def measured(runs: Path, texture: str, jnd: int) -> dict[str, Any]:
+def case_name(texture: str, jnd: int, variant: str) -> str:
+    """Name of a case in the results."""
+    return f"{texture} {jnd:+d}" + ("" if variant == "mask-50" else f", {variant}")
+
+
+def measured(runs: Path, texture: str, jnd: int, variant: str) -> dict[str, Any]:
     """For each pair the JND between the two reliefs, and the change of their pictures in % of the mean."""
-    free = result_of(runs, texture, jnd, "screen")
-    known = result_of(runs, texture, jnd, PRINTER.name)
-    file = find_texture(Path(texture))
-    screen = load_scene(f"mitsuba_scenes/{SCENE}.xml", texture=file, size_mm=SIZE_MM)
-    prints = load_scene(f"mitsuba_scenes/{SCENE}.xml", texture=file, size_mm=SIZE_MM, printer=PRINTER)
+    file, scene = find_texture(Path(texture)), f"mitsuba_scenes/{SCENE}.xml"
+
+    def result(name: str, *own: str) -> tuple[Run, Array]:
+        """Settings of a run, and heights of its result, which is computed if it is not there."""
+        settings = run_from_scene(scene, file, [f"touch.jnd={jnd}", *SETTINGS, *own])
+        folder = runs / f"{texture}{jnd:+d}-{name}".replace(" ", "-")
+        if not (folder / "result.json").is_file():
+            job.run(settings, folder, force=True)
+        return settings, load_heights(folder / "heights.exr")
+
+    free = result("screen")[1]
+    settings, known = result(variant, *VARIANTS[variant])
+    printer = settings.print.described
+    assert printer is not None
+    screen = load_scene(scene, texture=file, size_mm=SIZE_MM)
+    prints = load_scene(scene, texture=file, size_mm=SIZE_MM, printer=printer)
     design, pitch_mm = screen.heights, SIZE_MM / screen.heights.shape[1]
-    naive = (prints.heights, np.minimum(printed(free, pitch_mm, PRINTER), PRINTER.top_mm(HEIGHT_LIMIT_MM)))
+    naive = (prints.heights, np.minimum(printed(free, pitch_mm, printer), printer.top_mm(HEIGHT_LIMIT_MM)))
     pairs = {
         "screen": (screen, design, free),
         "naive": (prints, *naive),
         "print": (prints, prints.heights, known),
     }
     return {kind: {"jnd": felt(*pair[1:]), **seen(*pair)} for kind, pair in pairs.items()}
-
-
-def result_of(runs: Path, texture: str, jnd: int, kind: str) -> Array:
-    """Heights of a run's result, which is computed if it is not there."""
-    folder = runs / f"{texture}{jnd:+d}-{kind}"
-    if not (folder / "result.json").is_file():
-        own = [] if kind == "screen" else [f'print.printer="{kind}"']
-        scene, file = f"mitsuba_scenes/{SCENE}.xml", find_texture(Path(texture))
-        job.run(run_from_scene(scene, file, [f"touch.jnd={jnd}", *SETTINGS, *own]), folder, force=True)
-    return load_heights(folder / "heights.exr")
 
 
 def felt(before: Array, after: Array) -> float:
@@ -108,35 +127,38 @@ def seen(scene: Scene, before: Array, after: Array) -> dict[str, float]:
 
 def report() -> str:
     """The table of docs/printing.md."""
-    head = ("target", *(f"{words}: JND; eye; fine" for words in PAIRS.values()))
-    rows = []
-    for name, each in load("prints").items():
-        cells = [
-            f"{each[kind]['jnd']:+.2f}; {each[kind]['eye_change_percent']:.1f}; "
-            f"{each[kind]['fine_change_percent']:.1f}"
-            for kind in PAIRS
-        ]
-        rows.append((name, *cells))
+    head = ("target", *(f"{words}: JND; eye; fine" for words in PAIRS.values()), "to the screen: eye; fine")
+    rows, found = [], load("prints")
+    for case in CASES:
+        each = found[case_name(*case)]
+        changes = {kind: [each[kind][f"{film}_change_percent"] for film in ("eye", "fine")] for kind in PAIRS}
+        cells = [f"{each[kind]['jnd']:+.2f}; {eye:.1f}; {fine:.1f}" for kind, (eye, fine) in changes.items()]
+        ratios = np.divide(changes["print"], changes["screen"])
+        rows.append((case_name(*case), *cells, f"{ratios[0]:.2f}; {ratios[1]:.2f}"))
     return table(head, rows)
 
 
 def draw(path: Path) -> Path:
-    """Picture change of each pair by its target, as the eye resolves it."""
+    """The front of each texture: picture change of each pair, as the eye resolves it, by the feel between."""
     style()
     found = load("prints")
-    figure, axis = pyplot.subplots(figsize=(7.2, 3.2), layout="constrained")
-    colours, width = {"screen": GRID, "naive": "#b3541e", "print": INK}, 0.26
-    for number, (kind, words) in enumerate(PAIRS.items()):
-        at = np.arange(len(found)) + width * (number - 1)
-        heights = [each[kind]["eye_change_percent"] for each in found.values()]
-        axis.bar(at, heights, width, color=colours[kind], label=words)
-        for x, height in zip(at, heights, strict=True):
-            axis.text(x, height + 0.1, f"{height:.1f}", ha="center", fontsize=8)
-    axis.set_xticks(np.arange(len(found)), [f"{name} JND" for name in found])
-    axis.set_ylabel("picture change, % of the mean")
-    axis.legend(frameon=False, fontsize=8)
-    frame(axis)
-    axis.grid(False, axis="x")
+    figure, axes = pyplot.subplots(1, len(FRONTS), figsize=(7.2, 3.4), layout="constrained", sharey=True)
+    colours = {"screen": FAINT, "naive": "#b3541e", "print": INK}
+    for axis, texture in zip(axes, FRONTS, strict=True):
+        own = [found[case_name(*case)] for case in CASES if case[0] == texture and case[2] == "mask-50"]
+        for kind, words in PAIRS.items():
+            points = [(each[kind]["jnd"], each[kind]["eye_change_percent"]) for each in own]
+            if kind != "naive":
+                # Without a target nothing changes; layers found anew jump as soon as anything does.
+                points.append((0.0, 0.0))
+            feels, changes = zip(*sorted(points), strict=True)
+            axis.plot(feels, changes, "o-", color=colours[kind], label=words, markersize=4)
+        axis.set_title(texture)
+        axis.set_xlabel("just-noticeable differences between the two")
+        frame(axis)
+    axes[0].set_ylabel("picture change, % of the mean")
+    lines, labels = axes[0].get_legend_handles_labels()
+    figure.legend(lines, labels, frameon=False, fontsize=8, loc="outside upper center", ncols=len(PAIRS))
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=150)
     return path

@@ -12,6 +12,7 @@ from mitsuba_scenes import find_texture
 from optimize.commands.options import (
     TEXTURE,
     add_plate,
+    add_printer,
     add_skin,
     add_talk,
     add_workers,
@@ -41,6 +42,7 @@ examples:
   retouch stimuli gravel-tile --jnd -2,-1,0,1,2 -o runs/gravel-set
   retouch stimuli gravel-tile knit-tile --jnd -2,-1,0,1,2 --with-scaled -o runs/two-textures
   retouch stimuli weave-tile --jnd 0 --contact-area-scale 0.8,1.2 -o runs/cold
+  retouch stimuli bark-tile --jnd -1,0,1 --printer mask-50 -o runs/bark-prints
   retouch stimuli stone.png --jnd 0,2 --source wall.jpg --source-mm 60 -o runs/stone
   retouch stimuli --redraw --bed-mm 192x120 -o runs/gravel-set
 
@@ -139,6 +141,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="WxD",
         help="sides of the printer's bed, mm; more plates than fit make several files (default: 120x68)",
     )
+    add_printer(
+        printing,
+        "each level is felt and seen between prints of this printer, and plates have its flat pixels",
+    )
     printing.add_argument(
         "--label",
         choices=("raised", "engraved", "none"),
@@ -186,7 +192,7 @@ def _redrawn(arguments: argparse.Namespace) -> "StimulusSet":
 
     given = (arguments.textures, arguments.jnd, arguments.contact_area_scale, arguments.sources)
     switches = (arguments.same_roughness, arguments.whole, arguments.with_scaled, arguments.fast)
-    if any(given) or any(switches) or arguments.settings:
+    if any(given) or any(switches) or arguments.settings or arguments.printer:
         raise InputError("--redraw: draws the set in the folder; give -o and options of the print alone")
     there = read_set(arguments.out / FILE)
     return _checked(
@@ -208,6 +214,8 @@ def _requested(arguments: argparse.Namespace) -> "StimulusSet":
     if arguments.skin is not None:
         path = Path(arguments.skin)
         settings["touch.skin"] = str(path.absolute()) if path.is_file() else arguments.skin
+    if arguments.printer is not None:
+        settings["print.printer"] = arguments.printer
     for setting in arguments.settings:
         settings |= _setting(setting)
     optional = {"source_mm": arguments.source_mm, "controls": arguments.controls}

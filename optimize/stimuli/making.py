@@ -79,7 +79,7 @@ def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> Mad
     for name in stimuli.names:
         own = [plate for plate in done if plate.of.texture == name]
         tiles = {plate.of.label: load_height_map(plate.folder / "heights.exr") for plate in own}
-        printed = write_plates(out, name, tiles, stimuli.print) if tiles else []
+        printed = write_plates(out, name, tiles, stimuli.print, stimuli.printer) if tiles else []
         files += printed
         with stage(f"pairs of {name}"):
             shown = [path.relative_to(out).as_posix() for path in printed]

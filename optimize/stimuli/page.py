@@ -53,6 +53,7 @@ def page(content: dict[str, Any], stimuli: StimulusSet, out: Path) -> bytes:
         textures=textures,
         summary=content["summary"],
         settings=stimuli.print,
+        printer=stimuli.printer,
         shade=_shade,
     )
 

@@ -1,5 +1,6 @@
 """Plates to print: cut from tiles, equally high on average, labelled, laid out on the bed."""
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from relief.export.back_labels import labelled, pixel_mm
 from relief.export.bed import places_on_beds
 from relief.export.parts import write_parts
 from relief.export.plate import plate_mesh
+from relief.export.printers import Printer
 from relief.heightmap import HeightMap
 from relief.progress import stage
 
@@ -50,12 +52,17 @@ def _lines(label: str) -> list[str]:
     return label.upper().split(" ")
 
 
-def plate_bodies(tiles: Mapping[str, HeightMap], settings: PrintSettings) -> dict[str, Body]:
+def plate_bodies(
+    tiles: Mapping[str, HeightMap], settings: PrintSettings, printer: Printer | None = None
+) -> dict[str, Body]:
     """The plates of a texture, whose mean heights above the back are the same, so that none is told by it.
+
+    With a printer the plates are of its pixels and of whole layers, and these means are the same to a layer.
 
     Args:
         tiles: by label, of which each word stands on a line of its own.
         settings: of the plates.
+        printer: that the tiles are prints of, if they are.
 
     Raises:
         InputError: a label does not fit on its plate.
@@ -66,7 +73,11 @@ def plate_bodies(tiles: Mapping[str, HeightMap], settings: PrintSettings) -> dic
     bodies = {}
     for label, (heights, side_mm) in cut.items():
         base_mm = settings.base_mm + most - float(heights.mean())
-        body = plate_mesh(heights, side_mm, base_mm)
+        if printer is not None:
+            # Layers are counted from the bed, on which raised labels stand.
+            raised_mm, layer_mm = max(0.0, settings.label_depth_mm or 0.0), printer.layer_mm
+            base_mm = math.ceil((base_mm + raised_mm) / layer_mm - 1e-9) * layer_mm - raised_mm
+        body = plate_mesh(heights, side_mm, base_mm, stepped=printer is not None)
         depth_mm = settings.label_depth_mm
         body = body if depth_mm is None else labelled(body, _lines(label), depth_mm)
         low = float(body.vertices[:, 2].min())
@@ -75,7 +86,11 @@ def plate_bodies(tiles: Mapping[str, HeightMap], settings: PrintSettings) -> dic
 
 
 def write_plates(
-    out: Path, texture: str, tiles: Mapping[str, HeightMap], settings: PrintSettings
+    out: Path,
+    texture: str,
+    tiles: Mapping[str, HeightMap],
+    settings: PrintSettings,
+    printer: Printer | None = None,
 ) -> list[Path]:
     """Write the plates of a texture as 3MF, one file for each bed that they fill.
 
@@ -84,6 +99,7 @@ def write_plates(
         texture: name of the texture.
         tiles: by label.
         settings: of the plates.
+        printer: as for `plate_bodies`.
 
     Returns:
         The files.
@@ -92,7 +108,7 @@ def write_plates(
         InputError: a label does not fit on its plate, or a plate on the bed.
     """
     with stage(f"plates of {texture}"):
-        bodies = list(plate_bodies(tiles, settings).items())
+        bodies = list(plate_bodies(tiles, settings, printer).items())
         beds = places_on_beds(len(bodies), settings.plate_mm, settings.bed_mm)
         files, first = [], 0
         for number, places in enumerate(beds, start=1):

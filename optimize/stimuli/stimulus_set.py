@@ -8,9 +8,11 @@ from typing import Annotated, Literal, Self
 import tomli_w
 from pydantic import Field, ValidationError, model_validator
 
+from optimize.settings.printing import Print
 from optimize.settings.toml_files import Positive, Section, first_fault, read_toml
 from relief.errors import InputError
 from relief.export.bed import places_on_beds
+from relief.export.printers import Printer
 from relief.files import write_atomically
 from relief.heightmap import load_height_map
 from relief.limits import BASE_MM, LARGEST_PLATE_MM, PATCH_SIDE_MM
@@ -27,10 +29,12 @@ PLATE_MM = 25.0
 BED_MM = (120.0, 68.0)
 """Sides of the bed, mm: those of a common resin printer."""
 OWN_KEYS = (
-    *("scene", "texture", "repeats", "descent.method", "print."),
+    *("scene", "texture", "repeats", "descent.method"),
     *("touch.jnd", "touch.roughness", "touch.contact", "touch.feel_of", "touch.region", "touch.axis"),
 )
 """Begins of the keys of a run that a set states itself, or that its plates do not follow."""
+OF_PRINTER = "print."
+"""Begin of the keys of a run that describe its printer."""
 LABEL_MM = 0.4
 """How far labels stand out of the back or go into it, mm."""
 
@@ -101,6 +105,16 @@ class StimulusSet(Section):
     print: PrintSettings = PrintSettings()
 
     @property
+    def printer(self) -> Printer | None:
+        """The printer whose prints the plates are, by the settings of the runs; None: plates are designs."""
+        own = {
+            key.removeprefix(OF_PRINTER): value
+            for key, value in self.settings.items()
+            if key.startswith(OF_PRINTER)
+        }
+        return Print.model_validate(own).described
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Names of the textures, as labels have them."""
         return tuple(texture.stem.removesuffix(TILE) for texture in self.textures)
@@ -129,6 +143,16 @@ class StimulusSet(Section):
         for key in self.settings:
             if key.startswith(OWN_KEYS):
                 raise ValueError(f"settings: {key}: is no setting of a set, whose plates are its own")
+        return self
+
+    @model_validator(mode="after")
+    def _can_be_printed(self) -> Self:
+        try:
+            printer = self.printer
+        except ValidationError as error:
+            raise ValueError(f"settings: {OF_PRINTER}{first_fault(error, Print)}") from error
+        if printer is not None and self.with_scaled:
+            raise ValueError("with_scaled: scaling makes no whole layers; leave it or the printer out")
         return self
 
     @model_validator(mode="after")

@@ -18,6 +18,7 @@ from optimize.stimuli.stimulus_set import LABEL_MM, PrintSettings, StimulusSet
 from optimize.studies import row_job
 from optimize.studies.rows import expand
 from relief.errors import InputError
+from relief.export.plate import RAISED_MM
 from relief.heightmap import HeightMap, load_height_map, save_heights_exr
 from tests.optimize.stimuli.conftest import request
 from tests.optimize.studies.conftest import in_process
@@ -113,6 +114,27 @@ def test_plates_are_the_repeated_tile_and_equally_high() -> None:
     assert means[0] == pytest.approx(means[1], abs=1e-9)
 
 
+def test_plates_of_a_printer_are_its_prints(tile: Path, tmp_path: Path) -> None:
+    """Pixels as wide as the samples, layers of 60 µm, of which neither base nor label is a whole number."""
+    own = {"print.pixel_um": 312.5, "print.layer_um": 60.0}
+    few = request(tile)
+    made = make(few.model_copy(update={"settings": few.settings | own}), tmp_path / "set", in_process)
+    assert not made.content["failures"]
+    found = plates(tmp_path / "set")
+    assert found["hills +1"]["jnd"] == pytest.approx(1.0, abs=0.06)
+    assert found["hills 0"]["jnd"] == 0.0 == found["hills 0"]["picture_change_percent"]
+    for plate in found.values():
+        layers = load_height_map(tmp_path / "set" / plate["folder"] / "heights.exr").heights / 0.06
+        np.testing.assert_allclose(layers, np.rint(layers), atol=1e-4)
+    scene: Any = trimesh.load(tmp_path / "set" / "print" / "hills.3mf")
+    for solid in scene.geometry.values():
+        assert solid.is_watertight and solid.bounds[0, 2] == pytest.approx(0.0, abs=1e-6)
+        # The relief stands a micrometre above whole layers, so that slicers leave none out.
+        top = solid.vertices[solid.vertices[:, 2] > LABEL_MM + PrintSettings().base_mm - 1e-6, 2] - RAISED_MM
+        np.testing.assert_allclose(top / 0.06, np.rint(top / 0.06), atol=1e-3)
+    assert "All of it is of prints, in pixels of 312.5" in (tmp_path / "set" / "index.html").read_text()
+
+
 def test_what_is_done_is_not_computed_again(
     copy: Path, stimuli: StimulusSet, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -159,7 +181,12 @@ def test_the_page_shows_every_plate(whole: Path) -> None:
         ({"jnd": (1.0,)}, "at least two levels"),
         ({"jnd": (0.0, 1.0, 1.0)}, "jnd: 1 is given twice"),
         ({"same_roughness": True}, "same_roughness: is for levels of contact area"),
-        ({"settings": {"print.printer": "mask-50"}}, "settings: print.printer: is no setting of a set"),
+        ({"settings": {"print.printer": "mask-51"}}, "settings: print.printer: mask-51 is none of mask-22, "),
+        ({"settings": {"print.layer_um": 50}}, "settings: print.pixel_um: missing; a printer needs"),
+        (
+            {"settings": {"print.printer": "mask-50"}, "with_scaled": True},
+            "with_scaled: scaling makes no whole layers",
+        ),
         ({"settings": {"touch.jnd": 3}}, "settings: touch.jnd: is no setting of a set"),
         ({"contact_area_scale": (1.0,)}, "contact_area_scale: 1 is no level"),
         ({"print": {"plate_mm": 8.0}}, "plate_mm: 8 mm is less than the 10 mm under a finger"),
