@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from relief.arrays import Array, Index
+from relief.arrays import Array
 
-SAMPLES_AT_ONCE = 1 << 20
+SAMPLES_AT_ONCE = 1 << 18
 """Pairs of a triangle and a sample of its box that are looked at together, which bounds the memory."""
 INSIDE = -1e-9
 """Least barycentric coordinate of a sample that counts as in a triangle, so that none falls between two."""
@@ -30,47 +30,63 @@ def rasterise(corners: Array, slopes: Array, size_mm: float, samples: int) -> Ar
     low = np.clip(np.ceil(at.min(axis=1)), 0, samples).astype(np.int64)
     high = np.clip(np.floor(at.max(axis=1)), -1, samples - 1).astype(np.int64)
     sides = np.maximum(high - low + 1, 0)
-    counts = sides.prod(axis=1)
-    some = np.flatnonzero(counts)
-    ends = np.cumsum(counts[some])
-    slopes = slopes * (1.0 / scale, -1.0 / scale)
+    edges = np.roll(at, -2, axis=1) - np.roll(at, -1, axis=1)
+    area = edges[:, 1, 0] * edges[:, 2, 1] - edges[:, 1, 1] * edges[:, 2, 0]
+    some = np.flatnonzero((sides.prod(axis=1) > 0) & (area != 0.0))
+    at, low, sides, edges = at[some], low[some], sides[some], edges[some]
+    # What is the same at all samples of a triangle is computed once: barycentric coordinates are linear in
+    # columns and rows, heights are ten products of them.
+    by_col, by_row = np.stack([-edges[..., 1], edges[..., 0]]).transpose(0, 2, 1) / area[some]
+    nearest = np.roll(at, -1, axis=1) - low[:, None]
+    first = -(by_col * nearest[..., 0].T + by_row * nearest[..., 1].T)
+    controls = _controls(at, corners[some, :, 2], slopes[some] * (1.0 / scale, -1.0 / scale))
+    ends = np.cumsum(sides.prod(axis=1))
     start = 0
     while start < len(some):
         before = ends[start - 1] if start else 0
         stop = max(start + 1, int(np.searchsorted(ends, before + SAMPLES_AT_ONCE, side="right")))
-        part = some[start:stop]
-        face = np.repeat(part, counts[part])
-        number = np.arange(len(face)) - np.repeat(np.cumsum(counts[part]) - counts[part], counts[part])
-        cols, rows = low[face, 0] + number % sides[face, 0], low[face, 1] + number // sides[face, 0]
-        x, y = np.moveaxis(at[face], 2, 0) - np.stack([cols, rows])[:, :, None]
-        shares, inside = _shares(x, y)
-        face, sample = face[inside], (rows * samples + cols)[inside]
-        np.maximum.at(heights, sample, _cubic(shares[inside], at[face], corners[face, :, 2], slopes[face]))
+        counts = np.diff(ends[start:stop], prepend=before)
+        face = np.repeat(np.arange(start, stop), counts)
+        row, col = np.divmod(
+            np.arange(len(face)) - np.repeat(np.cumsum(counts) - counts, counts), sides[face, 0]
+        )
+        shares = [first[n][face] + by_col[n][face] * col + by_row[n][face] * row for n in range(3)]
+        inside = np.flatnonzero(np.minimum(np.minimum(*shares[:2]), shares[2]) >= INSIDE)
+        face = face[inside]
+        sample = (low[face, 1] + row[inside]) * samples + low[face, 0] + col[inside]
+        np.maximum.at(heights, sample, _cubic([share[inside] for share in shares], controls[:, face]))
         start = stop
     return heights.reshape(samples, samples)
 
 
-def _shares(x: Array, y: Array) -> tuple[Array, Index]:
-    """Barycentric coordinates (k, 3) of the origin in triangles, and the numbers of those that hold it."""
-    following, last = np.array([1, 2, 0]), np.array([2, 0, 1])
-    shares = x[:, following] * y[:, last] - x[:, last] * y[:, following]
-    area = shares.sum(axis=1)
-    shares /= np.where(area == 0.0, np.inf, area)[:, None]
-    return shares, np.flatnonzero((shares.min(axis=1) >= INSIDE) & (area != 0.0))
+PAIRS = ((0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1))
+"""Corners of the six control points on the edges of a Bézier triangle: the one they lie at, and the other."""
 
 
-def _cubic(shares: Array, at: Array, heights: Array, slopes: Array) -> Array:
-    """(k,) heights of Bézier triangles (k, 3, 2), with heights (k, 3) and slopes (k, 3, 2) at the corners.
+def _controls(at: Array, heights: Array, slopes: Array) -> Array:
+    """Control points (10, k) of Bézier triangles: 3 corners, 6 on the edges, 1 in the middle.
 
-    The control point in the middle is that of Farin: by it a surface of second order comes out exactly.
+    That in the middle is that of Farin: by it a surface of second order comes out exactly.
+
+    Args:
+        at: (k, 3, 2) corners.
+        heights: (k, 3) at the corners.
+        slopes: (k, 3, 2) at the corners.
     """
-    edges = np.zeros(len(shares))
-    value = (shares**3 * heights).sum(axis=1)
-    for one in range(3):
-        for other in ((one + 1) % 3, (one + 2) % 3):
-            rise = (slopes[:, one] * (at[:, other] - at[:, one])).sum(axis=1)
-            control = heights[:, one] + rise / 3.0
-            value += 3.0 * shares[:, one] ** 2 * shares[:, other] * control
-            edges += control
-    middle = edges / 4.0 - heights.sum(axis=1) / 6.0
-    return np.asarray(value + 6.0 * shares.prod(axis=1) * middle)
+    edges = [
+        heights[:, one] + (slopes[:, one] * (at[:, other] - at[:, one])).sum(axis=1) / 3.0
+        for one, other in PAIRS
+    ]
+    middle = sum(edges) / 4.0 - heights.sum(axis=1) / 6.0
+    return np.stack([*heights.T, *edges, middle])
+
+
+def _cubic(shares: list[Array], controls: Array) -> Array:
+    """(k,) heights at barycentric coordinates, three of (k,), by control points (10, k)."""
+    value = 6.0 * shares[0] * shares[1] * shares[2] * controls[9]
+    for corner, share in enumerate(shares):
+        edges = sum(
+            shares[other] * controls[3 + number] for number, (one, other) in enumerate(PAIRS) if one == corner
+        )
+        value += share**2 * (share * controls[corner] + 3.0 * edges)
+    return np.asarray(value)
