@@ -126,12 +126,13 @@ def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:
             continue
         name, count, on_edge = entry["texture"], entry.get("places", {}).get("count", 1), entry["on_edge"]
         sides = " x ".join(number(side) for side in entry["sides_mm"])
-        places = f"mean over {count} places; {on_edge} on edges and {entry['flat']} flat ones are left out"
+        felt = "felt at one place" if count == 1 else f"mean over {count} places"
+        places = f"{felt}; {on_edge} on edges and {entry['flat']} flat ones are left out"
         if entry["curvature"] == "taken out":
-            places = f"mean over {count} places; {on_edge} on edges or without texture are left out"
+            places = f"{felt}; {on_edge} on edges or without texture are left out"
         if entry["all_on_edge"]:
             places = (
-                f"mean over {count} places, all on edges, where a finger feels the shape (of a plate as "
+                f"{felt}, {'on an edge' if count == 1 else 'all on edges'}, where a finger feels the shape (of a plate as "
                 "small as a finger, evaluate the height map or the folder of its run)"
             )
         own = f"The object's own curvature is {entry['curvature']}."

@@ -133,11 +133,13 @@ def feel_of(
         candidates = spread(points.at, MOST_TRIED)
         cropped = (_unrolled_crop(unroller, at) for at in points.at[candidates])
     crops: list[Crop] = []
+    left = most
     with stage("looking at places", len(candidates), at_most=True) as advance:
         for crop in cropped:
             crops.append(crop)
             advance()
-            if sum(not (one.on_edge or one.flat) for one in crops) >= most:
+            left -= not (crop.on_edge or crop.flat)
+            if left == 0:
                 break
     on_edge, flat = ([one for one in crops if one.on_edge], [one for one in crops if one.flat])
     chosen = [one for one in crops if not (one.on_edge or one.flat)] or (flat or on_edge)[:most]

@@ -1,6 +1,7 @@
 """Crops of a mesh: the square patch of it that a finger presses on at a place, as a height map."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +17,8 @@ EDGE_SHARE = 0.005
 """Share of a patch's samples without a surface in reach from which the place counts as on an edge."""
 FLAT_MM = 1e-3
 """Difference of heights, mm, below which a patch is a plane."""
+RIM_MM, RIM_SHARE = 4.5, 0.03
+"""Distance from the place, mm, beyond which this share of a plane's patch may lie below the plane."""
 FINE_MM = 0.3
 """Longest edge, mm, of the faces that stand for samples of a smooth surface; larger faces are meant flat."""
 STEEPEST = 20.0
@@ -37,10 +40,22 @@ class Crop:
     heights: Array
     on_edge: bool
 
-    @property
+    @cached_property
     def flat(self) -> bool:
-        """Whether nothing can be felt: the patch is a plane."""
-        return float(np.ptp(self.heights)) < FLAT_MM
+        """Whether nothing can be felt: the patch is a plane, whose rim may lie on the rim of the patch.
+
+        The axis of a place beside a rim may lean a little, so the plane may, too, and what lies below the rim
+        is seen. Lower than the plane may lie 3 % of the patch, all beyond 4.5 mm from the place.
+        """
+        if self.on_edge:
+            return False
+        down, across = (np.median(np.diff(self.heights, axis=axis)) for axis in (0, 1))
+        row, col = np.indices(self.heights.shape) - 0.5 * (len(self.heights) - 1.0)
+        above = self.heights - down * row - across * col
+        above -= np.median(above)
+        beyond = np.hypot(row, col) * PATCH_SIDE_MM > RIM_MM * len(self.heights)
+        uneven = np.where(beyond, above > FLAT_MM, np.abs(above) > FLAT_MM).any()
+        return bool(not uneven and (above < -FLAT_MM).mean() < RIM_SHARE)
 
 
 class Cropper:

@@ -6,7 +6,7 @@ from scipy import ndimage
 
 from relief.body import Body
 from relief.export.plate import plate_mesh
-from relief.meshes.crops import Cropper
+from relief.meshes.crops import Crop, Cropper
 from relief.meshes.places import Frame, frames, spread, surface_points
 from relief.meshes.raster import rasterise
 from tests.relief.meshes.bodies import cube, torus
@@ -102,3 +102,17 @@ def test_axes_of_a_torus_point_away_from_its_tube() -> None:
         outward = frame.at - 40.0 * middle / np.linalg.norm(middle)
         assert frame.axes[2] @ outward / np.linalg.norm(outward) > 0.99
         assert frame.axes @ frame.axes.T == pytest.approx(np.eye(3), abs=1e-12)
+
+
+def test_a_plane_is_flat_beside_its_rim_and_with_a_leaning_axis_and_not_with_a_dot() -> None:
+    x, y = np.meshgrid(grid(), -grid())
+    plane = 3.0 + 0.02 * x - 0.01 * y
+    plane[x - y > 9.2] = 0.0
+    assert 0.0 < (plane == 0.0).mean() < 0.005
+    frame = Frame(np.zeros(3), np.eye(3))
+    assert Crop(frame, plane, False).flat
+    for height in (0.3, -0.3):
+        dot = np.where(np.hypot(x - 2.0, y) < 0.6, height, 0.0)
+        assert not Crop(frame, plane + dot, False).flat
+    assert not Crop(frame, plane, True).flat
+    assert Crop(frame, np.zeros((128, 128)), False).flat
