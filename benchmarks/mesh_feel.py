@@ -95,7 +95,7 @@ def knurl(around: int, rows: int) -> tuple[Array, float]:
 
 
 def touched(textured: Body, base: Body | None = None) -> dict[str, Any]:
-    """What fingers get from the side of an upright tube, without its curvature if the bare object is given."""
+    """What fingers get from the side of an upright tube; of one over a bare tube, without the curvature."""
     bare = None if base is None else Mesh(base, None, Path("base"))
     feel = feel_of(Mesh(textured, None, Path("body")), Skin(), most=PLACES, without_texture=bare)
     side = np.array([abs(crop.frame.axes[2, 2]) < 0.5 for crop in feel.crops])
@@ -139,7 +139,7 @@ def around_tube(heights: Array, pitch_mm: float, every: int, tile: bool = False)
     at = places(surface)
     chosen = at[np.linspace(0, len(at) - 1, min(len(at), 2 * PLACES)).astype(np.int64)]
     flat = measure_touch(heights, surface.width_mm, Skin(), "layer", repeats=surface.repeats, at=chosen)
-    row: dict[str, Any] = {"radius_mm": cols * pitch_mm / (2.0 * np.pi), "faces": len(body.faces)}
+    row: dict[str, Any] = {"radius_mm": float(cols * pitch_mm / (2.0 * np.pi)), "faces": len(body.faces)}
     row["flat"] = flat.means["roughness"]
     for kind, under in (("out", base), ("within", None)):
         row[kind] = touched(body, under)

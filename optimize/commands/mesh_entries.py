@@ -131,9 +131,10 @@ def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:
         if entry["curvature"] == "taken out":
             places = f"{felt}; {on_edge} on edges or without texture are left out"
         if entry["all_on_edge"]:
+            where = "on an edge" if count == 1 else "all on edges"
             places = (
-                f"{felt}, {'on an edge' if count == 1 else 'all on edges'}, where a finger feels the shape (of a plate as "
-                "small as a finger, evaluate the height map or the folder of its run)"
+                f"{felt}, {where}, where a finger feels the shape (of a plate as small as a finger, "
+                "evaluate the height map or the folder of its run)"
             )
         own = f"The object's own curvature is {entry['curvature']}."
         lines.append(f"{name} ({sides} mm): {places}. {own}")

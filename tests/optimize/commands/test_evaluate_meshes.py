@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from optimize.commands.main import main
+from optimize.commands.mesh_entries import mesh_lines
 from relief.body import stl
 from relief.export.plate import export_plate
 from relief.heightmap import save_heights_exr
@@ -43,9 +44,35 @@ def test_a_person_is_told_of_edges_and_of_the_size(
     assert main(["evaluate", "cube.stl"]) == 0
     told = capsys.readouterr()
     assert "cube.stl: measures only 0.5 x 0.5 x 0.5 mm; if that is not meant" in told.err
-    assert "all on edges, where a finger feels the shape (of a plate as small as" in told.out
+    assert "felt at one place, on an edge, where a finger feels the shape (of a plate as small" in told.out
     assert main(["evaluate", "cube.stl", "--units", "in", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)[0]["size_mm"] == pytest.approx(12.7)
+
+
+@pytest.mark.slow
+def test_finite_elements_press_on_meshes_as_on_textures(
+    bumps: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_heights_exr(Path("bumps.exr"), bumps)
+    export_plate(Path("bumps.stl"), bumps, 15.0)
+    arguments = ["evaluate", "bumps.exr", "bumps.stl", "--size-mm", "15", "--json"]
+    values = {}
+    for model in ("layer", "fem"):
+        assert main([*arguments, "--model", model]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert [each["model"] for each in found] == [model, model]
+        assert abs(found[1]["jnd_from_first"]) < 0.2
+        values[model] = found[1]["roughness"]
+    assert 0.0 < abs(values["fem"] - values["layer"]) < 0.05 * values["layer"]
+
+
+def test_one_place_is_no_mean() -> None:
+    entry = {"texture": "rod.stl", "on_edge": 0, "flat": 2, "sides_mm": [6.0, 6.0, 30.0]}
+    entry |= {"touches": [{}], "curvature": "part of the roughness", "all_on_edge": True}
+    assert "rod.stl (6.00 x 6.00 x 30.0 mm): felt at one place, on an edge, where" in mesh_lines([entry])[0]
+    several = mesh_lines([entry | {"places": {"count": 2}, "all_on_edge": False}])[0]
+    assert "mean over 2 places; 0 on edges and 2 flat ones are left out" in several
 
 
 @pytest.mark.parametrize(
