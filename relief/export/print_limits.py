@@ -47,13 +47,40 @@ class PrintLimits:
         self._disc: NDArray[np.bool_] = np.hypot(*np.meshgrid(side, side)) <= reach
 
     def in_layers(self, heights: Array) -> Array:
-        """Whole layers (rows, cols), mm, within the limits; those of heights that are whole layers within."""
+        """What is printed of a design (rows, cols), mm: whole layers within the limits."""
+        return self.nearest(self.gentle(heights))
+
+    def nearest(self, heights: Array) -> Array:
+        """Whole layers (rows, cols), mm, within the limits: the nearest layers wherever these are."""
         layer_mm = self._printer.layer_mm
         # A layer is solid from its middle on.
-        layers = np.floor(self.gentle(heights) / layer_mm + 0.5)
+        layers = np.floor(heights / layer_mm + 0.5)
+        if not self.any_slope:
+            layers = np.floor(0.5 * sum(self.bounds(layers * layer_mm, layers * layer_mm)))
         if self._printer.keep_features:
             layers = self._without_fine(layers)
         return layers * layer_mm
+
+    def bounds(self, greatest: Array, least: Array) -> tuple[Array, Array]:
+        """The most and the fewest whole layers (rows, cols) of prints that keep the slope.
+
+        A print that keeps it has at most the layers of the slope, rounded up, between any two pixels.
+
+        Args:
+            greatest: (rows, cols) mm, heights not to be exceeded; infinite where any is good.
+            least: (rows, cols) mm, not to be undercut.
+        """
+        layer_mm = self._printer.layer_mm
+        most = np.ceil(self.below(greatest) / layer_mm - SAME)
+        return most, np.floor(self.above(least) / layer_mm + SAME)
+
+    def eased(self, heights: Array) -> Array:
+        """The nearest surface (rows, cols), mm, that keeps the slope but for steps of a layer."""
+        if self.any_slope:
+            return heights
+        layer_mm = self._printer.layer_mm
+        low = np.minimum(heights, self.below(heights) + layer_mm)
+        return np.asarray(0.5 * (low + np.maximum(heights, self.above(heights) - layer_mm)))
 
     def gentle(self, heights: Array) -> Array:
         """The nearest surface (rows, cols), mm, that keeps the slope, by the largest difference."""

@@ -46,13 +46,13 @@ class Layers:
             # Only the uppermost 3 mm change (`relief.depth`).
             self._floor, self._top = float(original.max()) - self._top, float(original.max())
         self._frozen = out_of_reach(original)
-        # A surface near the original where it stays bounds those that keep the slope everywhere.
+        # What stays bounds all that keeps the slope with it.
         self._least: Array | float = -np.inf
         self._greatest: Array | float = np.inf
         if self._frozen is not None and not self._limits.any_slope:
-            near = self._limits.gentle(original)
-            self._least = self._limits.above(np.where(self._frozen, near, -np.inf))
-            self._greatest = self._limits.below(np.where(self._frozen, near, np.inf))
+            ends = (np.where(self._frozen, original, sign * np.inf) for sign in (1.0, -1.0))
+            most, fewest = self._limits.bounds(*ends)
+            self._greatest, self._least = most * self._layer_mm, fewest * self._layer_mm
 
     @staticmethod
     def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
@@ -65,7 +65,7 @@ class Layers:
 
     def rounded(self, heights: Array) -> Array:
         """The nearest heights of whole layers within the printer's limits, (rows, cols) mm."""
-        layers = self._limits.in_layers(self._gentle(heights))
+        layers = np.clip(self._limits.nearest(heights), self._least, self._greatest)
         return self._kept(np.clip(layers, self._floor, self._top))
 
     def to_nearest(self, heights: Array) -> Array:
@@ -75,8 +75,7 @@ class Layers:
     def placed(self, heights: Array) -> Array:
         """Heights moved by whole layers, to the original's mean and into the limits; what is left is cut.
 
-        Each is at most half a layer from a surface that keeps the printer's slope. A relief of more than 3 mm
-        stays where it is.
+        Heights keep the slope but for steps of a layer. A relief of more than 3 mm stays where it is.
         """
         moved = heights
         if not self._deep:
@@ -85,14 +84,7 @@ class Layers:
             above = max(0.0, float(self._whole(moved.max())) - self._top)
             moved = moved - min(above, float(self._whole(moved.min())))
             moved = np.maximum(moved, min(float(moved.max()), self._top) - self._relief_mm)
-        moved = np.clip(moved, self._floor, self._top)
-        if not self._limits.any_slope:
-            gentle, half = self._gentle(moved), 0.5 * self._layer_mm
-            moved = np.clip(moved, gentle - half, gentle + half)
-        return self._kept(moved)
-
-    def _gentle(self, heights: Array) -> Array:
-        return np.clip(self._limits.gentle(heights), self._least, self._greatest)
+        return self._kept(self._limits.eased(np.clip(moved, self._floor, self._top)))
 
     def _kept(self, heights: Array) -> Array:
         return heights if self._frozen is None else np.where(self._frozen, self._original, heights)

@@ -1,6 +1,7 @@
 """A run with a printer compares prints: whole layers on its pixels, with the feel that was wanted."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -163,6 +164,24 @@ def test_layers_move_by_whole_layers_and_stay_within_limits() -> None:
     memory = {HEIGHTS: original, "layer_weight": np.array([3.0])}
     assert Layers.remembered(original, memory).keys() == memory.keys()
     assert Layers.remembered(original, {"trust": original}) == {}
+
+
+def test_layers_of_a_deep_relief_keep_the_slope_to_what_stays() -> None:
+    rng, surface = np.random.default_rng(0), Surface((30, 30), 1.5, (True, False))
+    printer = replace(PRINTERS["mask-50"], name="own", max_slope_degrees=75.0)
+    down, across = (np.abs(np.arange(30) - 15.0) for _ in (0, 1))
+    original = printed(
+        np.maximum(5.0 - 0.3 * np.maximum(down[:, None], across), 1.0), 0.05, printer, (True, False)
+    )
+    low = original < original.max() - 3.0
+    layers = Layers(original, printer, surface)
+    np.testing.assert_array_equal(layers.rounded(original), original)
+    for scale in (0.1, 2.0):
+        moved = layers.placed(original + scale * rng.standard_normal(original.shape))
+        made = layers.rounded(moved)
+        assert low.any() and (made[low] == original[low]).all() and (moved[low] == original[low]).all()
+        assert faults(made, 0.05, printer, surface.repeats)["too_steep_percent"] == 0.0
+        assert (made != original)[~low].any() and made.max() <= original.max() + 1e-9
 
 
 def test_named_printer_fills_in_its_numbers_and_loads_again(

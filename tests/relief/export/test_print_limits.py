@@ -58,6 +58,13 @@ def test_prints_keep_the_slope_to_a_layer_and_prints_that_do_stay(rough: np.ndar
             assert (np.abs(made - made[pixel]) < most).all()
         assert faults(made, PITCH, printer)["too_steep_percent"] == 0.0
         np.testing.assert_array_equal(printed(made, PITCH, printer), made)
+        # Changes that turn no layer leave the print as it is; others lead to prints that keep the slope.
+        limits = PrintLimits(printer, PITCH)
+        small = 0.49 * printer.layer_mm * np.sin(1000.0 * rough)
+        np.testing.assert_allclose(limits.nearest(made + small), made, atol=1e-12)
+        np.testing.assert_allclose(limits.eased(made), made, atol=1e-12)
+        for heights in (limits.nearest(rough), limits.nearest(limits.eased(rough))):
+            assert not limits.too_steep(heights).any()
     assert (
         faults(printed(rough, PITCH, MASK), PITCH, replace(MASK, max_slope_degrees=60.0))["too_steep_percent"]
         > 50
