@@ -166,6 +166,8 @@ def run(arguments: argparse.Namespace) -> int:
     lines = dict(prepared.done) | _feel(prepared, touch)
     bits = "16 bits" if out.suffix.lower() == ".png" else "mm"
     lines["written"] = f"{out} ({bits}), {shown}"
+    if "tile" in prepared.numbers and "plate" not in prepared.numbers:
+        lines["next"] = "evaluate and optimize take it as a tile with --repeats; wrap needs no option"
     _print(lines)
     return 0
 

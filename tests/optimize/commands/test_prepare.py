@@ -59,11 +59,13 @@ def test_a_tile_and_an_exr(capsys: pytest.CaptureFixture[str]) -> None:
     assert "seam error" in lines and "dark is high" in lines
     assert load_height_map("tile.exr").heights.shape == (32, 32)
     assert "places of the finger, roughness 0.0" in lines
+    assert "take it as a tile with --repeats" in lines
     plated = json.loads(printed(capsys, "prepare", "tile.exr", "-o", "a.exr", "--plate-mm", "20", "--json"))
     assert plated["size_mm"] == 20.0 and plated["plate"] == {"tile_mm": 10.0, "tile_samples": 32}
     assert plated["places"]["count"] == 16
     assert plated["places"]["roughness_min"] < plated["roughness"] < plated["places"]["roughness_max"]
-    assert "unknown without --relief-mm" in printed(capsys, "prepare", "wide.png", "-o", "plain.png")
+    plain = printed(capsys, "prepare", "wide.png", "-o", "plain.png")
+    assert "unknown without --relief-mm" in plain and "--repeats" not in plain
 
 
 @pytest.mark.parametrize(
