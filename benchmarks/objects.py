@@ -1,8 +1,9 @@
 """Objects with textures: python -m benchmarks.objects [NAME ...]. Solids, sizes, and the feel on them.
 
 Roughness on an object is what `retouch evaluate part.3mf --object NAME` tells of 40 places: heights over the
-unrolled object, pressed as plates of 10 mm; what the texture lost or gained by seams, stretch and triangles.
-`ball:250000` takes about as many triangles.
+unrolled object, pressed as plates of 10 mm. The tile's roughness is that of 40 places and directions on a
+plate. On ball and cylinder the same places are also pressed with the heights that the patches' coordinates
+give them, without triangles, and with flat triangles. `ball:250000` takes about as many triangles.
 """
 
 import argparse
@@ -14,23 +15,30 @@ import numpy as np
 
 from benchmarks.common import load, machine, save, table
 from mitsuba_scenes import find_texture
-from optimize.meshes.feel import feel_of, pressed
+from optimize.meshes.feel import MeshFeel, feel_of, pressed
 from optimize.settings.skins import load_skin
 from relief.arrays import Array
 from relief.body import Body
 from relief.heightmap import load_height_map
+from relief.meshes.crops import Cropper
 from relief.meshes.intersections import self_intersections
 from relief.meshes.mesh import Mesh
+from relief.meshes.places import Frame
 from relief.meshes.solid import volume_mm3
+from relief.meshes.unrolling import Unroller, feet, fine_enough
 from relief.objects.table import OBJECTS
-from relief.wrapping.surfaces import MOST_FACES, Settings
+from relief.wrapping.clearance import smooth_normals
+from relief.wrapping.patches import lay_out
+from relief.wrapping.surfaces import MOST_FACES, BaseSurface, Settings
 from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import Covering, wrap
+from relief.wrapping.wrap import BLEND_MM, Covering, wrap
 
 SIDE_MM, SAMPLES = 10.0, 128
 """Side of the patch that is pressed, mm, and its samples."""
 PLACES = 40
-"""Places on an object."""
+"""Places on an object, and on the plate that it is compared with."""
+RADIUS_MM = 15.0
+"""Radius of ball and cylinder."""
 TEXTURE = "gravel-tile"
 """Texture of the table: fine grains, which seams and coarse triangles would show on."""
 
@@ -46,16 +54,68 @@ def roughness(patches: Array) -> Array:
     return pressed(patches, load_skin("paper"), "layer")[0]["roughness"]
 
 
-def on_plate(tile: Tile, places: int = 4) -> Array:
-    """Roughness (places²,) of the tile on a plate, at a lattice of places."""
-    at = (np.arange(SAMPLES) + 0.5) * SIDE_MM / SAMPLES
-    height, width = tile.size_mm
+def lattice() -> Array:
+    """(n, 2) samples of a patch around its middle, mm, row by row from +y."""
+    at = ((np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5) * SIDE_MM
+    return np.stack(np.meshgrid(at, at[::-1]), axis=-1).reshape(-1, 2)
+
+
+def on_plate(tile: Tile) -> Array:
+    """Roughness (places,) of the tile on a plate, at places and in directions by chance."""
+    random = np.random.default_rng(0)
     patches = []
-    for row in range(places):
-        for col in range(places):
-            u, v = np.meshgrid(at + col * width / places, at[::-1] + row * height / places)
-            patches.append(tile.at(np.column_stack([u.ravel(), v.ravel()])).reshape(SAMPLES, SAMPLES))
+    for _ in range(PLACES):
+        turn = random.uniform(0.0, 2.0 * np.pi)
+        to_tile = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        at = lattice() @ to_tile + random.uniform(size=2) * tile.size_mm
+        patches.append(tile.at(at).reshape(SAMPLES, SAMPLES))
     return roughness(np.stack(patches))
+
+
+def around(name: str, frame: Frame) -> Array | None:
+    """The lattice laid on a ball or the side of a cylinder at a place, (n, 3) mm; None on other surfaces."""
+    offset = lattice() @ frame.axes[:2]
+    if name == "ball":
+        turn = np.linalg.norm(offset, axis=1)[:, None] / RADIUS_MM
+        return np.asarray(np.cos(turn) * RADIUS_MM * frame.axes[2] + np.sinc(turn / np.pi) * offset)
+    if name == "cylinder" and abs(frame.axes[2, 2]) < 0.1:
+        outward = frame.axes[2] * (1.0, 1.0, 0.0)
+        along = np.cross((0.0, 0.0, 1.0), outward)
+        turn = (offset @ along / RADIUS_MM)[:, None]
+        points = RADIUS_MM * (np.cos(turn) * outward + np.sin(turn) * along)
+        points[:, 2] = frame.at[2] + offset[:, 2]
+        return np.asarray(points)
+    return None
+
+
+def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) -> dict[str, Any]:
+    """JND from the tile where the bare surface is known: by the coordinates alone, and by the triangles."""
+    places = {
+        number: points
+        for number, crop in enumerate(felt.crops)
+        if (points := around(name, crop.frame)) is not None
+    }
+    if not places:
+        return {"without_triangles_jnd": None, "flat_triangles_jnd": None, "curved_triangles_jnd": None}
+    base = BaseSurface(bare, None, {}, Settings()).body
+    layout = lay_out(base, np.ones(len(base.vertices), bool), BLEND_MM, smooth_normals(base))
+    tile = tile_of(TEXTURE)
+    unroller = Unroller(wrapped, fine_enough(bare, name))
+    exact, flat = [], []
+    for number, points in places.items():
+        exact.append(tile.blended(*layout.at(*feet(points, base))).reshape(SAMPLES, SAMPLES))
+        unrolled = unroller.unrolled(*unroller.frame(felt.crops[number].frame.at))
+        flat.append(Cropper(unrolled, fine_mm=0.0).crop(Frame(np.zeros(3), np.eye(3))).heights)
+    return {
+        "without_triangles_jnd": apart(roughness(np.stack(exact)), plate),
+        "flat_triangles_jnd": apart(roughness(np.stack(flat)), plate),
+        "curved_triangles_jnd": apart(felt.values["roughness"][list(places)], plate),
+    }
+
+
+def apart(roughnesses: Array, plate: Array) -> float:
+    """Just-noticeable differences of mean roughnesses from the tile's."""
+    return float(np.log(roughnesses.mean() / plate.mean()) / np.log(1.19))
 
 
 def measured(name: str, plate: Array) -> dict[str, Any]:
@@ -71,7 +131,6 @@ def measured(name: str, plate: Array) -> dict[str, Any]:
     with_texture, without = (Mesh(of, None, Path(name)) for of in (wrapped.body, bare))
     felt = feel_of(with_texture, load_skin("paper"), "layer", PLACES, without)
     found = felt.values["roughness"]
-    jnd = float(np.log(found.mean() / plate.mean()) / np.log(1.19))
     edges = np.sort(np.stack([wrapped.body.faces, np.roll(wrapped.body.faces, -1, 1)], -1).reshape(-1, 2), 1)
     uses = np.unique(edges, axis=0, return_counts=True)[1]
     exact = thing.volume_mm3
@@ -89,8 +148,9 @@ def measured(name: str, plate: Array) -> dict[str, Any]:
         "edge_mm": wrapped.edge_mm,
         "places": len(found),
         "roughness": float(found.mean()),
-        "jnd_from_tile": jnd,
-        "spread_percent": float(100.0 * found.std() / found.mean()),
+        "jnd_from_tile": apart(found, plate),
+        "standard_error_jnd": float(found.std() / found.mean() / np.sqrt(len(found)) / np.log(1.19)),
+        **parts(name, bare, wrapped.body, felt, plate),
         "cpu_s": seconds,
     }
 

@@ -64,14 +64,19 @@ class Cropper:
     Faces with edges of at most 0.3 mm are taken as samples of a smooth surface, as `retouch export` writes
     them, and are curved between their vertices by the vertices' normals: flat between them, V of a plate of
     bricks came out half a just-noticeable difference larger than that of its samples.
+
+    Args:
+        body: What is touched.
+        samples: Along the side of a crop.
+        fine_mm: Longest edge of the faces that are curved, mm; 0: all are flat.
     """
 
-    def __init__(self, body: Body, samples: int = SAMPLES) -> None:
+    def __init__(self, body: Body, samples: int = SAMPLES, fine_mm: float = FINE_MM) -> None:
         self._faces = body.faces
         self._corners = body.vertices[body.faces]
         self._normals = face_normals(body)
         edges = np.linalg.norm(self._corners - np.roll(self._corners, 1, axis=1), axis=2)
-        self._fine = edges.max(axis=1) <= FINE_MM
+        self._fine = edges.max(axis=1) <= fine_mm
         self._vertex_normals = vertex_normals(body)
         self._low, self._high = self._corners.min(axis=1), self._corners.max(axis=1)
         self._samples = samples

@@ -10,9 +10,10 @@ from scipy.spatial import cKDTree
 
 from relief.arrays import Array, Index
 from relief.body import Body
-from relief.errors import InputError
+from relief.errors import naming
 from relief.meshes.neighbourhood import connected_around
 from relief.meshes.places import Frame, frame_along, vertex_normals
+from relief.meshes.refining import refined
 from relief.progress import stage
 
 EDGE_MM = 1.5
@@ -31,38 +32,8 @@ def fine_enough(body: Body, name: object) -> Body:
     Raises:
         InputError: That takes too many faces.
     """
-    vertices, faces = body.vertices, np.asarray(body.faces, dtype=np.int64)
-    while True:
-        ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1)
-        long = np.linalg.norm(np.subtract(*np.moveaxis(vertices[ends], 2, 0)), axis=2) > EDGE_MM
-        if not long.any():
-            return Body(vertices, faces)
-        if len(faces) + np.count_nonzero(long) > MOST_OBJECT_FACES:
-            raise InputError(f"{name}: is too large or has faces too large; remesh it with triangles of 1 mm")
-        pairs, number = np.unique(np.sort(ends[long], axis=1), axis=0, return_inverse=True)
-        middle = np.full(faces.shape, -1)
-        middle[long] = len(vertices) + number.ravel()
-        vertices = np.concatenate([vertices, vertices[pairs].mean(axis=1)])
-        faces = _divided(faces, middle)
-
-
-def _divided(faces: Index, middle: Index) -> Index:
-    """Faces divided at the middles (m, 3) of their edges 0-1, 1-2 and 2-0; -1 if an edge stays whole."""
-    count = (middle >= 0).sum(axis=1)
-    # Turned so that the edges to be halved come first.
-    first = np.where(count == 2, (np.argmin(middle, axis=1) + 1) % 3, np.argmax(middle, axis=1))
-    turn = (np.arange(3) + first[:, None]) % 3
-    corners, halves = (np.take_along_axis(of, turn, axis=1) for of in (faces, middle))
-    # Columns 0 to 2 are corners, 3 to 5 middles.
-    points = np.concatenate([corners, halves], axis=1)
-    patterns = (
-        ((0, 1, 2),),
-        ((0, 3, 2), (3, 1, 2)),
-        ((3, 1, 4), (0, 3, 4), (0, 4, 2)),
-        ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
-    )
-    parts = [points[count == n][:, pattern].reshape(-1, 3) for n, pattern in enumerate(patterns)]
-    return np.concatenate(parts)
+    with naming(name):
+        return refined(body, EDGE_MM, most=MOST_OBJECT_FACES).body
 
 
 class Unroller:
@@ -103,10 +74,12 @@ class Unroller:
         flat = np.full((len(self.object.vertices), 2), np.nan)
         flat[numbers] = solver.compute_log_map(start) @ basis
         flat[numbers[np.linalg.norm(flat[numbers], axis=1) > REACH_MM]] = np.nan
-        at = np.einsum("nc,ncd->nd", self._shares, flat[self.object.faces[self._face]])
-        kept = np.isfinite(at).all(axis=1)[self._textured.faces].all(axis=1)
+        # Coordinates are worked out only where there are any: a textured mesh may have a million faces.
+        known = np.isfinite(flat).all(axis=1)[self.object.faces].all(axis=1)
+        kept = known[self._face][self._textured.faces].all(axis=1)
         used, inverse = np.unique(self._textured.faces[kept], return_inverse=True)
-        return Body(np.column_stack([at[used], self._heights[used]]), inverse.reshape(-1, 3))
+        at = np.einsum("nc,ncd->nd", self._shares[used], flat[self.object.faces[self._face[used]]])
+        return Body(np.column_stack([at, self._heights[used]]), inverse.reshape(-1, 3))
 
     def _around(self, vertex: int, frame: Frame) -> tuple[Index, Index]:
         """Vertices of the object around one of them, rising, and the faces between them, by their places."""

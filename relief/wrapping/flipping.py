@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from relief.arrays import Array
 from relief.body import Body
 from relief.meshes.neighbourhood import edge_pairs
-from relief.wrapping.refining import refined
+from relief.meshes.refining import refined
 
 FLAT = np.cos(np.radians(0.5))
 """Cosine of the largest angle between the normals of two triangles that count as one plane."""

@@ -29,6 +29,9 @@ FITTING_MM = 0.5
 """Difference of coordinates, mm, beyond which two patches do not fit, however far."""
 MOST_AT_A_FACE = 4
 """Most patches that share a triangle; farther ones are left out."""
+SHARPNESS = 6
+"""Power of the patches' shares inside of triangles. Shares change over strips of 2 mm, wider than triangles;
+with this power about 0.4 mm of a strip are mixtures. Gravel feels rougher on wider ones."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,20 @@ class Layout:
     weight: Array
     stretch: Array
     patches: int
+
+    def at(self, face: NDArray[np.intp], share: Array) -> tuple[Array, Array]:
+        """Coordinates (n, k, 2) of points in their patches, mm, and the patches' shares (n, k).
+
+        Args:
+            face: (n,) triangles that the points lie in.
+            share: (n, 3) barycentric coordinates there.
+        """
+        uv = np.einsum("nc,nkcd->nkd", share, self.uv[face])
+        weight = np.einsum("nc,nkc->nk", share, self.weight[face])
+        weight = weight**SHARPNESS
+        weight[weight < 1e-6 * weight.max(axis=1, keepdims=True)] = 0.0
+        total = weight.sum(axis=1, keepdims=True)
+        return uv, np.divide(weight, total, out=np.zeros_like(weight), where=total > 0.0)
 
 
 def lay_out(body: Body, needed: NDArray[np.bool_], blend_mm: float, normals: Array) -> Layout:

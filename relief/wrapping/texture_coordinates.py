@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from relief.arrays import Array
 from relief.body import Body
+from relief.meshes.refining import face_areas
 from relief.wrapping.patches import Layout, singular_values
-from relief.wrapping.refining import face_areas
 
 STRETCH = 0.25
 """Largest change of a length that coordinates may have against their usual scale, as a part of it."""

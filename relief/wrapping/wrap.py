@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from relief.arrays import Array
 from relief.body import Body
 from relief.errors import InputError
+from relief.meshes.refining import AREA_PER_FACE, expected_faces, face_areas, refined
 from relief.progress import say, stage
 from relief.wrapping.clearance import room
 from relief.wrapping.masks import Regions, mask_at
 from relief.wrapping.patches import lay_out
-from relief.wrapping.refining import AREA_PER_FACE, expected_faces, face_areas, refined
 from relief.wrapping.surfaces import MOST_FACES, BaseSurface, FineSurface, Settings, check_count
 from relief.wrapping.texture_coordinates import by_texture_coordinates
 from relief.wrapping.tiles import Tile
@@ -116,8 +116,8 @@ def wrap(
     with stage("displacing"):
         surface = FineSurface(base, fine, layout)
         textured = surface.carried(settings)
-        uv, weight = surface.coordinates()
-        height = _heights(coverings, surface, uv, weight, edge_mm, settings)
+        uv, weight = layout.at(surface.parent, surface.share)
+        height = _heights(coverings, surface, np.asarray(weight.any(axis=1)), settings)
         offset = height - settings.level * tallest
         moved = offset * textured * surface.of_vertices(factor)
         vertices = fine.body.vertices + moved[:, None] * surface.points.normals
@@ -137,22 +137,15 @@ def wrap(
 
 
 def _heights(
-    coverings: Sequence[Covering],
-    surface: FineSurface,
-    uv: Array,
-    weight: Array,
-    edge_mm: float,
-    settings: Settings,
+    coverings: Sequence[Covering], surface: FineSurface, covered: NDArray[np.bool_], settings: Settings
 ) -> Array:
-    """Heights of the textures at the fine vertices, mm, by their coordinates in the patches."""
-    height = np.zeros(len(uv))
+    """Heights of the textures at the fine vertices, mm; 0 at those that no patch covers."""
+    height = np.zeros(len(covered))
     for covering in coverings:
-        share = np.ones(len(uv))
+        share = covered.astype(float)
         if covering.mask is not None:
-            share = mask_at(covering.mask, surface.points, settings.falloff_mm)
-        there = share > 0.0
-        own = covering.tile.smoothed(edge_mm).blended(uv[there], weight[there])
-        height[there] += share[there] * (own - height[there])
+            share *= mask_at(covering.mask, surface.points, settings.falloff_mm)
+        height += share * (surface.heights(covering.tile, share > 0.0) - height)
     return height
 
 

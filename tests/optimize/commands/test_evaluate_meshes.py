@@ -6,11 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from optimize.commands import mesh_entries
 from optimize.commands.main import main
 from optimize.commands.mesh_entries import mesh_lines
 from relief.body import stl
 from relief.export.plate import export_plate
 from relief.heightmap import save_heights_exr
+from relief.objects.table import OBJECTS
+from relief.wrapping.surfaces import Settings
+from relief.wrapping.tiles import Tile
+from relief.wrapping.wrap import Covering, wrap
 from tests.relief.meshes.bodies import CUBE, cube
 
 
@@ -100,3 +105,21 @@ def test_what_does_not_fit_is_refused_in_one_line(
     assert main(["evaluate", *arguments.split()]) == 2
     told = capsys.readouterr()
     assert told.err.startswith(f"retouch: {line}") and told.err.count("\n") == 1 and told.out == ""
+
+
+@pytest.mark.slow
+def test_a_bundled_object_is_taken_out_by_its_name(
+    bumps: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(mesh_entries, "MOST_PLACES", 3)
+    bare = OBJECTS["ball"].make()
+    part = wrap(bare, [Covering(Tile(bumps, 15.0 / 96))], Settings(edge_mm=0.8)).body
+    Path("part.stl").write_bytes(stl(part))
+    assert main(["evaluate", "part.stl", "--object", "ball", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)[0]
+    assert told["curvature"] == "taken out" and len(told["touches"]) == 3
+    assert main(["evaluate", "part.stl", "--json"]) == 0
+    with_curvature = json.loads(capsys.readouterr().out)[0]
+    # On a ball the finger rests on fewer bumps.
+    assert with_curvature["roughness"] > 1.1 * told["roughness"]

@@ -14,6 +14,8 @@ AREA_PER_FACE = 0.21
 """Mean area of the triangles that refinement leaves, in the square of the longest edge allowed."""
 MOST_ROUNDS = 40
 """Rounds of refinement that even a triangle a million edges long does not need."""
+MOST_FACES = 25_000_000
+"""Triangles at most, where no other number is given: needles may need many more than their area tells."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,9 @@ class Refined:
         return parent, weights
 
 
-def refined(body: Body, edge_mm: float, where: NDArray[np.bool_] | None = None) -> Refined:
+def refined(
+    body: Body, edge_mm: float, where: NDArray[np.bool_] | None = None, most: int = MOST_FACES
+) -> Refined:
     """Divide triangles until no edge is longer than a limit; the surface stays where it is.
 
     Args:
@@ -53,11 +57,12 @@ def refined(body: Body, edge_mm: float, where: NDArray[np.bool_] | None = None) 
         edge_mm: Longest edge allowed, mm.
         where: (faces,) triangles that need it; None: all. Their neighbours are divided along the shared
             edges alone, so that the body stays closed.
+        most: Triangles at most.
 
     Raises:
-        InputError: The triangles degenerate: edges stay too long.
+        InputError: The triangles would be too many, or degenerate: edges stay too long.
     """
-    vertices, faces = body.vertices, body.faces
+    vertices, faces = body.vertices, np.asarray(body.faces, np.int64)
     parent = np.arange(len(faces))
     corners = np.broadcast_to(np.eye(3, dtype=np.float32), (len(faces), 3, 3)).copy()
     needed = np.ones(len(faces), bool) if where is None else where
@@ -71,6 +76,8 @@ def refined(body: Body, edge_mm: float, where: NDArray[np.bool_] | None = None) 
             return Refined(Body(vertices, faces), parent, corners)
         middle = np.minimum(np.searchsorted(split, keys), len(split) - 1)
         marked = (split[middle] == keys) & long_
+        if len(faces) + np.count_nonzero(marked) > most:
+            raise InputError(f"triangles: more than {most:,} would be needed; remesh with triangles of 1 mm")
         middles = np.where(marked, len(vertices) + middle, -1).reshape(-1, 3)
         ends_of = np.stack([split // len(vertices), split % len(vertices)])
         vertices = np.concatenate([vertices, vertices[ends_of].mean(axis=0)])
