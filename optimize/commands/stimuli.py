@@ -128,6 +128,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="number of these patches (default: 3)",
     )
+    add_printer(what, "each level is felt and seen between prints of this printer, whose pixels plates have")
     add_plate(what, side="width of the tile")
     add_skin(what)
     printing = parser.add_argument_group("the print")
@@ -140,10 +141,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=bed,
         metavar="WxD",
         help="sides of the printer's bed, mm; more plates than fit make several files (default: 120x68)",
-    )
-    add_printer(
-        printing,
-        "each level is felt and seen between prints of this printer, and plates have its flat pixels",
     )
     printing.add_argument(
         "--label",

@@ -41,6 +41,8 @@ def test_a_redraw_prints_the_set(copy: Path, capsys: pytest.CaptureFixture[str])
         (["slope.exr", "--jnd", "0,1", "--set", "descent.steps"], "expected KEY=VALUE"),
         (["--redraw"], "the folder holds no stimulus set"),
         (["--redraw", "--jnd", "0,1"], "--redraw: draws the set in the folder"),
+        (["--redraw", "--printer", "mask-50"], "--redraw: draws the set in the folder"),
+        (["slope.exr", "--jnd", "0,1", "--printer", "mask-50", "--with-scaled"], "makes no whole layers"),
     ],
 )
 def test_bad_input_is_told_in_one_line(
