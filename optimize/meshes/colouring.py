@@ -16,7 +16,7 @@ from relief.export.parts import write_parts
 from relief.files import partial_file
 from relief.meshes.places import vertex_normals
 from relief.progress import stage
-from tactile.jnd import ROUGHNESS_JND
+from tactile.jnd import ROUGHNESS_JND, jnd_apart
 
 NEIGHBOURS, WIDTH_MM = 8, 2.5
 """Places whose roughness goes into the colour of a vertex, and the width of their weights, mm."""
@@ -27,7 +27,9 @@ FACING = 0.1
 VIEWS = ((-0.6, -1.0, 0.9), (0.9, -0.7, 0.5))
 """Directions from the object to the cameras."""
 VIEW_PIXELS, SAMPLES = 640, 32
-BAR_PIXELS = 110
+MARGIN_PIXELS, LEAST_PIXELS = 24, 300
+"""White around the object in the picture, and the least height of the picture, which the bar needs."""
+BAR_PIXELS = 150
 
 
 def vertex_colours(feel: MeshFeel) -> tuple[Array, tuple[float, float]]:
@@ -77,7 +79,7 @@ def write_coloured(folder: Path, stem: str, feel: MeshFeel, skin: str) -> tuple[
     colours, ends = vertex_colours(feel)
     solid = write_parts(folder / f"{stem}-roughness.glb", [Part(stem, feel.body, colours=colours)])
     views = [_view(feel.body, colours, np.array(direction)) for direction in VIEWS]
-    picture = _with_legend(views, ends, skin)
+    picture = _with_legend(views, ends, feel.means[ROUGHNESS.name], skin)
     with partial_file(folder / f"{stem}-roughness.png") as path:
         picture.save(path, optimize=True)
     return solid, folder / f"{stem}-roughness.png"
@@ -94,7 +96,8 @@ def _view(body: Body, colours: Array, direction: Array) -> Array:
     up = np.array([0.0, 0.0, 1.0])
     right = np.cross(up, direction)
     right /= np.linalg.norm(right)
-    key = direction + 0.9 * np.cross(direction, right) * -1.0 - 0.8 * right
+    # From above, to the left of the camera.
+    key = direction + 0.9 * np.cross(direction, right) - 0.8 * right
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "mesh.ply"
         path.write_bytes(_ply(body, colours))
@@ -158,19 +161,42 @@ def _ply(body: Body, colours: Array) -> bytes:
     return head.encode() + vertices.tobytes() + faces.tobytes()
 
 
-def _with_legend(views: list[Array], ends: tuple[float, float], skin: str) -> Image.Image:
-    """The views side by side, and a bar of the colours with numbers."""
-    width = VIEW_PIXELS * len(views)
-    picture = Image.new("RGB", (width + BAR_PIXELS, VIEW_PIXELS), "white")
-    for number, view in enumerate(views):
-        picture.paste(Image.fromarray(np.clip(view, 0, 255).astype(np.uint8)), (number * VIEW_PIXELS, 0))
-    top, bottom, left = 90, VIEW_PIXELS - 60, width + 8
+def _with_legend(views: list[Array], ends: tuple[float, float], mean: float, skin: str) -> Image.Image:
+    """The views side by side without most of their white, and a bar of the colours with numbers.
+
+    Args:
+        views: Pictures (rows, cols, 3) in sRGB, 0 to 255, of the same shape.
+        ends: Roughness of the ends of the colours.
+        mean: Roughness from which the bar counts just-noticeable differences.
+        skin: Its name.
+    """
+    seen = np.stack(views).min(axis=3) < 250.0
+    rows = _span(seen.any(axis=(0, 2)), LEAST_PIXELS)
+    views = [view[rows, _span(of.any(axis=0), 0)] for view, of in zip(views, seen, strict=True)]
+    high, width = views[0].shape[0], sum(view.shape[1] for view in views)
+    picture = Image.new("RGB", (width + BAR_PIXELS, high), "white")
+    left = 0
+    for view in views:
+        picture.paste(Image.fromarray(np.clip(view, 0, 255).astype(np.uint8)), (left, 0))
+        left += view.shape[1]
+    left, top, bottom = width + 8, 76, high - 40
     bar = np.repeat(VIRIDIS[np.linspace(255, 0, bottom - top).astype(np.int64)][:, None], 22, axis=1)
     picture.paste(Image.fromarray(bar), (left, top))
     draw, font = ImageDraw.Draw(picture), ImageFont.load_default(15)
-    draw.text((left, top - 52), "roughness", "black", font)
-    draw.text((left, top - 32), f"skin {skin}", "black", font)
-    for share in (0.0, 0.5, 1.0):
-        value = ends[0] + share * (ends[1] - ends[0])
-        draw.text((left + 28, bottom - share * (bottom - top) - 9), f"{value:.3g}", "black", font)
+    draw.text((left, top - 66), "roughness", "black", font)
+    draw.text((left, top - 48), f"skin {skin}", "black", font)
+    for value in (ends[0], mean, ends[1]):
+        at = bottom - (value - ends[0]) / max(ends[1] - ends[0], 1e-12) * (bottom - top)
+        draw.line((left + 22, at, left + 26, at), "black")
+        draw.text((left + 30, at - 18), f"{value:.3g}", "black", font)
+        apart = "mean" if value == mean else f"{jnd_apart(value, mean):+.1f} JND".replace("-", "−")
+        draw.text((left + 30, at), apart, "black", font)
     return picture
+
+
+def _span(seen: Array, least: int) -> slice:
+    """From the first to the last pixel (n,) that is seen, with a margin, and at least so many pixels."""
+    numbers = np.flatnonzero(seen)
+    first, last = (int(numbers[0]), int(numbers[-1]) + 1) if len(numbers) else (0, len(seen))
+    more = max(MARGIN_PIXELS, (least - (last - first) + 1) // 2)
+    return slice(max(first - more, 0), min(last + more, len(seen)))
