@@ -189,7 +189,7 @@ def _with_legend(views: list[Array], ends: tuple[float, float], mean: float, ski
         at = bottom - (value - ends[0]) / max(ends[1] - ends[0], 1e-12) * (bottom - top)
         draw.line((left + 22, at, left + 26, at), "black")
         draw.text((left + 30, at - 18), f"{value:.3g}", "black", font)
-        apart = "mean" if value == mean else f"{jnd_apart(value, mean):+.1f} JND".replace("-", "−")
+        apart = "mean" if value == mean else f"{jnd_apart(value, mean):+.1f} JND"
         draw.text((left + 30, at), apart, "black", font)
     return picture
 
