@@ -2,8 +2,9 @@
 
 Roughness on an object is what `retouch evaluate part.3mf --object NAME` tells of 40 places: heights over the
 unrolled object, pressed as plates of 10 mm. The tile's roughness is that of 40 places and directions on a
-plate. On ball and cylinder the same places are also pressed with the heights that the patches' coordinates
-give them, without triangles, and with flat triangles. `ball:250000` takes about as many triangles.
+plate. On ball and cylinder the same places are also pressed as the tile lies there but on a plate, with the
+heights that the patches' coordinates give them, without triangles, and with flat triangles. `ball:250000`
+takes about as many triangles.
 """
 
 import argparse
@@ -28,7 +29,7 @@ from relief.meshes.solid import volume_mm3
 from relief.meshes.unrolling import Unroller, feet, fine_enough
 from relief.objects.table import OBJECTS
 from relief.wrapping.clearance import smooth_normals
-from relief.wrapping.patches import lay_out
+from relief.wrapping.patches import Layout, lay_out
 from relief.wrapping.surfaces import MOST_FACES, BaseSurface, Settings
 from relief.wrapping.tiles import Tile
 from relief.wrapping.wrap import BLEND_MM, Covering, wrap
@@ -78,7 +79,7 @@ def around(name: str, frame: Frame) -> Array | None:
     if name == "ball":
         turn = np.linalg.norm(offset, axis=1)[:, None] / RADIUS_MM
         return np.asarray(np.cos(turn) * RADIUS_MM * frame.axes[2] + np.sinc(turn / np.pi) * offset)
-    if name == "cylinder" and abs(frame.axes[2, 2]) < 0.1:
+    if name == "cylinder" and abs(frame.axes[2, 2]) < 0.1 and 5.1 < frame.at[2] < 34.9:
         outward = frame.axes[2] * (1.0, 1.0, 0.0)
         along = np.cross((0.0, 0.0, 1.0), outward)
         turn = (offset @ along / RADIUS_MM)[:, None]
@@ -88,26 +89,42 @@ def around(name: str, frame: Frame) -> Array | None:
     return None
 
 
+def as_laid(tile: Tile, layout: Layout, base: Body, points: Array) -> list[Array]:
+    """Heights (n, n) mm of a lattice on a surface, and of the tile on a plate, laid as in the middle."""
+    face, share = feet(points, base)
+    uv, weight = layout.at(face, share)
+    rows, slot = np.arange(len(uv)), np.argmax(weight, axis=1)
+    patch = layout.patch[face, slot]
+    middle = np.linalg.norm(lattice(), axis=1)
+    near = (middle < 1.5) & (patch == patch[np.argmin(middle)])
+    plane = np.column_stack([np.ones(len(uv)), lattice()])
+    affine = np.linalg.lstsq(plane[near], uv[rows, slot][near], rcond=None)[0]
+    on_plate = tile.at(plane @ affine)
+    return [of.reshape(SAMPLES, SAMPLES) for of in (tile.blended(uv, weight), on_plate)]
+
+
 def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) -> dict[str, Any]:
-    """JND from the tile where the bare surface is known: by the coordinates alone, and by the triangles."""
+    """JND from the tile where the bare surface is known: of the places, the coordinates and the triangles."""
     places = {
         number: points
         for number, crop in enumerate(felt.crops)
         if (points := around(name, crop.frame)) is not None
     }
     if not places:
-        return {"without_triangles_jnd": None, "flat_triangles_jnd": None, "curved_triangles_jnd": None}
+        return {}
     base = BaseSurface(bare, None, {}, Settings()).body
     layout = lay_out(base, np.ones(len(base.vertices), bool), BLEND_MM, smooth_normals(base))
     tile = tile_of(TEXTURE)
     unroller = Unroller(wrapped, fine_enough(bare, name))
-    exact, flat = [], []
+    laid, flat = [], []
     for number, points in places.items():
-        exact.append(tile.blended(*layout.at(*feet(points, base))).reshape(SAMPLES, SAMPLES))
+        laid.append(as_laid(tile, layout, base, points))
         unrolled = unroller.unrolled(*unroller.frame(felt.crops[number].frame.at))
         flat.append(Cropper(unrolled, fine_mm=0.0).crop(Frame(np.zeros(3), np.eye(3))).heights)
+    on_object, on_plate = (np.stack(of) for of in zip(*laid, strict=True))
     return {
-        "without_triangles_jnd": apart(roughness(np.stack(exact)), plate),
+        "same_places_on_plate_jnd": apart(roughness(on_plate), plate),
+        "without_triangles_jnd": apart(roughness(on_object), plate),
         "flat_triangles_jnd": apart(roughness(np.stack(flat)), plate),
         "curved_triangles_jnd": apart(felt.values["roughness"][list(places)], plate),
     }
@@ -166,9 +183,10 @@ def main() -> None:
         rows[name] = measured(name, plate)
         tile = {"texture": TEXTURE, "roughness": float(plate.mean()), "spread": float(plate.std())}
         save("objects", {"machine": machine(), "tile": tile, "objects": rows})
-    keys = [key for key in next(iter(rows.values())) if key not in ("volume_mm3", "edge_mm", "size_error_mm")]
+    last = rows[names[-1]]
+    keys = [key for key in last if key not in ("volume_mm3", "edge_mm", "size_error_mm")]
     print(f"tile: {plate.mean():.4f} +- {plate.std():.4f}")
-    print(table(("object", *keys), [(name, *(row[key] for key in keys)) for name, row in rows.items()]))
+    print(table(("object", *keys), [(name, *(row.get(key) for key in keys)) for name, row in rows.items()]))
 
 
 if __name__ == "__main__":
