@@ -1,8 +1,8 @@
 """The objects of the paper's section 6: python -m benchmarks.paper_objects [BODY ...]. Feels and looks.
 
-Tiles by `retouch optimize --fast` (runs/paper-objects), objects as `retouch wrap --faces 300000` makes them,
-felt as `retouch evaluate --object` feels them, rendered from five sides under two lights. What the results
-hold is not done again.
+Tiles by `retouch optimize --fast` (runs/paper-objects), objects as `retouch wrap` makes them, felt as
+`retouch evaluate --object` feels them. With 300,000 triangles they are rendered from five sides under two
+lights. What the results hold is not done again.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from relief.export.plate import plate_mesh
 from relief.meshes.mesh import Mesh
 from relief.objects.swept import LINKS
 from relief.objects.table import OBJECTS, Region
-from relief.wrapping.surfaces import Settings
+from relief.wrapping.surfaces import MOST_FACES, Settings
 from relief.wrapping.wrap import Covering, Wrapped, wrap
 from tactile.jnd import jnd_apart
 
@@ -53,8 +53,9 @@ TILES: dict[str, tuple[str, str]] = {
 }
 """Texture and target of each tile; a name without an entry is a bundled texture."""
 FACES, PLACES = 300_000, 24
-"""Triangles of an object, about, and most places that are felt."""
-MAT_MM, LOGO_MM = (50.0, 3.0), 16.0
+"""Triangles of an object that is rendered, about, and most places of one that is felt, which has the default
+number of triangles."""
+MAT_MM, LOGO_MM = (64.0, 3.0), 16.0
 """Side and thickness of the mat, and radius of the disc in its middle, mm."""
 ACROSS_MM = 5.0
 """Half the side of the patch that a finger presses, mm."""
@@ -93,12 +94,9 @@ def _links(at: Array) -> dict[str, NDArray[np.bool_]]:
 
 def _stations(at: Array) -> dict[str, NDArray[np.bool_]]:
     """Places by their position along the slider; the first, third and last lie where one tile ends a ramp."""
-    ends = (-31.0, -20.0, -4.0, 4.0, 20.0, 31.0)
-    middles = ("left end", "x = -12 mm", "middle", "x = 12 mm", "right end")
-    return {
-        name: (at[:, 0] >= low) & (at[:, 0] < high)
-        for name, low, high in zip(middles, ends, ends[1:], strict=False)
-    }
+    names = ("left end", "x = -12 mm", "middle", "x = 12 mm", "right end")
+    part = np.digitize(at[:, 0], (-20.0, -4.0, 4.0, 20.0))
+    return {name: part == number for number, name in enumerate(names)}
 
 
 def _logo(at: Array) -> NDArray[np.bool_]:
@@ -106,9 +104,13 @@ def _logo(at: Array) -> NDArray[np.bool_]:
 
 
 def _mat(at: Array) -> dict[str, NDArray[np.bool_]]:
+    """Places whose patch lies on one look, and those across the border or nearer to the rim than 2 mm."""
     far = np.hypot(at[:, 0], at[:, 1]) - LOGO_MM
     reach = np.sqrt(2.0) * ACROSS_MM
-    return {"logo": far < -reach, "around it": far > reach, "across the border": np.abs(far) <= reach}
+    rim = np.abs(at[:, :2]).max(axis=1) > 0.5 * MAT_MM[0] - ACROSS_MM - 2.0
+    border = np.abs(far) <= reach
+    around = (far > reach) & ~rim
+    return {"logo": far < -reach, "around it": around, "across the border": border & ~rim, "at the rim": rim}
 
 
 def _whole(bare: str, tile: str, target: float) -> Case:
@@ -186,7 +188,7 @@ def wrapped(bare: str, coverings: tuple[tuple[str, str | None], ...], faces: int
 def felt(case: Case) -> dict[str, Any]:
     """Roughness of each group of places of an object."""
     began = time.process_time()
-    textured = wrapped(case.bare, case.coverings)
+    textured = wrapped(case.bare, case.coverings, MOST_FACES)
     bare, _ = object_of(case.bare)
     with_texture, without = (Mesh(body, None, Path(case.bare)) for body in (textured.body, bare))
     feel = feel_of(with_texture, load_skin("paper"), "layer", case.places, without)
@@ -247,9 +249,7 @@ def tile_row(name: str) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join([*CASES, *PAIRS])}")
     names = parser.parse_args().names
     for name in TILES:
