@@ -50,15 +50,15 @@ def sections() -> tuple[str, ...]:
 
 `retouch study benchmarks/plates.toml`, after `python -m benchmarks.plates textures`: the same ten textures as
 plates of 25 mm with 500 x 500 samples, steered at 49 places by the fast look. "between": finite elements at
-36 places in the middle between the 49. "mean off", "worst off": distance of their mean and of the worst from the
-target, JND. Change of the pictures in % of the mean picture.
+36 places in the middle between the 49. "mean off", "worst off": distance of their mean and of the worst from
+the target, JND. Change of the pictures in % of the mean picture.
 
 {every()}
 
-![Ten plates, and how far each of 85 places is from its target, for two JND smoother and rougher](images/plates.png)
+![Ten plates, and how far each of 85 places is from its target, smoother and rougher](images/plates.png)
 
-*All 85 places of the finger's middle, by finite elements (`python -m benchmarks.plates_figure`). Waves cannot become two
-JND smoother.*
+*All 85 places of the finger's middle, by finite elements (`python -m benchmarks.plates_figure`). Waves cannot
+become two JND smoother.*
 """
     return (text,)
 
