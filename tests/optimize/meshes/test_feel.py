@@ -16,7 +16,7 @@ from optimize.meshes.colouring import (
     vertex_colours,
     write_coloured,
 )
-from optimize.meshes.feel import MeshFeel, feel_of
+from optimize.meshes.feel import MeshFeel, feel_of, textured
 from relief.body import Body
 from relief.errors import InputError
 from relief.export.plate import plate_mesh
@@ -109,3 +109,24 @@ def test_an_object_elsewhere_is_refused(gravel: np.ndarray) -> None:
     other = Mesh(Body(flat.vertices + np.array([0.0, 0.0, 20.0]), flat.faces), None, Path("other.stl"))
     with pytest.raises(InputError, match=r"other.stl: lies up to .* mm from plate.stl"):
         feel_of(plate, Skin(), without_texture=other)
+
+
+TILES = sorted(path.stem for path in find_texture("gravel-tile").parent.glob("*-tile.png"))
+
+
+@pytest.mark.parametrize("name", TILES)
+def test_a_texture_covers_a_patch_unless_it_ends_or_has_not_grown_there(name: str) -> None:
+    heights = load_heights(find_texture(name))
+    at = (np.arange(128) - 63.5) * 10.0 / 128
+    x, y = (grid.ravel() for grid in np.meshgrid(at, at))
+    for start in range(0, 128, 16):
+        z = np.roll(heights, (start, 3 * start), (0, 1)).ravel()
+        assert textured(np.column_stack([x, y, z]))
+        for grown in (np.where(x < -2.0, 0.0, 1.0), np.clip((x + 4.0) / 4.0, 0.0, 1.0)):
+            assert not textured(np.column_stack([x, y, grown * z]))
+
+
+def test_without_any_texture_a_patch_is_not_textured() -> None:
+    assert not textured(
+        np.column_stack([*np.random.default_rng(0).uniform(-5.0, 5.0, (2, 999)), np.zeros(999)])
+    )
