@@ -30,11 +30,11 @@ FARTHEST_OBJECT_MM = 2.0 * HEIGHT_LIMIT_MM
 """Largest distance of a textured mesh from its object without texture, mm."""
 TEXTURED_MM = 1e-3
 """Least height over the object, mm, that is texture and no rounding."""
-WINDOWS = 8
-"""Parts of a patch's side; two of them, 2.5 mm, are the side of the windows that have to be textured."""
+RIM_MM = 1.875
+"""Width of the strips along the sides of a patch that have to be textured."""
 LEAST_TEXTURE = 0.4
-"""Largest height in a window, in units of the median over all windows, from which it counts as textured. The
-least over the tiles that come with Retouch is 0.41 (dots); where a texture ends it falls to 0."""
+"""Height of a texture in half a strip, in units of that in its patch, from which it counts as textured.
+The least over places on the tiles that come with Retouch is 0.49 (terrain); without texture it is 0."""
 
 
 @dataclass(frozen=True)
@@ -171,21 +171,24 @@ def _unrolled_crop(unroller: Unroller, near: Array) -> Crop:
     vertex, frame = unroller.frame(near)
     flat = unroller.unrolled(vertex, frame)
     crop = Cropper(flat).crop(Frame(np.zeros(3), np.eye(3)))
-    return Crop(frame, crop.heights, crop.on_edge or not textured(flat.vertices))
+    inside = (np.abs(flat.vertices[:, :2]) < 0.5 * PATCH_SIDE_MM).all(axis=1)
+    # The highest point of a crop is at the limit.
+    over = crop.heights - HEIGHT_LIMIT_MM + flat.vertices[inside, 2].max(initial=0.0)
+    return Crop(frame, crop.heights, crop.on_edge or not textured(over))
 
 
-def textured(vertices: Array) -> bool:
-    """Whether the texture (n, 3) mm over an unrolled object covers the patch around its origin.
+def textured(over: Array) -> bool:
+    """Whether a texture covers a patch: heights (n, n) mm over the object, 10 mm a side.
 
-    Where it ends, or has not yet grown to 0.4 of its height within the patch, the finger feels a step.
+    Where it ends, or has not yet grown to 0.4 of its height along a side, the finger feels a step. A height
+    is the 95th percentile of distances from the object, as a texture may be cut into it.
     """
-    cells = np.floor((vertices[:, :2] / PATCH_SIDE_MM + 0.5) * WINDOWS).astype(int)
-    inside = ((cells >= 0) & (cells < WINDOWS)).all(axis=1)
-    highest = np.zeros((WINDOWS, WINDOWS))
-    np.maximum.at(highest, tuple(cells[inside].T), np.abs(vertices[inside, 2]))
-    windows = np.lib.stride_tricks.sliding_window_view(highest, (2, 2)).max(axis=(2, 3))
-    typical = float(np.median(windows))
-    return typical > TEXTURED_MM and bool(windows.min() > LEAST_TEXTURE * typical)
+    away = np.abs(over)
+    height, width = np.percentile(away, 95.0), round(RIM_MM / PATCH_SIDE_MM * len(away))
+    strips = [strip for sides in (away, away.T) for strip in (sides[:width], sides[-width:])]
+    halves = [half for strip in strips for half in np.array_split(strip, 2, axis=1)]
+    least = min(float(np.percentile(half, 95.0)) for half in halves)
+    return bool(height > TEXTURED_MM and least > LEAST_TEXTURE * height)
 
 
 def pressed(heights: Array, skin: tactile.Skin, model: ModelName) -> tuple[dict[str, Array], Array]:
