@@ -74,6 +74,12 @@ class Worker:
         self._stop()
         self._folder.cleanup()
 
+    @property
+    def pid(self) -> int:
+        """The process that runs cases now."""
+        assert self._process.pid is not None
+        return self._process.pid
+
     def bases(self, learning: bool = False) -> dict[str, Base]:
         """The sound inputs by kind.
 

@@ -4,6 +4,8 @@
 """
 
 import json
+import os
+import signal
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -83,7 +85,9 @@ def test_a_case_that_ends_or_blocks_the_process_is_a_failure(
     worker: Worker, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """What the fuzzing is for has to be seen by it."""
-    monkeypatch.setattr("tests.fuzz.engine.WAITING_S", 0.0)
+    monkeypatch.setattr("tests.fuzz.engine.WAITING_S", 0.1)
+    # A stopped process never answers, however busy the machine is.
+    os.kill(worker.pid, signal.SIGSTOP)
     outcome = worker.run(Case("height maps", {"plate.png": b""}, ["plate.png", None, None, None]))
     assert (outcome.verdict, sign_of(outcome)) == ("failed", "blocks the process")
     monkeypatch.undo()
