@@ -70,7 +70,8 @@ def side(row: Mapping[str, Any]) -> tuple[int, int]:
 
 def as_text(results: Mapping[str, Any]) -> str:
     """The table, and a line of the exponents."""
-    text = table([*SHOWN.values()], [[row[key] for key in SHOWN] for row in results["rows"]])
+    shown = [{**row, "cpu_s": round(row["cpu_s"])} for row in results["rows"]]
+    text = table([*SHOWN.values()], [[row[key] for key in SHOWN] for row in shown])
     powers = [f"{SHOWN[key]} {power:.2f}" for key, power in results["exponents"].items()]
     grown = f"\nExponents in the area, from {SEVERAL_PLACES_MM} mm: {', '.join(powers)}.\n" if powers else ""
     return f"{text}\n{grown}"
