@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.special import ndtri
 
@@ -60,7 +59,8 @@ class Tile:
 
     def alike(self, shift: Array) -> Array:
         """Correlation (n,) of normal scores whose coordinates differ by (n, 2) mm."""
-        return _linear(self.correlation, -shift[:, 1] / self.pitch_mm, shift[:, 0] / self.pitch_mm)
+        steps = np.stack([-shift[:, 1], shift[:, 0]]) / self.pitch_mm
+        return np.asarray(ndimage.map_coordinates(self.correlation, steps, order=1, mode="grid-wrap"))
 
     def blended(self, uv: Array, weight: Array) -> Array:
         """Heights (n,) in mm where patches overlap, distributed as those of the tile.
@@ -95,19 +95,3 @@ class Tile:
             mixed = sums / np.sqrt(np.maximum(variance, least))
             heights[several] = np.interp(mixed, scores, levels)
         return heights
-
-
-def _linear(values: Array, row: Array, col: Array) -> Array:
-    """Values between the samples of an array that repeats."""
-    rows, cols = values.shape
-    top, left = np.floor(row), np.floor(col)
-    down, right = row - top, col - left
-    r0, c0 = top.astype(np.intp) % rows, left.astype(np.intp) % cols
-    r1, c1 = (r0 + 1) % rows, (c0 + 1) % cols
-
-    def at(r: NDArray[np.intp], c: NDArray[np.intp]) -> Array:
-        return np.asarray(values[r, c])
-
-    upper = at(r0, c0) * (1.0 - right) + at(r0, c1) * right
-    lower = at(r1, c0) * (1.0 - right) + at(r1, c1) * right
-    return np.asarray(upper * (1.0 - down) + lower * down)
