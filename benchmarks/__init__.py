@@ -2,7 +2,7 @@
 
 import os
 
-from optimize.commands.main import PATIENT_THREADS
+from retouch.commands.main import PATIENT_THREADS
 
 # Before torch, which reads them once.
 for _name, _value in PATIENT_THREADS.items():

@@ -32,14 +32,14 @@ from torch.nn import functional
 import tactile
 from benchmarks.common import load, machine, save, table
 from benchmarks.unseen import spread
-from optimize.training.fields import studio_material
-from optimize.training.look_loss import LookLoss
-from optimize.training.look_loss import examples_of as look_examples
-from optimize.training.look_setup import studio_sky
-from optimize.training.touch_accuracy import LEAST_ROUGHNESS
-from optimize.training.touch_loss import LEAST_STRAIN, TouchLoss, skin_of, touch_loss
-from optimize.training.touch_loss import examples_of as touch_examples
 from relief.surface import Surface
+from retouch.training.fields import studio_material
+from retouch.training.look_loss import LookLoss
+from retouch.training.look_loss import examples_of as look_examples
+from retouch.training.look_setup import studio_sky
+from retouch.training.touch_accuracy import LEAST_ROUGHNESS
+from retouch.training.touch_loss import LEAST_STRAIN, TouchLoss, skin_of, touch_loss
+from retouch.training.touch_loss import examples_of as touch_examples
 from surrogate.corpus.splits import Split
 from surrogate.data.field_set import Fieldset, open_fieldset
 from surrogate.nets.augmentation import transformed

@@ -25,8 +25,8 @@ import retouch
 from benchmarks.common import save, table
 from benchmarks.prusa import PRINTER, TIME_LIMIT_S, Slicer, plate_heights
 from mitsuba_scenes import find_texture
-from relief.arrays import Array
 from relief.body import Body, Part, joined
+from relief.common.arrays import Array
 from relief.export.parts import write_parts
 from relief.export.plate import plate_mesh, repeated
 from relief.export.printed import printed

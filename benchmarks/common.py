@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from relief.files import write_atomically
+from relief.common.files import write_atomically
 
 RESULTS = Path(__file__).parent / "results"
 

@@ -19,7 +19,7 @@ from benchmarks.paper_objects import FACES, FAST, RUNS, run_once
 from benchmarks.views import LIGHTS, SIZE, VIEWS, Pictures, change_percent, pictures, sheet
 from optimize.run_directory.key import read_result
 from optimize.settings.run_file import run_from_scene
-from relief.arrays import Array
+from relief.common.arrays import Array
 from relief.objects.table import OBJECTS
 from relief.wrapping.surfaces import Settings
 from relief.wrapping.wrap import Covering, wrap

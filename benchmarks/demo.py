@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.common import RESULTS, table
-from optimize.studies.document import flat_rows, read_document
+from retouch.studies.document import flat_rows, read_document
 
 STUDIES = RESULTS / "studies"
 """Documents of finished studies."""

@@ -27,8 +27,8 @@ from torch import Tensor
 
 from benchmarks.common import load, machine, save, table
 from benchmarks.unseen import Reliefs, arguments, kept, sets, spread, unseen
-from optimize.training.fields import STUDIO
-from relief.arrays import Array
+from relief.common.arrays import Array
+from retouch.training.fields import STUDIO
 from visual.exact.discontinuities import EdgeSamples
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.renderer import FastRenderer

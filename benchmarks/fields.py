@@ -20,8 +20,8 @@ import torch
 
 import tactile
 from benchmarks.common import machine, save, table
-from optimize.training.fields import STUDIO, VARIANT, light_directions, touch_fields
-from relief.arrays import Array
+from relief.common.arrays import Array
+from retouch.training.fields import STUDIO, VARIANT, light_directions, touch_fields
 from surrogate.corpus.photographs import bundled
 from surrogate.corpus.recipes import heights, recipes
 from visual.exact.light_scene import LightScene

@@ -14,15 +14,15 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from benchmarks.demo import rows_of
-from optimize.report.colour_maps import srgb
-from optimize.report.metrics import mean_change
 from optimize.run_directory.key import SETTINGS
-from optimize.runs.subjects import RESULT
 from optimize.settings.run_file import load_run
-from optimize.studies.engine import ROWS
-from optimize.studies.row_key import SHORT
-from relief.arrays import Array
+from optimize.verification.picture_metrics import mean_change
+from relief.common.arrays import Array
+from relief.common.srgb import srgb
 from relief.heightmap import load_heights
+from retouch.studies.engine import ROWS
+from retouch.studies.row_key import SHORT
+from retouch.subjects import RESULT
 from visual.scene import load_scene
 
 JND = 2

@@ -23,7 +23,7 @@ from optimize.descent.driver import descend
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Targets
-from relief.arrays import Array
+from relief.common.arrays import Array
 from visual.scene import Scene, load_scene
 
 CASES = {"gravel+2": ("gravel", 2.0), "brick+2": ("brick", 2.0), "grass-2": ("grass", -2.0)}

@@ -26,9 +26,9 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from benchmarks.common import load, machine, save, table
-from relief.files import write_atomically
+from relief.common.files import write_atomically
+from relief.common.limits import PATCH_SIDE_MM
 from relief.heightmap import load_heights
-from relief.limits import PATCH_SIDE_MM
 from relief.shading import facing, lit
 
 SHEET = Path("docs/images/first-mile.png")

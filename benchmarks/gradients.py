@@ -17,7 +17,7 @@ from scipy.ndimage import gaussian_filter
 
 from benchmarks.common import load, machine, save, table
 from benchmarks.sight import SMOOTHNESS, altered, mitsubas_integrator, reliefs, scene_of
-from relief.arrays import Array
+from relief.common.arrays import Array
 from visual.exact.light_scene import LightScene
 from visual.exact.render import PictureIndex, RenderSettings, edge_gradient, interior_gradient
 from visual.scene import Scene

@@ -23,7 +23,7 @@ from benchmarks import look_split
 from benchmarks.common import load, machine, median_seconds, save, table
 from benchmarks.gradients import GRAVEL, directions
 from benchmarks.sight import altered, mitsubas_integrator, reliefs, scene_of
-from relief.arrays import Array
+from relief.common.arrays import Array
 from relief.heightmap import load_heights
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.render import RenderSettings, pictures

@@ -16,10 +16,9 @@ import numpy as np
 
 from benchmarks.common import load, machine, save, table
 from mitsuba_scenes import find_texture
-from optimize.descent.touch_measures import measure_touch
-from optimize.meshes.feel import feel_of, pressed
-from relief.arrays import Array
+from optimize.verification.mesh_feel import feel_of, pressed
 from relief.body import Body, Part
+from relief.common.arrays import Array
 from relief.export.parts import write_parts
 from relief.export.plate import plate_mesh
 from relief.heightmap import load_heights
@@ -30,6 +29,7 @@ from relief.meshes.unrolling import fine_enough
 from relief.places import places
 from relief.surface import Surface
 from tactile import jnd_apart
+from tactile.measures import measure_touch
 from tactile.skin import Skin
 
 PLATE_MM, TILE_MM = 25.0, 10.0

@@ -16,10 +16,10 @@ import numpy as np
 
 from benchmarks.common import load, machine, save, table
 from mitsuba_scenes import find_texture
-from optimize.meshes.feel import MeshFeel, feel_of, pressed
 from optimize.settings.skins import load_skin
-from relief.arrays import Array
+from optimize.verification.mesh_feel import MeshFeel, feel_of, pressed
 from relief.body import Body
+from relief.common.arrays import Array
 from relief.heightmap import load_height_map
 from relief.meshes.crops import Cropper
 from relief.meshes.intersections import self_intersections

@@ -13,9 +13,9 @@ import numpy as np
 from PIL import Image
 
 from benchmarks.objects import TEXTURE, tile_of
-from optimize.report.colour_maps import srgb
-from relief.arrays import Array
 from relief.body import Body, Part
+from relief.common.arrays import Array
+from relief.common.srgb import srgb
 from relief.export.parts import write_parts
 from relief.objects.table import OBJECTS
 from relief.wrapping.surfaces import Settings

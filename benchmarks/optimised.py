@@ -19,15 +19,15 @@ import numpy as np
 import torch
 
 import tactile
-from optimize.runs.progress import shown
-from optimize.runs.subjects import RESULT
 from optimize.settings.run_file import run_from_scene
-from optimize.studies.engine import compute, row_folder
-from optimize.studies.row_key import row_key
-from optimize.studies.rows import Expanded, Row, Table
-from optimize.training.fields import STUDIO
-from optimize.workers.choice import runner
 from relief.heightmap import load_heights
+from retouch.progress_display import shown
+from retouch.studies.engine import compute, row_folder
+from retouch.studies.row_key import row_key
+from retouch.studies.rows import Expanded, Row, Table
+from retouch.subjects import RESULT
+from retouch.training.fields import STUDIO
+from retouch.workers.choice import runner
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import MANIFEST_FILE, entry, write_manifest
 from surrogate.corpus.optimised import checksum, load, store

@@ -14,7 +14,7 @@ from PIL import Image, ImageDraw
 
 from benchmarks.paper_objects import CASES, object_of, wrapped
 from benchmarks.views import pictures, sheet
-from relief.arrays import Array
+from relief.common.arrays import Array
 
 IMAGES = Path("docs/images")
 MARGIN, LINE = 12, 20

@@ -21,20 +21,20 @@ from numpy.typing import NDArray
 from benchmarks.common import load, machine, save, table
 from benchmarks.objects import tile_of
 from benchmarks.views import Pictures, change_percent, pictures
-from optimize.meshes.feel import feel_of
 from optimize.run_directory.key import SETTINGS, read_result
-from optimize.runs import job
-from optimize.runs.comparison import compare
 from optimize.settings.run_file import Run, load_run, run_from_scene
 from optimize.settings.skins import load_skin
-from relief.arrays import Array
+from optimize.verification.mesh_feel import feel_of
 from relief.body import Body
+from relief.common.arrays import Array
 from relief.export.plate import plate_mesh
 from relief.meshes.mesh import Mesh
 from relief.objects.swept import LINKS
 from relief.objects.table import OBJECTS, Region
 from relief.wrapping.surfaces import MOST_FACES, Settings
 from relief.wrapping.wrap import Covering, Wrapped, wrap
+from retouch import runs
+from retouch.comparison import compare
 from tactile.jnd import jnd_apart
 
 RUNS = Path("runs/paper-objects")
@@ -156,7 +156,7 @@ def run_once(run: Run, folder: Path) -> None:
         known = load_run(folder / SETTINGS)
         if (known.texture, known.touch) == (run.texture, run.touch):
             return
-    job.run(run, folder, force=True)
+    runs.optimize(run, folder, force=True)
 
 
 def tile_path(name: str) -> str:

@@ -15,8 +15,8 @@ from typing import Any
 
 from benchmarks.common import RESULTS, table
 from mitsuba_scenes import find_texture
-from optimize.studies.document import flat_rows, read_document
 from relief.preparing.preparation import prepare
+from retouch.studies.document import flat_rows, read_document
 
 DOCUMENT = RESULTS / "studies" / "plates.json"
 TEXTURES = Path("runs") / "plates" / "textures"

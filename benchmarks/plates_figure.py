@@ -17,11 +17,11 @@ from matplotlib.axes import Axes
 from benchmarks.charts import INK, pyplot, style
 from benchmarks.plates import DOCUMENT, NAMES, PLATE_MM, TEXTURES
 from optimize.run_directory.key import RESULT
-from optimize.studies.document import flat_rows, read_document
-from optimize.studies.engine import ROWS
-from optimize.studies.row_key import SHORT
 from relief.heightmap import load_heights
 from relief.shading import facing
+from retouch.studies.document import flat_rows, read_document
+from retouch.studies.engine import ROWS
+from retouch.studies.row_key import SHORT
 from tactile.jnd import jnd_apart
 
 AZIMUTH_DEG, ELEVATION_DEG = 135.0, 35.0

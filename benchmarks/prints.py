@@ -20,14 +20,14 @@ import numpy as np
 from benchmarks.charts import FAINT, INK, frame, pyplot, style
 from benchmarks.common import load, save, table
 from mitsuba_scenes import find_texture
-from optimize.descent.touch_measures import measure_touch
-from optimize.runs import job
 from optimize.settings.run_file import Run, run_from_scene
-from relief.arrays import Array
+from relief.common.arrays import Array
+from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.export.printed import printed
 from relief.heightmap import load_heights
-from relief.limits import HEIGHT_LIMIT_MM
+from retouch.runs import optimize
 from tactile.jnd import jnd_apart
+from tactile.measures import measure_touch
 from tactile.skin import Skin
 from visual.scene import Scene, load_scene
 
@@ -83,7 +83,7 @@ def measured(runs: Path, texture: str, jnd: int, variant: str) -> dict[str, Any]
         settings = run_from_scene(scene, file, [f"touch.jnd={jnd}", *SETTINGS, *own])
         folder = runs / f"{texture}{jnd:+d}-{name}".replace(" ", "-")
         if not (folder / "result.json").is_file():
-            job.run(settings, folder, force=True)
+            optimize(settings, folder, force=True)
         return settings, load_heights(folder / "heights.exr")
 
     free = result("screen")[1]

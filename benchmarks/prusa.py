@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from relief.export.printers import Printer, find_printer
 
 PRINTER = find_printer("mask-50")

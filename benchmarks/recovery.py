@@ -28,7 +28,7 @@ from scipy.ndimage import gaussian_filter, zoom
 from benchmarks.charts import frame, style
 from benchmarks.common import load, machine, save, table
 from optimize.descent.gauss_newton.laplacian import laplacian
-from relief.arrays import Array
+from relief.common.arrays import Array
 from relief.heightmap import load_heights
 from tactile.sparse import factorised
 from visual.exact import render

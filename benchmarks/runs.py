@@ -20,8 +20,8 @@ from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
-from optimize.report.picture_change import change
-from relief.arrays import Array
+from optimize.verification.picture_change import change
+from relief.common.arrays import Array
 from visual.noise import Batches, batched
 from visual.scene import Scene, load_scene
 

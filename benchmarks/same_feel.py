@@ -15,17 +15,17 @@ import numpy as np
 
 from benchmarks.charts import pyplot, style
 from benchmarks.common import RESULTS, table
-from optimize.descent.targets import CONTACT_AREA, ROUGHNESS
-from optimize.report.colour_maps import srgb
 from optimize.run_directory.key import SETTINGS, read_result
 from optimize.settings.run_file import Run, load_run
-from optimize.studies.document import flat_rows, read_document
-from optimize.studies.engine import ROWS
-from optimize.studies.row_key import SHORT
-from relief.arrays import Array
-from relief.formats import RUN_HEIGHTS
+from relief.common.arrays import Array
+from relief.common.formats import RUN_HEIGHTS
+from relief.common.srgb import srgb
 from relief.heightmap import load_heights
+from retouch.studies.document import flat_rows, read_document
+from retouch.studies.engine import ROWS
+from retouch.studies.row_key import SHORT
 from tactile.jnd import jnd_apart
+from tactile.quantities import CONTACT_AREA, ROUGHNESS
 from visual.scene import load_scene
 
 DOCUMENT = RESULTS / "studies" / "same-feel.json"

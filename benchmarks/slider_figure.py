@@ -14,11 +14,11 @@ import numpy as np
 
 from benchmarks.charts import FAINT, INK, frame, pyplot, style
 from benchmarks.common import load
-from optimize.report.colour_maps import srgb
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
-from relief.arrays import Array
-from relief.formats import RUN_HEIGHTS
+from relief.common.arrays import Array
+from relief.common.formats import RUN_HEIGHTS
+from relief.common.srgb import srgb
 from relief.heightmap import load_heights
 from visual.scene import load_scene
 

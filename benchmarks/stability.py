@@ -26,8 +26,8 @@ import tactile
 from benchmarks.common import load, machine, save
 from benchmarks.sight import MATERIALS, altered, light
 from optimize.descent.gauss_newton.method import EDGE_SAMPLES, REFINEMENT, STRATA
-from relief.arrays import Array
-from relief.errors import InputError
+from relief.common.arrays import Array
+from relief.common.errors import InputError
 from relief.heightmap import load_heights
 from tactile.contact import solve_contact
 from tactile.model import TouchModel, touch_model

@@ -21,14 +21,14 @@ from PIL import Image
 
 from benchmarks.charts import style
 from benchmarks.common import load, machine, save, table
-from optimize.report.colour_maps import hillshade
-from optimize.stimuli.document import DOCUMENT, RENDERS
-from optimize.stimuli.levels import ROUGHNESS
-from optimize.stimuli.plates import cut_square
-from optimize.stimuli.stimulus_set import FILE, read_set
+from relief.common.files import write_atomically
 from relief.export.pixel_font import bitmap
-from relief.files import write_atomically
 from relief.heightmap import load_height_map
+from retouch.pages.colour_maps import hillshade
+from retouch.stimulus_sets.document import DOCUMENT, RENDERS
+from retouch.stimulus_sets.levels import ROUGHNESS
+from retouch.stimulus_sets.plates import cut_square
+from retouch.stimulus_sets.stimulus_set import FILE, read_set
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE, PICTURE = DOCS / "stimuli.md", DOCS / "images" / "stimuli.png"

@@ -12,18 +12,18 @@ import numpy as np
 
 from benchmarks.charts import pyplot, style
 from benchmarks.tiles import ALL, ONE, Row, cases
-from optimize.descent.targets import ROUGHNESS
-from optimize.descent.touch_measures import measure_touch
-from optimize.report.colour_maps import srgb
 from optimize.run_directory.key import SETTINGS
-from optimize.runs.subjects import RESULT
 from optimize.settings.run_file import load_run
-from optimize.studies.engine import ROWS
-from optimize.studies.row_key import SHORT
-from relief.arrays import Array
+from relief.common.arrays import Array
+from relief.common.srgb import srgb
 from relief.heightmap import load_heights
 from relief.places import places
+from retouch.studies.engine import ROWS
+from retouch.studies.row_key import SHORT
+from retouch.subjects import RESULT
 from tactile.jnd import ROUGHNESS_JND
+from tactile.measures import measure_touch
+from tactile.quantities import ROUGHNESS
 from visual.scene import load_scene
 
 TEXTURE, JND = "gravel-tile", 2

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.common import RESULTS, table
-from optimize.studies.document import flat_rows, read_document
+from retouch.studies.document import flat_rows, read_document
 
 DOCUMENT = RESULTS / "studies" / "tiles.json"
 ONE, ALL = "one place", "all over"

@@ -24,7 +24,7 @@ import torch
 import tactile
 from benchmarks.common import load, machine, save, table
 from benchmarks.unseen import Reliefs, arguments, kept, sets, spread, unseen
-from optimize.training.touch_accuracy import (
+from retouch.training.touch_accuracy import (
     LEAST_ROUGHNESS,
     Press,
     TextureMeasures,

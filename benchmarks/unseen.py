@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array
-from relief.files import write_atomically
+from relief.common.arrays import Array
+from relief.common.files import write_atomically
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import optimised, read
 from surrogate.corpus.optimised import checksum

@@ -14,10 +14,10 @@ import numpy as np
 
 from benchmarks.common import load, machine, save, table
 from mitsuba_scenes import find_texture
-from optimize.runs import job
 from optimize.settings.run_file import run_from_scene
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.surface import Surface
+from retouch import runs
 from tactile.jnd import ROUGHNESS_JND
 
 SURFACE = Surface((64, 384), 60.0)
@@ -75,7 +75,7 @@ def measured(name: str, folder: Path) -> dict[str, Any]:
         np.save(folder / f"{mask}.npy", np.repeat(inside, 20)[None].repeat(10, axis=0) * 1.0)
     overrides = [each.replace('mask="', f'mask="{folder}/') for each in target]
     run = run_from_scene("studio.xml", strip, [*SETTINGS, *overrides])
-    result = job.run(run, folder / name, force=True).summary
+    result = runs.optimize(run, folder / name, force=True).summary
     places = {
         which: {
             key: np.round(result["touch"]["places"][which][f"{key}_roughness"], 5).tolist()

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from optimize.report.colour_maps import srgb
-from optimize.report.picture_change import change
-from relief.arrays import Array
+from optimize.verification.picture_change import change
 from relief.body import Body, Part
+from relief.common.arrays import Array
+from relief.common.srgb import srgb
 from relief.export.parts import write_parts
 from visual.backend.variants import choose_variant
 from visual.noise import BATCHES, Batches

@@ -29,11 +29,11 @@ import numpy as np
 
 from benchmarks.common import load, machine, save, table
 from benchmarks.rules import rules
-from optimize.report.metrics import pixel_weights
-from optimize.report.picture_change import change
 from optimize.settings.run_file import load_run
+from optimize.verification.converged import converged
+from optimize.verification.picture_change import change
+from optimize.verification.picture_metrics import pixel_weights
 from relief.heightmap import load_heights, save_heights_exr
-from visual.converged import converged
 from visual.noise import Batches
 from visual.scene import Scene, load_scene
 

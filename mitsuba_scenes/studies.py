@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from mitsuba_scenes import FOLDER
-from relief.errors import InputError
+from relief.common.errors import InputError
 
 STUDIES = FOLDER / "studies"
 """Folder of the bundled studies."""

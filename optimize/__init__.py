@@ -1,9 +1,9 @@
-"""Optimisation: touch and sight in one descent, and the command line. Importing this loads neither."""
+"""Optimisation: touch and sight in one descent, verified. Importing this loads neither."""
 
 import sys
 from typing import TYPE_CHECKING
 
-from relief.lazy import lazy_names
+from relief.common.lazy import lazy_names
 
 if TYPE_CHECKING:
     from optimize.runs.job import Result, resume, run

@@ -1,7 +1,6 @@
-"""The command `retouch` as a module: `python -m optimize`."""
+"""`python -m optimize` is the command `retouch`."""
 
-import sys
+import runpy
 
-from optimize.commands.main import main
-
-sys.exit(main())
+if __name__ == "__main__":
+    runpy.run_module("retouch", run_name="__main__")

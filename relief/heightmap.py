@@ -13,12 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from relief.arrays import Array
-from relief.errors import InputError, PictureError, naming
-from relief.files import partial_file
-from relief.formats import PICTURES
-from relief.lengths import header_of, in_range
-from relief.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
+from relief.common.arrays import Array
+from relief.common.errors import InputError, PictureError, naming
+from relief.common.files import partial_file
+from relief.common.formats import PICTURES
+from relief.common.lengths import header_of, in_range
+from relief.common.limits import (
+    DEEPEST_RELIEF_MM,
+    HEIGHT_LIMIT_MM,
+    LARGEST_SIDE,
+    PATCH_SIDE_MM,
+    SMALLEST_SIDE,
+)
 from relief.readers import LARGEST_FIELD_SIDE, Check, Content, damage_named, read_exr, read_npy, read_picture
 
 _log = logging.getLogger(__name__)

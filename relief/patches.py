@@ -14,8 +14,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy import ndimage
 
-from relief.arrays import Array, Index
-from relief.limits import PATCH_SIDE_MM
+from relief.common.arrays import Array, Index
+from relief.common.limits import PATCH_SIDE_MM
 from relief.places import cut, flat_indices, paste, patch_shape
 from relief.surface import Surface
 

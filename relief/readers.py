@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array
-from relief.errors import InputError, PictureError
-from relief.lengths import HEADER, lengths_of, shown
-from relief.limits import (
+from relief.common.arrays import Array
+from relief.common.errors import InputError, PictureError
+from relief.common.lengths import HEADER, lengths_of, shown
+from relief.common.limits import (
     LARGEST_SIDE,
 )
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 
 SHADOW_STRIDE = 2
 """Samples from one look toward the light to the next."""

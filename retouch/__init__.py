@@ -6,19 +6,19 @@ Importing this package loads none of them; each name loads what it needs when it
 import sys
 from typing import TYPE_CHECKING
 
-from relief.lazy import lazy_names
+from relief.common.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from optimize.runs.comparison import compare
-    from optimize.runs.job import Result, resume
-    from optimize.runs.job import run as optimize
+    from optimize.runs.job import Result
     from optimize.settings.run_file import Run, load_run, run_from_scene
     from optimize.settings.skins import load_skin
-    from relief.errors import InputError
+    from relief.common.errors import InputError
+    from relief.common.progress import Progress, progress
     from relief.export.plate import export_plate
     from relief.heightmap import load_heights, save_heights_exr, save_heights_png
     from relief.preparing.preparation import prepare
-    from relief.progress import Progress, progress
+    from retouch.comparison import compare
+    from retouch.runs import optimize, resume
     from surrogate.data.field_set import open_fieldset
     from tactile.area import contact_area
     from tactile.contact import ContactError

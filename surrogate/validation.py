@@ -4,7 +4,7 @@ from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 
 T = TypeVar("T")
 

@@ -2,7 +2,7 @@
 
 from torch import Tensor
 
-from relief.limits import PATCH_SIDE_MM
+from relief.common.limits import PATCH_SIDE_MM
 
 GAP_WEIGHT_PER_MM = 80.0
 """Weight of the gap in the contact area, 1/mm: a gap of 0.0125 mm counts half (paper equation 3)."""

@@ -18,7 +18,7 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from tactile.sparse import (
     SYMMETRIC_INDEFINITE,
     SYMMETRIC_POSITIVE_DEFINITE,

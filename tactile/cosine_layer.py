@@ -17,7 +17,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from tactile.layer_response import layer_response
 from tactile.layered_response import layered_response
 from tactile.skin import Skin

@@ -17,8 +17,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from relief.cache import Arrays, cached, fingerprint
-from relief.progress import stage
+from relief.common.cache import Arrays, cached, fingerprint
+from relief.common.progress import stage
 from tactile.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd, sliding_layer
 from tactile.interpolation import mirrored_centres, mirrored_hats
 from tactile.layers import even_levels

@@ -11,9 +11,9 @@ import torch
 from numpy.typing import ArrayLike
 from scipy import ndimage
 
-from relief.arrays import Array
-from relief.limits import PATCH_SIDE_MM
-from relief.progress import stage
+from relief.common.arrays import Array
+from relief.common.limits import PATCH_SIDE_MM
+from relief.common.progress import stage
 from tactile.contact import solve_contact
 from tactile.cosine_layer import sliding_layer
 from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator

@@ -20,9 +20,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from relief.arrays import Array
-from relief.cache import Arrays, cached, fingerprint
-from relief.progress import stage
+from relief.common.arrays import Array
+from relief.common.cache import Arrays, cached, fingerprint
+from relief.common.progress import stage
 from tactile.cosine_layer import (
     PARITIES,
     CosineLayer,

@@ -23,3 +23,14 @@ def discrimination_probability(jnd: float) -> float:
         jnd: just-noticeable differences between the plates, of either sign.
     """
     return 0.5 * (1.0 + math.erf(abs(jnd) / math.sqrt(2.0)))
+
+
+def tries_of_100(jnd: float) -> int:
+    """How often of 100 tries a person names the rougher of two plates rightly.
+
+    Rounded down and at most 99, as 100 of 100 would claim certainty.
+
+    Args:
+        jnd: just-noticeable differences of roughness between the plates, of either sign.
+    """
+    return min(99, int(100.0 * discrimination_probability(jnd)))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from tactile.skin import lame
 
 

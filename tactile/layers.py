@@ -6,7 +6,7 @@ The base fills what the stack leaves of the skin's thickness. Poisson's ratio is
 
 import numpy as np
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 
 Stack = tuple[tuple[float, float], ...]
 

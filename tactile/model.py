@@ -9,9 +9,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from relief.errors import InputError
-from relief.limits import PATCH_SIDE_MM
-from relief.progress import stage
+from relief.common.errors import InputError
+from relief.common.limits import PATCH_SIDE_MM
+from relief.common.progress import stage
 from tactile.contact import Compliance, Solver, solve_contact
 from tactile.contact import press as press_contact
 from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator

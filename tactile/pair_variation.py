@@ -9,9 +9,9 @@ from typing import Any, Literal
 import torch
 from torch import Tensor
 
-from relief.errors import InputError
-from relief.limits import PATCH_SIDE_MM
-from relief.progress import stage
+from relief.common.errors import InputError
+from relief.common.limits import PATCH_SIDE_MM
+from relief.common.progress import stage
 
 PAIR_DISTANCE_MM = 2.2
 """Mean distance d of a pair of receptors, mm (paper section 4.2)."""

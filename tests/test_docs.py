@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from optimize.commands.main import parse
+from retouch.commands.main import parse
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

@@ -18,9 +18,9 @@ from PIL import Image
 
 from mitsuba_scenes import bundled
 from mitsuba_scenes.studies import STUDIES
-from optimize.commands.main import main, parse
-from relief.formats import HEIGHT_MAPS
+from relief.common.formats import HEIGHT_MAPS
 from relief.objects.table import OBJECTS
+from retouch.commands.main import main, parse
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

@@ -9,13 +9,13 @@ import OpenEXR
 import pytest
 
 from mitsuba_scenes import FOLDER, bundled, find_file, find_texture, sky
-from optimize.commands import main as command
-from optimize.commands import optimize as optimize_command
 from optimize.settings.run_file import Run, load_run, run_from_scene
-from relief.errors import InputError
-from relief.formats import HEIGHT_MAPS
+from relief.common.errors import InputError
+from relief.common.formats import HEIGHT_MAPS
 from relief.heightmap import load_height_map
 from relief.seam import check_seams
+from retouch.commands import main as command
+from retouch.commands import optimize as optimize_command
 from visual.explain import explain_scene
 from visual.lights.parallel import LUMINANCE
 from visual.scene import load_scene
@@ -134,7 +134,7 @@ def test_a_name_that_is_nowhere_is_answered_with_those_that_are() -> None:
 @pytest.mark.parametrize("verb", ["optimize", "render"])
 def test_a_missing_file_is_told_before_anything_heavy_is_loaded(verb: str) -> None:
     script = (
-        "import sys; from optimize.commands.main import main\n"
+        "import sys; from retouch.commands.main import main\n"
         f"print(main([{verb!r}, 'missing']),"
         " *({'torch', 'mitsuba', 'drjit', 'numpy', 'pydantic'} & sys.modules.keys()))"
     )

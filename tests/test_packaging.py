@@ -135,7 +135,7 @@ def test_the_archives_hold_every_file_of_the_packages_and_no_tests(archives: tup
     sdist, wheel = archives
     expected = set[str]().union(*map(checkout_files, PACKAGES))
     assert {"surrogate/weights/touch.safetensors", "mitsuba_scenes/textures/gravel.png"} <= expected
-    assert {"optimize/report/templates/report.html.j2", "retouch/py.typed"} <= expected
+    assert {"retouch/pages/templates/report.html.j2", "retouch/py.typed"} <= expected
     with ZipFile(wheel) as archive:
         held = {name for name in archive.namelist() if ".dist-info/" not in name}
     assert held == expected

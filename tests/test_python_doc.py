@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from optimize.commands.main import main
+from retouch.commands.main import main
 
 DOCS = Path(__file__).parents[1] / "docs"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from relief.surface import Surface
 from visual.backend import variants
 from visual.geometry.film_samples import hidden_plate

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from visual.lights.quadrature import parallel_obstacle
 from visual.needs import DIRECT_DEPTH, Needs
 from visual.scene_file.parsed import Camera, Description

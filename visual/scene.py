@@ -14,10 +14,10 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
-from relief.arrays import Array
-from relief.errors import InputError
+from relief.common.arrays import Array
+from relief.common.errors import InputError
+from relief.common.progress import stage
 from relief.export.printers import Printer
-from relief.progress import stage
 from relief.surface import Surface
 from visual.backend import variants
 from visual.backend.plate import plate_bsdf

@@ -12,7 +12,7 @@ from benchmarks.charts import style
 from benchmarks.common import load, machine, save
 from benchmarks.paper import filters, gallery, models, page, pairs, predictions, ranges
 from benchmarks.paper.rows import extent
-from relief.errors import InputError
+from relief.common.errors import InputError
 
 FIGURES: dict[str, tuple[Callable[[], dict[str, Any]], str | None]] = {
     "pairs": (pairs.figure, None),

@@ -13,12 +13,12 @@ from scipy import fft, ndimage, optimize
 import tactile
 from benchmarks.paper.textures import TEXTURES, change_percent, heights, image, optimised, result, scene
 from optimize.descent.problem import within_limits
-from optimize.descent.targets import CONTACT_AREA, ROUGHNESS
-from optimize.descent.touch_measures import measure_touch
-from optimize.report.colour_maps import srgb
-from relief.arrays import Array
+from relief.common.arrays import Array
+from relief.common.limits import PATCH_SIDE_MM
+from relief.common.srgb import srgb
 from relief.heightmap import load_heights
-from relief.limits import PATCH_SIDE_MM
+from tactile.measures import measure_touch
+from tactile.quantities import CONTACT_AREA, ROUGHNESS
 
 JND = 4
 """Of the paper's figure."""

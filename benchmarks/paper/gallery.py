@@ -13,13 +13,13 @@ from scipy.stats import spearmanr
 from benchmarks.charts import FAINT, INK, frame
 from benchmarks.paper.rows import rows_of
 from benchmarks.paper.textures import image
-from optimize.report.colour_maps import srgb
-from optimize.report.metrics import mean_change
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
-from relief.arrays import Array
+from optimize.verification.picture_metrics import mean_change
+from relief.common.arrays import Array
+from relief.common.limits import PATCH_SIDE_MM
+from relief.common.srgb import srgb
 from relief.heightmap import load_heights
-from relief.limits import PATCH_SIDE_MM
 from visual.scene import load_scene
 
 OPTIMISED, SCALED = "gauss-newton", "scaling"

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from benchmarks.common import load, table
-from relief.files import write_atomically
+from relief.common.files import write_atomically
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "studies.md"
 HEADING = "## The figures in numbers"

@@ -10,11 +10,11 @@ from matplotlib import pyplot
 import tactile
 from benchmarks.charts import FAINT, GRID, INK, frame
 from benchmarks.paper.textures import TEXTURES, heights, image
-from optimize.descent.targets import ROUGHNESS
-from optimize.descent.touch_measures import measure_touch
-from relief.arrays import Array
-from relief.limits import PATCH_SIDE_MM
+from relief.common.arrays import Array
+from relief.common.limits import PATCH_SIDE_MM
+from tactile.measures import measure_touch
 from tactile.pair_variation import PAIR_DISTANCE_MM, PAIR_SPREAD_MM
+from tactile.quantities import ROUGHNESS
 
 PAIRS = 8000
 """Random pairs of one estimate, as in Tymms et al. 2018."""

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.common import RESULTS
-from optimize.studies.document import Document, flat_rows, read_document
-from optimize.studies.measures import MEASURES
-from optimize.studies.row_key import SHORT
-from relief.errors import InputError
+from relief.common.errors import InputError
+from retouch.studies.document import Document, flat_rows, read_document
+from retouch.studies.measures import MEASURES
+from retouch.studies.row_key import SHORT
 
 RUNS = Path("runs")
 """Folder of studies by name, where `retouch study NAME` puts them."""

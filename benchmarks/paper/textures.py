@@ -11,12 +11,12 @@ from matplotlib import pyplot
 from matplotlib.figure import Figure
 
 from mitsuba_scenes import FOLDER, find_texture
-from optimize.report.metrics import mean_change
 from optimize.run_directory.key import RESULT
-from optimize.runs.job import run
 from optimize.settings.run_file import run_from_scene
-from relief.arrays import Array
+from optimize.verification.picture_metrics import mean_change
+from relief.common.arrays import Array
 from relief.heightmap import load_heights
+from retouch.runs import optimize as run
 from surrogate.corpus.bundled_textures import TEXTURES
 from visual.scene import Scene, load_scene
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mitsuba_scenes import find_texture
-from relief.arrays import Array
+from relief.common.arrays import Array
+from relief.common.limits import PATCH_SIDE_MM
 from relief.heightmap import load_heights
-from relief.limits import PATCH_SIDE_MM
 
 SAMPLES = 128
 FINER = 4

@@ -28,8 +28,8 @@ from optimize.descent.driver import PRESSURES, Iterate, Remembered
 from optimize.descent.problem import Problem, change_percent
 from optimize.descent.smoothing import smoothed
 from optimize.descent.step_pictures import fixed_pictures
-from optimize.descent.touch_measures import each
-from relief.arrays import Array
+from relief.common.arrays import Array
+from tactile.measures import each
 from visual.exact.discontinuities import EdgeSamples
 
 StopRule = Literal["schedule", "paper"]

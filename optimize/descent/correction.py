@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike
 
 from optimize.descent.driver import DescentMethod, DescentResult, Iterate, StepRecord, descend
 from optimize.descent.stop_reason import StopReason
-from optimize.descent.targets import Targets, Values, means
-from optimize.descent.touch_measures import TouchMeasures
-from relief.arrays import Array
-from relief.progress import stage
+from optimize.descent.targets import Targets
+from relief.common.arrays import Array
+from relief.common.progress import stage
+from tactile.measures import TouchMeasures
+from tactile.quantities import Values, means
 
 STEPS_AN_ITERATION = 25
 """Steps that each further outer iteration may add to those of the run, for methods of many steps."""

@@ -9,16 +9,17 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from optimize.descent.stop_reason import StopReason
-from optimize.descent.targets import Targets, Values, means
-from relief.arrays import Array
-from relief.errors import InputError
+from optimize.descent.targets import Targets
+from relief.common.arrays import Array
+from relief.common.errors import InputError
 from tactile import ContactError
+from tactile.quantities import Values, means
 
 STALL = 0.02
 """Least fall of the picture change, or of the relative error, that counts as progress; a share of its value.
 
 Noise cannot pass for progress, because the pictures of all steps and the pictures to keep have the same
-samples. The verification measures the true change (`optimize.report.picture_change`).
+samples. The verification measures the true change (`optimize.verification.picture_change`).
 """
 
 HOPELESS_STEPS = 12

@@ -13,9 +13,9 @@ from scipy import ndimage
 
 from optimize.descent.driver import Iterate, Remembered
 from optimize.descent.problem import Problem, change_percent
-from relief.arrays import Array
-from relief.limits import HEIGHT_LIMIT_MM
-from relief.progress import stage
+from relief.common.arrays import Array
+from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.common.progress import stage
 
 SAMPLES = 16
 """Samples a pixel of the pictures whose change is shown while a run scales."""

@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 import tactile
-from optimize.descent.targets import Quantity, Targets
-from optimize.descent.touch_measures import TouchMeasures, batches, each, touch_measures
-from relief.arrays import Array
+from optimize.descent.targets import Targets
+from relief.common.arrays import Array
+from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.depth import floor_mm, out_of_reach, within_reach
 from relief.export.printers import Printer
-from relief.limits import HEIGHT_LIMIT_MM
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import SPACING_MM, places
 from relief.surface import Surface
+from tactile.measures import TouchMeasures, batches, each, touch_measures
 from tactile.model import ModelName
+from tactile.quantities import Quantity
 from visual.models import LookModel, look_model
 from visual.scene import Scene
 
@@ -237,7 +238,7 @@ def within_limits(heights: Array) -> Array:
 def change_percent(pictures: Array, original: Array, plate: Array, weights: Array) -> tuple[float, float]:
     """Mean absolute and root mean square change of a step's pictures, in % of the mean original.
 
-    The final figures have the same definition (`optimize.report.metrics.look`), but other pictures.
+    The final figures have the same definition, but other pictures (`optimize.verification.picture_metrics`).
 
     Args:
         pictures, original: (conditions, rows, cols) in one unit.

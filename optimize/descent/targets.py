@@ -9,40 +9,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from optimize.descent.quantities import (
-    CONTACT_AREA,
+from relief.common.arrays import Array
+from tactile.jnd import ROUGHNESS_JND
+from tactile.quantities import (
     FLAT_SHARE,
-    GOAL_KEYS,
-    LARGEST_JND,
-    LIMIT_PERCENT,
     PLACE_JND,
     QUANTITIES,
-    ROUGHNESS,
-    GoalKey,
     Quantity,
 )
-from relief.arrays import Array
-from tactile.jnd import ROUGHNESS_JND
-
-__all__ = [
-    "CONTACT_AREA",
-    "FLAT_SHARE",
-    "GOAL_KEYS",
-    "LARGEST_JND",
-    "LIMIT_PERCENT",
-    "PLACE_JND",
-    "QUANTITIES",
-    "ROUGHNESS",
-    "GoalKey",
-    "Quantity",
-    "Target",
-    "Targets",
-    "Values",
-    "means",
-]
-
-Values = Mapping[str, Array]
-"""Values of quantities by their names, each (k,) over the touches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,11 +89,6 @@ class Target:
 def _each(values: ArrayLike) -> Array:
     """(k,) over the touches; a number is one touch's."""
     return np.atleast_1d(np.asarray(values, dtype=np.float64))
-
-
-def means(values: Values) -> dict[str, float]:
-    """Means of values over the touches, by the names of the quantities."""
-    return {name: float(np.mean(each)) for name, each in values.items()}
 
 
 @dataclass(frozen=True)

@@ -14,14 +14,15 @@ from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationE
 
 from optimize.descent.correction import CorrectionState, OuterIteration
 from optimize.descent.driver import Iterate
-from optimize.descent.targets import QUANTITIES, Target, Targets
+from optimize.descent.targets import Target, Targets
 from optimize.run_directory.key import CHANGEABLE, run_key
 from optimize.settings.run_file import Run
 from optimize.settings.toml_files import NotNegative, Positive
-from relief.errors import InputError
-from relief.files import write_atomically
-from relief.limits import DEEPEST_RELIEF_MM
-from relief.tensors import read_tensors, tensor_bytes
+from relief.common.errors import InputError
+from relief.common.files import write_atomically
+from relief.common.limits import DEEPEST_RELIEF_MM
+from relief.common.tensors import read_tensors, tensor_bytes
+from tactile.quantities import QUANTITIES
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from optimize.run_directory.key import SETTINGS
 from optimize.run_directory.results import WRITTEN, holds_run
-from relief.errors import InputError
-from relief.files import partial_folders, remove_partial
+from relief.common.errors import InputError
+from relief.common.files import partial_folders, remove_partial
 
 
 def check_vacant(run_dir: Path, force: bool) -> None:

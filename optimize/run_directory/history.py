@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from optimize.descent.driver import Iterate, StepRecord, record_of
-from optimize.descent.targets import QUANTITIES, Targets
+from optimize.descent.targets import Targets
 from optimize.run_directory.checkpoint import stuck
-from relief.arrays import Array
-from relief.files import naming_errors, read_limited, write_atomically
+from relief.common.arrays import Array
+from relief.common.files import naming_errors, read_limited, write_atomically
+from tactile.quantities import QUANTITIES
 
 HISTORY = "history.jsonl"
 LARGEST_HISTORY = 1 << 28

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from optimize.settings.run_file import Run, load_run
-from relief.errors import InputError
-from relief.files import read_limited
-from relief.formats import PLATES
+from relief.common.errors import InputError
+from relief.common.files import read_limited
+from relief.common.formats import PLATES
 
 SETTINGS = "run.toml"
 RESULT = "result.json"

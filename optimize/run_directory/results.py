@@ -13,26 +13,24 @@ import tactile
 from optimize.descent.correction import OuterIteration
 from optimize.descent.driver import DescentResult
 from optimize.descent.problem import Problem
-from optimize.descent.targets import ROUGHNESS, Values, means
-from optimize.report import metrics
-from optimize.report.content import Baseline, Report
-from optimize.report.page import write_report
-from optimize.report.pictures import write_pictures
-from optimize.run_directory.as_printed import AsPrinted
 from optimize.run_directory.checkpoint import FILE as CHECKPOINT
 from optimize.run_directory.clock import Moment
-from optimize.run_directory.felt_places import FeltPlaces, place_numbers
 from optimize.run_directory.history import HISTORY, by_prefix
 from optimize.run_directory.key import REPORT, RESULT, SETTINGS, described
+from optimize.run_directory.pictures import write_pictures
 from optimize.settings.run_file import Run, dump_resolved
 from optimize.settings.skins import described_skin
-from relief.arrays import Array
+from optimize.verification import picture_metrics as metrics
+from optimize.verification.as_printed import AsPrinted
+from optimize.verification.felt_places import FeltPlaces, place_numbers
+from relief.common.arrays import Array
+from relief.common.files import write_atomically
+from relief.common.formats import PLATES
+from relief.common.limits import BASE_MM, SMALLEST_RELIEF_MM
 from relief.export.plate import export_plate
 from relief.export.printers import Printer
-from relief.files import write_atomically
-from relief.formats import PLATES
 from relief.heightmap import save_heights_exr, save_heights_png
-from relief.limits import BASE_MM, SMALLEST_RELIEF_MM
+from tactile.quantities import ROUGHNESS, Values, means
 from visual.noise import Batches
 
 MARK = b"# The settings of the run in this folder, written by retouch optimize.\n"
@@ -57,7 +55,7 @@ class Outcome:
         between: the same between those places; None if there is one place.
         iterations: of descent and verification; none if verification was not wanted.
         pictures_before, pictures_after: converged, with the same random numbers batch by batch.
-        fingers: how the change feels to other fingers (`optimize.runs.fingers`).
+        fingers: how the change feels to other fingers (`optimize.verification.other_fingers`).
         printed: what there is to tell of printing; None without a printer.
         colours: before and after in linear RGB, (conditions, rows, cols, 3); None if the scene is grey.
         feel_of: the feel of another relief that is the target (`optimize.runs.feel_of`); None if none is.
@@ -118,13 +116,11 @@ def write(
     problem: Problem,
     outcome: Outcome,
     times: Mapping[str, Moment],
-    history: list[dict[str, Any]],
 ) -> dict[str, Any]:
-    """Write pictures, result.json and the report beside the relief; returns the content of result.json.
+    """Write pictures and result.json beside the relief; returns the content of result.json.
 
     CPU seconds of `times`, parts and total by name, are of the process that finished the run alone.
     """
-    heights = outcome.descent.best.heights
     conditions = problem.scene.conditions
     before, after = outcome.pictures_before.mean, outcome.pictures_after.mean
     colours = outcome.colours or (None, None)
@@ -133,39 +129,6 @@ def write(
         write_pictures(run_dir / "renders", conditions, pictures, problem.scene.white, suffix=stage)
     summary = summarise(settings, problem, outcome, times)
     write_atomically(run_dir / RESULT, (json.dumps(summary, indent=2) + "\n").encode())
-    baseline = None
-    if outcome.baseline_pictures is not None:
-        goal = problem.targets.goals().get(ROUGHNESS.name)
-        baseline = Baseline("linear scaling", outcome.baseline_pictures, goal)
-    write_report(
-        run_dir,
-        Report(
-            title=settings.texture.stem,
-            result=summary,
-            conditions=conditions,
-            pictures_before=before,
-            pictures_after=after,
-            colours_before=colours[0],
-            colours_after=colours[1],
-            white=problem.scene.white,
-            strain_before=outcome.touch.before.strain[0],
-            strain_after=outcome.touch.after.strain[0],
-            heights_before=problem.heights,
-            heights_after=heights,
-            size_mm=problem.size_mm,
-            # Its table of steps has a column for each number, and none for the places.
-            history=[{name: each for name, each in row.items() if name != "places"} for row in history],
-            heights_png_mm=(0.0, white_mm(heights)),
-            pressure_before=outcome.touch.before.pressure[0],
-            pressure_after=outcome.touch.after.pressure[0],
-            tolerance=settings.descent.tolerance,
-            settings=settings.model_dump(mode="json", exclude_none=True),
-            baseline=baseline,
-            design=None if outcome.printed is None else outcome.printed.design,
-            plate=problem.scene.plate_weights(),
-            cameras=problem.scene.weights,
-        ),
-    )
     return summary
 
 

@@ -6,24 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from optimize.descent.quantities import LARGEST_JND, Quantity
-from optimize.descent.targets import ROUGHNESS, Target, Values
-from optimize.descent.touch_measures import TouchMeasures, measure_touch
-from optimize.report.formatting import number
-from optimize.runs.memory import check_memory_of
+from optimize.descent.targets import Target
+from optimize.estimates.memory import check_memory_of
 from optimize.settings.run_file import Run
-from relief.arrays import Array, Index
-from relief.errors import InputError, naming
-from relief.formats import RUN_HEIGHTS
+from relief.common.arrays import Array, Index
+from relief.common.errors import InputError, naming
+from relief.common.formats import RUN_HEIGHTS
+from relief.common.formatting import number
+from relief.common.progress import say, stage
 from relief.heightmap import holds_mm, load_height_map
 from relief.patches import Patches
 from relief.places import places
-from relief.progress import say, stage
 from relief.seam import check_seams
 from relief.surface import Surface, axes
 from tactile import ContactError
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
+from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
+from tactile.quantities import LARGEST_JND, ROUGHNESS, Quantity, Values
 
 KEY = "touch.feel_of"
 LARGEST_MISFIT = 0.01

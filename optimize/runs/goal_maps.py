@@ -10,23 +10,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optimize.descent.targets import (
-    LARGEST_JND,
-    QUANTITIES,
-    ROUGHNESS,
-    GoalKey,
-    Quantity,
-    Targets,
-    Values,
-)
+from optimize.descent.targets import Targets
 from optimize.settings.touch import Touch
-from relief.arrays import Array, Index
-from relief.errors import InputError, naming
-from relief.limits import PATCH_SIDE_MM
+from relief.common.arrays import Array, Index
+from relief.common.errors import InputError, naming
+from relief.common.limits import PATCH_SIDE_MM
 from relief.maps import load_map, means_under
 from relief.places import centres_mm, patch_shape, places
 from relief.surface import Surface
 from tactile.jnd import ROUGHNESS_JND
+from tactile.quantities import LARGEST_JND, QUANTITIES, ROUGHNESS, GoalKey, Quantity, Values
 
 _log = logging.getLogger(__name__)
 

@@ -16,31 +16,30 @@ from optimize.descent.correction import CorrectionState, Segment, descend_with_c
 from optimize.descent.driver import DescentResult, check_memory
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.stop_reason import StopReason
-from optimize.descent.targets import QUANTITIES
-from optimize.descent.touch_measures import TouchMeasures
-from optimize.report.metrics import known
 from optimize.run_directory import results
-from optimize.run_directory.as_printed import as_printed
 from optimize.run_directory.checkpoint import FILE as CHECKPOINT
 from optimize.run_directory.checkpoint import Checkpoint, check_key, load_checkpoint
 from optimize.run_directory.clock import Moment, now
 from optimize.run_directory.directory import check_vacant, clear
-from optimize.run_directory.felt_places import FeltPlaces, sampled
 from optimize.run_directory.history import History
 from optimize.run_directory.key import SETTINGS, run_key
-from optimize.runs.fingers import felt_by_fingers
 from optimize.runs.interrupts import interruptible
 from optimize.runs.preparation import METHODS, Prepared, prepare
-from optimize.runs.progress import followed
 from optimize.runs.recorder import Recorder
 from optimize.settings.run_file import Run, load_run
-from relief.arrays import Array
-from relief.errors import InputError, naming
-from relief.files import remove_partial
+from optimize.verification.as_printed import as_printed
+from optimize.verification.converged import change_from, colour_pictures, converged
+from optimize.verification.felt_places import FeltPlaces, sampled
+from optimize.verification.other_fingers import felt_by_fingers
+from optimize.verification.picture_metrics import known
+from relief.common.arrays import Array
+from relief.common.errors import InputError, naming
+from relief.common.files import remove_partial
+from relief.common.progress import say, stage
 from relief.places import between
-from relief.progress import Progress, say, stage
+from tactile.measures import TouchMeasures
 from tactile.model import ModelName
-from visual.converged import change_from, colour_pictures, converged
+from tactile.quantities import QUANTITIES
 from visual.noise import Batches
 
 _log = logging.getLogger(__name__)
@@ -52,6 +51,29 @@ INTERRUPTED = (
 """Line that is shown at Ctrl-C or a polite kill."""
 BASELINE_SAMPLES = 32
 """Samples a pixel of the change by linear scaling, a drawing for the report."""
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A run whose result is measured and written; what a report shows of it.
+
+    Attributes:
+        run_dir: folder of the run.
+        prepared: the run as it began.
+        outcome: measurements of the result.
+        summary: the content of result.json.
+        history: rows of the steps, as in history.jsonl.
+    """
+
+    run_dir: Path
+    prepared: Prepared
+    outcome: results.Outcome
+    summary: dict[str, Any]
+    history: list[dict[str, Any]]
+
+
+Publish = Callable[[Finished], object]
+"""What is made of a run once its result is written, such as a report; its time counts as the run's."""
 
 
 @dataclass(frozen=True)
@@ -86,8 +108,7 @@ def run(
     *,
     variant: str | None = None,
     force: bool = False,
-    quiet: bool | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    publish: Publish | None = None,
 ) -> Result:
     """Optimise one texture and write its run directory.
 
@@ -96,8 +117,7 @@ def run(
         out: the run directory; default `runs/<name of the run file or texture>`.
         variant: Mitsuba's.
         force: replace an earlier run in `out`.
-        quiet: False shows progress on stderr, True nothing; None, a bar in a notebook and nothing elsewhere.
-        progress: called with the progress of the run, in place of showing it.
+        publish: called once the result is written; `retouch.optimize` writes the report so.
 
     Raises:
         InputError: what is wrong with the input, in one line; nothing is written then.
@@ -109,26 +129,24 @@ def run(
     run_dir = Path("runs") / name if out is None else Path(out)
     check_vacant(run_dir, force)
     began = now()
-    with followed(progress, quiet):
-        prepared = prepare(settings, variant)
-        state = CorrectionState(prepared.surrogate_targets)
-        method = prepared.plan.method_for(state.surrogate_targets, prepared.plan.steps)
-        start = method.begin(0, prepared.problem.heights, {"pressure": prepared.steering.pressure})
-        segment = Segment(method, start)
-        with _telling_how_to_go_on(run_dir):
-            # First, so that a folder with anything of a run in it is known by its run.toml.
-            results.write_settings(run_dir, settings)
-            clear(run_dir)
-            history = History(run_dir, state.surrogate_targets, 0, after=0)
-            return _descend_and_write(prepared, state, segment, run_dir, history, began, 0.0)
+    prepared = prepare(settings, variant)
+    state = CorrectionState(prepared.surrogate_targets)
+    method = prepared.plan.method_for(state.surrogate_targets, prepared.plan.steps)
+    start = method.begin(0, prepared.problem.heights, {"pressure": prepared.steering.pressure})
+    segment = Segment(method, start)
+    with _telling_how_to_go_on(run_dir):
+        # First, so that a folder with anything of a run in it is known by its run.toml.
+        results.write_settings(run_dir, settings)
+        clear(run_dir)
+        history = History(run_dir, state.surrogate_targets, 0, after=0)
+        return _descend_and_write(prepared, state, segment, run_dir, history, began, 0.0, publish)
 
 
 def resume(
     run_dir: Path | str,
     *,
     variant: str | None = None,
-    quiet: bool | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    publish: Publish | None = None,
 ) -> Result:
     """Go on with a run from its checkpoint; ends as the uninterrupted run would, within tolerance.
 
@@ -148,7 +166,7 @@ def resume(
         check_memory(current.memory, remembered)
     _log.info("%s: goes on after step %d, %d verifications", run_dir, current.step, len(state.iterations))
     began = now()
-    with _telling_how_to_go_on(run_dir), followed(progress, quiet):
+    with _telling_how_to_go_on(run_dir):
         remove_partial(run_dir)
         history = History(
             run_dir, state.surrogate_targets, len(state.iterations), current.step, checkpoint.history
@@ -164,7 +182,9 @@ def resume(
         method = prepared.plan.method_for(state.surrogate_targets, limit)
         start = method.begin(current.step, current.heights, current.memory)
         segment = Segment(method, start, checkpoint.best)
-        return _descend_and_write(prepared, state, segment, run_dir, history, began, checkpoint.seconds)
+        return _descend_and_write(
+            prepared, state, segment, run_dir, history, began, checkpoint.seconds, publish
+        )
 
 
 def _check_touches(run_dir: Path, checkpoint: Checkpoint, prepared: Prepared) -> None:
@@ -188,6 +208,7 @@ def _descend_and_write(
     history: History,
     began: Moment,
     earlier_seconds: float,
+    publish: Publish | None,
 ) -> Result:
     settings, problem, plan = prepared.settings, prepared.problem, prepared.plan
     plate, key = (problem.size_mm, settings.print.described), run_key(settings)
@@ -215,7 +236,9 @@ def _descend_and_write(
         times["total"] = times["total"]._replace(wall_s=earlier_seconds + times["total"].wall_s)
         times["descent"] = times["descent"]._replace(wall_s=descent_seconds)
         with stage("writing the results and the report"):
-            summary = results.write(run_dir, settings, problem, outcome, times, history.rows)
+            summary = results.write(run_dir, settings, problem, outcome, times)
+            if publish is not None:
+                publish(Finished(run_dir, prepared, outcome, summary, history.rows))
     return Result(descent.best.heights, descent.reason, summary, run_dir)
 
 

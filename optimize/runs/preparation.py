@@ -14,25 +14,25 @@ from optimize.descent.gauss_newton.other_fingers import SMOOTH
 from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.descent.linear_scaling import LinearScaling
 from optimize.descent.problem import FingerRange, Problem
-from optimize.descent.quantities import ROUGHNESS
-from optimize.descent.targets import GoalKey, Quantity, Target, Targets, Values
-from optimize.descent.touch_measures import TouchMeasures, measure_touch
-from optimize.report.jod import jod_obstacle
+from optimize.descent.targets import Target, Targets
+from optimize.estimates.memory import check_memory_of
 from optimize.runs.feel_of import Feel, Other, feel, read_other
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
-from optimize.runs.memory import check_memory_of
 from optimize.settings.run_file import Run
 from optimize.settings.touch import too_large
-from relief.arrays import Array, Index
-from relief.errors import InputError, naming
-from relief.limits import HEIGHT_LIMIT_MM
+from optimize.verification.converged import MOST_SAMPLES
+from optimize.verification.jod import jod_obstacle
+from relief.common.arrays import Array, Index
+from relief.common.errors import InputError, naming
+from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.common.progress import say, stage
 from relief.patches import Patches
 from relief.places import places
-from relief.progress import say, stage
 from relief.seam import check_seams
 from relief.surface import Surface
+from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
-from visual.converged import MOST_SAMPLES
+from tactile.quantities import ROUGHNESS, GoalKey, Quantity, Values
 from visual.models import LookModel
 from visual.scene import Scene, load_scene
 

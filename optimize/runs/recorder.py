@@ -7,12 +7,13 @@ from typing import Any
 
 from optimize.descent.correction import CorrectionState, Segment
 from optimize.descent.driver import Iterate
+from optimize.descent.targets import Targets
 from optimize.run_directory import results
 from optimize.run_directory.checkpoint import Checkpoint, save_checkpoint
 from optimize.run_directory.history import History
-from optimize.runs.progress import step_line
+from relief.common.formatting import number
+from relief.common.progress import say, this_stage
 from relief.export.printers import Printer
-from relief.progress import say, this_stage
 
 
 class Recorder:
@@ -69,3 +70,15 @@ class Recorder:
     def _save(self, current: Iterate, best: Iterate) -> None:
         checkpoint = Checkpoint(current, best, self._state, self.seconds, self._key, self.history.digest)
         save_checkpoint(self._run_dir, checkpoint)
+
+
+def step_line(targets: Targets, iterate: Iterate, seconds: float) -> str:
+    """What a step of a descent has come to, in a line."""
+    felt = "  ".join(
+        f"{quantity.symbol} {quantity.text(iterate.means[quantity.name])}" for quantity in targets.quantities
+    )
+    error = 100.0 * targets.relative_error(iterate.values)
+    return (
+        f"step {iterate.step:3d}  {felt}  off target {error:5.2f} %  "
+        f"pictures about {number(iterate.picture_mean, 2)} %  {seconds:.1f} s"
+    )

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 
 from optimize.settings.toml_files import NotNegative, Section
-from relief.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
+from relief.common.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from tactile.limits import FEM_MESH, MAX_MESH, MIN_MESH
 
 _log = logging.getLogger(__name__)

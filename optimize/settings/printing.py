@@ -5,8 +5,8 @@ from typing import Any, Self
 from pydantic import model_validator
 
 from optimize.settings.toml_files import Section
+from relief.common.limits import DEEPEST_RELIEF_MM
 from relief.export.printers import FEATURE_PIXELS, RANGES, STEEPEST_DEGREES, Printer, find_printer
-from relief.limits import DEEPEST_RELIEF_MM
 
 OWN = "own"
 """Name of a printer whose numbers are not those of a named one."""

@@ -7,8 +7,8 @@ from typing import Any
 from mitsuba_scenes import bundled
 from optimize.settings.skins import OWN, skin_anchored
 from optimize.settings.toml_files import read_toml
-from relief.errors import InputError
-from relief.formats import HEIGHT_MAPS, RUN_HEIGHTS
+from relief.common.errors import InputError
+from relief.common.formats import HEIGHT_MAPS, RUN_HEIGHTS
 
 
 def anchor(values: dict[str, Any], folder: Path) -> None:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import Field, create_model, model_validator
 
 from mitsuba_scenes.fingers import DEFAULT_SKIN
-from optimize.descent.targets import CONTACT_AREA, GOAL_KEYS, ROUGHNESS, GoalKey, Quantity
 from optimize.settings.skins import SKIN_KEYS, SkinKeys
 from optimize.settings.toml_files import Positive, Section
-from relief.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_RELIEF_MM
+from relief.common.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_RELIEF_MM
 from relief.places import SPACING_MM
 from relief.surface import Repeats
+from tactile.quantities import CONTACT_AREA, GOAL_KEYS, ROUGHNESS, GoalKey, Quantity
 
 MOST_REGIONS = 256
 """Most regions of a surface."""
@@ -104,7 +104,7 @@ times as many places, and the equations of their forces sixteen times as many.""
 class _TouchModel(SkinKeys):
     """`[touch]`: the feel to reach, the model of touch that steers, and the skin.
 
-    The goals that are numbers are added below, from the table in `optimize.descent.quantities`. At least one
+    The goals that are numbers are added below, from the table in `tactile.quantities`. At least one
     goal is needed: a number, or one that varies over the surface (`optimize.runs.goal_maps`).
 
     Attributes:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.body import Body
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.export.pixel_font import bitmap
 
 LARGEST_PIXEL_MM = 0.8

@@ -1,6 +1,6 @@
 """Plates side by side on the bed of a printer."""
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 
 GAP_MM = 3.0
 """Distance between neighbouring plates, mm."""

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array
 from relief.body import Part
-from relief.lengths import shown
+from relief.common.lengths import shown
+from relief.common.srgb import linear_rgb
 
 MM_TO_METRES_Y_UP = 1e-3 * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Row vectors in mm with z up times this are in metres with y up, as glTF defines."""
@@ -76,14 +76,9 @@ def _primitive(part: Part, buffer: _Buffer) -> dict[str, Any]:
     low, high = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     attributes = {"POSITION": buffer.add(points, VERTICES, min=low, max=high)}
     if part.colours is not None:
-        attributes["COLOR_0"] = buffer.add(_linear(part.colours).astype("<f4"), VERTICES)
+        attributes["COLOR_0"] = buffer.add(linear_rgb(part.colours).astype("<f4"), VERTICES)
     indices = buffer.add(faces.astype("<u4").ravel(), INDICES)
     return {"attributes": attributes, "indices": indices, "material": 0}
-
-
-def _linear(colours: Array) -> Array:
-    """Linear colours, which glTF's vertices have, of sRGB."""
-    return np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
 
 
 def _words(*numbers: int) -> bytes:

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from relief.body import Part, joined, ply, stl
-from relief.errors import InputError
+from relief.common.errors import InputError
+from relief.common.files import write_atomically
+from relief.common.formats import FORMATS
+from relief.common.lengths import shown
 from relief.export.glb import glb
 from relief.export.threemf import threemf
-from relief.files import write_atomically
-from relief.formats import FORMATS
-from relief.lengths import shown
 
 
 def obj(parts: Sequence[Part]) -> bytes:
@@ -39,7 +39,7 @@ WRITERS: dict[str, Callable[[Sequence[Part]], bytes]] = {
     ".glb": glb,
     ".ply": lambda parts: ply(joined(parts)),
 }
-"""The writer of each of `relief.formats.FORMATS`."""
+"""The writer of each of `relief.common.formats.FORMATS`."""
 
 
 def write_parts(path: str | os.PathLike[str], parts: Sequence[Part]) -> Path:

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from relief.body import Body, Part
-from relief.errors import InputError
+from relief.common.errors import InputError
+from relief.common.limits import BASE_MM, LARGEST_PLATE_MM, LARGEST_SIDE, SMALLEST_PLATE_MM
+from relief.common.progress import stage
 from relief.export.parts import write_parts
 from relief.grid import grid_axes, grid_faces, pad_index
-from relief.limits import BASE_MM, LARGEST_PLATE_MM, LARGEST_SIDE, SMALLEST_PLATE_MM
-from relief.progress import stage
 from relief.seam import check_seams
 
 FLAT_SHARE = 0.8

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from relief.export.printers import STEEPEST_DEGREES, Printer
 
 _QUARTER = ((0, 1), (1, 2), (1, 1), (2, 1))

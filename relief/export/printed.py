@@ -12,12 +12,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from relief.arrays import Array
-from relief.errors import InputError, naming
+from relief.common.arrays import Array
+from relief.common.errors import InputError, naming
+from relief.common.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
 from relief.export.print_limits import SAME, PrintLimits
 from relief.export.printers import Printer
 from relief.heightmap import HeightMap
-from relief.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
 
 SUBDIVISIONS = 8
 """Points along a pixel's side at which its height is read."""

@@ -4,8 +4,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from relief.errors import InputError
-from relief.limits import BASE_MM, DEEPEST_RELIEF_MM
+from relief.common.errors import InputError
+from relief.common.limits import BASE_MM, DEEPEST_RELIEF_MM
 
 FEATURE_PIXELS = 3
 """Smallest feature of a printer in pixels, where no other is given: thinner ones break off or fill up."""
@@ -109,7 +109,7 @@ def find_printer(name: str) -> Printer:
     """The printer of a name. Raises InputError."""
     if name not in PRINTERS:
         # Imported here, so that --help needs no numpy.
-        from relief.lengths import shown
+        from relief.common.lengths import shown
 
         raise InputError(f"printer: {shown(name)} is none of {', '.join(PRINTERS)}")
     return PRINTERS[name]

@@ -8,7 +8,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from relief.body import Part
-from relief.lengths import shown
+from relief.common.lengths import shown
 
 LEVEL = 4
 """Of compression: the default 6 takes 1.6 times as long for a file of gravel and saves a twentieth."""

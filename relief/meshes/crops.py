@@ -5,9 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from relief.arrays import Array
 from relief.body import Body
-from relief.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
+from relief.common.arrays import Array
+from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.meshes.places import Frame, face_normals, vertex_normals
 from relief.meshes.raster import rasterise
 

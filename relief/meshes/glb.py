@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from relief.arrays import Array
-from relief.errors import InputError
+from relief.common.arrays import Array
+from relief.common.errors import InputError
 from relief.meshes.parsed import MOST_FACES, Parsed
 from relief.meshes.text_formats import check_count
 

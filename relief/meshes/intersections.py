@@ -10,9 +10,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array, Index
 from relief.body import Body
-from relief.progress import stage
+from relief.common.arrays import Array, Index
+from relief.common.progress import stage
 
 PAIRS = 1 << 17
 """Pairs tested at a time, which bounds the memory."""

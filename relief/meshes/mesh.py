@@ -6,16 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from relief.arrays import Array, Index
 from relief.body import Body
-from relief.errors import InputError
-from relief.files import read_limited
-from relief.formats import MESHES
+from relief.common.arrays import Array, Index
+from relief.common.errors import InputError
+from relief.common.files import read_limited
+from relief.common.formats import MESHES
+from relief.common.progress import stage
 from relief.meshes.glb import read_glb
 from relief.meshes.parsed import LARGEST_FILE, MOST_FACES, Parsed
 from relief.meshes.text_formats import read_obj, read_ply, read_stl
 from relief.meshes.threemf import read_3mf
-from relief.progress import stage
 from relief.readers import damage_named
 
 UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.arrays import Array, Index
 from relief.body import Body
+from relief.common.arrays import Array, Index
 from relief.places import SPACING_MM
 
 POINTS_PER_MM2, FEWEST_POINTS, MOST_POINTS = 4.0, 4000, 200_000

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 
 SAMPLES_AT_ONCE = 1 << 18
 """Pairs of a triangle and a sample of its box that are looked at together, which bounds the memory."""

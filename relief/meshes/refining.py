@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array
 from relief.body import Body
-from relief.errors import InputError
-from relief.progress import this_stage
+from relief.common.arrays import Array
+from relief.common.errors import InputError
+from relief.common.progress import this_stage
 
 AREA_PER_FACE = 0.21
 """Mean area of the triangles that refinement leaves, in the square of the longest edge allowed."""

@@ -4,9 +4,9 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse import csgraph
 
-from relief.arrays import Array, Index
 from relief.body import Body
-from relief.errors import InputError
+from relief.common.arrays import Array, Index
+from relief.common.errors import InputError
 from relief.meshes.intersections import self_intersections
 
 THINNEST = 1e-7

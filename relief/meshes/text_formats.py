@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from relief.body import TRIANGLE
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.meshes.parsed import MOST_FACES, Parsed
 
 MOST_VERTICES = 3 * MOST_FACES

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from relief.arrays import Array, Index
-from relief.errors import InputError
+from relief.common.arrays import Array, Index
+from relief.common.errors import InputError
 from relief.meshes.parsed import LARGEST_FILE, Parsed
 from relief.meshes.text_formats import check_count
 

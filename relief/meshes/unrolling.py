@@ -8,13 +8,13 @@ from the place, and the heights stand over the unrolled feet.
 import numpy as np
 from scipy.spatial import cKDTree
 
-from relief.arrays import Array, Index
 from relief.body import Body
-from relief.errors import naming
+from relief.common.arrays import Array, Index
+from relief.common.errors import naming
+from relief.common.progress import stage
 from relief.meshes.neighbourhood import connected_around
 from relief.meshes.places import Frame, frame_along, vertex_normals
 from relief.meshes.refining import refined
-from relief.progress import stage
 
 EDGE_MM = 1.5
 """Longest edge of the object's mesh on which it is unrolled, mm; longer ones are halved."""

@@ -6,9 +6,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from relief.arrays import Array
 from relief.body import Body
-from relief.errors import InputError
+from relief.common.arrays import Array
+from relief.common.errors import InputError
 
 Field = Callable[[Array], Array]
 """Signed distance, or a function like it: points (n, 3) in mm to (n,), negative inside."""

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from relief.arrays import Array
 from relief.body import Body
+from relief.common.arrays import Array
 from relief.objects.implicit import body_of, round_cone, smooth_union
 
 ARMS = 5

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array
 from relief.body import Body
+from relief.common.arrays import Array
 from relief.export.plate import plate_mesh
 
 LINKS = 16

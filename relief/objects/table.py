@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array
 from relief.body import Body
+from relief.common.arrays import Array
 from relief.objects import smooth, swept
 
 Region = Callable[[Array], NDArray[np.bool_]]

@@ -9,11 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array
-from relief.errors import InputError, naming
+from relief.common.arrays import Array
+from relief.common.errors import InputError, naming
+from relief.common.lengths import in_range
+from relief.common.limits import (
+    DEEPEST_RELIEF_MM,
+    HEIGHT_LIMIT_MM,
+    LARGEST_SIDE,
+    PATCH_SIDE_MM,
+    SMALLEST_SIDE,
+)
+from relief.common.progress import stage
 from relief.heightmap import save_heights_exr, save_heights_png
-from relief.lengths import in_range
-from relief.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS
 from relief.preparing.levels import AS_STORED, FULL, WHITE, Levels
 from relief.preparing.pictures import Picture, open_picture
@@ -21,7 +28,6 @@ from relief.preparing.plates import repeated
 from relief.preparing.resampling import Box, resampled, square_in
 from relief.preparing.steps import smooth_steps
 from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, make_tile, period
-from relief.progress import stage
 
 STEEP_PERCENTILE = 95.0
 """Percentile of the slopes that is told beside the median."""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from relief.arrays import Array
-from relief.limits import PATCH_SIDE_MM
+from relief.common.arrays import Array
+from relief.common.limits import PATCH_SIDE_MM
 from relief.preparing.preparation import Prepared
 from relief.shading import facing, lit
 

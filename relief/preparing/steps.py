@@ -8,8 +8,8 @@ edges, which the picture shows clearly, stay.
 
 import numpy as np
 
-from relief.arrays import Array
-from relief.progress import Stage, stage
+from relief.common.arrays import Array
+from relief.common.progress import Stage, stage
 
 ROUNDING_PRECISION = 12.0
 """Inverse variance of the rounding to whole steps, in steps**-2: errors are uniform over one step."""

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array, Index
+from relief.common.arrays import Array, Index
 from relief.preparing.choices import METHODS
 
 OVERLAP = 0.25

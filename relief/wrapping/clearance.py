@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.arrays import Array
 from relief.body import Body
+from relief.common.arrays import Array
 
 SAFE = 0.7
 """Part of the radius of the empty ball that a displacement may use; the rest is for the facets of a mesh."""

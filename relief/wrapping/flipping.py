@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array
 from relief.body import Body
+from relief.common.arrays import Array
 from relief.meshes.neighbourhood import edge_pairs
 from relief.meshes.refining import refined
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from relief.arrays import Array
-from relief.errors import InputError
-from relief.formats import HEIGHT_MAPS
+from relief.common.arrays import Array
+from relief.common.errors import InputError
+from relief.common.formats import HEIGHT_MAPS
 
 FALLOFF_DEGREES = 10.0
 """Width of the falloff of angles, degrees."""

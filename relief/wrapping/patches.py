@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.arrays import Array
 from relief.body import Body
+from relief.common.arrays import Array
+from relief.common.progress import this_stage
 from relief.meshes.neighbourhood import connected_around
-from relief.progress import this_stage
 
 STRETCH = 0.1
 """Largest change of a length inside a patch, as a part of it."""

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from relief.arrays import Array
 from relief.body import Body
-from relief.errors import InputError
+from relief.common.arrays import Array
+from relief.common.errors import InputError
 from relief.meshes.refining import Refined, expected_faces, face_areas, refined
 from relief.wrapping.clearance import smooth_normals
 from relief.wrapping.flipping import even_triangles

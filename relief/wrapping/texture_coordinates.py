@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array
 from relief.body import Body
+from relief.common.arrays import Array
 from relief.meshes.refining import face_areas
 from relief.wrapping.patches import Layout, singular_values
 

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.special import ndtri
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.arrays import Array
 from relief.body import Body
-from relief.errors import InputError
+from relief.common.arrays import Array
+from relief.common.errors import InputError
+from relief.common.progress import say, stage
 from relief.meshes.refining import AREA_PER_FACE, expected_faces, face_areas, refined
-from relief.progress import say, stage
 from relief.wrapping.clearance import room
 from relief.wrapping.masks import Regions, mask_at
 from relief.wrapping.patches import lay_out

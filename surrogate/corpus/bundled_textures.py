@@ -15,8 +15,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from relief.common.limits import PATCH_SIDE_MM
 from relief.heightmap import save_heights_png
-from relief.limits import PATCH_SIDE_MM
 from relief.preparing.tiling import OVERLAP, make_tile
 from surrogate.corpus.recipes import SAMPLES, Recipe
 from surrogate.corpus.recipes import heights as recipe_heights

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.files import write_atomically
-from relief.limits import PATCH_SIDE_MM
+from relief.common.files import write_atomically
+from relief.common.limits import PATCH_SIDE_MM
 from relief.shading import facing
 from surrogate.corpus.bundled_textures import TEXTURES
 from surrogate.corpus.photographs import FILES

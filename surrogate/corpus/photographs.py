@@ -16,8 +16,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from relief.errors import InputError
-from relief.limits import PATCH_SIDE_MM
+from relief.common.errors import InputError
+from relief.common.limits import PATCH_SIDE_MM
 from surrogate.corpus.splits import Split, split_of
 from surrogate.families.fields import Field, log_uniform
 

@@ -17,8 +17,8 @@ from pydantic import ConfigDict, Field, TypeAdapter
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
-from relief.errors import InputError
-from relief.limits import HEIGHT_LIMIT_MM
+from relief.common.errors import InputError
+from relief.common.limits import HEIGHT_LIMIT_MM
 from surrogate.corpus.manifest import Entry, parse_entry, text_of
 from surrogate.corpus.splits import Split
 from surrogate.data.request import MOST_TEXTURES, DatasetRequest

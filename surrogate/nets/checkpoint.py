@@ -9,9 +9,9 @@ from typing import Annotated, ClassVar
 import torch
 from pydantic import ConfigDict, Field, TypeAdapter
 
-from relief.errors import InputError
-from relief.files import write_atomically
-from relief.tensors import read_tensors, tensor_bytes
+from relief.common.errors import InputError
+from relief.common.files import write_atomically
+from relief.common.tensors import read_tensors, tensor_bytes
 from surrogate.nets.training import Epoch, Settings, Training
 from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import check_tensors

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 import skfem
 from skfem.helpers import ddot, div, sym_grad
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from tactile.cosine_layer import Parity
 from tactile.layers import moduli_of_rows, row_weights
 from tactile.skin import Skin, lame

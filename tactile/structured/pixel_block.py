@@ -17,7 +17,7 @@ from operator import add
 import numpy as np
 import scipy.sparse as sp
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from tactile.condensation import condensed
 from tactile.cosine_layer import Parity
 from tactile.interpolation import STENCIL, lagrange

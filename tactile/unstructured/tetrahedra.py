@@ -22,9 +22,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from relief.arrays import Array
-from relief.errors import InputError
-from relief.limits import PATCH_SIDE_MM
+from relief.common.arrays import Array
+from relief.common.errors import InputError
+from relief.common.limits import PATCH_SIDE_MM
 from tactile.condensation import condensed_onto_loads
 from tactile.contact import solve_contact
 from tactile.layer_response import layer_response

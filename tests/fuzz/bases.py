@@ -82,7 +82,7 @@ def make(folder: Path, learning: bool) -> dict[str, dict[str, bytes]]:
     from relief.heightmap import write_exr
 
     if learning:
-        from optimize.descent.touch_measures import measure_touch
+        from tactile.measures import measure_touch
         from tactile.skin import Skin
 
         measure_touch(waves(), 10.0, Skin(), "fem")
@@ -126,19 +126,19 @@ def _files(folder: Path, *below: str) -> dict[str, bytes]:
 
 def _runs(folder: Path) -> dict[str, bytes]:
     """Run directories of both methods that stopped after one of two steps."""
-    from optimize.runs import job
+    from retouch import runs
 
     (folder / "begin.toml").write_text(
         RUN.replace("../", "").replace("METHOD", "gauss-newton").replace("STEPS", "1")
     )
-    job.run(folder / "begin.toml", folder / RESULTS)
+    runs.optimize(folder / "begin.toml", folder / RESULTS)
     settings = (folder / RESULTS / "run.toml").read_text()
     (folder / RESULTS / "run.toml").write_text(settings.replace(f'"{folder}/', '"../'))
     for name, method in RUNS.items():
         (folder / name).mkdir()
         path = folder / name / "begin.toml"
         path.write_text(RUN.replace("METHOD", method).replace("STEPS", "1"))
-        job.run(path, folder / name / "out")
+        runs.optimize(path, folder / name / "out")
         # As in a folder that was moved: the files are beside the run directory, wherever that lies.
         settings = (folder / name / "out" / "run.toml").read_text()
         settings = settings.replace(f'"{folder}/', '"../').replace("steps = 1", "steps = 2")
@@ -156,11 +156,11 @@ def _runs(folder: Path) -> dict[str, bytes]:
 
 def _study(folder: Path) -> dict[str, bytes]:
     """A study of two rows that are done, without pictures."""
-    from optimize.studies import engine
-    from optimize.studies.rows import expand
-    from optimize.studies.study_file import load_study
-    from optimize.studies.writing import write_study
-    from optimize.workers.jobs import JobResult, Runner, Work
+    from retouch.studies import engine
+    from retouch.studies.rows import expand
+    from retouch.studies.study_file import load_study
+    from retouch.studies.writing import write_study
+    from retouch.workers.jobs import JobResult, Runner, Work
 
     def in_process(work: Work, observer: object) -> Runner:
         return lambda jobs: (JobResult(job, work(job)) for job in jobs)
@@ -179,10 +179,10 @@ def _study(folder: Path) -> dict[str, bytes]:
 
 def _learning(folder: Path) -> dict[str, dict[str, bytes]]:
     """A data set of 24 textures, and a training on it that stopped after one of two epochs."""
-    from optimize.training.dataset import make_dataset, plan_dataset
-    from optimize.training.shard_jobs import run_shard
-    from optimize.training.train import TrainingRequest, train_net
-    from optimize.workers.jobs import JobResult
+    from retouch.training.dataset import make_dataset, plan_dataset
+    from retouch.training.shard_jobs import run_shard
+    from retouch.training.train import TrainingRequest, train_net
+    from retouch.workers.jobs import JobResult
     from surrogate.nets.training import Settings
 
     plan = plan_dataset(5, 24, (), touch="layer", lights="none", samples=SIDE)

@@ -94,7 +94,7 @@ def meshes(draw: st.DrawFn, whole: bool) -> Case:
 
 def read_part(folder: Path, arguments: Sequence[Any]) -> None:
     """Read the mesh of a case, with the unit that is given for it; raises as the readers of `readers` do."""
-    from relief.errors import InputError
+    from relief.common.errors import InputError
     from relief.meshes.mesh import LARGEST_MM, read_mesh
     from relief.meshes.solid import check_solid, volume_mm3
 

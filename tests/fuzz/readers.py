@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.limits import DEEPEST_RELIEF_MM, LARGEST_SIDE, SMALLEST_SIDE
+from relief.common.limits import DEEPEST_RELIEF_MM, LARGEST_SIDE, SMALLEST_SIDE
 from tests.fuzz.bases import CACHE, DATA, NETS, RESULTS, SIDE, STUDY, WEIGHTS
 from tests.fuzz.meshes import read_part
 
@@ -118,7 +118,7 @@ def read_training(folder: Path, arguments: Sequence[Any]) -> None:
 def _training_key(folder: Path) -> Any:
     import hashlib
 
-    from optimize.training.train import BLOCK
+    from retouch.training.train import BLOCK
     from surrogate.nets.checkpoint import TrainingKey
     from surrogate.nets.training import Settings
     from surrogate.nets.unet import Shape
@@ -227,8 +227,8 @@ def read_picture(folder: Path, arguments: Sequence[Any]) -> None:
 
 
 def read_result(folder: Path, arguments: Sequence[Any]) -> None:
-    from optimize.commands.summary import summary
     from optimize.run_directory.key import finished
+    from retouch.commands.summary import summary
 
     result = finished(folder / RESULTS)
     if result is not None:
@@ -251,11 +251,11 @@ def read_weights(folder: Path, arguments: Sequence[Any]) -> None:
 
 
 def read_study(folder: Path, arguments: Sequence[Any]) -> None:
-    from optimize.studies import engine
-    from optimize.studies.document import document, document_bytes, flat_rows, read_document, spreadsheet
-    from optimize.studies.page import page
-    from optimize.studies.rows import expand
-    from optimize.studies.study_file import load_study
+    from retouch.pages.study_page import page
+    from retouch.studies import engine
+    from retouch.studies.document import document, document_bytes, flat_rows, read_document, spreadsheet
+    from retouch.studies.rows import expand
+    from retouch.studies.study_file import load_study
 
     out, again = folder / STUDY, folder / "again.json"
     study = load_study(folder / arguments[0])

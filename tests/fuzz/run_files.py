@@ -9,9 +9,9 @@ from typing import Any
 import tomli_w
 from hypothesis import strategies as st
 
-from optimize.descent.targets import GOAL_KEYS
 from optimize.settings import run_file as config
 from optimize.settings import touch as touch_settings
+from tactile.quantities import GOAL_KEYS
 from tests.fuzz.case import HOSTILE, Case, chance, edited, several_edits
 
 SECTIONS: Mapping[str, tuple[str, ...]] = {

@@ -8,8 +8,8 @@ import pytest
 import tactile
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
-from optimize.descent.touch_measures import TouchMeasures
 from relief.heightmap import save_heights_exr
+from tactile.measures import TouchMeasures
 from tests.tactile.reliefs import SIZE, waves
 from visual.scene import Scene, load_scene
 
@@ -55,4 +55,4 @@ def original(problem_with: ProblemWith) -> TouchMeasures:
 @pytest.fixture(autouse=True)
 def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """No stage lasts long enough to be shown, however slow the machine."""
-    monkeypatch.setattr("optimize.runs.progress.PATIENCE_S", 1e9)
+    monkeypatch.setattr("retouch.progress_display.PATIENCE_S", 1e9)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.heightmap import (
     holds_mm,
     load_field,

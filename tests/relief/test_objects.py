@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.objects import swept
 from relief.objects.implicit import body_of, round_cone
 from relief.objects.smooth import ball

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from relief.body import Body
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.meshes.intersections import self_intersections
 from relief.meshes.refining import expected_faces, face_areas, refined
 from relief.meshes.solid import check_solid

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from tactile.layer_response import layer_response
 from tactile.skin import lame
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from tactile.layer_response import LayerResponse, layer_response
 from tactile.layered_response import layered_response
 from tactile.layers import Stack

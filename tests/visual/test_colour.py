@@ -8,7 +8,7 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from optimize.commands.main import main
+from retouch.commands.main import main
 from tests.visual.scenes import SIDE, sky, sun
 from visual.lights.parallel import LUMINANCE
 from visual.scene import Scene

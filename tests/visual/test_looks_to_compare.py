@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from relief.arrays import Array
-from relief.errors import InputError
+from relief.common.arrays import Array
+from relief.common.errors import InputError
 from tests.visual.exact.test_view import OBLIQUE
 from tests.visual.scenes import PLASTIC, SIDE, hills, sky, sun
 from visual.fast.jacobian import FastView

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.heightmap import save_heights_exr
 from tests.visual.differences import differ_by_noise
 from tests.visual.scenes import PLASTIC, SIDE, SIZE_MM, Array, hills, sky, sun

@@ -12,7 +12,7 @@ import pytest
 import torch
 
 import visual
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.heightmap import save_heights_png
 from tests.visual.differences import differ_by_noise
 from tests.visual.scenes import (

@@ -10,7 +10,7 @@ import pytest
 import torch
 from PIL import Image
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from tests.visual.differences import by_gradients, differ_by_noise, measured
 from tests.visual.scenes import (
     MATTE,

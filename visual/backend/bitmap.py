@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from visual.backend.messages import last_line
 
 SMALLEST_MAP = (3, 2)

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from relief import grid, heightmap
-from relief.errors import InputError
-from relief.limits import PATCH_SIDE_MM
+from relief.common.errors import InputError
+from relief.common.limits import PATCH_SIDE_MM
 from visual.backend import buffers
 
 PLUGIN = "heightfield"

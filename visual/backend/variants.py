@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from visual.backend import llvm
 
 WITHOUT_LLVM = "scalar_rgb"

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 
 Background = Callable[[Array], Array]
 """Radiance (rays,) along unit directions (rays, 3) from the camera in which no plate is seen."""

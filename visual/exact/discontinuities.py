@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from visual.exact.background import Background
 from visual.exact.pair_radiance import at_points
 from visual.exact.shading import Shading, unshadowed

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from visual.backend import buffers, variants
 from visual.exact.background import Background, black_background
 from visual.geometry.projection import Projection

@@ -17,8 +17,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from relief.arrays import Array
-from relief.progress import stage, this_stage
+from relief.common.arrays import Array
+from relief.common.progress import stage, this_stage
 from visual.backend import buffers
 from visual.backend.plate import plate_bsdf
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from visual.lights.parallel import LUMINANCE, ParallelLights
 
 

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from relief.arrays import Array
-from relief.progress import stage
+from relief.common.arrays import Array
+from relief.common.progress import stage
 from visual.exact.background import Background, black_background
 from visual.exact.discontinuities import EdgeSamples, Jitter, discontinuity_entries, edge_jitter
 from visual.exact.pair_radiance import of_faces, of_samples

@@ -24,7 +24,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from relief.arrays import Index
+from relief.common.arrays import Index
 from relief.grid import NO_HALO, Halo
 from relief.surface import Surface
 

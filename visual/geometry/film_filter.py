@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 
 POINTS = 64
 """Points of a filter in each part of a pixel: their mean is the integral over the part within 0.01 %."""

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from relief.grid import Halo
 from relief.surface import Surface
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.arrays import Array, Index
+from relief.common.arrays import Array, Index
 from visual.geometry.film_filter import FilmFilter
 
 

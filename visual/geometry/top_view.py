@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relief.arrays import Array, Index
+from relief.common.arrays import Array, Index
 from visual.geometry.topology import PlateTopology
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief import grid
-from relief.arrays import Array, Index
+from relief.common.arrays import Array, Index
 from relief.grid import NO_HALO, Halo
 
 

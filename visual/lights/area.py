@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from visual.lights.kind import Draw, EmitterShape, Light, LightKind
 from visual.lights.parallel import GOLDEN_RATIO, ParallelLights, off_horizon
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
 from visual.lights.kind import Light
 

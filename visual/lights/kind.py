@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from visual.lights.parallel import ParallelLights
 
 RGB = tuple[float, float, float]

@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 GOLDEN_RATIO = 0.5 * (np.sqrt(5.0) - 1.0)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 from visual.geometry.film_samples import PictureSamples
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.reference.horizon import horizon_tangent

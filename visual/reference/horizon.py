@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.arrays import Array
+from relief.common.arrays import Array
 
 NEAREST_MM = 1e-5
 """Least distance of edges, mm: a point lies on nearer ones, which belong to the point's own face."""

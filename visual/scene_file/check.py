@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from mitsuba_scenes import find_file
 from relief import heightmap
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.grid import NO_HALO, Halo
 from visual.backend import heightfield, llvm
 from visual.backend.messages import last_line

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief import heightmap
-from relief.errors import InputError
-from relief.limits import PATCH_SIDE_MM
+from relief.common.errors import InputError
+from relief.common.limits import PATCH_SIDE_MM
 from visual.lights.kind import RGB, EmitterShape, Light
 from visual.lights.quadrature import KINDS, kind_of
 from visual.scene_file.parsed import WEIGHT, Camera, CheckedScene, Description, Plate, children

@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
 from visual.backend.ply import check_ply
 from visual.lights.quadrature import KINDS

@@ -11,9 +11,9 @@ import scipy.sparse as sp
 from optimize.descent.gauss_newton import windows
 from optimize.descent.gauss_newton.laplacian import laplacian
 from optimize.descent.gauss_newton.other_fingers import Drawn
-from relief.arrays import Array
+from relief.common.arrays import Array
+from relief.common.progress import stage
 from relief.patches import Patches
-from relief.progress import stage
 from tactile.sparse import factorised
 
 

@@ -11,11 +11,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from optimize.descent.driver import Remembered
-from relief.arrays import Array
+from relief.common.arrays import Array
+from relief.common.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM
 from relief.depth import out_of_reach
 from relief.export.print_limits import PrintLimits
 from relief.export.printers import Printer
-from relief.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM
 from relief.surface import Surface
 
 FIRST, GROWTH, LARGEST = 3.0, 3.0, 1e5

@@ -31,10 +31,10 @@ from optimize.descent.gauss_newton.masking import masking_weights
 from optimize.descent.gauss_newton.other_fingers import FingersFelt, OtherFingers
 from optimize.descent.gauss_newton.trust import DAMPING, LARGEST_SHARE, LEAST_SHARE, MOST_DAMPING, Trust
 from optimize.descent.problem import Problem, change_percent
-from optimize.descent.targets import Values
-from optimize.descent.touch_measures import TouchMeasures
-from relief.arrays import Array
-from relief.progress import stage
+from relief.common.arrays import Array
+from relief.common.progress import stage
+from tactile.measures import TouchMeasures
+from tactile.quantities import Values
 from visual.exact.discontinuities import EdgeSamples
 from visual.exact.view import Pictures, View
 from visual.fast.jacobian import FastView

@@ -18,7 +18,7 @@ import numpy as np
 import torch
 
 from optimize.descent.problem import FingerRange, Problem
-from relief.arrays import Array
+from relief.common.arrays import Array
 from relief.depth import within_reach
 from relief.patches import STEERING_SAMPLES, Patches
 from tactile import jnd_scaled, roughness, touch_model

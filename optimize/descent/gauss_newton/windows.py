@@ -17,9 +17,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from relief.arrays import Array, Index
+from relief.common.arrays import Array, Index
+from relief.common.progress import stage
 from relief.patches import Patches
-from relief.progress import stage
 from tactile.sparse import factorised
 
 MOST_AT_ONCE = 512 * 512

@@ -13,7 +13,7 @@ from optimize.descent.driver import check_memory, descend
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
-from optimize.descent.touch_measures import TouchMeasures
+from tactile.measures import TouchMeasures
 from tests.optimize.conftest import ProblemWith
 from tests.optimize.descent.one_touch import one_touch
 

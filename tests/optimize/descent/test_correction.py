@@ -16,7 +16,7 @@ from optimize.descent.correction import (
 from optimize.descent.driver import Iterate, Remembered
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
-from optimize.descent.touch_measures import TouchMeasures
+from tactile.measures import TouchMeasures
 from tests.optimize.descent.one_touch import one_touch
 
 Array = np.ndarray

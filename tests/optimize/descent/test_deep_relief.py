@@ -14,11 +14,11 @@ from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
-from optimize.descent.touch_measures import measure_touch
-from relief.arrays import Array
-from relief.errors import InputError
+from relief.common.arrays import Array
+from relief.common.errors import InputError
+from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.heightmap import save_heights_exr
-from relief.limits import HEIGHT_LIMIT_MM
+from tactile.measures import measure_touch
 from tests.tactile.reliefs import SIZE
 from visual.scene import Scene, load_scene
 

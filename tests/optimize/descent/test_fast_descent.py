@@ -15,8 +15,8 @@ from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
-from optimize.report.metrics import rms_change
-from optimize.training.look_setup import net_figures, studio_sky
+from optimize.verification.picture_metrics import rms_change
+from retouch.training.look_setup import net_figures, studio_sky
 from surrogate.nets.weights import has_weights, load_net
 from tests.tactile.reliefs import SIZE, waves
 from tests.visual.scenes import PLASTIC, sun, write_scene

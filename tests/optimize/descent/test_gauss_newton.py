@@ -19,9 +19,9 @@ from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
-from optimize.descent.touch_measures import TouchMeasures, measure_touch
-from optimize.report.metrics import rms_change
-from relief.limits import HEIGHT_LIMIT_MM
+from optimize.verification.picture_metrics import rms_change
+from relief.common.limits import HEIGHT_LIMIT_MM
+from tactile.measures import TouchMeasures, measure_touch
 from tests.optimize.conftest import SAMPLES, ProblemWith
 from tests.tactile.reliefs import waves
 from visual.noise import batched

@@ -11,8 +11,8 @@ from optimize.descent.driver import descend
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
-from optimize.report.metrics import rms_change
-from relief.arrays import Array
+from optimize.verification.picture_metrics import rms_change
+from relief.common.arrays import Array
 from tests.tactile.reliefs import SIZE
 from tests.visual.scenes import PLASTIC, hills, sun, write_scene
 from visual.models import LookModel

@@ -14,11 +14,11 @@ from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.gauss_newton.other_fingers import JND, Drawn, FingersFelt, OtherFingers
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Targets
-from optimize.descent.touch_measures import TouchMeasures
 from relief.patches import Patches
 from relief.places import places
 from relief.surface import Surface
 from tactile.fingers import fingers, roughness_by_finger
+from tactile.measures import TouchMeasures
 from tests.optimize.conftest import ProblemWith
 
 STIFFER_ONLY = (0, 1)

@@ -15,10 +15,11 @@ from optimize.descent.gauss_newton.forces import YIELDING, Aim
 from optimize.descent.gauss_newton.laplacian import laplacian
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
-from optimize.descent.targets import GOAL_KEYS, ROUGHNESS, Target, Targets
-from optimize.descent.touch_measures import measure_touch
-from relief.arrays import Array
+from optimize.descent.targets import Target, Targets
+from relief.common.arrays import Array
 from relief.places import between
+from tactile.measures import measure_touch
+from tactile.quantities import GOAL_KEYS, ROUGHNESS
 from tests.optimize.conftest import STUDIO, ProblemWith
 from tests.tactile.reliefs import SIZE
 from visual.scene import Scene, load_scene

@@ -9,9 +9,9 @@ import pytest
 import tactile
 from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.targets import Targets
-from optimize.descent.touch_measures import measure_touch
-from relief.errors import InputError
-from relief.limits import HEIGHT_LIMIT_MM
+from relief.common.errors import InputError
+from relief.common.limits import HEIGHT_LIMIT_MM
+from tactile.measures import measure_touch
 from tests.optimize.conftest import ProblemWith
 
 

@@ -7,11 +7,12 @@ import pytest
 import torch
 
 import tactile
-from optimize.commands.main import parse
 from optimize.descent.driver import descend
 from optimize.descent.gauss_newton.method import GaussNewton
-from optimize.descent.targets import CONTACT_AREA, QUANTITIES, ROUGHNESS, Quantity, Target, Targets
+from optimize.descent.targets import Target, Targets
 from optimize.settings.touch import Touch
+from retouch.commands.main import parse
+from tactile.quantities import CONTACT_AREA, QUANTITIES, ROUGHNESS, Quantity
 from tests.optimize.conftest import ProblemWith
 
 TOLERANCE = 0.01

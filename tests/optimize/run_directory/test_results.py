@@ -4,6 +4,8 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -14,16 +16,19 @@ from optimize.descent.driver import DescentResult, Iterate, record_of
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
-from optimize.descent.touch_measures import measure_touch
-from optimize.report import metrics
-from optimize.report.content import Report
 from optimize.run_directory import results
 from optimize.run_directory.clock import Moment
-from optimize.run_directory.felt_places import FeltPlaces
 from optimize.run_directory.history import HISTORY, History
 from optimize.run_directory.results import Outcome
+from optimize.runs.job import Finished
+from optimize.runs.preparation import Prepared
 from optimize.settings.run_file import Run, run_from_scene
-from relief.errors import InputError
+from optimize.verification import picture_metrics as metrics
+from optimize.verification.felt_places import FeltPlaces
+from relief.common.errors import InputError
+from retouch.pages import run_report
+from retouch.pages.content import Report
+from tactile.measures import measure_touch
 from tests.optimize.conftest import ProblemWith
 from tests.optimize.descent.one_touch import one_touch
 from visual.noise import Batches
@@ -188,9 +193,11 @@ def test_maps_of_the_result_are_its_own_even_if_it_is_not_verified(
     tmp_path: Path, problem: Problem, settings: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     reports: list[Report] = []
-    monkeypatch.setattr(results, "write_report", lambda _, report: reports.append(report))
-    times = {"total": Moment(1.0, 1.5)}
-    summary = results.write(tmp_path, settings, problem, outcome(problem, False), times, [])
+    monkeypatch.setattr(run_report, "write_report", lambda _, report: reports.append(report))
+    times, measured = {"total": Moment(1.0, 1.5)}, outcome(problem, False)
+    summary = results.write(tmp_path, settings, problem, measured, times)
+    prepared = SimpleNamespace(settings=settings, problem=problem)
+    run_report.publish(Finished(tmp_path, cast(Prepared, prepared), measured, summary, []))
     after = tactile.press(0.8 * problem.heights, problem.size_mm, problem.skin)
     (report,) = reports
     assert report.pressure_after is not None

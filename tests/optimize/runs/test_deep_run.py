@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 import trimesh
 
-from optimize.commands import main as cli
-from optimize.runs import job
 from optimize.runs.job import Result
 from optimize.settings.run_file import load_run
-from relief.errors import InputError
+from relief.common.errors import InputError
+from relief.common.limits import BASE_MM
 from relief.export.printed import printed
 from relief.heightmap import load_heights, save_heights_exr
-from relief.limits import BASE_MM
+from retouch import runs
+from retouch.commands import main as cli
 from tests.optimize.descent.test_deep_relief import wavy_pyramids
 
 RUN = """scene = "{scene}"
@@ -41,7 +41,7 @@ def run_file(studio: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def result(run_file: Path) -> Result:
-    return job.run(run_file, run_file.parent / "out")
+    return runs.optimize(run_file, run_file.parent / "out")
 
 
 def test_the_target_is_met_and_verified(result: Result) -> None:
@@ -75,7 +75,7 @@ def test_a_print_of_it_keeps_what_no_finger_reaches(run_file: Path, tmp_path: Pa
     """Layers of 70 µm, of which 3 mm are no whole number; walls and reliefs as every printer has them."""
     own = ["print.pixel_um=156.25", "print.layer_um=70"]
     settings = load_run(run_file, own)
-    result, printer = job.run(settings, tmp_path / "out"), settings.print.described
+    result, printer = runs.optimize(settings, tmp_path / "out"), settings.print.described
     assert result.stop.met and printer is not None
     assert result.summary["touch"]["jnd_from_original"] == pytest.approx(-1.0, abs=0.1)
     before = printed(load_heights(run_file.parent / "pyramids.exr"), 10.0 / 64, printer)
@@ -84,5 +84,5 @@ def test_a_print_of_it_keeps_what_no_finger_reaches(run_file: Path, tmp_path: Pa
     np.testing.assert_allclose(result.heights[low], before[low], atol=1e-12)
     np.testing.assert_allclose(result.heights / 0.07, np.rint(result.heights / 0.07), atol=1e-9)
     with pytest.raises(InputError, match=r"pyramids\.exr: printer: the relief is .* 3 mm; make it lower"):
-        job.run(load_run(run_file, [*own, "print.max_relief_mm=3"]), tmp_path / "low")
+        runs.optimize(load_run(run_file, [*own, "print.max_relief_mm=3"]), tmp_path / "low")
     assert not (tmp_path / "low").exists()

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from optimize.commands.main import main
-from optimize.descent.quantities import CONTACT_AREA, ROUGHNESS
-from optimize.descent.touch_measures import measure_touch
-from optimize.runs import job
 from optimize.runs.feel_of import name_of
 from optimize.settings.run_file import Run, dump_resolved, load_run, run_from_scene
-from optimize.studies.row_key import row_key
 from relief.heightmap import save_heights_exr
+from retouch import runs
+from retouch.commands.main import main
+from retouch.studies.row_key import row_key
+from tactile.measures import measure_touch
+from tactile.quantities import CONTACT_AREA, ROUGHNESS
 from tactile.skin import Skin
 from tests.tactile.reliefs import waves
 
@@ -145,7 +145,7 @@ def test_what_cannot_be_taken_over_is_told_in_one_line(
 @pytest.mark.usefixtures("folder")
 def test_a_tile_is_felt_all_over(studio: Path) -> None:
     settings = ("touch.feel_of=gravel-tile", "touch.feel_of_repeats=true", "verify.corrections=0")
-    result = job.run(run_of(studio, *settings, "descent.steps=1"), "out")
+    result = runs.optimize(run_of(studio, *settings, "descent.steps=1"), "out")
     other = result.summary["touch"]["feel_of"]
     assert other["places"]["count"] == 16
     assert other["places"]["roughness_min"] < other["roughness"] < other["places"]["roughness_max"]

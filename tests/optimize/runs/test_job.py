@@ -22,8 +22,6 @@ from PIL import Image
 
 import tactile
 from optimize.descent.stop_reason import StopReason
-from optimize.report import metrics
-from optimize.report.metrics import known
 from optimize.run_directory import results
 from optimize.run_directory.checkpoint import load_checkpoint, save_checkpoint
 from optimize.run_directory.key import SETTINGS
@@ -31,11 +29,14 @@ from optimize.runs import job
 from optimize.runs.job import Result
 from optimize.runs.preparation import prepare
 from optimize.settings.run_file import Run, dump_resolved, load_run
-from relief.errors import InputError
+from optimize.verification import picture_metrics as metrics
+from optimize.verification.converged import converged
+from optimize.verification.picture_metrics import known
+from relief.common.errors import InputError
+from relief.common.limits import BASE_MM
 from relief.heightmap import load_heights, save_heights_exr
-from relief.limits import BASE_MM
+from retouch import runs
 from tests.optimize.conftest import SAMPLES
-from visual.converged import converged
 
 ROOT = Path(__file__).resolve().parents[3]
 CONDITIONS = ("light-10", "light-130", "light-250")
@@ -76,7 +77,7 @@ def run_file(studio: Path, texture: Path, tmp_path_factory: pytest.TempPathFacto
 @pytest.fixture(scope="module")
 def finished(run_file: RunFile, tmp_path_factory: pytest.TempPathFactory) -> Result:
     """One run to its end, in the folder `out`."""
-    return job.run(run_file(), tmp_path_factory.mktemp("runs") / "out")
+    return runs.optimize(run_file(), tmp_path_factory.mktemp("runs") / "out")
 
 
 @pytest.fixture
@@ -95,7 +96,7 @@ def history(run_dir: Path) -> list[dict[str, float]]:
 
 def refused(run: Path | Run, out: Path, *named: str, force: bool = False) -> None:
     with pytest.raises(InputError) as caught:
-        job.run(run, out, force=force)
+        runs.optimize(run, out, force=force)
     (line,) = str(caught.value).splitlines()
     assert [word for word in named if word not in line] == [], line
 
@@ -227,7 +228,7 @@ def test_the_settings_that_are_written_are_those_of_the_run(finished: Result, ru
 
 
 def test_running_the_written_settings_gives_the_same_relief(finished: Result, out: Path) -> None:
-    again = job.run(finished.run_dir / "run.toml", out)
+    again = runs.optimize(finished.run_dir / "run.toml", out)
     assert again.summary["stop"] == finished.summary["stop"]
     np.testing.assert_allclose(again.heights, finished.heights, atol=SAME_MM["gauss-newton"])
     np.testing.assert_allclose(
@@ -250,7 +251,7 @@ def test_a_path_may_be_text_and_the_directory_has_a_default(
     (tmp_path / "short.toml").write_text(
         dump_resolved(load_run(finished.run_dir / "run.toml", ["descent.steps=1", "verify.samples=1"]))
     )
-    result = job.run("short.toml")
+    result = runs.optimize("short.toml")
     assert result.run_dir == Path("runs") / "short"
     assert result.stop is StopReason.STEP_LIMIT
     assert (result.run_dir / "report.html").is_file()
@@ -361,7 +362,7 @@ def test_a_start_that_fails_leaves_the_earlier_run(finished: Result, run_file: R
 def test_a_run_without_a_checkpoint_cannot_be_resumed(finished: Result, tmp_path: Path) -> None:
     (tmp_path / "run.toml").write_bytes((finished.run_dir / "run.toml").read_bytes())
     with pytest.raises(InputError, match="nothing to go on from"):
-        job.resume(tmp_path)
+        runs.resume(tmp_path)
 
 
 SHORT = "steps = 1\ntolerance = 0.001"
@@ -377,7 +378,7 @@ def write_down(run_dir: Path, old: str, new: str) -> None:
 def not_resumed(run_dir: Path, *named: str) -> None:
     kept = {path: path.read_bytes() for path in run_dir.rglob("*") if path.is_file()}
     with pytest.raises(InputError) as caught:
-        job.resume(run_dir)
+        runs.resume(run_dir)
     (line,) = str(caught.value).splitlines()
     assert [word for word in named if word not in line] == [], line
     assert kept == {path: path.read_bytes() for path in run_dir.rglob("*") if path.is_file()}
@@ -415,10 +416,10 @@ def test_a_history_that_was_tampered_with_is_refused(copy: Path) -> None:
 
 
 def test_more_steps_in_the_settings_are_taken(out: Path, run_file: RunFile) -> None:
-    first = job.run(run_file("jnd = 2", SHORT), out)
+    first = runs.optimize(run_file("jnd = 2", SHORT), out)
     assert first.stop is StopReason.SHORT_OF_TARGET
     write_down(out, "steps = 1\n", "steps = 3\n")
-    assert job.resume(out).summary["stop"]["steps"] >= 3
+    assert runs.resume(out).summary["stop"]["steps"] >= 3
 
 
 # Full disks
@@ -445,16 +446,16 @@ def test_after_a_full_disk_the_command_that_is_told_goes_on(
     with monkeypatch.context() as disk:
         disk.setattr(place, full)
         with pytest.raises(OSError, match="No space left") as caught:
-            job.run(path, out)
+            runs.optimize(path, out)
     told = str(caught.value)
     assert command in told and str(out) in told
     if "resume" in told:
-        result = job.resume(out)
+        result = runs.resume(out)
     else:
         if out.is_dir():
             not_resumed(out, "force=True")
             refused(path, out, "force=True")
-        result = job.run(path, out, force="--force" in told)
+        result = runs.optimize(path, out, force="--force" in told)
     assert result.summary["stop"]["steps"] == 1
     assert {path.name for path in out.iterdir()} == set(results.WRITTEN)
 
@@ -465,7 +466,7 @@ def test_a_full_disk_leaves_an_earlier_run_whole(
     before = {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
     monkeypatch.setattr("optimize.run_directory.results.write_atomically", full)
     with pytest.raises(OSError, match="retouch resume"):
-        job.run(run_file("jnd = 2", SHORT), copy, force=True)
+        runs.optimize(run_file("jnd = 2", SHORT), copy, force=True)
     assert before == {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
 
 
@@ -473,7 +474,7 @@ def test_what_a_kill_left_half_written_is_not_in_the_way(out: Path, run_file: Ru
     """As a kill while run.toml is written leaves a folder."""
     (out / ".run-abc.partial").mkdir(parents=True)
     (out / ".run-abc.partial" / "run.toml").write_text("half")
-    job.run(run_file("jnd = 2", SHORT), out)
+    runs.optimize(run_file("jnd = 2", SHORT), out)
     assert {path.name for path in out.iterdir()} == set(results.WRITTEN)
 
 
@@ -483,7 +484,7 @@ def test_what_a_kill_left_half_written_is_not_in_the_way(out: Path, run_file: Ru
 def test_resuming_a_finished_run_changes_nothing(finished: Result, run_file: RunFile, tmp_path: Path) -> None:
     copy = Path(shutil.copytree(finished.run_dir, tmp_path / "copy"))
     rows, kept = history(copy), load_checkpoint(copy)
-    again = job.resume(copy)
+    again = runs.resume(copy)
     assert again.summary["stop"] == finished.summary["stop"]
     np.testing.assert_array_equal(again.heights, finished.heights)
     assert history(copy) == rows
@@ -493,7 +494,7 @@ def test_resuming_a_finished_run_changes_nothing(finished: Result, run_file: Run
 
 PROCESS = """import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from optimize.commands.main import main
+from retouch.commands.main import main
 sys.exit(main(sys.argv[1:]))"""
 """The command in a process that heeds Ctrl-C even if the tests run in the background of a shell."""
 
@@ -518,13 +519,13 @@ def uninterrupted(run_file: RunFile, tmp_path_factory: pytest.TempPathFactory) -
     @cache
     def run(method: str, fingers: str = "one") -> Result:
         path = run_file(f'jnd = 2\nfingers = "{fingers}"', f'method = "{method}"\nsteps = 9')
-        return job.run(path, tmp_path_factory.mktemp("runs") / "whole")
+        return runs.optimize(path, tmp_path_factory.mktemp("runs") / "whole")
 
     return run
 
 
 def test_a_scaled_original_is_verified_and_rendered_as_any_result(out: Path, run_file: RunFile) -> None:
-    scaled = job.run(run_file("jnd = -1", 'method = "scaling"'), out)
+    scaled = runs.optimize(run_file("jnd = -1", 'method = "scaling"'), out)
     assert scaled.stop is StopReason.CONVERGED
     rounds = scaled.summary["verification"]["rounds"]
     assert [row["step"] for row in history(out)] == list(range(len(rounds) + 1))
@@ -550,7 +551,7 @@ def test_a_killed_run_goes_on_to_the_same_end(
     assert status == -signal.SIGKILL
     assert not (out / "result.json").exists()
     assert 2 <= load_checkpoint(out).current.step < 9
-    resumed = job.resume(out)
+    resumed = runs.resume(out)
     assert resumed.summary["stop"] == whole.summary["stop"]
     np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM[method])
     assert [row["step"] for row in history(out)] == [row["step"] for row in history(whole.run_dir)]
@@ -561,14 +562,14 @@ def test_a_run_killed_in_a_later_round_goes_on_to_the_same_end(out: Path, run_fi
     """On a coarse mesh the finite elements differ from the layer by more than this run tolerates."""
     path = run_file("jnd = 2", "tolerance = 0.002")
     path.write_text(path.read_text().replace("resolution = 16\n", "resolution = 8\n"))
-    whole = job.run(path, out.with_name("whole"))
+    whole = runs.optimize(path, out.with_name("whole"))
     rounds = whole.summary["verification"]["rounds"]
     assert len(rounds) > 1
     assert rounds[-1]["miss"] <= 0.002 < rounds[0]["miss"]
     status = ended_after(rounds[0]["steps"] + 1, signal.SIGKILL, ["optimize", str(path), "-o", str(out)], out)
     assert status == -signal.SIGKILL
     assert len(load_checkpoint(out).state.iterations) >= 1
-    resumed = job.resume(out)
+    resumed = runs.resume(out)
     assert resumed.summary["stop"] == whole.summary["stop"]
     assert len(resumed.summary["verification"]["rounds"]) == len(rounds)
     np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM["gauss-newton"])
@@ -588,7 +589,7 @@ def test_an_interrupted_run_writes_its_best_and_goes_on(
     np.testing.assert_allclose(
         load_heights(out / "heights.exr").max(), result["heights"]["max_mm"], rtol=1e-6
     )
-    resumed = job.resume(out)
+    resumed = runs.resume(out)
     assert resumed.summary["stop"] == whole.summary["stop"]
     np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM["gauss-newton"])
 
@@ -604,11 +605,11 @@ def test_an_interrupt_after_the_descent_leaves_something_to_print(
     with monkeypatch.context() as patch:
         patch.setattr(job if late == "_measure" else results, late, interrupted)
         with pytest.raises(KeyboardInterrupt):
-            job.run(path, out)
+            runs.optimize(path, out)
     best = load_heights(out / "heights.exr")
     assert {"heights.png", "plate.stl", "plate.3mf"} <= {file.name for file in out.iterdir()}
     assert not (out / "result.json").exists()
-    resumed = job.resume(out)
+    resumed = runs.resume(out)
     np.testing.assert_allclose(resumed.heights, best, atol=1e-6)
 
 
@@ -621,5 +622,5 @@ def test_an_interrupt_before_the_first_step_measures_nothing(
     monkeypatch.setattr(job, "_measure", lambda *_: pytest.fail("measured"))
     monkeypatch.setattr("optimize.descent.gauss_newton.method.GaussNewton.advance", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        job.run(run_file("jnd = 1", "steps = 2"), out)
+        runs.optimize(run_file("jnd = 1", "steps = 2"), out)
     assert (out / "heights.exr").is_file() and not (out / "result.json").exists()

@@ -10,15 +10,16 @@ import trimesh
 
 import tactile
 from optimize.descent.gauss_newton.layers import HEIGHTS, PATIENCE, Layers
-from optimize.descent.touch_measures import measure_touch
 from optimize.runs import job
 from optimize.runs.job import Result
 from optimize.settings.run_file import Run, dump_resolved, load_run, run_from_scene
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.export.printed import faults, printed
 from relief.export.printers import PRINTERS, Printer
 from relief.heightmap import load_heights
 from relief.surface import Surface
+from retouch import runs
+from tactile.measures import measure_touch
 from tests.optimize.conftest import SAMPLES
 
 PRINTER = Printer("own", 312.5, 60.0, 937.5)
@@ -42,7 +43,7 @@ def by_printer(studio: Path, texture: Path) -> Run:
 
 @pytest.fixture(scope="module")
 def result(by_printer: Run, tmp_path_factory: pytest.TempPathFactory) -> Result:
-    return job.run(by_printer, tmp_path_factory.mktemp("print") / "out")
+    return runs.optimize(by_printer, tmp_path_factory.mktemp("print") / "out")
 
 
 def test_result_is_of_whole_layers_and_prints_as_itself(result: Result) -> None:
@@ -70,7 +71,7 @@ def test_pictures_of_the_prints_change_less_than_of_a_print_of_a_free_result(
     result: Result, by_printer: Run, studio: Path, texture: Path, tmp_path: Path
 ) -> None:
     """A result without printer keeps its look on the screen; its steps are elsewhere than the original's."""
-    free = job.run(settings(studio, texture), tmp_path / "free")
+    free = runs.optimize(settings(studio, texture), tmp_path / "free")
     scene = job.prepare(by_printer, None).problem.scene
     original = scene.heights
     before, after, naive = (
@@ -112,8 +113,8 @@ def test_an_interrupted_run_goes_on_to_the_same_print(
 
     with monkeypatch.context() as patch:
         patch.setattr(GaussNewton, "advance", interrupted)
-        job.run(by_printer, tmp_path / "out")
-    resumed = job.resume(tmp_path / "out")
+        runs.optimize(by_printer, tmp_path / "out")
+    resumed = runs.resume(tmp_path / "out")
     assert resumed.summary["stop"]["steps"] == result.summary["stop"]["steps"]
     np.testing.assert_allclose(resumed.heights, result.heights, atol=1e-9)
 
@@ -128,7 +129,7 @@ def test_a_run_keeps_the_slope_and_the_relief_of_its_printer(
         *("print.pixel_um=312.5", "print.layer_um=60", "print.keep_features=true"),
         *("print.min_feature_um=650", "print.max_slope_degrees=35", "print.max_relief_mm=1.5"),
     )
-    result = job.run(limited, tmp_path / "out")
+    result = runs.optimize(limited, tmp_path / "out")
     printer = limited.print.described
     assert printer is not None and result.stop.met
     assert result.summary["touch"]["jnd_from_original"] == pytest.approx(1.5, abs=0.06)
@@ -222,5 +223,5 @@ def test_bad_printers_are_refused_in_one_line(studio: Path, texture: Path, overr
 def test_a_printer_too_coarse_for_the_plate_is_refused(studio: Path, texture: Path, tmp_path: Path) -> None:
     coarse = settings(studio, texture, "print.pixel_um=2000", "print.layer_um=60")
     with pytest.raises(InputError, match=r"waves\.exr: printer: pixels of 2000 um make 5 x 5 of 10 x 10 mm"):
-        job.run(coarse, tmp_path / "out")
+        runs.optimize(coarse, tmp_path / "out")
     assert not (tmp_path / "out").exists()

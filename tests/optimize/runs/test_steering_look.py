@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from optimize.runs.job import run
 from optimize.runs.preparation import steering_look
 from optimize.settings.run_file import run_from_scene
-from relief.errors import InputError
+from relief.common.errors import InputError
+from retouch.runs import optimize as run
 from tests.tactile.reliefs import waves
 from tests.visual.exact.test_view import OBLIQUE
 from tests.visual.scenes import ABOVE, FLOOR, SIDE, sun, write_scene

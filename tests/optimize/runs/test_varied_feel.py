@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from optimize.runs import job
 from optimize.runs.job import Result
 from optimize.settings.run_file import load_run
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.heightmap import save_heights_exr
+from retouch import runs
 from tests.tactile.reliefs import waves
 
 SAMPLES, SIZE_MM = 64, 20.0
@@ -77,7 +77,7 @@ def run_file(folder: Path, touch: str) -> Path:
 
 
 def ended(folder: Path, touch: str) -> Result:
-    return job.run(run_file(folder, touch), folder / "out", force=True)
+    return runs.optimize(run_file(folder, touch), folder / "out", force=True)
 
 
 def off(result: Result, which: str = "steered") -> np.ndarray:
@@ -125,12 +125,12 @@ def test_two_links_feel_different_and_the_mask_belongs_to_the_run(folder: Path) 
     assert set(result.summary["sha256"]) >= {"touch.region.0.mask", "touch.region.1.mask"}
     np.save(folder / "left.npy", 0.9 * mask)
     with pytest.raises(InputError, match=r"touch.region.0.mask: .*left.npy is not the file that the run"):
-        job.resume(folder / "out")
+        runs.resume(folder / "out")
 
 
 def test_a_target_out_of_reach_names_place_and_nearest_before_anything_is_written(folder: Path) -> None:
     with pytest.raises(InputError, match=r"touch.roughness_from: .* mm from the left .* nearest is"):
-        job.run(run_file(folder, "roughness_from = 0.05\nroughness_to = 3.0"), folder / "none")
+        runs.optimize(run_file(folder, "roughness_from = 0.05\nroughness_to = 3.0"), folder / "none")
     assert not (folder / "none").exists()
 
 

@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from optimize.commands.main import main
 from relief.heightmap import save_heights_exr
+from retouch.commands.main import main
 
 SCENE = """<scene version="3.9.1">
     <default name="texture" value="plate.exr"/>

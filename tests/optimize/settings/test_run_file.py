@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from optimize.settings import run_file as config
-from relief.errors import InputError
+from relief.common.errors import InputError
 
 SCENES = Path(__file__).resolve().parents[3] / "mitsuba_scenes"
 

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from relief.body import Body
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.export.back_labels import OVERLAP, labelled
 from relief.export.pixel_font import COLS, GLYPHS, ROWS, bitmap
 from relief.export.plate import plate_mesh

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.export.bed import GAP_MM, places_on_beds
 
 

@@ -9,11 +9,11 @@ import trimesh
 from lxml import etree
 
 from relief.body import Body, Part
-from relief.errors import InputError
+from relief.common.errors import InputError
+from relief.common.formats import FORMATS
 from relief.export.parts import write_parts
 from relief.export.plate import plate_mesh
 from relief.export.threemf import PART
-from relief.formats import FORMATS
 from relief.meshes import read_mesh
 
 TURNED = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [20.0, 3.0, 0.5]])

@@ -15,10 +15,10 @@ import trimesh
 from lxml import etree
 
 from relief.body import TRIANGLE
-from relief.errors import InputError
+from relief.common.errors import InputError
+from relief.common.formats import FORMATS
 from relief.export import plate as export
 from relief.export.plate import RAISED_MM, export_plate
-from relief.formats import FORMATS
 
 SIZE_MM = 10.0
 ROOT = Path(__file__).parents[3]

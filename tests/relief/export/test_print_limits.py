@@ -6,7 +6,7 @@ from math import radians, tan
 import numpy as np
 import pytest
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.export.print_limits import STRAIGHT, PrintLimits
 from relief.export.printed import faults, printed, printed_map
 from relief.export.printers import PRINTERS, Printer

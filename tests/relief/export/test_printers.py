@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.export.printed import faults, in_layers, on_pixels, printed
 from relief.export.printers import PRINTERS, Printer, find_printer
 

@@ -11,10 +11,10 @@ import pytest
 import trimesh
 
 from relief.body import Body, Part, ply, stl
-from relief.errors import InputError
+from relief.common.errors import InputError
+from relief.common.formats import MESHES
 from relief.export.parts import write_parts
 from relief.export.threemf import PART
-from relief.formats import MESHES
 from relief.meshes import check_solid, read_mesh
 from relief.meshes.solid import volume_mm3
 from tests.relief.meshes.bodies import cube, joined, torus

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from relief.body import Body
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.meshes import check_solid
 from relief.meshes.solid import volume_mm3
 from tests.relief.meshes.bodies import CUBE, cube, joined, torus

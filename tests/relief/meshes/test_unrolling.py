@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from relief.body import Body
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.meshes import check_solid
 from relief.meshes.crops import Cropper
 from relief.meshes.places import Frame

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from relief.errors import InputError
+from relief.common.errors import InputError
+from relief.common.limits import LARGEST_SIDE
 from relief.heightmap import load_height_map, save_heights_exr
-from relief.limits import LARGEST_SIDE
 from relief.preparing.plates import repeated
 from relief.preparing.preparation import prepare
 

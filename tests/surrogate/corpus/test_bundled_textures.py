@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from relief.common.limits import PATCH_SIDE_MM
 from relief.heightmap import load_height_map
-from relief.limits import PATCH_SIDE_MM
 from relief.preparing.tiling import OVERLAP
 from relief.seam import seams
 from surrogate.corpus import bundled_textures as textures

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.heightmap import save_heights_exr
 from tests.relief.triangles import face_normals
 from visual.backend import buffers, heightfield

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from tests.visual.differences import ADJOINTS, DIRECTIONS, by_gradients, differ_by_noise, measured
 from tests.visual.scenes import CUBE, FLOOR, PLASTIC, SIDE, Array, hills, sensor, sky, sun
 from visual.scene import Scene, load_scene

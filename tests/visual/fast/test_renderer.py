@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import torch
 
-from relief.errors import InputError
+from relief.common.errors import InputError
 from relief.surface import Surface
 from tests.tactile.reliefs import waves
 from tests.visual.scenes import CUBE, FLOOR, sun

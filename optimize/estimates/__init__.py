@@ -1,0 +1,1 @@
+"""Estimates of a run before it begins: seconds, memory, and how far a texture can go."""

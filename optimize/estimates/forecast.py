@@ -1,0 +1,196 @@
+"""Forecast of a run: everything checked, nothing pressed or written, and about what the run will take.
+
+The seconds and the memory were measured on gravel in the studio, 64 to 256 samples a side, on two cores of an
+Intel Xeon (docs/decisions.md). They are proportional to the samples or pixels; another machine or another
+scene may take half or twice as much.
+"""
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from optimize.descent.gauss_newton.other_fingers import MOST_PLACES
+from optimize.estimates.memory import machine_gib, needed_gib
+from optimize.runs.preparation import checked_scene
+from optimize.settings.run_file import Run
+from relief.common.errors import InputError, naming
+from relief.common.formatting import duration, number
+from relief.patches import Patches
+from relief.places import places
+from tactile.model import check_model
+from tactile.model_names import model_name
+from visual.models import LookModel
+
+START_S = 4.0
+"""Seconds to import, load and compile, and to press on the original."""
+STEP_S, FAST_STEP_S = 1.2e-4, 3e-5
+"""Seconds of a step for each height sample, by the exact and by the fast look."""
+PIXEL_S = 1.5e-7
+"""Seconds for each sample of each pixel of a rendered picture."""
+RENDERED, UNTIL_KNOWN = 2, 64
+"""Reliefs whose final pictures are rendered, and about how many samples a pixel make their change known."""
+ADAM_STEP = 4.0
+"""Seconds of one of Adam's steps in units of those of its pictures: the gradient takes most of a step."""
+VERIFIED_S = 1.6e-5
+"""Seconds for each sample of a patch beyond the first, pressed by finite elements before and after; as many
+patches lie between the places."""
+PLACE_S = 0.07
+"""Seconds of a step for each place of the finger beyond the first."""
+FOLDER_MIB, SAMPLE_MIB, PIXEL_MIB = 0.2, 1.7e-4, 1.6e-5
+"""Size of the run's folder, MiB: of any, for each height sample, and for each pixel of each condition."""
+ANY_STEPS = 6
+"""Steps to a target whose distance is not known before the original is pressed."""
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What a run will do and take.
+
+    Attributes:
+        samples, rows: height samples along the width and along the height.
+        places: of the finger.
+        size_mm, relief_mm: width and relief of the plate.
+        resolution: (rows, cols) of the pictures.
+        conditions: their names.
+        targets: what is to be felt, in words.
+        touch, look, verify: models that steer and verify.
+        steps: about how many.
+        seconds, memory_gib, disk_mib: about.
+        free_mib: on the disk of the run's folder.
+        machine_gib: memory of this machine.
+    """
+
+    samples: int
+    rows: int
+    places: int
+    size_mm: float
+    relief_mm: float
+    resolution: tuple[int, int]
+    conditions: tuple[str, ...]
+    targets: tuple[str, ...]
+    touch: str
+    look: str
+    verify: str
+    steps: int
+    seconds: float
+    memory_gib: float
+    disk_mib: float
+    free_mib: float
+    machine_gib: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything by name."""
+        return asdict(self)
+
+    def lines(self) -> Iterator[tuple[str, str]]:
+        """What the screen tells: a word and a sentence each."""
+        rows, cols = self.resolution
+        height_mm = self.size_mm * self.rows / self.samples
+        yield "texture", f"{self.samples} x {self.rows} samples"
+        yield "plate", f"{self.size_mm:g} x {height_mm:g} mm, relief {number(self.relief_mm)} mm"
+        if self.places > 1:
+            yield "finger", f"lands at {self.places} places"
+        yield "pictures", f"{', '.join(self.conditions)}; {cols} x {rows} pixels"
+        yield "target", "; ".join(self.targets)
+        verified = "nothing verifies" if self.verify == "none" else f"verified by {model_name(self.verify)}"
+        yield "models", f"touch {model_name(self.touch)}, look {self.look}; {verified}"
+        yield "time", f"about {duration(self.seconds)}, for about {self.steps} steps (two cores)"
+        machine = f"this machine has {number(self.machine_gib)} GiB"
+        yield "memory", f"about {number(self.memory_gib, 2)} GiB; {machine}"
+        yield "disk", f"about {number(self.disk_mib, 2)} MiB; {number(self.free_mib)} MiB are free"
+
+
+def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
+    """Check a run as its beginning would, and tell what the run will take.
+
+    Args:
+        settings: of the run.
+        run_dir: its folder, which has been checked (`optimize.run_directory.directory.check_vacant`).
+        variant: Mitsuba's.
+
+    Raises:
+        InputError: what is wrong with the input, in one line; or there is no room on the disk.
+    """
+    scene, look, maps, other = checked_scene(settings, variant)
+    verify, skin = settings.verify, settings.touch.finger
+    surface = replace(scene.surface, repeats=settings.axes_repeat)
+    patches = Patches(surface, places(surface, settings.touch.spacing_mm))
+    with naming(settings.texture):
+        check_model(skin, patches.samples, patches.size_mm, settings.touch.model)
+        if verify.model == "fem":
+            check_model(skin, patches.samples, patches.size_mm, "fem", verify.resolution)
+    if look == "exact":
+        scene.views()
+    heights, pixels = scene.heights.size, scene.resolution[0] * scene.resolution[1]
+    steps = expected_steps(settings)
+    disk = FOLDER_MIB + SAMPLE_MIB * heights + PIXEL_MIB * pixels * len(scene.conditions)
+    place = next(path for path in (run_dir, *run_dir.absolute().parents) if path.exists())
+    free = shutil.disk_usage(place).free / 2**20
+    if free < disk:
+        raise InputError(f"{run_dir}: needs about {disk:.0f} MiB, {free:.0f} MiB are free")
+    return Forecast(
+        samples=surface.shape[1],
+        rows=surface.shape[0],
+        places=patches.count,
+        size_mm=scene.size_mm,
+        relief_mm=float(scene.heights.max() - scene.heights.min()),
+        resolution=scene.resolution,
+        conditions=scene.conditions,
+        targets=(
+            *(f"{key} {number(value)}" for key, value in settings.touch.numbers().items()),
+            *(varied.words(settings.touch.spacing_mm) for varied in maps),
+            *(f"{one.label}: the feel of {other.name}" for one in settings.touch.feel_of_quantities if other),
+        ),
+        touch=settings.touch.model,
+        look=look,
+        verify=verify.model,
+        steps=steps,
+        seconds=_seconds(settings, look, steps, heights, pixels * scene.passes)
+        + VERIFIED_S * (patches.count - 1) * patches.samples**2
+        + PLACE_S * steps * (patches.count - 1 + _other_fingers(settings, patches.count)),
+        memory_gib=needed_gib(heights, patches.count),
+        disk_mib=disk,
+        free_mib=free,
+        machine_gib=machine_gib(),
+    )
+
+
+def _other_fingers(settings: Run, places: int) -> int:
+    """Number of presses of a step by other fingers: of three loads at a few places."""
+    return 3 * min(MOST_PLACES, places) if settings.touch.fingers == "range" else 0
+
+
+def rough_seconds(settings: Run) -> float:
+    """About how many seconds a run of 128 x 128 samples and four pictures takes; nothing is read."""
+    look: LookModel = "exact" if settings.look.model == "exact" else "fast"
+    return _seconds(settings, look, expected_steps(settings), 128**2, 4 * 128**2)
+
+
+def expected_steps(settings: Run) -> int:
+    """About how many steps a run takes, corrections among them: on gravel 2 to 0.5 JND, 4 to 2, 29 to 6."""
+    if settings.descent.method == "adam":
+        return settings.descent.steps
+    if settings.descent.method == "scaling":
+        return 1
+    jnd = settings.touch.numbers().get("jnd")
+    if jnd is None:
+        return min(ANY_STEPS, settings.descent.steps)
+    return min(round(max(2.0 + abs(jnd), 0.8 * jnd**2)), settings.descent.steps)
+
+
+def _seconds(settings: Run, look: LookModel, steps: int, heights: int, rendered: int) -> float:
+    """About how many seconds a run takes.
+
+    Args:
+        settings: of the run.
+        look: model of the pictures that steers.
+        steps: number of steps.
+        heights: number of height samples.
+        rendered: number of pixels of all pictures that show one relief.
+    """
+    final = RENDERED * PIXEL_S * rendered * (settings.verify.samples or UNTIL_KNOWN)
+    if settings.descent.method == "adam" and settings.look.samples and look == "exact":
+        return START_S + final + steps * ADAM_STEP * PIXEL_S * rendered * settings.look.samples
+    return START_S + final + steps * heights * (STEP_S if look == "exact" else FAST_STEP_S)

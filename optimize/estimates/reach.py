@@ -1,0 +1,171 @@
+"""Reach of a texture: how much rougher and smoother it can be made before its pictures visibly change.
+
+Two short descents each way, to 2 and to 4 just-noticeable differences, by the fast models where these can
+show the scene. Beyond, the change of the pictures is extrapolated: by a jnd + b jnd³ through both ends toward
+rougher, in proportion toward smoother. docs/decisions.md compares with whole runs.
+"""
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+import tactile
+from optimize.descent.driver import descend
+from optimize.descent.gauss_newton.method import GaussNewton
+from optimize.descent.problem import Problem
+from optimize.descent.targets import Targets
+from optimize.verification.picture_change import crossed_magnitude
+from optimize.verification.picture_metrics import pixel_weights
+from relief.common.arrays import Array
+from relief.common.errors import InputError
+from relief.common.progress import Stage, stage
+from tactile.model import ModelName
+from tactile.quantities import LARGEST_JND, LIMIT_PERCENT, ROUGHNESS
+from tactile.skin import Skin
+from visual.models import LookModel
+from visual.noise import batched
+from visual.scene import Scene
+
+_log = logging.getLogger(__name__)
+
+RUNGS = (2.0, 4.0)
+"""Ends of the short descents, JND. A reach within them is measured, one beyond them extrapolated."""
+STEPS = 8
+"""Most steps of each short descent; on the bundled textures three to seven arrive."""
+TOLERANCE = 0.01
+"""Relative error of the roughness at which a short descent has arrived, as in a run."""
+SAMPLES = 64
+"""Samples a pixel of rendered pictures. The noise of their change is far below the limit: on gravel 0.1 %."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """The reach in one sense.
+
+    Attributes:
+        jnd: just-noticeable differences from the original, positive; `LARGEST_JND` at most, as a run.
+        arrived: whether the short descents arrived at all their ends; else the relief gives no more, or only
+            in many steps, and `jnd` is not more than what was reached.
+        ends: of the short descents, each as its JND and the mean change of the pictures in % of white.
+    """
+
+    jnd: float
+    arrived: bool
+    ends: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Reach:
+    """The reach both ways, with the models that estimated it."""
+
+    rougher: Way
+    smoother: Way
+    touch: ModelName
+    look: LookModel
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything, for `retouch evaluate --reach --json`."""
+        return {**asdict(self), "limit_percent_of_white": LIMIT_PERCENT}
+
+
+def reach(scene: Scene, skin: Skin) -> Reach:
+    """How much rougher and smoother the scene's relief can be made.
+
+    The fast models take the steps where the fast look can show the scene, else the exact ones.
+
+    Args:
+        scene: with the relief.
+        skin: the finger.
+
+    Raises:
+        InputError: a flat texture, or a scene without gradients of its pictures.
+        ContactError: the contact on the original does not converge.
+    """
+    if np.ptp(scene.heights) == 0.0:
+        raise InputError("the texture is flat; there is no relief to change")
+    touch: ModelName = "quick"
+    look: LookModel = "fast"
+    try:
+        scene.fast_renderer()
+    except InputError as unable:
+        _log.info("exact models take the steps: %s", unable)
+        touch, look = "layer", "exact"
+    repeats = scene.surface.repeats
+    problem = Problem(
+        scene.heights, scene.size_mm, skin, Targets(), scene, touch=touch, look=look, repeats=repeats
+    )
+    original = problem.press(scene.heights, gradients=False).values[ROUGHNESS.name]
+    changed = _fast_change(scene) if look == "fast" else _rendered_change(scene)
+    with stage("short descents", 2 * len(RUNGS), at_most=True) as advance:
+        rougher, smoother = (_way(problem, original, sense, changed, advance) for sense in (1.0, -1.0))
+    return Reach(rougher, smoother, touch, look)
+
+
+def _way(
+    problem: Problem, original: Array, sense: float, changed: Callable[[Array], float], advance: Stage
+) -> Way:
+    ends: list[tuple[float, float]] = []
+    heights, memory = problem.heights, dict[str, Array]()
+    for rung in RUNGS:
+        goals = [tactile.jnd_scaled(float(value), sense * rung) for value in original]
+        targets = Targets.of(TOLERANCE, roughness=goals)
+        method = GaussNewton(replace(problem, targets=targets))
+        found = descend(method, targets, method.begin(0, heights, memory), STEPS).best
+        jnd = sense * float(tactile.jnd_apart(found.means[ROUGHNESS.name], float(original.mean())))
+        ends.append((jnd, changed(found.heights)))
+        advance()
+        _log.info("%+.2f JND: the pictures change by %.2f %% of white", sense * jnd, ends[-1][1])
+        if not targets.met(found.values):
+            return Way(min(jnd, crossing(ends, sense > 0.0)), False, tuple(ends))
+        if ends[-1][1] >= LIMIT_PERCENT:
+            break
+        # Trust in longer steps is that of a new descent; the pressure is still a good start.
+        heights, memory = found.heights, {"pressure": found.memory["pressure"]}
+    return Way(crossing(ends, sense > 0.0), True, tuple(ends))
+
+
+def crossing(ends: Sequence[tuple[float, float]], bends: bool) -> float:
+    """JND at which the change passes the limit, `LARGEST_JND` at most.
+
+    Args:
+        ends: JND and change of the pictures in % of white, each positive.
+        bends: whether the curve is a jnd + b jnd³ through the last two ends, if there are two and b > 0; else
+            the curve is the line from 0 to the last end.
+    """
+    jnd, change = ends[-1]
+    rate = change / jnd
+    if bends and len(ends) > 1:
+        before, change_before = ends[-2]
+        bend = (rate - change_before / before) / (jnd**2 - before**2)
+        if bend > 0.0:
+            roots = np.roots([bend, 0.0, rate - bend * jnd**2, -LIMIT_PERCENT])
+            return min(LARGEST_JND, *(float(root.real) for root in roots if root.imag == 0.0 < root.real))
+    return float(min(LIMIT_PERCENT / max(rate, 1e-9), LARGEST_JND))
+
+
+def _fast_change(scene: Scene) -> Callable[[Array], float]:
+    """From heights to the mean change of the scene's pictures by the fast look, % of white."""
+    weights = pixel_weights(scene.plate_weights(), scene.weights)
+    original = scene.render(scene.heights, model="fast").numpy()
+
+    def changed(heights: Array) -> float:
+        difference = scene.render(heights, model="fast").numpy() - original
+        return 100.0 * float((weights * np.abs(difference)).mean()) / scene.white
+
+    return changed
+
+
+def _rendered_change(scene: Scene) -> Callable[[Array], float]:
+    """The same by rendered pictures; the middle of a number that noise enlarges and one that it lowers."""
+    weights = pixel_weights(scene.plate_weights(), scene.weights)
+    original = batched(scene, scene.heights, SAMPLES).pictures
+
+    def changed(heights: Array) -> float:
+        difference = weights * (batched(scene, heights, SAMPLES).pictures - original)
+        bounds = np.abs(difference.mean(axis=0)).mean(), crossed_magnitude(difference)
+        return 100.0 * float(np.mean(bounds)) / scene.white
+
+    return changed

@@ -1,0 +1,70 @@
+"""Picture files: EXR with radiance, PNG for display."""
+
+import itertools
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.common.files import partial_folder
+from relief.common.srgb import srgb
+from relief.heightmap import write_exr
+
+Array = NDArray[np.floating[Any]]
+
+
+LONGEST_NAME = 48
+"""Most characters of a file name without its endings: four bytes each still fit into 255 bytes."""
+
+
+def file_names(conditions: Sequence[str]) -> list[str]:
+    """A safe file name without suffix for each condition.
+
+    A scene may name its conditions by any text. The file names contain no folder, and differ even on file
+    systems that ignore case.
+    """
+    names: dict[str, str] = {}
+    for condition in conditions:
+        stem = re.sub(r"[^\w.-]+", "-", condition).lstrip(".-")[:LONGEST_NAME] or "condition"
+        numbered = (f"{stem}-{number}" for number in itertools.count(2))
+        name = next(name for name in itertools.chain([stem], numbered) if name.casefold() not in names)
+        names[name.casefold()] = name
+    return list(names.values())
+
+
+def write_pictures(
+    folder: Path, conditions: Sequence[str], pictures: Array, white: float, suffix: str = ""
+) -> list[Path]:
+    """Write each picture as `<condition>[-suffix].exr` (radiance, float32) and `.png` (sRGB, `white` is 255).
+
+    The folder is created if needed. The files appear in the folder once all of them are written.
+
+    Args:
+        conditions: names of the conditions, any text.
+        pictures: (conditions, rows, cols) linear radiance, or (conditions, rows, cols, 3) in colour.
+        white: radiance shown as full white in the PNG files.
+        suffix: end of each file name, such as "before".
+
+    Returns:
+        The paths without `.exr` and `.png`, in the order of the conditions.
+    """
+    names = [f"{name}-{suffix}" if suffix else name for name in file_names(conditions)]
+    with partial_folder(folder) as temporary:
+        written = []
+        for name, picture in zip(names, pictures, strict=True):
+            written += [temporary / f"{name}.exr", temporary / f"{name}.png"]
+            write_exr(written[-2], picture)
+            _write_png(written[-1], srgb(picture, white))
+        folder.mkdir(exist_ok=True)
+        for path in written:
+            path.replace(folder / path.name)
+    return [folder / name for name in names]
+
+
+def _write_png(path: Path, shown: Array) -> None:
+    from PIL import Image
+
+    Image.fromarray(np.rint(shown * 255.0).astype(np.uint8)).save(path)

@@ -1,0 +1,112 @@
+"""What a run tells of printing: the prints of original and result beside the original's design."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import ndimage
+
+import tactile
+from optimize.descent.problem import Problem
+from optimize.settings.run_file import Run
+from optimize.verification.picture_metrics import pixel_weights, pixels_per_degree
+from relief.common.arrays import Array
+from relief.common.progress import stage
+from relief.export.printed import faults, on_pixels
+from tactile.measures import measure_touch
+from tactile.quantities import ROUGHNESS
+from visual.scene import load_scene
+
+ACUITY_ARCMIN = 1.0
+"""Angle that a good eye resolves: detail below it is blurred in what is seen."""
+SAMPLES = 64
+"""Samples a pixel of the pictures of the design: for a figure, and a change far above their noise."""
+
+
+@dataclass(frozen=True)
+class AsPrinted:
+    """Printing in a run.
+
+    Attributes:
+        numbers: the section `print` of result.json.
+        design: (conditions, rows, cols) radiance, pictures of the original before layers are cut.
+    """
+
+    numbers: dict[str, Any]
+    design: Array
+
+
+@stage("comparing with the design")
+def as_printed(
+    settings: Run, problem: Problem, result: Array, pictures: tuple[Array, Array]
+) -> AsPrinted | None:
+    """The part of a run's results that tells of printing; None without a printer.
+
+    Args:
+        settings: of the run.
+        problem: its relief is the original as printed.
+        result: (rows, cols) mm, of whole layers.
+        pictures: of both, (conditions, rows, cols) each.
+    """
+    printer = settings.print.described
+    if printer is None:
+        return None
+    scene, surface = problem.scene, problem.surface
+    design = load_scene(
+        settings.scene,
+        settings.define,
+        scene.variant,
+        texture=settings.texture,
+        size_mm=settings.size_mm,
+        relief_mm=settings.relief_mm,
+        height_scale=settings.height_scale,
+        repeats=settings.axes_repeat,
+    ).heights
+    pitch_mm = scene.size_mm / design.shape[1]
+    uncut = on_pixels(design, pitch_mm, printer, settings.axes_repeat)
+    shown = scene.render(uncut, samples=SAMPLES, seed=settings.seed + 1).numpy()
+    rough = [_roughness(relief, problem) for relief in (design, problem.heights)]
+    slopes, steepest = np.hypot(*np.gradient(uncut, surface.pitch_mm)), printer.max_slope_degrees
+    before, after = pictures
+    eye = [pixels_per_degree(float(one), settings.verify.distance_cm) for one in scene.pixels_per_mm()]
+    weights = pixel_weights(scene.plate_weights(), scene.weights)
+
+    def seen(one: Array, other: Array) -> float:
+        blurred = [_blurred(each, eye) for each in (one, other)]
+        return 100.0 * float((weights * np.abs(blurred[1] - blurred[0])).mean() / (weights * before).mean())
+
+    numbers = {
+        "printer": printer.name,
+        **printer.numbers(),
+        "keep_features": printer.keep_features,
+        "pixels": list(surface.shape),
+        "acuity_arcmin": ACUITY_ARCMIN,
+        "seen_change_percent": seen(before, after),
+        "design": {
+            "jnd_of_print": tactile.jnd_apart(rough[1], rough[0]) if min(rough) > 0.0 else None,
+            "seen_change_percent": seen(shown, before),
+            "too_steep_percent": 100.0 * float((slopes > math.tan(math.radians(steepest))).mean()),
+        },
+        "faults_before": faults(problem.heights, surface.pitch_mm, printer, surface.repeats),
+        "faults_after": faults(result, surface.pitch_mm, printer, surface.repeats),
+    }
+    return AsPrinted(numbers, shown)
+
+
+def _roughness(heights: Array, problem: Problem) -> float:
+    """Mean roughness over the places of a relief (rows, cols), mm, by the elastic layer."""
+    touch = measure_touch(
+        heights, problem.size_mm, problem.skin, "layer", quantities=[ROUGHNESS], repeats=problem.repeats
+    )
+    return touch.means[ROUGHNESS.name]
+
+
+def _blurred(pictures: Array, pixels_per_degree: list[float]) -> Array:
+    """Pictures (conditions, rows, cols) without what is finer than the eye resolves."""
+    # A Gaussian is half as high at half that angle from its middle.
+    widths = [one * ACUITY_ARCMIN / 60.0 / math.sqrt(8.0 * math.log(2.0)) for one in pixels_per_degree]
+    each = [ndimage.gaussian_filter(one, width) for one, width in zip(pictures, widths, strict=True)]
+    return np.stack(each)

@@ -1,0 +1,207 @@
+"""Feel of a mesh: roughness and contact area at places evenly over its surface."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+
+import tactile
+from relief.body import Body
+from relief.common.arrays import Array
+from relief.common.errors import InputError
+from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
+from relief.common.progress import stage
+from relief.meshes.crops import Crop, Cropper
+from relief.meshes.mesh import Mesh
+from relief.meshes.places import Frame, frames, spread, surface_points
+from relief.meshes.unrolling import Unroller, fine_enough
+from tactile.measures import BATCH_SAMPLES, each
+from tactile.model import ModelName
+from tactile.quantities import QUANTITIES, means
+
+MOST_PLACES = 300
+"""Most places that are pressed."""
+MOST_TRIED = 450
+"""Most places whose surroundings are looked at, many of which may lie on edges."""
+
+FARTHEST_OBJECT_MM = 2.0 * HEIGHT_LIMIT_MM
+"""Largest distance of a textured mesh from its object without texture, mm."""
+TEXTURED_MM = 1e-3
+"""Least height over the object, mm, that is texture and no rounding."""
+RIM_MM = 1.875
+"""Width of the strips along the sides of a patch that have to be textured."""
+LEAST_TEXTURE = 0.4
+"""Height of a texture in half a strip, in units of that in its patch, from which it counts as textured.
+The least over places on the tiles that come with Retouch is 0.49 (terrain); without texture it is 0."""
+
+
+@dataclass(frozen=True)
+class MeshFeel:
+    """What fingers get from a mesh.
+
+    Attributes:
+        body: That was touched, mm.
+        crops: Of the k places: none on an edge or flat, or all flat, or all on edges.
+        values: (k,) of quantities by name, in their units.
+        contact_fractions: (k,) share of the patch in contact.
+        edges: Number of places left out because they lie on edges, or are not textured all over.
+        flat: Number of places left out because nothing can be felt there.
+        area_mm2: Of the surface without the side on the printer's bed.
+        curvature_out: Whether the object's own curvature was taken out.
+    """
+
+    body: Body
+    crops: Sequence[Crop]
+    values: dict[str, Array]
+    contact_fractions: Array
+    edges: int
+    flat: int
+    area_mm2: float
+    curvature_out: bool = False
+
+    @property
+    def means(self) -> dict[str, float]:
+        """Means of the values over the places."""
+        return means(self.values)
+
+    @property
+    def contact_fraction(self) -> float:
+        """Mean share of the patch in contact over the places."""
+        return float(self.contact_fractions.mean())
+
+    @property
+    def ends(self) -> dict[str, float]:
+        """The `count` of places, and the least, largest and standard deviation of each quantity."""
+        ends: dict[str, float] = {"count": len(self.crops)}
+        for name, values in self.values.items():
+            ends |= {f"{name}_min": float(values.min()), f"{name}_max": float(values.max())}
+            ends[f"{name}_std"] = float(values.std())
+        return ends
+
+    def details(self) -> dict[str, Any]:
+        """What is told of a mesh beside the numbers of a texture: edges, curvature, sides, every touch."""
+        return {
+            "on_edge": self.edges,
+            "flat": self.flat,
+            "all_on_edge": self.crops[0].on_edge,
+            "curvature": "taken out" if self.curvature_out else "part of the roughness",
+            "surface_mm2": self.area_mm2,
+            "sides_mm": np.ptp(self.body.vertices, axis=0).tolist(),
+            "touches": [
+                {
+                    "at_mm": crop.frame.at.tolist(),
+                    "axis": crop.frame.axes[2].tolist(),
+                    **{name: float(values[number]) for name, values in self.values.items()},
+                }
+                for number, crop in enumerate(self.crops)
+            ],
+        }
+
+
+def feel_of(
+    mesh: Mesh,
+    skin: tactile.Skin,
+    model: ModelName = "layer",
+    most: int = MOST_PLACES,
+    without_texture: Mesh | None = None,
+) -> MeshFeel:
+    """Press the skin on places 2.5 mm apart, or as many as there may be, all over a mesh.
+
+    The finger presses along the outward axis of the surroundings of a place, on a patch of 10 mm a side. The
+    side that lies on the printer's bed, flat and lowest, is left out. Where the patch reaches over an edge
+    the finger meets the shape and not a texture: such places are left out too, as are planes, unless there
+    are no others, as on the rim of a coin.
+
+    Args:
+        mesh: A solid.
+        skin: The finger.
+        model: Of touch.
+        most: Most places that are pressed.
+        without_texture: The object before its texture, at the same place. With it the finger presses on the
+            heights of the texture over the unrolled object, so that the object's own curvature is no part of
+            what is felt; places whose patch is not textured all over are left out.
+
+    Raises:
+        InputError: The object without texture is another one, or its faces are too large.
+        ContactError: A contact does not converge.
+    """
+    cropped: Iterator[Crop]
+    if without_texture is None:
+        points = surface_points(mesh.body)
+        candidates = spread(points.at, MOST_TRIED)
+        cropped = map(Cropper(mesh.body).crop, frames(points, candidates))
+    else:
+        unroller = _unroller(mesh, without_texture)
+        points = surface_points(unroller.object)
+        candidates = spread(points.at, MOST_TRIED)
+        cropped = (_unrolled_crop(unroller, at) for at in points.at[candidates])
+    crops: list[Crop] = []
+    left = most
+    with stage("looking at places", len(candidates), at_most=True) as advance:
+        for crop in cropped:
+            crops.append(crop)
+            advance()
+            left -= not (crop.on_edge or crop.flat)
+            if left == 0:
+                break
+    on_edge, flat = ([one for one in crops if one.on_edge], [one for one in crops if one.flat])
+    chosen = [one for one in crops if not (one.on_edge or one.flat)] or (flat or on_edge)[:most]
+    values, fractions = pressed(np.stack([crop.heights for crop in chosen]), skin, model)
+    edges = 0 if chosen[0].on_edge else len(on_edge)
+    plain = 0 if chosen[0].flat else len(flat)
+    curvature_out = without_texture is not None
+    return MeshFeel(mesh.body, chosen, values, fractions, edges, plain, points.area_mm2, curvature_out)
+
+
+def _unroller(mesh: Mesh, without_texture: Mesh) -> Unroller:
+    """The unroller of a mesh. Raises InputError if the object without texture does not fit."""
+    unroller = Unroller(mesh.body, fine_enough(without_texture.body, without_texture.path))
+    if unroller.farthest_mm > FARTHEST_OBJECT_MM:
+        raise InputError(
+            f"{without_texture.path}: lies up to {unroller.farthest_mm:.3g} mm from {mesh.path.name}; "
+            "the object without texture must lie where the textured one does"
+        )
+    return unroller
+
+
+def _unrolled_crop(unroller: Unroller, near: Array) -> Crop:
+    """The crop of the texture over the unrolled object; one that is not textured all over counts as edge."""
+    vertex, frame = unroller.frame(near)
+    flat = unroller.unrolled(vertex, frame)
+    crop = Cropper(flat).crop(Frame(np.zeros(3), np.eye(3)))
+    inside = (np.abs(flat.vertices[:, :2]) < 0.5 * PATCH_SIDE_MM).all(axis=1)
+    # The highest point of a crop is at the limit.
+    over = crop.heights - HEIGHT_LIMIT_MM + flat.vertices[inside, 2].max(initial=0.0)
+    return Crop(frame, crop.heights, crop.on_edge or not textured(over))
+
+
+def textured(over: Array) -> bool:
+    """Whether a texture covers a patch: heights (n, n) mm over the object, 10 mm a side.
+
+    Where it ends, or has not yet grown to 0.4 of its height along a side, the finger feels a step. A height
+    is the 95th percentile of distances from the object, as a texture may be cut into it.
+    """
+    away = np.abs(over)
+    height, width = np.percentile(away, 95.0), round(RIM_MM / PATCH_SIDE_MM * len(away))
+    strips = [strip for sides in (away, away.T) for strip in (sides[:width], sides[-width:])]
+    halves = [half for strip in strips for half in np.array_split(strip, 2, axis=1)]
+    least = min(float(np.percentile(half, 95.0)) for half in halves)
+    return bool(height > TEXTURED_MM and least > LEAST_TEXTURE * height)
+
+
+def pressed(heights: Array, skin: tactile.Skin, model: ModelName) -> tuple[dict[str, Array], Array]:
+    """Values (k,) of quantities and share (k,) in contact of patches (k, n, n) mm of 10 mm a side."""
+    size = max(1, BATCH_SAMPLES // heights[0].size)
+    values: dict[str, list[Array]] = {name: [] for name in QUANTITIES}
+    fractions = []
+    with stage("pressing on places", len(heights)) as advance:
+        for start in range(0, len(heights), size):
+            part = torch.as_tensor(heights[start : start + size])
+            touch = tactile.press(part, PATCH_SIDE_MM, skin, model)
+            for name, quantity in QUANTITIES.items():
+                values[name].append(each(quantity.value(touch, PATCH_SIDE_MM)))
+            fractions.append(each(touch.contact_fraction))
+            advance(len(part))
+    return {name: np.concatenate(parts) for name, parts in values.items()}, np.concatenate(fractions)

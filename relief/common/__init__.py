@@ -1,0 +1,1 @@
+"""What every room builds on: arrays, errors, files, progress, and numbers as text."""

@@ -1,0 +1,204 @@
+"""`retouch compare`: two textures, results or runs side by side, on one page and on the screen."""
+
+import argparse
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from mitsuba_scenes import find_texture
+from relief.common.errors import InputError
+from relief.common.formatting import number, percent
+from retouch.commands.options import (
+    TEXTURE,
+    add_distance,
+    add_mitsuba,
+    add_plate,
+    add_repeats,
+    add_skin,
+    add_talk,
+    check_scales,
+    console,
+    contact_errors_name,
+    count,
+    print_json,
+    seed,
+)
+from retouch.commands.summary import other_fingers
+from tactile.jnd import tries_of_100
+from tactile.model_names import MODEL_NAMES
+from tactile.quantities import QUANTITIES
+
+PAGE = Path("comparison.html")
+"""File of the page where no other is given."""
+
+HELP = "show two textures, results or runs side by side"
+DESCRIPTION = f"""\
+Presses the finger on both reliefs and renders both under the same lights. Writes one page that needs no
+network: how each feels, how many just-noticeable differences apart the two are, both pictures over one
+another to slide or blink between, the change of the pictures, DSSIM and FLIP, profiles, heights and strain.
+
+A run directory stands for its result. One run directory alone: its original beside its result. Reliefs on
+plates of two sizes are compared by touch alone.
+
+TEXTURE: {TEXTURE}.
+"""
+EPILOG = """\
+examples:
+  retouch compare runs/stone
+  retouch compare runs/stone runs/stone-2 -o both.html
+  retouch compare gravel brick --relief-mm 1.2
+  retouch compare stone.exr runs/stone --scene five_views --json
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("first", type=Path, metavar="A", help="TEXTURE or RUN_DIR")
+    parser.add_argument(
+        "second",
+        type=Path,
+        nargs="?",
+        metavar="B",
+        help="the same (default: the result of the run A)",
+    )
+    parser.add_argument(
+        "-o", dest="out", type=Path, default=PAGE, metavar="PAGE", help=f"file to write (default: {PAGE})"
+    )
+    add_plate(parser)
+    add_repeats(parser, "the run's, or not")
+    parser.add_argument(
+        "--model",
+        choices=tuple(MODEL_NAMES),
+        default="layer",
+        help="model of touch: layer (elastic layer, default), quick, net, fem (finite elements)",
+    )
+    add_skin(parser, "the run's, or ")
+    add_talk(parser, "every number")
+
+    pictures = parser.add_argument_group("the pictures")
+    pictures.add_argument(
+        "--scene", type=Path, metavar="SCENE", help="Mitsuba scene (default: that of the run, or studio)"
+    )
+    pictures.add_argument(
+        "--samples",
+        type=count,
+        metavar="N",
+        help="samples a pixel, 4 to 65536 (default: as many as the change of the pictures needs)",
+    )
+    pictures.add_argument(
+        "--seed",
+        type=seed,
+        metavar="N",
+        help="seed of the random numbers (default: that of the run's pictures, or 0)",
+    )
+    add_distance(pictures)
+    add_mitsuba(pictures)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    given = [path for path in (arguments.first, arguments.second) if path is not None]
+    _check(arguments, given)
+    from retouch.comparison import compare
+
+    lengths = {key: getattr(arguments, key) for key in ("size_mm", "relief_mm", "height_scale")}
+    distance = {} if arguments.distance_cm is None else {"distance_cm": arguments.distance_cm}
+    with contact_errors_name(" and ".join(map(str, given))):
+        found = compare(
+            arguments.first,
+            arguments.second,
+            arguments.out,
+            scene=arguments.scene,
+            defines=dict(arguments.defines),
+            variant=arguments.variant,
+            model=arguments.model,
+            skin=arguments.skin,
+            repeats=arguments.repeats,
+            samples=arguments.samples,
+            seed=arguments.seed,
+            quiet=arguments.quiet,
+            **distance,
+            **lengths,
+        )
+    if arguments.json:
+        print_json(found)
+    elif not arguments.quiet:
+        from rich.table import Table
+        from rich.text import Text
+
+        rows = Table.grid(padding=(0, 2, 0, 0))
+        rows.add_column(no_wrap=True)
+        rows.add_column(overflow="fold")
+        for name, text in lines(found):
+            rows.add_row(Text(name, "bold"), Text(text))
+        console().print(rows)
+    return 0
+
+
+def _check(arguments: argparse.Namespace, given: list[Path]) -> None:
+    """Refuse what can be refused before anything is loaded. Raises InputError."""
+    textures = [find_texture(path) for path in given if not path.is_dir()]
+    for path in textures:
+        if not path.is_file():
+            raise InputError(f"{path}: no such file")
+    if textures:
+        check_scales(arguments, textures)
+    else:
+        for flag, value in (("--size-mm", arguments.size_mm), ("--relief-mm", arguments.relief_mm)):
+            if value is not None:
+                raise InputError(f"{flag}: is for textures; a run directory knows its own")
+        if arguments.height_scale is not None:
+            raise InputError("--height-scale: is for textures; a run directory knows its own")
+    out = arguments.out
+    if out.is_dir():
+        raise InputError(f"{out}: -o: is a folder")
+    if not out.parent.is_dir():
+        raise InputError(f"{out}: -o: there is no folder {out.parent}")
+    if out.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"{out}: -o: the page is HTML; give a name that ends in .html")
+
+
+def lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """What the screen tells: a word and a sentence each."""
+    sides = (found["first"], found["second"])
+    for side in sides:
+        yield side["name"], f"{side['file']}, {side['size_mm']:g} mm, {side['samples']} x {side['rows']}"
+    for name, quantity in QUANTITIES.items():
+        values = " and ".join(number(side[name]) for side in sides)
+        yield quantity.label, f"{values} {quantity.unit}".rstrip()
+    shares = " and ".join(f"{100.0 * side['contact_fraction']:.0f} %" for side in sides)
+    yield "in contact", f"{shares} of the plate"
+    yield "feel", _feel(found)
+    if (places := found["places"]) is not None and places["jnd_min"] is not None:
+        ends = f"{places['jnd_min']:+.2f} to {places['jnd_max']:+.2f}"
+        yield "", f"{ends} JND over {places['count']} places of the finger"
+    if (fingers := found.get("fingers")) is not None and fingers["jnd_min"] is not None:
+        yield "", other_fingers(fingers)
+    look = found["look"]
+    if look is None:
+        yield "pictures", f"not compared: {found['no_look']}"
+    else:
+        yield "pictures", _pictures(look)
+        for name in ("dssim", "flip"):
+            values = ", ".join(number(value, 2) for value in look[name])
+            yield name.upper(), f"{values} ({', '.join(look['conditions'])})"
+    yield "page", found["page"]
+
+
+def _feel(found: Mapping[str, Any]) -> str:
+    jnd, names = found["jnd_apart"], (found["first"]["name"], found["second"]["name"])
+    # "A" and "B", but "the result".
+    one, other = (f"the {name}" if name.islower() else name for name in names)
+    if jnd is None:
+        return "one of the two is smooth; ratios to it mean nothing"
+    sense = "rougher" if jnd > 0 else "smoother"
+    apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
+    return f"{other} is {number(abs(jnd), 2)} JND {sense} than {one}, {apart}"
+
+
+def _pictures(look: Mapping[str, Any]) -> str:
+    noise = look["noise"]
+    if noise["certainty"] == "same":
+        return str(noise["message"])
+    about = "" if noise["certainty"] == "known" else "about "
+    of_mean = f"{percent(look['change_percent'])} of the mean picture"
+    of_white = f"{percent(look['change_percent_of_white'])} of white"
+    return f"{about}{of_mean} apart (rms {percent(look['change_rms_percent'])}); {of_white}"

@@ -1,0 +1,163 @@
+"""`retouch dataset`: data sets for the training of nets."""
+
+import argparse
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from relief.common.progress import stage, this_stage
+from retouch.commands.options import add_talk, add_workers, print_json, seed, whole_number
+
+if TYPE_CHECKING:
+    from retouch.training.dataset import ShardResult
+
+COMPLETE, WITH_FAILURES = 0, 1
+"""Exit statuses: every texture has its fields, or some have none."""
+MOST_TEXTURES = 10_000_000
+LEAST_SAMPLES, MOST_SAMPLES = 36, 4096
+MOST_DIRECTIONS = 64
+FAILURES = "failures.jsonl"
+MOST_SHOWN = 5
+"""Most failures that are printed; failures.jsonl lists all."""
+
+HELP = "make a data set to train the learned models on"
+DESCRIPTION = """\
+Draws a corpus of textures and computes for each how it feels (strain, gap, roughness and contact area, by
+finite elements or the elastic layer) and how it looks (pictures under single parallel lights and under
+ambient light). The files appear in DIR one by one; after an interruption the same command continues.
+"""
+EPILOG = """\
+examples:
+  retouch dataset -o data --count 6300
+  retouch dataset -o data --count 6300 --textures ~/materials --optimised runs/optimised
+  retouch dataset -o data --count 100000 --touch layer --lights studio --dask tcp://10.0.0.1:8786
+
+docs/learned.md describes the format.
+
+exit status: 0 if every texture has its fields; 1 if some have none, which failures.jsonl lists.
+"""
+
+
+AFTER_INTERRUPT = "; the same command goes on"
+"""End of the line that an interrupt prints."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-o", dest="out", type=Path, required=True, metavar="DIR", help="the data set, new or unfinished"
+    )
+    textures = parser.add_argument_group("the textures")
+    textures.add_argument(
+        "--count",
+        type=whole_number(1, MOST_TEXTURES),
+        required=True,
+        metavar="N",
+        help="number of textures to draw",
+    )
+    textures.add_argument("--seed", type=seed, default=0, metavar="S", help="seed of the corpus (default: 0)")
+    textures.add_argument(
+        "--textures",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FOLDER",
+        help="further height maps to cut textures from, beside scikit-image's photographs; repeatable",
+    )
+    textures.add_argument(
+        "--optimised", type=Path, metavar="FOLDER", help="optimised textures to add, with their manifest"
+    )
+    fields = parser.add_argument_group("the fields")
+    fields.add_argument(
+        "--touch",
+        choices=("fem", "layer", "none"),
+        default="fem",
+        help="model of touch: fem, finite elements (default); layer, faster; none",
+    )
+    fields.add_argument(
+        "--lights",
+        choices=("random", "studio", "none"),
+        default="random",
+        help="random, elevation 10 to 80 degrees (default); studio, its three lights; none, no pictures",
+    )
+    fields.add_argument(
+        "--directions",
+        type=whole_number(1, MOST_DIRECTIONS),
+        metavar="K",
+        help="number of random lights of each texture (default: 8)",
+    )
+    fields.add_argument(
+        "--samples",
+        type=whole_number(LEAST_SAMPLES, MOST_SAMPLES),
+        default=144,
+        metavar="N",
+        help="shadow rays a pixel where light and shadow meet (default: 144)",
+    )
+    work = parser.add_argument_group("the work")
+    add_workers(work)
+    add_talk(parser, "the number of textures, and those without fields,")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    # What is slow to import waits until the arguments are known to be good.
+    from relief.common.errors import InputError
+
+    if arguments.lights != "random" and arguments.directions is not None:
+        raise InputError(f"--directions: --lights {arguments.lights} fixes the directions")
+    if arguments.touch == arguments.lights == "none":
+        raise InputError("--touch none --lights none: no field is left to compute")
+    from relief.heightmap import load_field
+    from retouch.training.dataset import DIRECTIONS, make_dataset, plan_dataset
+    from retouch.training.shard_jobs import run_shard
+    from retouch.workers.choice import runner
+    from surrogate.corpus.photographs import bundled, folder
+
+    photographs = bundled()
+    for path in arguments.textures:
+        photographs += folder(path, load_field)
+    plan = plan_dataset(
+        arguments.seed,
+        arguments.count,
+        photographs,
+        optimised=arguments.optimised,
+        touch=arguments.touch,
+        lights=arguments.lights,
+        directions=DIRECTIONS if arguments.directions is None else arguments.directions,
+        strata=math.ceil(math.sqrt(arguments.samples)),
+    )
+    chosen = runner(run_shard, arguments.workers, arguments.dask)
+    with stage("data set"):
+        failures = make_dataset(plan, arguments.out, chosen, _teller(plan.request.total))
+    status = WITH_FAILURES if failures else COMPLETE
+    if arguments.json:
+        print_json(
+            {
+                "folder": str(arguments.out),
+                "textures": plan.request.total,
+                "failures": [asdict(failure) for failure in failures],
+            }
+        )
+        return status
+    if not arguments.quiet:
+        complete = plan.request.total - len(failures)
+        print(f"{arguments.out}: {complete} textures with their fields, {len(failures)} without")
+    for failure in failures[:MOST_SHOWN]:
+        print(f"texture {failure.index} ({failure.source}): {failure.reason}", file=sys.stderr)
+    if len(failures) > MOST_SHOWN:
+        print(f"... the others are listed in {arguments.out / FAILURES}", file=sys.stderr)
+    return status
+
+
+def _teller(total: int) -> Callable[["ShardResult"], None]:
+    """An observer that tells of each shard how many textures are done."""
+    count = 0
+
+    def observer(result: "ShardResult") -> None:
+        nonlocal count
+        count += result.textures
+        shard = "a shard abandoned" if result.shard is None else f"shard {result.shard.number}"
+        this_stage().tell(f"{shard}: {count} of {total} textures")
+
+    return observer

@@ -1,0 +1,239 @@
+"""The command `retouch`: its verbs, its exit statuses and its error messages.
+
+The modules of the verbs import numpy, torch and Mitsuba only inside their `run`, after the cheap checks: help
+and refusals are instant, and a verb that renders nothing never loads Mitsuba.
+"""
+
+import argparse
+import difflib
+import errno
+import importlib.metadata
+import os
+import re
+import sys
+import tempfile
+import traceback
+from collections.abc import Callable, Sequence
+from typing import Any, NoReturn
+
+from optimize.runs.interrupts import interruptible
+from relief.common.errors import InputError
+from retouch.commands import (
+    compare,
+    dataset,
+    doctor,
+    evaluate,
+    export,
+    optimize,
+    prepare,
+    render,
+    resume,
+    stimuli,
+    study,
+    train,
+    wrap,
+)
+from retouch.commands.options import INTERRUPTED, telling
+from retouch.commands.streams import standard_streams
+from retouch.progress_display import shown
+
+BAD_INPUT = 2
+"""Exit status of bad input, the same as argparse's for bad arguments."""
+INTERNAL_ERROR = 1
+"""Exit status of an error that no check foresaw."""
+LONGEST_ERROR = 200
+"""Most characters of such an error in the line that is printed."""
+BROKEN_PIPE = 1
+"""Exit status when the reader of the output has left, as in Python's documentation of SIGPIPE."""
+
+USERS_OWN = frozenset(
+    {
+        *(errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.ELOOP, errno.ENAMETOOLONG),
+        *(errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT),
+    }
+)
+"""Error numbers of files and folders that the user can mend; any other is the program's."""
+
+VERBS = {
+    verb.__name__.rpartition(".")[2]: verb
+    for verb in (
+        prepare,
+        optimize,
+        resume,
+        evaluate,
+        compare,
+        render,
+        export,
+        wrap,
+        study,
+        stimuli,
+        dataset,
+        train,
+        doctor,
+    )
+}
+
+DESCRIPTION = "Changes how a surface texture feels while it keeps its look, and writes it for a 3-D printer."
+
+EPILOG = """\
+first steps:
+  retouch doctor                                         is everything here?
+  retouch prepare stone.jpg -o stone.png                 a height map of any picture
+  retouch evaluate stone.png --relief-mm 1.2             how rough does it feel now?
+  retouch optimize stone.png --relief-mm 1.2 --jnd 2     two just-noticeable differences rougher, same look
+
+Lengths are in mm, forces in N, pressures in MPa. `retouch VERB --help` explains a verb.
+"""
+
+NEGATIVE_LIST = re.compile(r"-[\d.][^,]*,")
+"""Begin of a list of numbers whose first is negative, which argparse takes for an option."""
+
+PATIENT_THREADS = {"OMP_WAIT_POLICY": "PASSIVE", "KMP_BLOCKTIME": "0"}
+"""Environment variables that make idle threads sleep. torch, Pardiso and Dr.Jit each keep a pool of threads;
+pools that spin while idle take the cores from one another (docs/decisions.md)."""
+
+
+class UsageError(Exception):
+    """Arguments that do not parse; the message is one line."""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that raises its error, so that `main` prints it in one line like every other bad input."""
+
+    def __init__(self, **settings: Any) -> None:
+        layout = argparse.RawDescriptionHelpFormatter
+        super().__init__(formatter_class=layout, allow_abbrev=False, **settings)
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{message.removeprefix('argument ')} (see {self.prog} --help)")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Args:
+        argv: arguments without the name of the program; those of the process by default.
+
+    Returns:
+        The exit status: 0 for success, 2 for bad input (explained in one line on stderr), 1 if the reader of
+        the output has left or for an error of the program itself (one line names the file of its traceback),
+        130 if interrupted, or one that the help of the verb lists.
+
+    Raises:
+        SystemExit: by argparse, for `--help` and `--version`.
+    """
+    for name, value in PATIENT_THREADS.items():
+        os.environ.setdefault(name, value)
+    with standard_streams():
+        return _main(sys.argv[1:] if argv is None else argv)
+
+
+def _main(argv: Sequence[str]) -> int:
+    """Run the command on streams that are ready; see `main`."""
+    after_interrupt = ""
+    try:
+        try:
+            arguments = parse(argv)
+        finally:
+            # The help is printed by now, and may not fit; the interpreter would say so in its own words.
+            sys.stdout.flush()
+        after_interrupt = getattr(VERBS[arguments.verb], "AFTER_INTERRUPT", "")
+        run: Callable[[argparse.Namespace], int] = VERBS[arguments.verb].run
+        with (
+            interruptible(),
+            telling(getattr(arguments, "verbose", False)),
+            shown(getattr(arguments, "quiet", False)),
+        ):
+            status = run(arguments)
+        sys.stdout.flush()
+    except InputError as error:
+        return _refuse(error.for_command)
+    except UsageError as error:
+        return _refuse(str(error))
+    except BrokenPipeError:
+        return BROKEN_PIPE
+    except OSError as error:
+        if error.errno not in USERS_OWN:
+            return _internal(error)
+        file = error.filename2 or error.filename
+        return _refuse(f"{file}: {error.strerror}" if file else str(error.strerror))
+    except KeyboardInterrupt:
+        print(f"retouch: interrupted{after_interrupt}", file=sys.stderr)
+        return INTERRUPTED
+    except Exception as error:
+        return _internal(error)
+    return status
+
+
+def parse(argv: Sequence[str]) -> argparse.Namespace:
+    """Parse arguments.
+
+    Returns:
+        The arguments by name; `verb` is the name of the verb.
+
+    Raises:
+        UsageError: an unknown verb or option, or a bad value.
+    """
+    if argv and not argv[0].startswith("-") and argv[0] not in VERBS:
+        nearest = difflib.get_close_matches(argv[0], VERBS, n=1, cutoff=0.0)[0]
+        raise UsageError(f"{argv[0]}: no such verb; the nearest is {nearest}")
+    argv = _lists_joined(argv)
+    parser = _Parser(prog="retouch", description=DESCRIPTION, epilog=EPILOG)
+    parser.add_argument("--version", action="version", version=f"retouch {_version()}")
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    parsers = {}
+    for name, verb in VERBS.items():
+        texts = {"help": verb.HELP, "description": verb.DESCRIPTION, "epilog": verb.EPILOG}
+        parsers[name] = verbs.add_parser(name, **texts)
+        verb.add_arguments(parsers[name])
+    arguments, unknown = parser.parse_known_args(argv)
+    if unknown:
+        # Not by argparse, which would point to the help of the program.
+        parsers[arguments.verb].error(_unknown(unknown[0], parsers[arguments.verb]))
+    return arguments
+
+
+def _lists_joined(argv: Sequence[str]) -> list[str]:
+    """The arguments with `--option -1,2` as `--option=-1,2`."""
+    joined: list[str] = []
+    for argument in argv:
+        if NEGATIVE_LIST.match(argument) and joined and joined[-1].startswith("--"):
+            joined[-1] += f"={argument}"
+        else:
+            joined.append(argument)
+    return joined
+
+
+def _unknown(argument: str, parser: argparse.ArgumentParser) -> str:
+    """What is wrong with an argument that a verb does not know, with the nearest option."""
+    name = argument.partition("=")[0]
+    if not name.startswith("-"):
+        return f"{argument}: one argument too many"
+    options = [option for action in parser._actions for option in action.option_strings]
+    return f"{name}: no such option; the nearest is {difflib.get_close_matches(name, options, 1, 0.0)[0]}"
+
+
+def _version() -> str:
+    try:
+        return importlib.metadata.version("retouch")
+    except importlib.metadata.PackageNotFoundError:
+        return "(not installed)"
+
+
+def _refuse(message: str) -> int:
+    print("retouch:", " ".join(message.split()), file=sys.stderr)
+    return BAD_INPUT
+
+
+def _internal(error: Exception) -> int:
+    """Write the traceback of an error of the program itself to a file, and say where in one line."""
+    try:
+        # The cache can be the very place that is full or locked.
+        file, name = tempfile.mkstemp(prefix="retouch-error-", suffix=".txt")
+        with os.fdopen(file, "w", encoding="utf-8", errors="backslashreplace") as log:
+            traceback.print_exception(error, file=log)
+        place = f"; the traceback is in {name}; please report it"
+    except OSError:
+        place = "; its traceback could not be written"
+    _refuse(f"internal error: {type(error).__name__}: {str(error)[:LONGEST_ERROR]}{place}")
+    return INTERNAL_ERROR

@@ -1,0 +1,143 @@
+"""Print files in `retouch evaluate`: their options, how they are read and felt, and what is told of them."""
+
+import argparse
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from relief.common.errors import InputError, naming
+from relief.common.formats import MESHES
+from relief.common.formatting import number
+from relief.common.progress import say, stage
+from retouch.commands.options import contact_errors_name
+from tactile.skin import Skin
+
+if TYPE_CHECKING:
+    from optimize.verification.mesh_feel import MeshFeel
+    from relief.meshes import Mesh
+    from tactile.model import ModelName
+
+MOST_PLACES = 300
+"""Most places of a mesh that are pressed."""
+UNITS = ("um", "mm", "cm", "m", "in", "ft")
+"""Values of `--units`, the keys of `relief.meshes.UNITS`."""
+
+
+def is_mesh(path: Path) -> bool:
+    """Whether a file is a mesh by its suffix."""
+    return path.suffix.lower() in MESHES
+
+
+def add_meshes(parser: argparse.ArgumentParser) -> None:
+    """Add the options of print files."""
+    group = parser.add_argument_group("print files")
+    group.add_argument(
+        "--units", choices=UNITS, help="unit of the file, where it does not state its own or a wrong one"
+    )
+    group.add_argument(
+        "--object",
+        type=Path,
+        metavar="FILE",
+        help="the object without texture, a file or one that comes with Retouch: its own curvature is taken "
+        "out, so that the texture alone is felt",
+    )
+    group.add_argument(
+        "-o",
+        dest="out",
+        type=Path,
+        metavar="FOLDER",
+        help="folder for NAME-roughness.glb, the mesh coloured by its roughness, and NAME-roughness.png",
+    )
+
+
+def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) -> None:
+    """Raise InputError for options that do not fit the files, which are textures, meshes or both."""
+    # Imported here, so that --help needs no numpy.
+    from relief.common.lengths import RANGES
+
+    meshes = len(arguments.textures) - len(textures)
+    for_meshes = {"--units": arguments.units, "--object": arguments.object, "-o": arguments.out}
+    for_textures = {"--" + key.replace("_", "-"): getattr(arguments, key) for key in RANGES}
+    for flag, value in for_meshes.items():
+        if value is not None and not meshes:
+            raise InputError(f"{flag}: is for print files ({', '.join(MESHES)}); none is given")
+    for flag, value in for_textures.items():
+        if value is not None and not textures:
+            raise InputError(f"{flag}: is for height maps; --units states the unit of a print file")
+    for flag, value in {
+        "--reach": arguments.reach,
+        "--repeats": arguments.repeats,
+        "--printer": arguments.printer,
+    }.items():
+        if value and meshes:
+            raise InputError(f"{flag}: is for height maps; a print file is felt as it is")
+    if arguments.out is not None and arguments.out.exists() and not arguments.out.is_dir():
+        raise InputError(f"{arguments.out}: -o: is no folder")
+
+
+def read_meshes(arguments: argparse.Namespace) -> "dict[Path, Mesh]":
+    """Read and check the print files, `--object` among them. Raises InputError for what is no solid."""
+    paths = [path for path in arguments.textures if is_mesh(path)]
+    if not paths:
+        return {}
+    # Imported here, because few evaluations have meshes.
+    from relief.meshes import Mesh, check_solid, read_mesh
+    from relief.objects.table import OBJECTS
+
+    meshes = {}
+    if arguments.object is not None and str(arguments.object) in OBJECTS:
+        meshes[arguments.object] = Mesh(OBJECTS[str(arguments.object)].make(), None, arguments.object)
+    elif arguments.object is not None:
+        paths.append(arguments.object)
+    for path in paths:
+        mesh = read_mesh(path, units=arguments.units)
+        for line in mesh.warnings:
+            say(f"{path}: {line}")
+        check_solid(mesh.body, path)
+        meshes[path] = mesh
+    return meshes
+
+
+def feel_mesh(
+    mesh: "Mesh", skin: Skin, model: "ModelName", without_texture: "Mesh | None" = None
+) -> "MeshFeel":
+    """Press on places all over a mesh. Raises InputError, which names the file."""
+    from optimize.verification.mesh_feel import feel_of
+
+    with naming(mesh.path), contact_errors_name(mesh.path), stage(f"feeling {mesh.path.name}"):
+        return feel_of(mesh, skin, model, MOST_PLACES, without_texture)
+
+
+def more_of_mesh(mesh: "Mesh", feel: "MeshFeel", out: Path | None, skin: str) -> dict[str, Any]:
+    """The size and the warnings of a mesh, and the files that show its feel if a folder is named."""
+    entry: dict[str, Any] = {"size_mm": feel.details()["sides_mm"][0], "warnings": list(mesh.warnings)}
+    if out is not None:
+        from retouch.pages.mesh_colouring import write_coloured
+
+        entry["files"] = [str(path) for path in write_coloured(out, mesh.path.stem, feel, skin)]
+    return entry
+
+
+def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Sentences for a person about the meshes among the entries."""
+    lines = []
+    for entry in entries:
+        if "touches" not in entry:
+            continue
+        name, count, on_edge = entry["texture"], entry.get("places", {}).get("count", 1), entry["on_edge"]
+        sides = " x ".join(number(side) for side in entry["sides_mm"])
+        felt = "felt at one place" if count == 1 else f"mean over {count} places"
+        places = f"{felt}; {on_edge} on edges and {entry['flat']} flat ones are left out"
+        if entry["curvature"] == "taken out":
+            places = f"{felt}; {on_edge} on edges or without texture are left out"
+        if entry["all_on_edge"]:
+            where = "on an edge" if count == 1 else "all on edges"
+            places = (
+                f"{felt}, {where}, where a finger feels the shape (of a plate as small as a finger, "
+                "evaluate the height map or the folder of its run)"
+            )
+        own = f"The object's own curvature is {entry['curvature']}."
+        lines.append(f"{name} ({sides} mm): {places}. {own}")
+        if "files" in entry:
+            lines.append(f"Roughness in colours: {' and '.join(entry['files'])}")
+    return lines

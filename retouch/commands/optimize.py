@@ -1,0 +1,297 @@
+"""`retouch optimize`: one run, by a run file, by a texture, or by a scene with a texture."""
+
+import argparse
+import json
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mitsuba_scenes import find_file, find_texture
+from relief.common.errors import InputError
+from relief.common.formats import HEIGHT_MAPS
+from retouch.commands.options import (
+    INTERRUPTED,
+    SCENE,
+    TEXTURE,
+    add_distance,
+    add_mitsuba,
+    add_plate,
+    add_printer,
+    add_repeats,
+    add_skin,
+    add_talk,
+    check_scales,
+    console,
+    contact_errors_name,
+    print_json,
+    seed,
+)
+from retouch.commands.target_options import add_target, check_target, target_overrides
+
+if TYPE_CHECKING:
+    from optimize.settings.run_file import Run
+
+REACHED = 0
+SHORT_OF_TARGET = 3
+"""Exit status of a run that ended before the target was reached."""
+
+STATUSES = """\
+exit status: 0 if the target was reached; 3 if the run ended short of the target; 2 for bad input; 130 if
+interrupted (Ctrl-C). After 3 and 130 the best result is written, and `retouch resume` can continue the run.
+"""
+
+HELP = "change how a texture feels while it keeps its look"
+DESCRIPTION = """\
+Changes the relief until the finger feels the target, while the pictures of the scene change as little as
+possible. Takes a texture with a target, or a run file (.toml), which says everything; options override the
+run file. A texture lies in the scene `studio`, or in the one that --scene names.
+"""
+EPILOG = f"""\
+examples:
+  retouch optimize stone.png --relief-mm 1.2 --jnd 2
+  retouch optimize stone.exr --contact-area-scale 0.7 --scene scene.xml -o runs/cold
+  retouch optimize stone.png --relief-mm 1.2 --jnd 2 --printer mask-50
+  retouch optimize stone.png --relief-mm 1.2 --jnd 2 --dry-run
+  retouch optimize knit --feel-of brick
+  retouch optimize gravel
+  retouch optimize gravel --jnd 1 --fast --set descent.tolerance=0.005 -o runs/gravel-1
+
+RUN_DIR then holds report.html (the overview), plate.stl and plate.3mf to print, heights.exr and heights.png,
+the pictures before and after, and result.json with every number.
+
+{STATUSES}"""
+
+_SETTINGS = {
+    **{name: name for name in ("size_mm", "relief_mm", "height_scale", "seed")},
+    "distance_cm": "verify.distance_cm",
+}
+"""Key in the run file of each option that takes a number."""
+
+FAST = ('touch.model="quick"', 'look.model="auto"')
+"""Settings of `--fast`, which `--set` overrides."""
+
+
+AFTER_INTERRUPT = "; retouch resume RUN_DIR goes on"
+"""End of the line that an interrupt prints."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "source",
+        type=Path,
+        metavar="TEXTURE|RUN.toml",
+        help=f"{TEXTURE}; or run file; or scene (.xml) for --texture",
+    )
+    parser.add_argument(
+        "-o",
+        dest="out",
+        type=Path,
+        metavar="RUN_DIR",
+        help="folder to write to (default: runs/<name of the run file or texture>)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace an earlier run in RUN_DIR")
+    parser.add_argument(
+        "--dry-run",
+        action="store_true",
+        help="only check everything, and tell about how much time and memory the run takes; write nothing",
+    )
+    add_talk(parser, "the content of result.json, with the files written,")
+
+    add_target(parser)
+
+    plate = parser.add_argument_group("the plate")
+    plate.add_argument(
+        "--texture",
+        type=Path,
+        help="texture instead of the run file's, or for a scene",
+    )
+    plate.add_argument(
+        "--scene",
+        type=Path,
+        help=f"Mitsuba scene (.xml); a bundled one goes by its name (default: the run file's, or {SCENE})",
+    )
+    add_plate(plate, "the run file's", "the scene's")
+    add_repeats(plate, "the run file's, or not")
+
+    finger = parser.add_argument_group("the finger")
+    add_skin(finger, "the run file's, or ")
+    add_printer(
+        plate,
+        "compare the prints of original and result, and give a relief that this printer makes",
+        "the run file's, or none",
+    )
+
+    details = parser.add_argument_group("details")
+    details.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="any key of the run file, as in descent.steps=20 or touch.force_n=2; may be given several "
+        "times; overrides every other option",
+    )
+    details.add_argument(
+        "--fast",
+        action="store_true",
+        help="compute each step with the fast models (touch quick; look fast, or exact light in a scene that "
+        "the fast look cannot show); the verification stays exact",
+    )
+    details.add_argument(
+        "--no-baseline",
+        dest="baseline",
+        action="store_false",
+        help="leave out the comparison with the relief scaled in height from the report",
+    )
+    details.add_argument(
+        "--seed", type=seed, metavar="N", help="seed of all random numbers (default: the run file's, or 0)"
+    )
+    add_distance(details)
+    add_mitsuba(details)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    settings = load(arguments)
+    check_scales(arguments, [settings.texture])
+    _read_texture(settings)
+    name = arguments.source if _is_run_file(arguments.source) else settings.texture
+    out = arguments.out or Path("runs") / name.stem
+    _refuse_inputs_in(out, (arguments.source, *settings.files().values()))
+    if arguments.dry_run:
+        return _forecast(settings, out, arguments)
+    from retouch import runs
+
+    with contact_errors_name(settings.texture):
+        result = runs.optimize(
+            settings, out, variant=arguments.variant, force=arguments.force, quiet=arguments.quiet
+        )
+    return finish(result.summary, result.run_dir, arguments)
+
+
+def load(arguments: argparse.Namespace) -> "Run":
+    """The run that the arguments describe. Raises InputError."""
+    source = arguments.source = find_file(arguments.source, ".toml", ".xml", *HEIGHT_MAPS)
+    if arguments.texture is not None:
+        arguments.texture = find_texture(arguments.texture)
+    scene, texture = _scene_and_texture(arguments)
+    from optimize.settings import run_file as config
+
+    if texture is None:
+        return config.load_run(source, overrides(arguments))
+    settings = overrides(arguments)
+    check_target(source, settings)
+    return config.run_from_scene(scene, texture, settings)
+
+
+def _scene_and_texture(arguments: argparse.Namespace) -> tuple[Path, Path | None]:
+    """The scene and the texture of a run without a run file; no texture if the source is a run file.
+
+    Raises:
+        InputError: the source is of no known kind, or one thing is given twice.
+    """
+    source, scene, texture = arguments.source, arguments.scene, arguments.texture
+    if _is_run_file(source):
+        return source, None
+    if texture is not None:
+        if source.suffix.lower() in HEIGHT_MAPS:
+            raise InputError(f"--texture: {texture}: there is a texture already, {source}")
+        if scene is not None:
+            raise InputError(f"--scene: {scene}: there is a scene already, {source}")
+        return source, texture
+    if source.suffix.lower() == ".xml":
+        raise InputError(
+            f"{source}: a scene needs --texture, a height map, as well; a run file ends in .toml"
+        )
+    return find_file(scene or SCENE, ".xml"), source
+
+
+def overrides(arguments: argparse.Namespace) -> list[str]:
+    """The options as overrides of a run file, `--set` last."""
+    settings = [
+        f"{key}={getattr(arguments, option)!r}"
+        for option, key in _SETTINGS.items()
+        if getattr(arguments, option) is not None
+    ]
+    settings += target_overrides(arguments)
+    files = {"scene": arguments.scene, "texture": arguments.texture, "touch.skin": arguments.skin}
+    settings += [f"{key}={_quoted(str(file))}" for key, file in files.items() if file is not None]
+    if arguments.printer is not None:
+        settings.append(f"print.printer={_quoted(arguments.printer)}")
+    settings += [f"define.{key}={_quoted(value)}" for key, value in arguments.defines]
+    if arguments.repeats is not None:
+        settings.append(f"repeats={json.dumps(arguments.repeats)}")
+    if arguments.fast:
+        settings += FAST
+    if not arguments.baseline:
+        settings.append("verify.baseline=false")
+    return [*settings, *arguments.settings]
+
+
+def finish(result: Mapping[str, Any], run_dir: Path, arguments: argparse.Namespace) -> int:
+    """Print the summary of a run as wanted; returns the exit status.
+
+    Args:
+        result: the content of result.json.
+        run_dir: folder of the run.
+        arguments: of the command, with `json` and `quiet`.
+    """
+    from optimize.descent.stop_reason import StopReason
+
+    stop = StopReason[result["stop"]["reason"].upper()]
+    status = INTERRUPTED if stop is StopReason.INTERRUPTED else REACHED if stop.met else SHORT_OF_TARGET
+    if arguments.json:
+        files = sorted(str(path) for path in run_dir.rglob("*") if path.is_file())
+        print_json({"run_dir": str(run_dir), "exit_status": status, **result, "files": files})
+    elif not arguments.quiet:
+        from retouch.commands.summary import summary
+
+        console().print(summary(result, run_dir))
+    return status
+
+
+def _forecast(settings: "Run", out: Path, arguments: argparse.Namespace) -> int:
+    """Check a run and tell what it takes; returns the status of success. Raises InputError."""
+    from rich.table import Table
+    from rich.text import Text
+
+    from optimize.estimates.forecast import forecast
+    from optimize.run_directory.directory import check_vacant
+
+    check_vacant(out, arguments.force)
+    found = forecast(settings, out, arguments.variant)
+    if arguments.json:
+        print_json({"run_dir": str(out), **found.as_json()})
+    elif not arguments.quiet:
+        rows = Table.grid(padding=(0, 2, 0, 0))
+        for name, text in found.lines():
+            rows.add_row(Text(name, "bold"), Text(text))
+        rows.add_row(Text("folder", "bold"), Text(f"{out}, nothing written yet"))
+        console().print(rows)
+    return REACHED
+
+
+def _read_texture(settings: "Run") -> None:
+    """Read the texture, so that the reader's refusals come before anything slow is imported."""
+    from relief.heightmap import load_field, load_height_map
+
+    if settings.relief_mm is None:
+        load_height_map(settings.texture, height_scale=settings.height_scale)
+    else:
+        load_field(settings.texture)
+
+
+def _refuse_inputs_in(out: Path, inputs: Iterable[Path]) -> None:
+    """Raise InputError if `out`, which `--force` empties, is or holds a file that the run reads."""
+    for path in inputs:
+        if Path(os.path.realpath(path)).is_relative_to(os.path.realpath(out)):
+            raise InputError(f"{out}: -o: is or holds {path}, which the run reads; choose another folder")
+
+
+def _is_run_file(path: Path) -> bool:
+    return path.suffix.lower() == ".toml"
+
+
+def _quoted(text: str) -> str:
+    """A TOML string: the same as a JSON string in which only what must be escaped is escaped."""
+    return json.dumps(text, ensure_ascii=False)

@@ -1,0 +1,296 @@
+"""Options, exit statuses and error messages that several verbs share."""
+
+import argparse
+import contextlib
+import json
+import logging
+import math
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
+from relief.common.errors import InputError
+from relief.common.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
+from relief.export.printers import PRINTERS
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C: 128 + SIGINT, as shells count."""
+
+UNBOUNDED = 10_000
+"""Columns of output that goes to a file or pipe: so many that no row of a table is wrapped."""
+
+TEXTURE = (
+    "height map: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm); a bundled one goes by its name, "
+    "the result of a run by the run's directory"
+)
+"""What a texture is, in the help of every verb that takes one."""
+SCENE = "studio"
+"""Scene of a texture that comes without one."""
+MOST_WORKERS = 1024
+LONGEST_NUMBER = 40
+"""Most characters of a whole number."""
+PACKAGES = ("relief", "tactile", "visual", "surrogate", "optimize", "mitsuba_scenes")
+"""Packages whose steps `-v` tells; others tell warnings only."""
+
+
+def define(text: str) -> tuple[str, str]:
+    """Read the `key=value` of `-D` as a pair.
+
+    Raises:
+        argparse.ArgumentTypeError: there is no `=`, or the key is no identifier.
+    """
+    key, equals, value = text.partition("=")
+    if not (equals and key.isidentifier()):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected key=value, as in resolution=256")
+    return key, value
+
+
+def count(text: str) -> int:
+    """Read a number of samples, 1 to 65536. Raises argparse.ArgumentTypeError."""
+    return whole_number(1, 65536)(text)
+
+
+def seed(text: str) -> int:
+    """Read a seed, 0 to 2**31 - 1. Raises argparse.ArgumentTypeError."""
+    return whole_number(0, 2**31 - 1)(text)
+
+
+def whole_number(lowest: int, highest: int) -> Callable[[str], int]:
+    """A function that reads a whole number from `lowest` to `highest`, both included.
+
+    The function raises argparse.ArgumentTypeError for any other text.
+    """
+
+    def read(text: str) -> int:
+        # Python turns no more than some thousand digits into a number.
+        if not (text.isdecimal() and len(text) <= LONGEST_NUMBER and lowest <= int(text) <= highest):
+            raise argparse.ArgumentTypeError(
+                f"{text[:LONGEST_NUMBER]!r} is not a whole number from {lowest} to {highest}"
+            )
+        return int(text)
+
+    return read
+
+
+def add_talk(parser: argparse.ArgumentParser, document: str | None = None, quiet: bool = True) -> None:
+    """Add `-v`, and how else a verb talks.
+
+    Args:
+        parser: of the verb.
+        document: what `--json` prints, for the help; None leaves the option out.
+        quiet: whether there is `-q`.
+    """
+    talk = parser.add_argument_group("what is told")
+    if quiet:
+        talk.add_argument("-q", dest="quiet", action="store_true", help="print nothing but errors")
+    talk.add_argument(
+        "-v", dest="verbose", action="store_true", help="tell on stderr what is done, and what is skipped"
+    )
+    if document is not None:
+        text = f"print {document} as one JSON document; progress goes to stderr"
+        talk.add_argument("--json", action="store_true", help=text)
+
+
+class _Telling(logging.Handler):
+    """Prints records on the stderr of the moment, above a moving line if there is one."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        print(self.format(record), file=sys.stderr)
+
+
+@contextlib.contextmanager
+def telling(verbose: bool) -> Iterator[None]:
+    """Print warnings on stderr, and the steps of Retouch's packages if `verbose`."""
+    root, handler = logging.getLogger(), _Telling()
+    loggers = [logging.getLogger(name) for name in PACKAGES]
+    levels = [logger.level for logger in loggers]
+    root.addHandler(handler)
+    for logger in loggers:
+        logger.setLevel(logging.INFO if verbose else logging.WARNING)
+    try:
+        yield
+    finally:
+        root.removeHandler(handler)
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+
+
+def print_json(content: Any) -> None:
+    """Print one JSON document on stdout; numbers that are not finite, which JSON lacks, become null."""
+    print(json.dumps(_finite(content), indent=2, default=str))
+
+
+def _finite(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {key: _finite(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_finite(value) for value in content]
+    return None if isinstance(content, float) and not math.isfinite(content) else content
+
+
+def add_plate(
+    parser: argparse._ActionsContainer,
+    first: str = "",
+    size: str = f"{PATCH_SIDE_MM:g}",
+    side: str = "side of the plate",
+) -> None:
+    """Add `--size-mm`, `--relief-mm` and `--height-scale`, None where not given.
+
+    Args:
+        parser: of the verb.
+        first: where the values come from before the texture's header, for the help.
+        size: where the size comes from after the header.
+        side: what the size is of.
+    """
+    for flag, metavar, meaning, last in (
+        ("--size-mm", "MM", f"{side}, mm", f"the texture's header, or {size}"),
+        ("--relief-mm", "MM", "height of white above black in a picture, mm", "the texture's header"),
+        ("--height-scale", "FACTOR", "mm for a height of 1 in EXR, NPY and float TIFF", "1"),
+    ):
+        parser.add_argument(
+            flag,
+            type=float,
+            metavar=metavar,
+            help=f"{meaning} (default: {first}{', or ' * bool(first)}{last})",
+        )
+
+
+def add_repeats(parser: argparse._ActionsContainer, first: str = "") -> None:
+    """Add `--repeats` and `--repeats-along`, whose `repeats` is True, "x", "y", or None where not given.
+
+    Args:
+        parser: of the verb.
+        first: where the value comes from if it is not given, for the help.
+    """
+    one = parser.add_mutually_exclusive_group()
+    default = f" (default: {first})" if first else ""
+    one.add_argument(
+        "--repeats",
+        action="store_const",
+        const=True,
+        help=f"the relief is a tile, which goes on as itself beyond its rim{default}",
+    )
+    one.add_argument(
+        "--repeats-along",
+        dest="repeats",
+        choices=("x", "y"),
+        help="the relief repeats along one axis only",
+    )
+
+
+def add_skin(parser: argparse._ActionsContainer, first: str = "") -> None:
+    """Add `--skin`, None where not given.
+
+    Args:
+        parser: of the verb.
+        first: where the skin comes from before the default one, for the help.
+    """
+    parser.add_argument(
+        "--skin",
+        metavar="SKIN",
+        help=f"skin of the finger: a file (.toml), or one that comes with Retouch: "
+        f"{', '.join(bundled_skins())} (default: {first}{DEFAULT_SKIN})",
+    )
+
+
+def add_printer(parser: argparse._ActionsContainer, what: str, first: str = "none") -> None:
+    """Add `--printer`, None where not given.
+
+    Args:
+        parser: of the verb.
+        what: what is done with the printer, for the help.
+        first: where the printer comes from if it is not given.
+    """
+    parser.add_argument(
+        "--printer",
+        choices=tuple(PRINTERS),
+        metavar="PRINTER",
+        help=f"{what}: {', '.join(PRINTERS)} (default: {first}; docs/printing.md has their numbers)",
+    )
+
+
+def check_scales(arguments: argparse.Namespace, textures: Iterable[Path]) -> None:
+    """Raise InputError for a `--relief-mm` without a picture, and a `--height-scale` without a file in mm."""
+    if arguments.relief_mm is None and arguments.height_scale is None:
+        return
+    from relief.heightmap import holds_mm
+
+    in_mm = {holds_mm(texture) for texture in textures}
+    if arguments.relief_mm is not None and in_mm == {True}:
+        raise InputError("--relief-mm: is for pictures; the texture holds mm, which --height-scale scales")
+    if arguments.height_scale is not None and in_mm == {False}:
+        raise InputError("--height-scale: is for files that hold mm; a picture is scaled by --relief-mm")
+
+
+def add_distance(parser: argparse._ActionsContainer) -> None:
+    """Add `--distance-cm`, None where not given."""
+    parser.add_argument(
+        "--distance-cm",
+        type=float,
+        metavar="CM",
+        help=f"from the eye to the plate, for FLIP, which sees no detail too small for it "
+        f"(default: {EYE_DISTANCE_CM:g})",
+    )
+
+
+def add_workers(parser: argparse._ActionsContainer) -> None:
+    """Add `--workers` and `--dask`, None where not given."""
+    parser.add_argument(
+        "--workers",
+        type=whole_number(1, MOST_WORKERS),
+        metavar="N",
+        help="number of processes, of one thread each (default: one for each core)",
+    )
+    parser.add_argument(
+        "--dask",
+        metavar="ADDRESS",
+        help='address of the scheduler of a Dask cluster, or "local" for a cluster of --workers here',
+    )
+
+
+def add_mitsuba(parser: argparse._ActionsContainer) -> None:
+    """Add `-D` and `-m`, which mean what they mean in Mitsuba's own command."""
+    parser.add_argument(
+        "-D",
+        dest="defines",
+        type=define,
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="value of the scene's parameter $KEY; may be given several times (default: the scene's)",
+    )
+    add_variant(parser)
+
+
+def add_variant(parser: argparse._ActionsContainer) -> None:
+    """Add `-m`."""
+    parser.add_argument(
+        "-m",
+        dest="variant",
+        metavar="VARIANT",
+        help="Mitsuba's variant (default: the leanest that shows the scene; scalar_rgb without LLVM)",
+    )
+
+
+def console() -> "Console":
+    """The console for tables on stdout."""
+    from rich.console import Console
+
+    terminal = Console(highlight=False)
+    return terminal if terminal.is_terminal else Console(highlight=False, width=UNBOUNDED)
+
+
+@contextlib.contextmanager
+def contact_errors_name(subject: Path | str) -> Iterator[None]:
+    """Raise a ContactError of the block as an InputError that starts with the subject."""
+    import tactile
+
+    try:
+        yield
+    except tactile.ContactError as error:
+        raise InputError(f"{subject}: {error}") from error

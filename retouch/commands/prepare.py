@@ -1,0 +1,253 @@
+"""`retouch prepare`: a height map made of any picture, and a preview of it."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mitsuba_scenes import find_texture
+from relief.common.errors import InputError, naming
+from relief.common.formats import PREVIEW
+from relief.common.formatting import number
+from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
+from relief.common.progress import stage
+from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES
+from retouch.commands.options import add_talk, console, contact_errors_name, print_json, whole_number
+from tactile.quantities import QUANTITIES, ROUGHNESS
+
+if TYPE_CHECKING:
+    from relief.preparing.preparation import Prepared
+    from tactile.measures import TouchMeasures
+
+MOST_PRESSED = 1024
+"""Most samples a side that are pressed to tell how the relief feels."""
+NATURAL_ROUGHNESS = (0.03, 0.12)
+"""Least and greatest roughness of natural surfaces, no unit (docs/touch.md)."""
+
+OPTIONS = (
+    *("grey", "crop", "centre", "samples", "invert", "levels", "keep_steps", "tile"),
+    *("plate_mm", "relief_mm", "size_mm"),
+)
+"""Options that are arguments of `relief.preparing.preparation.prepare`, by the same names."""
+
+HELP = "make a height map of any picture"
+DESCRIPTION = """\
+Makes a height map of a picture: square, grey, white is high. The picture may be a photograph, a scan or a
+drawing of any sides: PNG, JPEG, TIFF, WebP, BMP, GIF, PGM, EXR or NPY. Every step is told. Beside the height
+map lies a preview, NAME-preview.png, with the picture, the relief under raking light and the numbers.
+
+A photograph knows brightness, not height: bright is taken as high, dark with --invert.
+"""
+EPILOG = """\
+examples:
+  retouch prepare stone.jpg -o stone.png --relief-mm 1.2
+  retouch prepare wall.jpg -o wall.png --relief-mm 0.8 --crop 400,200,1500,1500 --invert
+  retouch prepare weave.tif -o weave.exr --relief-mm 0.5 --tile
+  retouch prepare weave.exr -o large.exr --plate-mm 25
+  retouch prepare heights.png -o heights-100.png --levels 0,255 --samples 100
+"""
+
+
+def tile(text: str) -> str:
+    """Read a way to make a height map periodic. Raises argparse.ArgumentTypeError."""
+    if text not in (AUTO, *METHODS):
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not one of {', '.join((AUTO, *METHODS))}")
+    return text
+
+
+def crop(text: str) -> tuple[int, ...]:
+    """Read "X,Y,W,H". Raises argparse.ArgumentTypeError."""
+    parts = text.split(",")
+    if len(parts) != 4:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not X,Y,W,H, four whole numbers of pixels")
+    return tuple(whole_number(0, 10**6)(part.strip()) for part in parts)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "picture", type=Path, metavar="PICTURE", help="any picture; a bundled texture goes by its name"
+    )
+    parser.add_argument(
+        "-o", dest="out", type=Path, required=True, metavar="OUT", help="16-bit PNG, or EXR, which holds mm"
+    )
+    parser.add_argument(
+        "--relief-mm",
+        type=float,
+        metavar="MM",
+        help="height of the highest point above the lowest, mm; written to OUT (default: unknown)",
+    )
+    parser.add_argument(
+        "--size-mm",
+        type=float,
+        metavar="MM",
+        help=f"side of the plate, mm; written to OUT (default: unknown, which counts as {PATCH_SIDE_MM:g})",
+    )
+    what = parser.add_argument_group("what is taken")
+    what.add_argument(
+        "--crop",
+        type=crop,
+        metavar="X,Y,W,H",
+        help="the part W pixels wide and H high, X from the left and Y from the top (default: the picture); "
+        "if it is not square, the square in its middle",
+    )
+    what.add_argument(
+        "--centre",
+        type=whole_number(1, 10**6),
+        metavar="N",
+        help="the square of N pixels a side in the middle (default: the largest)",
+    )
+    what.add_argument(
+        "--samples",
+        type=whole_number(SMALLEST_SIDE, LARGEST_SIDE),
+        metavar="N",
+        help=f"samples a side (default: one a pixel, at most {MOST_USUAL_SAMPLES})",
+    )
+    what.add_argument(
+        "--grey",
+        choices=tuple(GREYS),
+        default="luminance",
+        help="what of a coloured picture is height (default: luminance)",
+    )
+    how = parser.add_argument_group("how it becomes height")
+    how.add_argument("--invert", action="store_true", help="dark is high")
+    how.add_argument(
+        "--levels",
+        metavar="LOW,HIGH",
+        help="what becomes lowest and highest: grey from 0 to 255, or percentiles, as in 0.5%%,99.5%% "
+        "(default: the darkest and the brightest sample)",
+    )
+    how.add_argument(
+        "--keep-steps",
+        action="store_true",
+        help="keep the steps of 8-bit grey (default: smoothed by up to half a step)",
+    )
+    how.add_argument(
+        "--tile",
+        type=tile,
+        nargs="?",
+        const=AUTO,
+        metavar="METHOD",
+        help="make the height map periodic: blend (for stochastic textures), cut (for structured ones), or "
+        "auto, the one with the smaller seam error (default with --tile: auto)",
+    )
+    how.add_argument(
+        "--plate-mm",
+        type=float,
+        metavar="MM",
+        help="repeat the tile over a plate of this side; --size-mm is that of the tile (default: one tile)",
+    )
+    add_talk(parser, "the numbers", quiet=False)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from relief.preparing.preparation import check_output, prepare
+
+    arguments.picture = find_texture(arguments.picture)
+    out: Path = arguments.out
+    if not out.parent.is_dir():
+        raise InputError(f"{out}: -o: there is no folder {out.parent}")
+    if out.is_dir():
+        raise InputError(f"{out}: -o: is a folder")
+    shown = out.with_name(f"{out.stem}{PREVIEW}")
+    for path in (out, shown):
+        if path.exists() and arguments.picture.exists() and path.samefile(arguments.picture):
+            raise InputError(f"{path}: -o: is the picture, or its preview would be; choose another name")
+    check_output(out)
+    prepared = prepare(arguments.picture, **{name: getattr(arguments, name) for name in OPTIONS})
+    touch = _touch(prepared, arguments.picture)
+    from relief.common.files import write_atomically
+    from relief.preparing.preview import preview
+
+    prepared.save(out)
+    with stage("drawing the preview"):
+        write_atomically(shown, preview(prepared, _figures(prepared, touch)))
+    if arguments.json:
+        print_json(_entry(prepared, touch, arguments.picture, out, shown))
+        return 0
+    lines = dict(prepared.done) | _feel(prepared, touch)
+    bits = "16 bits" if out.suffix.lower() == ".png" else "mm"
+    lines["written"] = f"{out} ({bits}), {shown}"
+    if "tile" in prepared.numbers and "plate" not in prepared.numbers:
+        lines["next"] = "evaluate and optimize take it as a tile with --repeats; wrap needs no option"
+    _print(lines)
+    return 0
+
+
+def _touch(prepared: "Prepared", picture: Path) -> "TouchMeasures | None":
+    """What a finger feels all over the plate or the tile, by the elastic layer.
+
+    None if no relief is known, or too much is to be pressed.
+    """
+    repeats = not prepared.numbers.keys().isdisjoint(("tile", "plate"))
+    heights, size_mm = prepared.heights, prepared.size_mm or PATCH_SIDE_MM
+    if "plate" in prepared.numbers:
+        size_mm, side = (prepared.numbers["plate"][name] for name in ("tile_mm", "tile_samples"))
+        heights = heights[:side, :side]
+    if prepared.relief_mm is None or len(heights) > MOST_PRESSED:
+        return None
+    from tactile.measures import measure_touch
+    from tactile.skin import Skin
+
+    with naming(picture), contact_errors_name(picture), stage("pressing the skin on the relief"):
+        return measure_touch(heights, size_mm, Skin(), "layer", repeats=(repeats, repeats))
+
+
+def _feel(prepared: "Prepared", touch: "TouchMeasures | None") -> dict[str, str]:
+    """How the relief feels, or why nobody knows, and what to do about a relief that is far from natural."""
+    if touch is None:
+        if prepared.relief_mm is None:
+            return {"feel": "unknown without --relief-mm"}
+        return {"feel": f"not pressed: more than {MOST_PRESSED} samples a side; retouch evaluate does it"}
+    roughness = touch.means[ROUGHNESS.name]
+    numbers = [f"{one.label} {number(touch.means[name])} {one.unit}" for name, one in QUANTITIES.items()]
+    numbers.append(f"{100.0 * touch.contact_fraction:.0f} % of the plate in contact")
+    if (ends := touch.ends)["count"] > 1:
+        least, largest = (number(ends[f"{ROUGHNESS.name}_{end}"]) for end in ("min", "max"))
+        numbers.append(f"means over {ends['count']} places of the finger, roughness {least} to {largest}")
+    lines = {"feel": ", ".join(text.rstrip() for text in numbers)}
+    lowest, highest = NATURAL_ROUGHNESS
+    if not lowest <= roughness <= highest:
+        sense, advice = ("rougher", "lower") if roughness > highest else ("smoother", "higher")
+        lines[""] = f"{sense} than natural surfaces ({lowest:g} to {highest:g}); a {advice} --relief-mm helps"
+    return lines
+
+
+def _figures(prepared: "Prepared", touch: "TouchMeasures | None") -> list[tuple[str, str]]:
+    """Numbers for the preview, and what they mean."""
+    if prepared.relief_mm is None:
+        return []
+    slopes = [f"{angle:.0f}°" for angle in prepared.numbers["slopes_deg"].values()]
+    figures = [(f"{prepared.relief_mm:.3g} mm", "relief"), (" / ".join(slopes), "slopes, median / steep")]
+    if touch is not None:
+        figures.append((number(touch.means[ROUGHNESS.name]), "roughness V"))
+        figures.append((f"{100.0 * touch.contact_fraction:.0f} %", "of the plate in contact"))
+    if "tile" in prepared.numbers:
+        tile = prepared.numbers["tile"]
+        figures.append(
+            (f"{100.0 * tile['seam_errors'][tile['method']]:.1f} %", f"seam error, {tile['method']}")
+        )
+    return figures
+
+
+def _entry(
+    prepared: "Prepared", touch: "TouchMeasures | None", picture: Path, out: Path, shown: Path
+) -> dict[str, Any]:
+    """The numbers for programs."""
+    felt: dict[str, Any] = {}
+    if touch is not None:
+        felt = {**touch.means, "contact_fraction": touch.contact_fraction}
+        if touch.ends["count"] > 1:
+            felt["places"] = touch.ends
+    files = {"picture_file": str(picture), "heights": str(out), "preview": str(shown)}
+    return {**files, **prepared.numbers, **felt}
+
+
+def _print(lines: dict[str, str]) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    rows = Table.grid(padding=(0, 2, 0, 0))
+    rows.add_column(no_wrap=True)
+    rows.add_column(overflow="fold")
+    for subject, sentence in lines.items():
+        rows.add_row(Text(subject, "bold"), Text(sentence))
+    console().print(rows)

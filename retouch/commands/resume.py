@@ -1,0 +1,65 @@
+"""`retouch resume`: a run continued from its checkpoint."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from relief.common.errors import InputError
+from retouch.commands.optimize import STATUSES, finish
+from retouch.commands.options import add_talk, add_variant, contact_errors_name
+
+HELP = "continue a run that was interrupted or ended short of its target"
+DESCRIPTION = """\
+Continues a run from its checkpoint, with the settings in its run.toml. A run that has ended is not computed
+again: its summary is printed at once.
+"""
+EPILOG = f"""\
+example:
+  retouch resume runs/stone
+
+{STATUSES}"""
+
+
+AFTER_INTERRUPT = "; retouch resume RUN_DIR goes on"
+"""End of the line that an interrupt prints."""
+NOTHING_LEFT = (
+    "{run_dir}: this run has ended, and resuming it would change nothing. "
+    "To go further, raise descent.steps or verify.corrections in its run.toml."
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "run_dir", type=Path, metavar="RUN_DIR", help="folder that retouch optimize has written"
+    )
+    add_variant(parser)
+    add_talk(parser, "the content of result.json, with the files of the run,")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    if not arguments.run_dir.is_dir():
+        raise InputError(f"{arguments.run_dir}: no such file or folder")
+    if (status := _finished(arguments)) is not None:
+        return status
+    from retouch import runs
+
+    with contact_errors_name(arguments.run_dir):
+        result = runs.resume(arguments.run_dir, variant=arguments.variant, quiet=arguments.quiet)
+    return finish(result.summary, result.run_dir, arguments)
+
+
+def _finished(arguments: argparse.Namespace) -> int | None:
+    """Say so if the run is finished; returns its exit status, or None if there is something left to do."""
+    from optimize.run_directory.key import finished
+
+    result = finished(arguments.run_dir)
+    if result is None:
+        return None
+    try:
+        status = finish(result, arguments.run_dir, arguments)
+    except (LookupError, TypeError, ValueError, AttributeError):
+        # Not what a run writes: resuming writes it anew.
+        return None
+    if not arguments.quiet:
+        print(NOTHING_LEFT.format(run_dir=arguments.run_dir), file=sys.stderr)
+    return status

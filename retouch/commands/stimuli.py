@@ -1,0 +1,304 @@
+"""`retouch stimuli`: labelled plates of a texture at several levels of feel, to print for experiments."""
+
+import argparse
+import math
+import time
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mitsuba_scenes import find_texture
+from relief.common.errors import InputError
+from retouch.commands.options import (
+    TEXTURE,
+    add_plate,
+    add_printer,
+    add_skin,
+    add_talk,
+    add_workers,
+    check_scales,
+    print_json,
+    whole_number,
+)
+
+if TYPE_CHECKING:
+    from retouch.stimulus_sets.making import Made
+    from retouch.stimulus_sets.stimulus_set import StimulusSet
+
+COMPLETE, WITH_FAILURES = 0, 1
+"""Exit statuses: every plate is done, or some have failed."""
+MOST_CONTROLS = 16
+
+HELP = "make sets of plates at several levels of feel, for experiments"
+DESCRIPTION = """\
+Makes plates of 25 mm that look like a texture and feel rougher or smoother by the given numbers of
+just-noticeable differences, each verified; 0 is the texture itself. The texture is a tile (`retouch prepare
+--tile`), which is optimised once for each level and repeated over the plate, or a plate as a
+whole (--whole). Names lie on the backs.
+"""
+EPILOG = """\
+examples:
+  retouch stimuli gravel-tile --jnd -2,-1,0,1,2 -o runs/gravel-set
+  retouch stimuli gravel-tile knit-tile --jnd -2,-1,0,1,2 --with-scaled -o runs/two-textures
+  retouch stimuli weave-tile --jnd 0 --contact-area-scale 0.8,1.2 -o runs/cold
+  retouch stimuli bark-tile --jnd -1,0,1 --printer mask-50 -o runs/bark-prints
+  retouch stimuli stone.png --jnd 0,2 --source wall.jpg --source-mm 60 -o runs/stone
+  retouch stimuli --redraw --bed-mm 192x120 -o runs/gravel-set
+
+DIR then holds index.html (pictures, verified levels, and how often people should tell plates apart), print/
+with a 3MF of each texture, plates.csv, pairs.csv, stimuli.json, and rows/, the run directories.
+docs/stimuli.md says how the predictions are made.
+
+exit status: 0 if every plate is done; 1 if some have failed; 2 for bad input; 130 if interrupted. After 1
+and 130 the same command goes on.
+"""
+AFTER_INTERRUPT = "; plates that are done stay, and the same command goes on"
+"""End of the line that an interrupt prints."""
+
+
+def numbers(text: str) -> tuple[float, ...]:
+    """Read numbers between commas, such as "-2,0,2". Raises argparse.ArgumentTypeError."""
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is no list of numbers such as -2,-1,0,1,2") from None
+
+
+def bed(text: str) -> tuple[float, float]:
+    """Read the sides of a bed, such as "120x68". Raises argparse.ArgumentTypeError."""
+    parts = text.lower().split("x")
+    try:
+        width, depth = (float(part) for part in parts)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not two lengths such as 120x68") from None
+    return width, depth
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("textures", type=Path, nargs="*", metavar="TEXTURE", help=TEXTURE)
+    parser.add_argument(
+        "-o", dest="out", type=Path, required=True, metavar="DIR", help="folder to write to, or to go on in"
+    )
+    parser.add_argument(
+        "--redraw", action="store_true", help="compute nothing; draw plates and page of DIR anew"
+    )
+    what = parser.add_argument_group("the plates")
+    what.add_argument(
+        "--jnd",
+        type=numbers,
+        metavar="N,N,...",
+        help="levels of roughness, just-noticeable differences of 19 %% from the texture; 0 is the texture",
+    )
+    what.add_argument(
+        "--contact-area-scale",
+        type=numbers,
+        metavar="R,R,...",
+        help="levels of contact area in units of the texture's own, which change how cold it feels",
+    )
+    what.add_argument(
+        "--same-roughness",
+        action="store_true",
+        help="levels of contact area keep the texture's roughness (default: they keep its look alone)",
+    )
+    what.add_argument(
+        "--whole",
+        action="store_true",
+        help="the texture is no tile, but at least as large as a plate, and is optimised as a whole",
+    )
+    what.add_argument(
+        "--with-scaled",
+        action="store_true",
+        help="each level of roughness also by scaling the heights, to compare with",
+    )
+    what.add_argument(
+        "--source",
+        dest="sources",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="PICTURE",
+        help="picture that the texture was cut from: other patches of it become plates as they are; one for "
+        "each texture, in their order",
+    )
+    what.add_argument("--source-mm", type=float, metavar="MM", help="width of that picture, mm")
+    what.add_argument(
+        "--controls",
+        type=whole_number(1, MOST_CONTROLS),
+        metavar="N",
+        help="number of these patches (default: 3)",
+    )
+    add_printer(what, "each level is felt and seen between prints of this printer, whose pixels plates have")
+    add_plate(what, side="width of the tile")
+    add_skin(what)
+    printing = parser.add_argument_group("the print")
+    printing.add_argument("--plate-mm", type=float, metavar="MM", help="side of a plate, mm (default: 25)")
+    printing.add_argument(
+        "--base-mm", type=float, metavar="MM", help="thickness under the relief, mm (default: 2)"
+    )
+    printing.add_argument(
+        "--bed-mm",
+        type=bed,
+        metavar="WxD",
+        help="sides of the printer's bed, mm; more plates than fit make several files (default: 120x68)",
+    )
+    printing.add_argument(
+        "--label",
+        choices=("raised", "engraved", "none"),
+        help="names on the backs, 0.4 mm high or deep (default: raised)",
+    )
+    work = parser.add_argument_group("the work")
+    work.add_argument("--fast", action="store_true", help="compute each step with the fast models")
+    work.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="any key of a run file, for every plate; may be given several times",
+    )
+    add_workers(work)
+    add_talk(parser, "the content of stimuli.json, with the folder and the files written,")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from retouch.stimulus_sets.making import make
+    from retouch.workers.choice import runner
+
+    began = time.monotonic()
+    stimuli = _redrawn(arguments) if arguments.redraw else _requested(arguments)
+    made = make(
+        stimuli,
+        arguments.out,
+        None
+        if arguments.redraw
+        else lambda work, observer: runner(work, arguments.workers, arguments.dask, observer),
+    )
+    _tell(made, arguments, time.monotonic() - began)
+    return WITH_FAILURES if made.content["failures"] else COMPLETE
+
+
+def _print_settings(arguments: argparse.Namespace) -> dict[str, Any]:
+    given = {name: getattr(arguments, name) for name in ("plate_mm", "base_mm", "bed_mm", "label")}
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def _redrawn(arguments: argparse.Namespace) -> "StimulusSet":
+    """The set in the folder, with other plates where options say so. Raises InputError."""
+    from retouch.stimulus_sets.stimulus_set import FILE, read_set
+
+    given = (arguments.textures, arguments.jnd, arguments.contact_area_scale, arguments.sources)
+    switches = (arguments.same_roughness, arguments.whole, arguments.with_scaled, arguments.fast)
+    if any(given) or any(switches) or arguments.settings or arguments.printer:
+        raise InputError("--redraw: draws the set in the folder; give -o and options of the print alone")
+    there = read_set(arguments.out / FILE)
+    return _checked(
+        {**there.model_dump(), "print": {**there.print.model_dump(), **_print_settings(arguments)}}
+    )
+
+
+def _requested(arguments: argparse.Namespace) -> "StimulusSet":
+    """The set that the arguments describe. Raises InputError."""
+    if not arguments.textures:
+        raise InputError("stimuli: name a texture, as in retouch stimuli gravel-tile --jnd -1,0,1 -o DIR")
+    textures = [find_texture(texture).absolute() for texture in arguments.textures]
+    check_scales(arguments, textures)
+    if not arguments.sources and (arguments.source_mm is not None or arguments.controls is not None):
+        raise InputError("--source-mm, --controls: are for a --source, which is missing")
+    settings: dict[str, Any] = {"touch.model": "quick", "look.model": "auto"} if arguments.fast else {}
+    lengths = {name: getattr(arguments, name) for name in ("size_mm", "relief_mm", "height_scale")}
+    settings |= {name: length for name, length in lengths.items() if length is not None}
+    if arguments.skin is not None:
+        path = Path(arguments.skin)
+        settings["touch.skin"] = str(path.absolute()) if path.is_file() else arguments.skin
+    if arguments.printer is not None:
+        settings["print.printer"] = arguments.printer
+    for setting in arguments.settings:
+        settings |= _setting(setting)
+    optional = {"source_mm": arguments.source_mm, "controls": arguments.controls}
+    return _checked(
+        {
+            "textures": textures,
+            "jnd": arguments.jnd or (),
+            "contact_area_scale": arguments.contact_area_scale or (),
+            **{name: getattr(arguments, name) for name in ("same_roughness", "whole", "with_scaled")},
+            "sources": [source.absolute() for source in arguments.sources],
+            "settings": settings,
+            "print": _print_settings(arguments),
+            **{name: value for name, value in optional.items() if value is not None},
+        }
+    )
+
+
+def _checked(values: Mapping[str, Any]) -> "StimulusSet":
+    """A request, checked. Raises InputError."""
+    from pydantic import ValidationError
+
+    from optimize.settings.toml_files import first_fault
+    from retouch.stimulus_sets.stimulus_set import StimulusSet
+
+    try:
+        return StimulusSet.model_validate(values)
+    except ValidationError as error:
+        raise InputError(f"stimuli: {first_fault(error, StimulusSet)}") from error
+
+
+def _setting(text: str) -> dict[str, Any]:
+    """Read `--set KEY=VALUE`; bare words count as strings. Raises InputError."""
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise InputError(f"--set {text[:80]}: expected KEY=VALUE, as in descent.steps=20")
+    try:
+        parsed = tomllib.loads(f"value = {value}")
+    except (ValueError, RecursionError):
+        parsed = {"value": value.strip()}
+    if parsed.keys() != {"value"} or not isinstance(parsed["value"], str | int | float | bool):
+        raise InputError(f"--set {text[:80]}: one number, word or truth value is expected")
+    return {key.strip(): parsed["value"]}
+
+
+def _tell(made: "Made", arguments: argparse.Namespace, seconds: float) -> None:
+    """Print what became of the set."""
+    from relief.common.formatting import duration
+    from retouch.commands.options import console
+    from retouch.stimulus_sets.making import PAGE
+
+    if arguments.json:
+        files = [str(arguments.out / PAGE), *map(str, made.files)]
+        print_json({"folder": str(arguments.out), **made.content, "files": files})
+        return
+    if arguments.quiet:
+        return
+    from rich.table import Table
+
+    rows = Table(box=None, pad_edge=False)
+    for heading in ("plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %", "JOD"):
+        rows.add_column(heading)
+    for texture in made.content["textures"]:
+        for plate in texture["plates"]:
+            ends = (plate["jnd_least"], plate["jnd_most"])
+            over = "" if None in ends else " to ".join(f"{end:+.2f}" for end in ends)
+            cells = (
+                (plate["jnd"], "+.2f"),
+                (over, "s"),
+                (plate["contact_area_mm2"], ".3g"),
+                (plate["picture_change_percent"], ".2g"),
+                (plate["jod"], ".2f"),
+            )
+            texts = ["" if value is None else format(value, form) for value, form in cells]
+            rows.add_row(plate["label"], plate["kind"], *texts)
+    console().print(rows)
+    summary = made.content["summary"]
+    if summary["neighbours_percent"] is not None:
+        print(
+            f"neighbouring levels should be told right in {summary['neighbours_percent']:.0f} % of tries "
+            f"(the paper's participants: {summary['paper_neighbours_percent']:.0f} %), whole sets in "
+            f"{summary['sorted_percent']:.0f} %"
+        )
+    for line in made.content["failures"]:
+        print(line)
+    missing = f"; {made.missing} plates not computed yet" if made.missing else ""
+    took = "" if arguments.redraw or not math.isfinite(seconds) else f", {duration(seconds)}"
+    print(f"{arguments.out / PAGE}: {summary['plates']} plates{missing}{took}")
+    for file in made.files:
+        print(f"to print: {file}")

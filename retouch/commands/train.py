@@ -1,0 +1,124 @@
+"""`retouch train`: training of nets on a data set."""
+
+import argparse
+from dataclasses import asdict
+from pathlib import Path
+
+from relief.common.progress import this_stage
+from retouch.commands.options import add_talk, print_json, seed, whole_number
+
+HELP = "train the learned models on a data set"
+DESCRIPTION = """\
+Trains a net on a data set of `retouch dataset`, stops when the validation error no longer falls, and measures
+the net on textures of the test split: touch, the contact of the skin, against finite elements; look, ambient
+light, against horizons. DIR gets the weights, the card with the net's training data and errors, and the
+training curves. There is a checkpoint after every epoch: with --resume the same command continues from the
+checkpoint and ends at the same weights.
+"""
+EPILOG = """\
+examples:
+  retouch dataset -o data --count 6300 --lights none
+  retouch train touch --data data -o nets/touch
+  retouch train touch --data data -o nets/touch --resume
+  retouch train look --data data -o nets/look        (a data set with pictures)
+
+docs/learned.md describes the nets and their errors.
+"""
+MOST_EPOCHS = 100_000
+
+
+AFTER_INTERRUPT = "; the same command with --resume goes on"
+"""End of the line that an interrupt prints."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("net", choices=("touch", "look"), help="which net")
+    parser.add_argument(
+        "--data", type=Path, required=True, metavar="FOLDER", help="folder of a data set of `retouch dataset`"
+    )
+    parser.add_argument("-o", dest="out", type=Path, required=True, metavar="DIR", help="results folder")
+    parser.add_argument("--resume", action="store_true", help="continue from the checkpoint in DIR")
+    parser.add_argument("--seed", type=seed, default=0, metavar="S", help="random seed (default: 0)")
+    parser.add_argument(
+        "--epochs",
+        type=whole_number(1, MOST_EPOCHS),
+        metavar="N",
+        help="most passes over the textures (default: 60)",
+    )
+    parser.add_argument(
+        "--minutes", type=_positive, metavar="M", help="most minutes of training (default: no limit)"
+    )
+    parser.add_argument(
+        "--batch", type=whole_number(1, 4096), metavar="N", help="textures of a training step (default: 16)"
+    )
+    parser.add_argument("--learning-rate", type=_positive, metavar="R", help="highest rate (default: 0.002)")
+    parser.add_argument(
+        "--widths",
+        type=_widths,
+        metavar="A,B,...",
+        help="channels of the net's levels, finest first (default: 24,48,72,96)",
+    )
+    parser.add_argument(
+        "--device", choices=("cpu", "cuda"), help="where to train (default: cuda if there is one)"
+    )
+    add_talk(parser, "the card of the net")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    import torch
+
+    from relief.common.errors import InputError
+    from retouch.training.train import TrainingRequest, train_net
+    from surrogate.nets.training import Settings
+
+    has_cuda = torch.cuda.is_available()
+    if arguments.device == "cuda" and not has_cuda:
+        raise InputError("--device cuda: torch finds no such device")
+    options = {name: getattr(arguments, name) for name in ("epochs", "minutes", "batch", "learning_rate")}
+    settings = Settings(
+        seed=arguments.seed, **{name: value for name, value in options.items() if value is not None}
+    )
+    request = TrainingRequest(
+        arguments.data,
+        arguments.out,
+        settings,
+        device=arguments.device or ("cuda" if has_cuda else "cpu"),
+        resume=arguments.resume,
+        **({} if arguments.widths is None else {"widths": arguments.widths}),
+    )
+    card = train_net(
+        arguments.net,
+        request,
+        lambda e: this_stage().tell(
+            f"epoch {e.number} of at most {settings.epochs}: loss {e.loss:.4f}, validation {e.error:.4f}, "
+            f"{e.seconds:.0f} s"
+        ),
+    )
+    if arguments.json:
+        print_json({"folder": str(arguments.out), **asdict(card)})
+        return 0
+    if arguments.quiet:
+        return 0
+    print(f"{arguments.out}: {card.training['ended']}")
+    for name, value in card.errors.items():
+        print(f"  {name.replace('_', ' ')}: {value:.4g}")
+    return 0
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number")
+    return value
+
+
+def _widths(text: str) -> tuple[int, ...]:
+    from surrogate.nets.unet import MOST_LEVELS, MOST_WIDTH
+
+    parts = text.split(",")
+    if len(parts) > MOST_LEVELS:
+        raise argparse.ArgumentTypeError(f"{text!r}: more than {MOST_LEVELS} levels")
+    return tuple(whole_number(1, MOST_WIDTH)(part) for part in parts)

@@ -1,0 +1,96 @@
+"""Colour maps and PNG pictures of arrays as data URIs, and hill shading."""
+
+import base64
+import io
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from relief.common.srgb import srgb
+from relief.shading import facing
+
+Array = NDArray[np.floating]
+Table = NDArray[np.uint8]
+
+
+def colour_table(points: Sequence[str]) -> Table:
+    """A table of 256 colours, (256, 3), interpolated between equally spaced colours such as "1a2b3c"."""
+    knots = np.array([[int(point[k : k + 2], 16) for k in (0, 2, 4)] for point in points])
+    positions = np.linspace(0.0, len(points) - 1.0, 256)
+    channels = [np.interp(positions, np.arange(len(points)), knots[:, k]) for k in range(3)]
+    return np.stack(channels, axis=-1).round().astype(np.uint8)
+
+
+# Viridis: S. van der Walt and N. Smith (CC0). PuOr and YlGnBu: C. Brewer, colorbrewer2.org (Apache 2.0).
+# The order of the colours stays visible with the common colour-vision deficiencies.
+VIRIDIS = colour_table(
+    ("440154", "472d7b", "3b528b", "2c728e", "21918c", "28ae80", "5ec962", "addc30", "fde725")
+)
+PURPLE_ORANGE = colour_table(
+    (
+        *("2d004b", "542788", "8073ac", "b2abd2", "d8daeb", "f7f7f7"),
+        *("fee0b6", "fdb863", "e08214", "b35806", "7f3b08"),
+    )
+)
+YELLOW_BLUE = colour_table(
+    ("ffffd9", "edf8b1", "c7e9b4", "7fcdbb", "41b6c4", "1d91c0", "225ea8", "253494", "081d58")
+)
+GREY = colour_table(("000000", "ffffff"))
+NO_CONTACT = (0xDD, 0xDA, 0xD4)
+"""Colour of pixels without pressure: a grey that no pressure has."""
+
+
+def picture_uri(radiance: Array, white: float, side: int) -> str:
+    """A picture of linear radiance, at most `side` pixels long; `white` is full white.
+
+    Args:
+        radiance: (rows, cols), or (rows, cols, 3) in RGB.
+    """
+    channels = np.moveaxis(radiance[..., None] if radiance.ndim == 2 else radiance, -1, 0)
+    small = np.stack([shrunk(channel, side) for channel in channels], axis=-1)
+    return _png(srgb(small.squeeze(-1) if radiance.ndim == 2 else small, white) * 255.0, GREY)
+
+
+def map_uri(values: Array, low: float, high: float, table: Table, side: int) -> str:
+    """A map (rows, cols) in the colours of a table from `low` to `high`, at most `side` pixels long."""
+    return _png((shrunk(values, side) - low) / (high - low) * 255.0, table)
+
+
+def contact_uri(pressure: Array, high: float, side: int) -> str:
+    """A map (rows, cols) of pressure from 0 to `high`, with pixels without pressure in grey."""
+    table = YELLOW_BLUE.copy()
+    table[0] = NO_CONTACT
+    small = shrunk(pressure, side)
+    return _png(np.where(small > 0.0, 1.0 + small / high * 254.0, 0.0), table)
+
+
+def hillshade(heights: Array, size_mm: float) -> Array:
+    """Lambert shading in [0, 1] of heights, mm, both (rows, cols); light from the top left, 45 degrees up."""
+    return np.clip(facing(heights, size_mm, 135.0, 45.0), 0.0, 1.0)
+
+
+def shrunk(values: Array, side: int) -> Array:
+    """An array (rows, cols) averaged down to at most `side` pixels a side; a smaller one is unchanged."""
+    rows, cols = values.shape
+    scale = side / max(rows, cols)
+    if scale >= 1.0:
+        return np.asarray(values, dtype=np.float64)
+    target = (max(1, round(cols * scale)), max(1, round(rows * scale)))
+    small = Image.fromarray(values.astype(np.float32)).resize(target, Image.Resampling.BOX)
+    return np.asarray(small, dtype=np.float64)
+
+
+def bar_uri(table: Table) -> str:
+    """A picture of a table's colours from left to right, one pixel high."""
+    return _png(np.arange(256.0)[None, :], table)
+
+
+def _png(indices: Array, table: Table) -> str:
+    image = Image.fromarray(np.clip(indices.round(), 0, 255).astype(np.uint8))
+    if table is not GREY:
+        image.putpalette(table.tobytes())
+    buffer = io.BytesIO()
+    image.save(buffer, "PNG", optimize=True)
+    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")

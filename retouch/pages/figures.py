@@ -1,0 +1,276 @@
+"""Figures of two reliefs: pictures and their difference, strain and contact, heights and their change."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from optimize.verification.picture_metrics import mean_change, pixel_weights, rms_change
+from relief.common.formatting import number
+from retouch.pages import colour_maps, svg
+from retouch.pages.content import Baseline, Pair, Report
+from tactile.jnd import jnd_apart, tries_of_100
+
+Array = NDArray[np.floating]
+
+PICTURE_BYTES = 3.0e6
+"""Bytes of the pictures under all lights before base64, one byte a pixel: half of the page's 6 MB."""
+SHOWN_SIDE = 512
+"""Longest side of a picture, pixels; on the page it is about 360 points long."""
+PROFILE_SIDE = 256
+"""Samples a side of the heights that the page carries for its profile."""
+PERCENTILE = 99.5
+"""Percentile of a map's values where its colour scale ends, so that single pixels do not set the scale."""
+
+
+LESS_NOISE = ("estimate", "rms_less_noise")
+"""Keys of a change in result.json that are shown: mean absolute and root mean square, both less noise."""
+
+
+@dataclass(frozen=True)
+class ChangePercent:
+    """Mean absolute and root mean square change of pictures, in percent.
+
+    Attributes:
+        mean_of_white, rms_of_white: in percent of the radiance of white.
+        mean_of_picture, rms_of_picture: in percent of the mean radiance before.
+    """
+
+    mean_of_white: float
+    rms_of_white: float
+    mean_of_picture: float
+    rms_of_picture: float
+
+
+def change_percent(before: Array, after: Array, white: float, weights: Array | float = 1.0) -> ChangePercent:
+    """The change between two pictures of any common shape.
+
+    Args:
+        before, after: linear radiance.
+        white: radiance of white.
+        weights: of the pixels, of the same shape, with mean 1; all alike by default.
+    """
+    after = np.asarray(after, dtype=np.float64)
+    changes = mean_change(before, after, weights), rms_change(before, after, weights)
+    level = max(float(np.mean(weights * before)), np.finfo(np.float64).tiny)
+    return ChangePercent(*(100.0 * change / unit for unit in (white, level) for change in changes))
+
+
+def measured_changes(look: Mapping[str, Any]) -> tuple[ChangePercent, list[ChangePercent]] | None:
+    """The change of all pictures and of each condition, less noise; None if no noise was measured."""
+    noise = look.get("noise") or {}
+    if "conditions_percent_of_mean" not in noise:
+        return None
+
+    def less_noise(of_white: Mapping[str, float], of_mean: Mapping[str, float]) -> ChangePercent:
+        return ChangePercent(*(part[key] for part in (of_white, of_mean) for key in LESS_NOISE))
+
+    conditions = zip(noise["conditions_percent_of_white"], noise["conditions_percent_of_mean"], strict=True)
+    whole = less_noise(noise["change_percent_of_white"], noise["change_percent_of_mean"])
+    return whole, [less_noise(*each) for each in conditions]
+
+
+def odds(jnd: float | None) -> dict[str, Any]:
+    """How often of 100 tries a person tells the rougher relief, as a number and as dots; None if unknown."""
+    tries = None if jnd is None else tries_of_100(jnd)
+    return {"tries": tries, "tries_chart": None if tries is None else svg.tries_chart(tries)}
+
+
+def ladder(
+    rows: Iterable[tuple[str, float | None, str]], first: float, name: str, band: svg.Range | None = None
+) -> Markup:
+    """Roughnesses on a scale of just-noticeable differences.
+
+    Args:
+        rows: name, roughness and CSS class of each dot; rows without a roughness are left out.
+        first: roughness from which the differences count.
+        name: of the relief that has this roughness.
+        band: roughnesses at the ends of a shaded range.
+    """
+    dots = [svg.Dot(label, jnd_apart(v, first), number(v), style) for label, v, style in rows if v]
+    shaded = None if band is None else (jnd_apart(band[0], first), jnd_apart(band[1], first))
+    return svg.dot_chart(dots, f"just-noticeable differences from {name}", shaded)
+
+
+def _exposed(pictures: Array, white: float) -> float:
+    """Radiance shown as white, the same for all pictures.
+
+    Relief under a raking light is dark; such an exposure makes its brightest parts nearly white.
+    """
+    return min(white, max(float(np.percentile(pictures, PERCENTILE)), 1e-3 * white))
+
+
+def print_figures(report: Report) -> list[tuple[str, str]]:
+    """Pictures under the first light of the original before printing and of both prints, with their names."""
+    if report.design is None:
+        return []
+    exposed = _exposed(report.pictures_before, report.white)
+    pictures = {
+        "Design of the original": report.design[0],
+        "Original as printed": report.pictures_before[0],
+        "Result as printed": report.pictures_after[0],
+    }
+    return [(name, colour_maps.picture_uri(each, exposed, SHOWN_SIDE)) for name, each in pictures.items()]
+
+
+def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None = None) -> dict[str, Any]:
+    """Pictures of both reliefs and their difference; all conditions and the baseline share the scales.
+
+    Args:
+        pair: with pictures.
+        look: the section of result.json.
+        baseline: a method to compare with, if any.
+    """
+    before, after, white = pair.pictures_before, pair.pictures_after, pair.white
+    plate = np.ones(before.shape) if pair.plate is None else pair.plate
+    cameras = np.ones(len(before)) if pair.cameras is None else pair.cameras
+    weights = pixel_weights(plate, cameras)
+    count = len(before) * (3 if baseline is None else 6)
+    count += 0 if pair.colours_before is None else 4 * len(before)
+    side = min(SHOWN_SIDE, int(math.sqrt(PICTURE_BYTES / count)))
+    difference = 100.0 * (np.asarray(after, dtype=np.float64) - before) / white
+    limit = svg.round_up(max(float(np.percentile(np.abs(difference), PERCENTILE)), 0.1))
+    exposed = _exposed(before, white)
+
+    def rows(
+        pictures: Array, changes: Sequence[ChangePercent], shown: tuple[Array, Array]
+    ) -> list[dict[str, Any]]:
+        return [
+            {
+                "name": name,
+                "before": colour_maps.picture_uri(first, exposed, side),
+                "after": colour_maps.picture_uri(second, exposed, side),
+                "difference": colour_maps.map_uri(
+                    100.0 * (new - old) / white, -limit, limit, colour_maps.PURPLE_ORANGE, side
+                ),
+                "change": change,
+            }
+            for name, old, new, change, first, second in zip(
+                pair.conditions, before, pictures, changes, *shown, strict=True
+            )
+        ]
+
+    def as_read(pictures: Array) -> tuple[ChangePercent, list[ChangePercent]]:
+        each = zip(before, pictures, plate, strict=True)
+        conditions = [change_percent(old, new, white, shown) for old, new, shown in each]
+        return change_percent(before, pictures, white, weights), conditions
+
+    whole, conditions = measured_changes(look) or as_read(after)
+    shown = before, after
+    if pair.colours_before is not None and pair.colours_after is not None:
+        shown = pair.colours_before, pair.colours_after
+    context: dict[str, Any] = {
+        "change": whole,
+        "coloured": pair.colours_before is not None,
+        "looks": rows(after, conditions, shown),
+        "filled": bool((plate > 0.0).all()),
+        **{
+            key: look.get(key) or [None] * len(before)
+            for key in ("dssim", "flip", "jod", "pixels_per_degree")
+        },
+        **{key: look.get(key) for key in ("noise", "samples", "distance_cm")},
+        "difference_limit": limit,
+        "exposure": white / exposed,
+        "difference_bar": svg.colour_bar(
+            colour_maps.PURPLE_ORANGE, svg.signed_axis(limit), "change of radiance, % of white"
+        ),
+        "baseline_change": None,
+    }
+    if baseline is not None:
+        context["baseline_change"], of_baseline = as_read(baseline.pictures)
+        context["baseline_looks"] = rows(baseline.pictures, of_baseline, (before, baseline.pictures))
+    return context
+
+
+def touch_maps(pair: Pair) -> dict[str, Any]:
+    """Maps of strain and pressure; both reliefs share a scale."""
+    strains = (pair.strain_before, pair.strain_after)
+    low, high = (float(v) for v in np.percentile(_values(strains), [100.0 - PERCENTILE, PERCENTILE]))
+    high = max(high, low + 1e-6)
+    context: dict[str, Any] = {
+        "strain": [colour_maps.map_uri(s, low, high, colour_maps.VIRIDIS, SHOWN_SIDE) for s in strains],
+        "strain_bar": svg.colour_bar(
+            colour_maps.VIRIDIS,
+            svg.nice_axis(low, high, tight=True),
+            "strain at receptor depth, less that under a flat plate; negative: compressed",
+        ),
+        "pressure": None,
+    }
+    if pair.pressure_before is not None and pair.pressure_after is not None:
+        pressures = (pair.pressure_before, pair.pressure_after)
+        top = max(float(np.percentile(_values(pressures), PERCENTILE)), 1e-9)
+        context |= {
+            "pressure": [colour_maps.contact_uri(p, top, SHOWN_SIDE) for p in pressures],
+            "in_contact": [100.0 * float(np.mean(p > 0.0)) for p in pressures],
+            "pressure_bar": svg.colour_bar(
+                colour_maps.YELLOW_BLUE,
+                svg.nice_axis(0.0, top, tight=True),
+                "pressure, MPa; grey: no contact",
+            ),
+        }
+    return context
+
+
+def relief_figures(pair: Pair) -> dict[str, Any]:
+    """Hill shading, numbers of the heights, map of their change, and the heights for the profile of a row.
+
+    The change is that of heights at the same places: those of the finer relief are averaged to the samples of
+    the other. Plates of two sizes have none.
+    """
+    heights = tuple(np.asarray(h, dtype=np.float64) for h in (pair.heights_before, pair.heights_after))
+    top, bottom = max(h.max() for h in heights), min(*(h.min() for h in heights), 0.0)
+    axis, wide = svg.nice_axis(bottom, top, 3), max(pair.sizes_mm)
+    profiles = [
+        svg.Profile(colour_maps.shrunk(h, PROFILE_SIDE), size_mm)
+        for h, size_mm in zip(heights, pair.sizes_mm, strict=True)
+    ]
+    context: dict[str, Any] = {
+        "shades": [
+            colour_maps.picture_uri(colour_maps.hillshade(h, size_mm), 1.4, SHOWN_SIDE)
+            for h, size_mm in zip(heights, pair.sizes_mm, strict=True)
+        ],
+        "height_rows": height_rows(*heights),
+        "change_map": None,
+        "profiles": profiles,
+        "profile_paths": [profile.path(len(profile.heights) // 2, axis.high) for profile in profiles],
+        "profile_axis": axis,
+        "profile_x": svg.nice_axis(0.0, wide, 5, tight=True),
+        "profile_width": wide,
+        "exaggeration": max(2, round(0.28 * wide / (axis.high - axis.low))),
+    }
+    if pair.sizes_mm[0] != pair.sizes_mm[1]:
+        return context
+    common = min(map(len, heights))
+    before, after = (colour_maps.shrunk(h, common) for h in heights)
+    change = 1000.0 * (after - before)
+    lift = float(change.mean())
+    change -= lift
+    limit = svg.round_up(max(float(np.percentile(np.abs(change), PERCENTILE)), 1.0))
+    return context | {
+        "change_map": colour_maps.map_uri(change, -limit, limit, colour_maps.PURPLE_ORANGE, SHOWN_SIDE),
+        "change_bar": svg.colour_bar(
+            colour_maps.PURPLE_ORANGE, svg.signed_axis(limit), "change of height less the lift, µm"
+        ),
+        "lift_um": lift,
+        "rms_change_um": float(np.sqrt(np.square(change).mean())),
+    }
+
+
+def height_rows(before: Array, after: Array) -> list[tuple[str, float, float]]:
+    """What the heights of each relief are, mm: a name and the numbers of both."""
+    pair = (before, after)
+    rows = {
+        "Highest above lowest point": [np.ptp(heights) for heights in pair],
+        "Mean height": [heights.mean() for heights in pair],
+        "Root mean square about the mean": [heights.std() for heights in pair],
+    }
+    return [(name, float(first), float(second)) for name, (first, second) in rows.items()]
+
+
+def _values(maps: Iterable[Array]) -> Array:
+    """All values of maps, which may differ in shape."""
+    return np.concatenate([np.ravel(one) for one in maps])

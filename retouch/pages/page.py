@@ -1,0 +1,92 @@
+"""The report page of a run: `report.html`, one file that needs no network."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from relief.common.files import write_atomically
+from relief.common.formats import DISPLACEMENT, FORMATS
+from retouch.pages import figures, run_figures
+from retouch.pages.content import Report
+from retouch.pages.place_figures import place_figures
+from retouch.pages.rendering import leaves, render_page
+from tactile.model_names import model_name
+from tactile.quantities import QUANTITIES, Quantity
+
+TOUCH_KEYS = (
+    *("verified_by", "contact_fraction", "jnd_from_original", "fingers", "feel_of"),
+    *(f"{stage}{name}" for name in QUANTITIES for stage in ("", "initial_", "target_", "verified_")),
+)
+"""Keys of the section `touch` of result.json that the page shows; an absent key counts as None."""
+FILES = {
+    **{f"plate{suffix}": plate.description for suffix, plate in FORMATS.items()},
+    "heights.png": "16-bit height map",
+    "heights.exr": "heights in mm, 32-bit float, as computed",
+    "result.json": "every number on this page",
+    "run.toml": "all settings; retouch optimize repeats the run from this file",
+}
+"""Files of a run directory that the page links to, and what they are for."""
+OTHER_SUFFIXES = (*(suffix for suffix, plate in FORMATS.items() if not plate.of_every_run), DISPLACEMENT)
+"""What `retouch export` writes of a run and the run itself does not."""
+
+
+def write_report(run_dir: Path, report: Report) -> Path:
+    """Write `report.html` into the run directory, atomically.
+
+    The page links to the files in the directory, so the other files have to be written before. The page takes
+    less than 6 MB and fetches nothing from a network.
+
+    Returns:
+        The path of the page.
+    """
+    page = render_page(
+        "report.html.j2",
+        report=report,
+        pair=report,
+        files=[(name, use) for name, use in FILES.items() if (run_dir / name).is_file()],
+        other_suffixes=OTHER_SUFFIXES,
+        **_context(report),
+        **figures.touch_maps(report),
+        **place_figures(report),
+        **figures.relief_figures(report),
+        prints=figures.print_figures(report),
+    )
+    path = run_dir / "report.html"
+    write_atomically(path, page)
+    return path
+
+
+def _context(report: Report) -> dict[str, Any]:
+    """What the template needs of result.json, and the figures drawn from it."""
+    touch = dict.fromkeys(TOUCH_KEYS) | dict(report.result["touch"])
+    times = dict(report.result["time_s"])
+    total = times.pop("total")
+    split = [*times.items(), ("everything else", max(0.0, total - sum(times.values())))]
+    verification = dict.fromkeys(("resolution", "rounds")) | dict(report.result.get("verification", {}))
+    return {
+        "touch": touch,
+        "quantities": [_quantity(quantity, touch) for quantity in QUANTITIES.values()],
+        "verified_by": model_name(touch["verified_by"]),
+        "steering": [report.result[sense].get("model") for sense in ("touch", "look")],
+        "verification": verification,
+        "rounds": verification["rounds"] or [],
+        "total_s": total,
+        "time_split": [(name, seconds, 100.0 * seconds / max(total, 1e-9)) for name, seconds in split],
+        "all_numbers": list(leaves(report.result)),
+        "all_settings": list(leaves(report.settings)),
+        **run_figures.roughness_figures(report, touch),
+        **figures.look_figures(report, report.result["look"], report.baseline),
+        "descent": run_figures.descent_charts(report),
+    }
+
+
+def _quantity(quantity: Quantity, touch: Mapping[str, Any]) -> dict[str, Any]:
+    """A quantity of touch for the page: label, unit, and its value at each stage (None where unknown).
+
+    `final` is the verified value, or that of the descent if nothing was verified.
+    """
+    name = quantity.name
+    stages = {stage: touch[f"{stage}_{name}"] for stage in ("initial", "target", "verified")}
+    final = touch[name] if stages["verified"] is None else stages["verified"]
+    heading = {"name": name, "label": quantity.label, "unit": quantity.unit}
+    return heading | stages | {"descent": touch[name], "final": final}

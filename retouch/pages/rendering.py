@@ -1,0 +1,62 @@
+"""Pages from templates: one file each that needs no network, its only script allowed by hash."""
+
+import base64
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from relief.common.formatting import between, duration, number, percent, plus_minus, rounded
+from retouch.pages.meanings import MEANINGS
+
+
+def render_page(
+    template: str, scripts: Sequence[str] = ("pairs.js", "profile.js"), images: str = "", **context: Any
+) -> bytes:
+    """A page in UTF-8.
+
+    Args:
+        template: name of a file in `templates`.
+        scripts: names of files in `templates` that become the script of the page.
+        images: sources of pictures beside those within the page, as a content security policy names them.
+        context: what the template shows; text is escaped.
+    """
+    environment = Environment(
+        loader=PackageLoader("retouch.pages"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"number": number, "percent": percent, "duration": duration, "rounded": rounded}
+    environment.globals |= {"between": between, "plus_minus": plus_minus, "meanings": MEANINGS}
+    script = "\n".join(environment.get_template(name).render() for name in scripts)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    page = environment.get_template(template).render(
+        script=Markup(script),
+        script_hash=digest,
+        images=images,
+        style=Markup(environment.get_template("page.css").render()),
+        **context,
+    )
+    return page.encode()
+
+
+def leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Every leaf of nested mappings as dotted name and text; a list of numbers is one leaf."""
+    for key, value in tree.items():
+        if isinstance(value, Mapping):
+            yield from leaves(value, f"{prefix}{key}.")
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            for place, item in enumerate(value, start=1):
+                yield from leaves(item, f"{prefix}{key}.{place}.")
+        elif isinstance(value, list | tuple):
+            yield f"{prefix}{key}", ", ".join(_text(item) for item in value)
+        else:
+            yield f"{prefix}{key}", _text(value)
+
+
+def _text(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else "\N{EN DASH}" if value is None else str(value)

@@ -1,0 +1,70 @@
+"""Figures of a run: its roughnesses in just-noticeable differences, and the course of the descent."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from markupsafe import Markup
+
+from retouch.pages import svg
+from retouch.pages.content import Report
+from retouch.pages.figures import ladder, odds
+from tactile.model_names import model_name
+from tactile.quantities import QUANTITIES
+
+
+def roughness_figures(report: Report, touch: Mapping[str, Any]) -> dict[str, Any]:
+    """Roughness before, after and verified in just-noticeable differences, and the odds of telling it."""
+    original, target = touch["initial_roughness"], touch["target_roughness"]
+    chart = None
+    if original and touch["roughness"]:
+        rows = (
+            ("original", original, "before"),
+            ("target", target, "target"),
+            ("optimiser", touch["roughness"], "after"),
+            (model_name(touch["verified_by"]), touch["verified_roughness"], "verified"),
+        )
+        band = (target * (1.0 - report.tolerance), target * (1.0 + report.tolerance)) if target else None
+        chart = ladder(rows, original, "the original", band)
+    return {"ladder": chart, **odds(touch["jnd_from_original"])}
+
+
+def descent_charts(report: Report) -> list[Markup]:
+    """Line charts over the steps: targeted quantities of touch (all if none is), pictures, energies."""
+    if not report.history:
+        return []
+
+    def column(key: str) -> list[float]:
+        values = (step.get(key) for step in report.history)
+        return [math.nan if value is None else float(value) for value in values]
+
+    def chart(title: str, key: str, band: svg.Band | None = None) -> list[Markup]:
+        values = column(key)
+        if not any(map(math.isfinite, values)):
+            return []
+        return [svg.line_chart(title, [svg.Series("", steps, values, "after")], "step", band)]
+
+    steps = column("step")
+    touch, untargeted = [], []
+    for name, quantity in QUANTITIES.items():
+        title = ", ".join(filter(None, (quantity.label.capitalize(), quantity.unit)))
+        goals = [goal for goal in column(f"target_{name}") if math.isfinite(goal)]
+        if goals:
+            spread = report.tolerance * goals[-1]
+            band = svg.Band("target", goals[-1] - spread, goals[-1], goals[-1] + spread)
+            touch += chart(title, name, band)
+        else:
+            untargeted += chart(title, name)
+    touch = touch or untargeted
+    look = [
+        svg.Series(name, steps, column(f"picture_{name}_percent"), style)
+        for name, style in (("mean", "after"), ("rms", "second"))
+    ]
+    charts = [*touch, svg.line_chart("Picture change, % of the mean picture, estimated", look, "step")]
+    terms = [(name, of.label, of.energy_unit, "after") for name, of in QUANTITIES.items()]
+    energies = [
+        svg.Series(label, steps, [value / unit for value in values], style)
+        for name, label, unit, style in (*terms, ("visual", "pictures", 1.0, "second"))
+        if any(map(math.isfinite, values := column(f"energy_{name}")))
+    ]
+    return [*charts, svg.line_chart("Energies, without weights", energies, "step")] if energies else charts

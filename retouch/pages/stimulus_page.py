@@ -1,0 +1,85 @@
+"""The page of a stimulus set: pictures of all plates, how they feel, and what people should tell of them."""
+
+import base64
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from optimize.run_directory.key import REPORT
+from relief.heightmap import load_height_map
+from retouch.pages.rendering import render_page
+from retouch.stimulus_sets.document import RENDERS
+from retouch.stimulus_sets.levels import CONTACT, CONTROLS, ROUGHNESS, SCALED
+from retouch.stimulus_sets.plates import cut_square
+from retouch.stimulus_sets.stimulus_set import StimulusSet
+
+SIDE = 240
+"""Pixels along the side of a picture of a plate."""
+QUALITY = 85
+"""Of the pictures, which are JPEG: a set may have hundreds."""
+KINDS = {
+    ROUGHNESS: "Levels of roughness",
+    CONTACT: "Levels of contact area",
+    SCALED: "Scaled in height, to compare with",
+    CONTROLS: "Other patches of the picture, unchanged",
+}
+"""Headings of the kinds of plates."""
+PNG_AFTER = "-after.png"
+
+
+def page(content: dict[str, Any], stimuli: StimulusSet, out: Path) -> bytes:
+    """The page.
+
+    Args:
+        content: the document of the set.
+        stimuli: the set.
+        out: its folder.
+    """
+    textures = []
+    for texture in content["textures"]:
+        kinds = [
+            (heading, [_shown(plate, stimuli, out) for plate in texture["plates"] if plate["kind"] == kind])
+            for kind, heading in KINDS.items()
+        ]
+        textures.append({**texture, "kinds": [(heading, plates) for heading, plates in kinds if plates]})
+    return render_page(
+        "stimuli.html.j2",
+        scripts=("pairs.js",),
+        pair={"title": f"Stimuli: {', '.join(stimuli.names)}"},
+        content=content,
+        textures=textures,
+        summary=content["summary"],
+        settings=stimuli.print,
+        printer=stimuli.printer,
+        shade=_shade,
+    )
+
+
+def _shown(plate: dict[str, Any], stimuli: StimulusSet, out: Path) -> dict[str, Any]:
+    folder = out / plate["folder"]
+    report = f"{plate['folder']}/{REPORT}" if (folder / REPORT).is_file() else None
+    return {**plate, "picture": _picture(folder, stimuli.print.plate_mm), "report": report}
+
+
+def _picture(folder: Path, plate_mm: float) -> str | None:
+    """The plate under the first light, as data URI.
+
+    Under parallel light from a camera straight above, the picture of a plate is that of its tile, repeated.
+    """
+    first = next(iter(sorted((folder / RENDERS).glob(f"*{PNG_AFTER}"))), None)
+    if first is None:
+        return None
+    side_mm = load_height_map(folder / "heights.exr").side_mm
+    whole = Image.fromarray(cut_square(np.asarray(Image.open(first).convert("L")), side_mm, plate_mm)[0])
+    whole.thumbnail((2 * SIDE, 2 * SIDE), Image.Resampling.BOX)
+    file = io.BytesIO()
+    whole.save(file, "JPEG", quality=QUALITY)
+    return "data:image/jpeg;base64," + base64.b64encode(file.getvalue()).decode("ascii")
+
+
+def _shade(probability: float) -> str:
+    """Share of the page's blue in a cell of the matrix."""
+    return f"{100.0 * probability:.0f}%"

@@ -1,0 +1,264 @@
+"""Small charts as HTML and SVG: lines, dots on a scale, colour bars, profiles.
+
+The marks are SVG, stretched to the width of the page. The labels are HTML placed in percent, so that text
+keeps its size on a narrow screen.
+"""
+
+import base64
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from retouch.pages.colour_maps import Table, bar_uri
+
+Array = NDArray[np.floating]
+Range = tuple[float, float]
+"""Low and high end."""
+
+
+END_PERCENT = 4.0
+"""Distance from an end of an axis, % of its length, within which a label is placed on the inner side."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A linear axis.
+
+    Attributes:
+        low, high: its ends.
+        ticks: round numbers, ascending.
+    """
+
+    low: float
+    high: float
+    ticks: tuple[float, ...]
+
+    def percent(self, value: float) -> float:
+        """Position of a value along the axis, 0 at `low` and 100 at `high`."""
+        return 100.0 * (value - self.low) / (self.high - self.low)
+
+    def label(self, tick: float) -> str:
+        """The number of a tick, with the decimals that the step between ticks needs."""
+        step = self.ticks[1] - self.ticks[0] if len(self.ticks) > 1 else 1.0
+        decimals = next((d for d in range(8) if math.isclose(round(step, d), step, rel_tol=1e-6)), 8)
+        return f"{tick + 0.0:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
+
+    def whole(self) -> "Axis":
+        """The same axis with the ticks at whole numbers only."""
+        return Axis(self.low, self.high, tuple(t for t in self.ticks if t % 1 == 0))
+
+    def side(self, tick: float) -> str:
+        """CSS class, after a space, of a label that would reach beyond an end of the axis; else empty."""
+        place = self.percent(tick)
+        return " first" if place < END_PERCENT else " last" if place > 100.0 - END_PERCENT else ""
+
+
+def nice_axis(low: float, high: float, count: int = 5, *, tight: bool = False) -> Axis:
+    """An axis over [low, high] whose ticks are multiples of 1, 2 or 5 times a power of ten.
+
+    Args:
+        low, high: range to cover; an empty range is widened.
+        count: about how many steps between ticks.
+        tight: end at `low` and `high` rather than at the ticks outside them.
+    """
+    if not high > low:
+        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
+    rough = (high - low) / count
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = power * next(m for m in (1, 2, 5, 10) if m * power >= rough * (1 - 1e-9))
+    inward = 1e-9 if tight else -1e-9
+    first, last = low / step, high / step
+    start = math.ceil(first - inward) if tight else math.floor(first - inward)
+    stop = math.floor(last + inward) if tight else math.ceil(last + inward)
+    ticks = tuple(step * k for k in range(start, stop + 1))
+    return Axis(low, high, ticks) if tight else Axis(ticks[0], ticks[-1], ticks)
+
+
+def signed_axis(limit: float) -> Axis:
+    """An axis over [-limit, limit] with ticks at its ends, its middle and the quarters."""
+    return Axis(-limit, limit, tuple(limit * k / 2 for k in range(-2, 3)))
+
+
+def round_up(value: float) -> float:
+    """The least 1, 1.5, 2, 3, 5 or 8 times a power of ten that is not below a positive value."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return power * next(m for m in (1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 10.0) if m * power >= value * (1 - 1e-9))
+
+
+@dataclass(frozen=True)
+class Series:
+    """One line of a chart.
+
+    Attributes:
+        name: label at its end; may be empty.
+        x, y: (n,) coordinates.
+        style: CSS class.
+    """
+
+    name: str
+    x: Sequence[float]
+    y: Sequence[float]
+    style: str
+
+
+@dataclass(frozen=True)
+class Band:
+    """A horizontal band with a line in its middle, for a target and its tolerance."""
+
+    name: str
+    low: float
+    middle: float
+    high: float
+
+
+def line_chart(title: str, series: Sequence[Series], x_name: str, band: Band | None = None) -> Markup:
+    """Lines over a common x axis, labelled at their ends; values that are not finite are left out."""
+    xs = [x for line in series for x in line.x]
+    ys = [y for line in series for y in line.y if math.isfinite(y)]
+    extra = [band.low, band.high] if band else [0.0]
+    x_axis = nice_axis(min(xs, default=0.0), max(xs, default=1.0), 6, tight=True)
+    y_axis = nice_axis(min(ys + extra), max(ys + extra), 4)
+    marks = [_line("grid", 0, 100 - y_axis.percent(t), 100, 100 - y_axis.percent(t)) for t in y_axis.ticks]
+    labels = [_label("tick y", "bottom", y_axis.percent(t), y_axis.label(t)) for t in y_axis.ticks]
+    labels.append(_ticks(x_axis.whole()))
+    if band:
+        top, middle = 100 - y_axis.percent(band.high), 100 - y_axis.percent(band.middle)
+        height = y_axis.percent(band.high) - y_axis.percent(band.low)
+        marks.append(
+            Markup('<rect class="band" x="0" width="100" y="{:.3f}" height="{:.3f}"/>').format(top, height)
+        )
+        marks.append(_line("target", 0, middle, 100, middle))
+        labels.append(_label("end target", "bottom", 100 - top, band.name))
+    for line in series:
+        points = [(x, y) for x, y in zip(line.x, line.y, strict=True) if math.isfinite(y)]
+        points = [(x_axis.percent(x), 100 - y_axis.percent(y)) for x, y in points]
+        if not points:
+            continue
+        marks.append(_path(line.style, points))
+        marks += [
+            _dot(f"{line.style} dot", *point) for point in (points if len(points) <= 40 else points[-1:])
+        ]
+        labels.append(_label(f"end {line.style}", "bottom", 100 - points[-1][1], line.name))
+    return Markup(
+        '<div class="chart" role="img" aria-label="{0}"><div class="chart-title">{0}</div>'
+        '<div class="plot"><svg viewBox="0 0 100 100" preserveAspectRatio="none" aria-hidden="true">{1}</svg>'
+        '{2}</div><div class="x-name">{3}</div></div>'
+    ).format(title, Markup("").join(marks), Markup("").join(labels), x_name)
+
+
+@dataclass(frozen=True)
+class Dot:
+    """One row of a dot chart: name, position, text beside the dot, CSS class."""
+
+    name: str
+    value: float
+    text: str
+    style: str
+
+
+def dot_chart(dots: Sequence[Dot], axis_name: str, band: Range | None = None) -> Markup:
+    """Named values, one a row, on a common axis with ticks at whole numbers.
+
+    Args:
+        band: low and high end of a shaded range, for a tolerance.
+    """
+    values = [dot.value for dot in dots]
+    axis = nice_axis(math.floor(min(values) - 0.5), math.ceil(max(values) + 0.5), 8, tight=True)
+    axis = axis.whole()
+    lines = Markup("").join(
+        Markup('<i class="grid{}" style="left:{:.2f}%"></i>').format("" if t else " zero", axis.percent(t))
+        for t in axis.ticks
+    )
+    if band:
+        left, right = (axis.percent(edge) for edge in band)
+        lines += Markup('<i class="band" style="left:{:.2f}%;width:{:.2f}%"></i>').format(left, right - left)
+    rows = Markup("").join(_dot_row(row, dot, axis.percent(dot.value)) for row, dot in enumerate(dots, 1))
+    labels = _ticks(axis, "+")
+    return Markup(
+        '<div class="dots"><div class="lines" style="grid-row:1/{}">{}</div>{}<div class="scale">{}'
+        '<div class="x-name">{}</div></div></div>'
+    ).format(len(dots) + 1, lines, rows, labels, axis_name)
+
+
+def _dot_row(row: int, dot: Dot, left: float) -> Markup:
+    # The text is placed on the side of the dot that has room for it.
+    side = "left-of" if left > 60.0 else "right-of"
+    return Markup(
+        '<div class="name" style="grid-row:{0}">{1}</div><div class="track {2}" style="grid-row:{0}">'
+        '<i class="mark" style="left:{3:.2f}%"></i><span class="{4}" style="left:{3:.2f}%">{5}</span></div>'
+    ).format(row, dot.name, dot.style, left, side, dot.text)
+
+
+def colour_bar(table: Table, axis: Axis, name: str) -> Markup:
+    """The legend of a map: colours along the axis, ticks, and the name of the quantity with its unit."""
+    sign = "+" if axis.low < 0.0 < axis.high else ""
+    ticks = _ticks(axis, sign)
+    return Markup(
+        '<div class="bar"><img src="{}" alt=""><div class="scale">{}</div><div class="x-name">{}</div></div>'
+    ).format(bar_uri(table), ticks, name)
+
+
+def tries_chart(percent: int) -> Markup:
+    """A hundred dots, `percent` of them filled."""
+    circles = Markup("").join(
+        Markup('<circle cx="{}" cy="{}" r="3.6"{}/>').format(
+            10 * (k % 10) + 5, 10 * (k // 10) + 5, Markup(' class="filled"') if k < percent else ""
+        )
+        for k in range(100)
+    )
+    return Markup('<svg class="tries" viewBox="0 0 100 100" aria-hidden="true">{}</svg>').format(circles)
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Heights whose rows a chart shows, one at a time.
+
+    Attributes:
+        heights: (rows, cols), mm.
+        size_mm: side of the plate.
+    """
+
+    heights: Array
+    size_mm: float
+
+    def path(self, row: int, top_mm: float) -> str:
+        """One row as SVG path data in mm, y downward from the height `top_mm`."""
+        heights = self.heights[row]
+        xs = (np.arange(len(heights)) + 0.5) * self.size_mm / len(heights)
+        return "M" + "L".join(f"{x:.3f} {top_mm - z:.3f}" for x, z in zip(xs, heights, strict=True))
+
+    @property
+    def micrometres(self) -> str:
+        """Heights as base64 of little-endian int16 in micrometres, for the script of the page."""
+        counts = np.clip(np.rint(np.asarray(self.heights) * 1000.0), -32768, 32767)
+        return base64.b64encode(counts.astype("<i2").tobytes()).decode("ascii")
+
+
+def _label(style: str, side: str, percent: float, text: str) -> Markup:
+    return Markup('<span class="{}" style="{}:{:.2f}%">{}</span>').format(style, side, percent, text)
+
+
+def _ticks(axis: Axis, sign: str = "") -> Markup:
+    """Labels below a horizontal axis; the sign stands before positive numbers."""
+    return Markup("").join(
+        _label(f"tick x{axis.side(t)}", "left", axis.percent(t), (sign if t > 0 else "") + axis.label(t))
+        for t in axis.ticks
+    )
+
+
+def _line(style: str, x1: float, y1: float, x2: float, y2: float) -> Markup:
+    return _path(style, [(x1, y1), (x2, y2)])
+
+
+def _dot(style: str, x: float, y: float) -> Markup:
+    # A line of length 0 with round ends stays a circle when the drawing is stretched.
+    return Markup('<path class="{}" d="M{:.3f} {:.3f}h0"/>').format(style, x, y)
+
+
+def _path(style: str, points: Sequence[tuple[float, float]]) -> Markup:
+    data = "M" + "L".join(f"{x:.3f} {y:.3f}" for x, y in points)
+    return Markup('<path class="{}" d="{}"/>').format(style, data)

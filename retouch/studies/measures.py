@@ -1,0 +1,117 @@
+"""Measures of rows beyond result.json: a table of functions of a run directory.
+
+A new measure is one row of `MEASURES`. Each row of a study keeps the versions of its measures; a measure
+whose version has changed is computed again from the files of the row, without a new run.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from optimize.settings.run_file import Run
+from optimize.verification.jod import jod_obstacle
+
+_UNSEEN = {
+    f"change_{name}_{kind}percent": f"{words} of pictures {what}, % of the mean picture."
+    for name, what in (
+        ("lights", "under nine other lights"),
+        ("materials", "in matte and in bronze"),
+        ("views", "from two sides at 45 degrees"),
+        ("envmap", "in the scene `evening`: under a sky, from the side"),
+        ("fine", "in the run's own scene at twice its resolution"),
+    )
+    for kind, words in (("", "Mean change"), ("rms_", "Root mean square change"))
+}
+
+Found = Mapping[str, float | None]
+"""Values by column; None where there is no value."""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A measure.
+
+    Attributes:
+        name: by which study files ask for it.
+        version: raised with every change of what the function returns.
+        columns: what each column means, by its name.
+        function: from the run directory, its settings and the content of its result.json to the columns.
+        obstacle: why the measure cannot be computed here, such as a missing package, in one line; else None.
+        seconds: about how many a row takes, of a processor.
+    """
+
+    name: str
+    version: int
+    columns: Mapping[str, str]
+    function: Callable[[Path, Run, Mapping[str, Any]], Found]
+    obstacle: Callable[[], str | None] = lambda: None
+    seconds: float = 0.0
+
+
+def _pace(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
+    steps, seconds = result["stop"]["steps"], result["time_s"]["descent"]
+    size = sum(path.stat().st_size for path in run_dir.rglob("*") if path.is_file())
+    return {"seconds_per_step": seconds / steps if steps else None, "directory_mb": size / 1e6}
+
+
+def _unseen(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
+    # Imported here, where something renders: a redrawing takes no renderer.
+    from retouch.studies.unseen import unseen
+
+    return unseen(run_dir, run, result)
+
+
+def _jod(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
+    from retouch.studies.jod import run_jod
+
+    each = run_jod(run_dir, run, result)
+    return {"jod": sum(each) / len(each), "jod_worst": min(each)}
+
+
+def _places(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
+    from retouch.studies.between import felt_between
+
+    return felt_between(run_dir, run, result)
+
+
+MEASURES: Mapping[str, Measure] = {
+    measure.name: measure
+    for measure in (
+        Measure(
+            "pace",
+            1,
+            {
+                "seconds_per_step": "Seconds of the descent, divided by its steps.",
+                "directory_mb": "Size of the run directory, MB.",
+            },
+            _pace,
+        ),
+        Measure("unseen", 2, _UNSEEN, _unseen, seconds=8.0),
+        Measure(
+            "jod",
+            1,
+            {
+                "jod": "JOD of the pictures, mean over the conditions; 10 is identical.",
+                "jod_worst": "The lowest JOD of a condition.",
+            },
+            _jod,
+            jod_obstacle,
+        ),
+        Measure(
+            "places",
+            1,
+            {
+                "between_count": "Places between the steered ones that were pressed, by finite elements.",
+                "between_mean_jnd": "Just-noticeable differences from the original, mean over these places.",
+                "between_least_jnd": "The least of them.",
+                "between_most_jnd": "The largest of them.",
+                "between_off_jnd": "Their mean, less the target.",
+                "between_worst_jnd": "The largest distance of a place from the target.",
+            },
+            _places,
+            seconds=30.0,
+        ),
+    )
+}
+"""Measures by name."""

@@ -1,0 +1,28 @@
+"""The files of a study: document, spreadsheet and page."""
+
+from pathlib import Path
+
+from relief.common.files import write_atomically
+from retouch.pages.study_page import page
+from retouch.studies.document import Document, document, document_bytes, spreadsheet
+from retouch.studies.engine import DOCUMENT, PAGE, SPREADSHEET, Rows
+from retouch.studies.rows import Expanded
+from retouch.studies.study_file import Study
+
+
+def write_study(out: Path, study: Study, expanded: Expanded, rows: Rows, quick: bool) -> Document:
+    """Write document, spreadsheet and page of a study; each file appears whole.
+
+    Args:
+        out: folder of the study.
+        study, expanded, rows: the study, its rows, and what is known of them.
+        quick: whether it is the quick form of the study.
+
+    Returns:
+        The document.
+    """
+    content = document(study, expanded, rows, quick)
+    write_atomically(out / DOCUMENT, document_bytes(content))
+    write_atomically(out / SPREADSHEET, spreadsheet(content))
+    write_atomically(out / PAGE, page(content, out))
+    return content

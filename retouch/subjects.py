@@ -1,0 +1,88 @@
+"""Subjects of a comparison: heights of a file, or the original and the result of a run directory."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mitsuba_scenes import find_texture
+from optimize.run_directory import results
+from optimize.run_directory.key import SETTINGS
+from optimize.settings.run_file import Run, load_run
+from relief.common.errors import InputError
+from relief.common.formats import RUN_HEIGHTS
+from relief.heightmap import HeightMap, load_height_map
+from relief.surface import Surface
+
+RESULT = RUN_HEIGHTS
+"""File of a run directory that holds its result."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One of the two reliefs.
+
+    Attributes:
+        name: as the page calls it.
+        file: of the heights.
+        read: the heights and the size of their plate.
+        lengths: keywords of `load_height_map` with which the file was read.
+        run: settings of the run that the relief comes from, if any.
+    """
+
+    name: str
+    file: Path
+    read: HeightMap
+    lengths: Mapping[str, Any]
+    run: Run | None
+
+    @property
+    def size_mm(self) -> float:
+        """Side of the plate, mm."""
+        return self.read.side_mm
+
+    @property
+    def surface(self) -> Surface:
+        """Size and sampling of the relief."""
+        rows, cols = self.read.heights.shape
+        return Surface((rows, cols), self.size_mm)
+
+
+def read_subjects(
+    first: str | Path, second: str | Path | None, lengths: Mapping[str, float | None]
+) -> tuple[Subject, Subject]:
+    """Read the heights of both reliefs; see `compare`. Raises InputError."""
+    if second is None:
+        folder = Path(first)
+        run = _run_in(folder)
+        if run is None:
+            raise InputError(f"{folder}: not a run directory; a texture needs another one to compare with")
+        own = {key: getattr(run, key) for key in lengths}
+        # The result of a run with a printer is a print, the file of the original is not.
+        name = "original" if run.print.described is None else "design"
+        before = Subject(name, run.texture, load_height_map(run.texture, **own), own, run)
+        return before, _result_of(folder, run, "result")
+    return _subject(first, "A", lengths), _subject(second, "B", lengths)
+
+
+def _subject(path: str | Path, name: str, lengths: Mapping[str, float | None]) -> Subject:
+    path = Path(path)
+    if path.is_dir():
+        run = _run_in(path)
+        if run is None:
+            raise InputError(f"{path}: a folder without {SETTINGS}; not a run directory")
+        return _result_of(path, run, name)
+    file = find_texture(path)
+    return Subject(name, file, load_height_map(file, **lengths), lengths, None)
+
+
+def _run_in(folder: Path) -> Run | None:
+    """The settings of the run in a folder; None if there is no run."""
+    return load_run(folder / SETTINGS) if folder.is_dir() and results.holds_run(folder) else None
+
+
+def _result_of(folder: Path, run: Run, name: str) -> Subject:
+    file = folder / RESULT
+    if not file.is_file():
+        raise InputError(f"{file}: no such file; the run has no result yet")
+    return Subject(name, file, load_height_map(file), {}, run)

@@ -1,0 +1,170 @@
+"""Touch measures: what fingers get from a relief, as numbers and maps, by one model of touch."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import torch
+from numpy.typing import ArrayLike
+
+import tactile
+from relief.common.arrays import Array, Index
+from relief.common.progress import stage
+from relief.depth import check_reach, floor_mm, within_reach
+from relief.patches import Patches
+from relief.places import places
+from relief.surface import Surface
+from tactile.model import FEM_MESH, ModelName
+from tactile.pair_variation import check_patch
+from tactile.quantities import QUANTITIES, ROUGHNESS, Quantity, means
+
+_log = logging.getLogger(__name__)
+
+BATCH_SAMPLES = 1 << 19
+"""Most samples of patches that are pressed together: 32 patches of 128 x 128. Larger batches gain no time."""
+
+
+@dataclass(frozen=True)
+class TouchMeasures:
+    """What a finger gets from a relief at each of k places.
+
+    Attributes:
+        model: of touch.
+        mesh: nodes along a side of the finite elements; None for other models.
+        values: (k,) of quantities by name, in their units.
+        contact_fraction: share of the samples under pressure, mean over the places.
+        strain, pressure: (k, n, n) on the patches; pressure in MPa.
+        gradients: (targets * k, rows * cols) of the targets' quantities by the heights, a sparse matrix if
+            there are several places; the places of a target follow one another. No rows if not asked for.
+    """
+
+    model: ModelName
+    mesh: int | None
+    values: dict[str, Array]
+    contact_fraction: float
+    strain: Array
+    pressure: Array
+    gradients: Array | sp.csr_matrix
+
+    @property
+    def means(self) -> dict[str, float]:
+        """Means of the values over the places."""
+        return means(self.values)
+
+    @property
+    def ends(self) -> dict[str, float]:
+        """The `count` of places, and the least and largest of each quantity, as `NAME_min` and `NAME_max`."""
+        pairs = {"min": np.min, "max": np.max}
+        each = {f"{name}_{end}": float(of(v)) for name, v in self.values.items() for end, of in pairs.items()}
+        return {"count": len(next(iter(self.values.values()))), **each}
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(f"{name} {value:.4g}" for name, value in self.means.items())
+        return f"<touch by {self.model}: {numbers}, {100.0 * self.contact_fraction:.0f} % in contact>"
+
+
+def measure_touch(
+    heights: ArrayLike,
+    size_mm: float,
+    skin: tactile.Skin,
+    model: ModelName,
+    mesh: int = FEM_MESH,
+    quantities: Iterable[Quantity] = QUANTITIES.values(),
+    repeats: tuple[bool, bool] = (False, False),
+    at: Index | None = None,
+) -> TouchMeasures:
+    """Press on a relief from a cold start, in double precision, with roughness by the full sum.
+
+    Args:
+        heights: (rows, cols) mm.
+        size_mm: width of the plate.
+        mesh: nodes along a side of the finite elements.
+        quantities: to be measured.
+        repeats: axes (rows, cols) along which the relief repeats.
+        at: (k, 2) places; None: those of `relief.places.places`.
+
+    Raises:
+        InputError: heights, size or skin are out of range, or a finger reaches more than 2.9 mm below the top
+            of a relief higher than 3 mm; the message names the field.
+        ContactError: the contact does not converge.
+    """
+    quantities, heights = tuple(quantities), np.asarray(heights)
+    if ROUGHNESS in quantities:
+        # Before the operators are built, which can take many seconds.
+        check_patch(min(size_mm, size_mm * heights.shape[0] / heights.shape[1]))
+    surface = Surface((heights.shape[0], heights.shape[1]), size_mm, repeats)
+    patches = Patches(surface, places(surface) if at is None else at)
+    deep = floor_mm(heights) > 0.0
+
+    def press(fields: Array) -> tuple[tactile.Touch, dict[str, Array]]:
+        # A plate that is its own patch is pressed as it is, without a dimension for places.
+        field = torch.as_tensor(fields if len(fields) > 1 else fields[0])
+        touch = tactile.press(field, patches.size_mm, skin, model, mesh=mesh)
+        if deep:
+            check_reach(fields, touch.gap.detach().numpy().reshape(fields.shape))
+        values = {one.name: each(one.value(touch, patches.size_mm)) for one in quantities}
+        return touch, values
+
+    measures = collected(patches, within_reach(heights), press, model, mesh if model == "fem" else None)
+    _log.info("pressed: %r", measures)
+    return measures
+
+
+Press = Callable[[Array], tuple[tactile.Touch, dict[str, Array]]]
+"""Map from patches (k, n, n) to their touch and the values of quantities (k,) by name."""
+
+
+def collected(
+    patches: Patches, heights: Array, press: Press, model: ModelName, mesh: int | None = None
+) -> TouchMeasures:
+    """Press on all patches of a relief, batch by batch; fields as in `TouchMeasures`, without gradients."""
+    touches, values = [], []
+    parts = batches(patches)
+    with stage("pressing on places", len(parts)) as advance:
+        for part in parts:
+            touch, of_part = press(patches.of(heights, part))
+            touches.append(touch)
+            values.append(of_part)
+            advance()
+    return touch_measures(touches, values, model, mesh, columns=heights.size)
+
+
+def batches(patches: Patches) -> list[slice]:
+    """Parts of the patches that are pressed together."""
+    size = max(1, BATCH_SAMPLES // patches.samples**2)
+    return [slice(start, start + size) for start in range(0, patches.count, size)]
+
+
+def each(value: torch.Tensor) -> Array:
+    """(k,) of a quantity's values, of which one has no dimension."""
+    return np.atleast_1d(value.detach().double().numpy())
+
+
+def touch_measures(
+    touches: Sequence[tactile.Touch],
+    values: Sequence[dict[str, Array]],
+    model: ModelName,
+    mesh: int | None = None,
+    gradients: Array | sp.csr_matrix | None = None,
+    columns: int = 0,
+) -> TouchMeasures:
+    """The measures of touches, each (n, n) or (batch, n, n), and of their values; see `TouchMeasures`."""
+
+    def maps(name: str) -> Array:
+        found = [getattr(touch, name).detach().double().numpy() for touch in touches]
+        return np.concatenate([field.reshape(-1, *field.shape[-2:]) for field in found])
+
+    fractions = np.concatenate([each(touch.contact_fraction) for touch in touches])
+    return TouchMeasures(
+        model,
+        mesh,
+        {name: np.concatenate([of_part[name] for of_part in values]) for name in values[0]},
+        float(fractions.mean()),
+        maps("strain"),
+        maps("pressure"),
+        np.zeros((0, columns)) if gradients is None else gradients,
+    )

@@ -1,0 +1,116 @@
+"""A dry run refuses what the run would, tells what the run takes, and writes nothing."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
+from optimize.estimates.forecast import Forecast, expected_steps, forecast
+from optimize.estimates.memory import needed_gib
+from optimize.settings.run_file import load_run
+from relief.heightmap import save_heights_exr
+from retouch.commands.main import main
+from tests.visual.scenes import hills
+
+SMALL = ["-D", "resolution=32", "--dry-run"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    save_heights_exr("hills.exr", hills(1.0))
+    save_heights_exr("flat.exr", np.full((32, 32), 0.5))
+    return tmp_path
+
+
+def test_everything_is_told_and_nothing_written(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = sorted(folder.iterdir())
+    assert main(["optimize", "hills.exr", "--jnd", "2", *SMALL]) == 0
+    screen = capsys.readouterr().out
+    for text in ("32 x 32 samples", "light-10", "relief 1.00 mm", "finite elements", "about 4 steps", "GiB"):
+        assert text in screen
+    assert main(["optimize", "hills.exr", "--jnd", "2", "--json", *SMALL]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert Forecast.__annotations__.keys() | {"run_dir"} == found.keys()
+    assert (found["samples"], found["run_dir"]) == (32, "runs/hills")
+    assert 1.0 < found["seconds"] < 60.0 and 0.3 < found["memory_gib"] < 1.0
+    assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["hills.exr"], "no target"),
+        (["hills.exr", "--contact-area-mm2", "200"], "touch.contact_area_mm2"),
+        (["flat.exr", "--jnd", "1"], "flat"),
+        (["hills.exr", "--jnd", "1", "--set", "touch.force_n=1e6"], "force_n"),
+        (["hills.exr", "--jnd", "1", "-m", "scalar_rgb"], "no gradients"),
+        (["hills.exr", "--jnd", "1", "-o", "other"], "other: holds an earlier run"),
+        (["hills.exr", "--jnd", "1", "-o", "hills.exr/run"], "hills.exr"),
+    ],
+)
+def test_what_the_run_refuses_is_refused(
+    folder: Path, arguments: list[str], named: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "other").mkdir()
+    (folder / "other" / "file").touch()
+    before = sorted(folder.rglob("*"))
+    assert main(["optimize", *arguments, *SMALL]) == 2
+    printed = capsys.readouterr()
+    assert named in printed.err and printed.out == ""
+    assert sorted(folder.rglob("*")) == before
+
+
+def test_larger_and_farther_takes_more(folder: Path) -> None:
+    def told(*overrides: str) -> Forecast:
+        run = load_run("gravel", [f"texture={folder / 'hills.exr'}", "define.resolution=32", *overrides])
+        return forecast(run, folder / "run", None)
+
+    small, far, fine = told("touch.jnd=1"), told("touch.jnd=-5"), told("touch.jnd=1", "define.resolution=64")
+    assert far.steps > small.steps and far.seconds > small.seconds
+    assert fine.seconds > small.seconds and fine.disk_mib > small.disk_mib
+    tile = told("touch.jnd=1", "repeats=true")
+    assert (small.places, tile.places) == (1, 16)
+    assert tile.seconds > small.seconds and tile.memory_gib > small.memory_gib
+    assert ("finger", "lands at 16 places") in list(tile.lines())
+    assert told("touch.jnd=1", "repeats=true", "touch.fingers=range").seconds > tile.seconds
+    adam = load_run("gravel", ["descent.method=adam", "descent.steps=70"])
+    assert expected_steps(adam) == 70
+    assert expected_steps(load_run("gravel", ["descent.method=scaling"])) == 1
+    assert expected_steps(load_run("gravel", ["touch.jnd=-9", "descent.steps=20"])) == 20
+
+
+def test_a_plate_too_large_for_the_memory_is_refused_before_any_work(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("optimize.estimates.memory.machine_gib", lambda: 0.51)
+    for extra in ([], ["--dry-run"]):
+        arguments = ["hills.exr", "--jnd", "1", "--repeats", *SMALL[:2], *extra]
+        assert main(["optimize", *arguments]) == 2
+        line = capsys.readouterr().err
+        assert line.count("\n") == 1 and "hills.exr: 32 x 32 samples touched at 16 places take" in line
+    assert not (folder / "runs").exists()
+
+
+def test_memory_grows_with_samples_and_places() -> None:
+    alone, many = needed_gib(500**2, 1), needed_gib(500**2, 49)
+    assert alone == pytest.approx(4.25)
+    assert many - alone == pytest.approx(3 * 8 * 49 * 500**2 / 2**30)
+
+
+def test_places_of_a_large_surface_take_no_more_than_their_window() -> None:
+    side = 2048
+    assert side**2 > MOST_AT_ONCE
+    alone, many = needed_gib(side**2, 1), needed_gib(side**2, 841)
+    assert many - alone == pytest.approx(3 * 8 * 841 * 448**2 / 2**30)
+
+
+def test_a_range_of_fingers_needs_one_factorisation(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("optimize.runs.preparation.MOST_AT_ONCE", 1000)
+    assert main(["optimize", "hills.exr", "--jnd", "1", "--set", "touch.fingers=range", *SMALL[:2]]) == 2
+    line = capsys.readouterr().err
+    assert line.count("\n") == 1 and "touch.fingers: 32 x 32 samples are more than" in line

@@ -1,0 +1,130 @@
+"""Feel of meshes: that of a plate is that of its height map, and what a finger cannot feel is left out."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from mitsuba_scenes import find_texture
+from optimize.verification.mesh_feel import MeshFeel, feel_of, textured
+from relief.body import Body
+from relief.common.errors import InputError
+from relief.export.plate import plate_mesh
+from relief.heightmap import load_heights
+from relief.meshes import Mesh, read_mesh
+from retouch.pages.mesh_colouring import (
+    BAR_PIXELS,
+    LEAST_PIXELS,
+    MARGIN_PIXELS,
+    NO_CONTACT,
+    vertex_colours,
+    write_coloured,
+)
+from tactile import jnd_apart
+from tactile.measures import measure_touch
+from tactile.skin import Skin
+from tests.relief.meshes.rolled import rolled
+
+SIZE_MM, SIDE = 16.0, 160
+
+
+@pytest.fixture(scope="module")
+def gravel() -> np.ndarray:
+    """(160, 160) heights of gravel over 16 mm, a sample for each 0.1 mm, mm."""
+    return np.tile(load_heights(find_texture("gravel-tile")), (2, 2))[:SIDE, :SIDE] / 1.28
+
+
+@pytest.fixture(scope="module")
+def feel(gravel: np.ndarray) -> MeshFeel:
+    return feel_of(Mesh(plate_mesh(gravel, SIZE_MM), None, Path("plate.stl")), Skin())
+
+
+def test_a_plate_feels_as_its_height_map(gravel: np.ndarray, feel: MeshFeel) -> None:
+    """Pressed by the path of plates at the same places, to half a sample."""
+    centres = np.array([crop.frame.at[:2] for crop in feel.crops])
+    first = np.stack([SIZE_MM / 2 - centres[:, 1], SIZE_MM / 2 + centres[:, 0]], axis=1) - 5.0
+    at = np.clip(np.rint(first * SIDE / SIZE_MM).astype(np.int64), 0, SIDE - 100)
+    plate = measure_touch(gravel, SIZE_MM, Skin(), "layer", at=at).means
+    assert abs(jnd_apart(feel.means["roughness"], plate["roughness"])) < 0.1
+    assert feel.means["contact_area_mm2"] == pytest.approx(plate["contact_area_mm2"], rel=0.03)
+
+
+def test_places_lie_away_from_the_rim_and_never_on_the_bed(feel: MeshFeel) -> None:
+    at = np.array([crop.frame.at for crop in feel.crops])
+    assert len(at) >= 3 and feel.edges > 20
+    assert np.abs(at[:, :2]).max() < 3.3 and at[:, 2].min() >= 0.0
+    assert feel.details()["on_edge"] == feel.edges and not feel.details()["all_on_edge"]
+
+
+def test_a_mesh_of_edges_alone_is_felt_all_the_same() -> None:
+    rod = trimesh.creation.cylinder(radius=3.0, height=30.0, sections=64)
+    mesh = Mesh(Body(np.array(rod.vertices), np.array(rod.faces)), None, Path("rod.stl"))
+    found = feel_of(mesh, Skin(), most=6)
+    assert (found.details()["all_on_edge"] and found.edges == 0) or found.crops[0].on_edge
+    assert np.isfinite(found.values["roughness"]).all() and found.means["roughness"] > 0.0
+
+
+def test_colours_are_grey_where_no_finger_was(feel: MeshFeel) -> None:
+    colours, (low, high) = vertex_colours(feel)
+    grey = np.abs(colours - np.array(NO_CONTACT) / 255.0).max(axis=1) < 1e-9
+    vertices = feel.body.vertices
+    assert grey[vertices[:, 2] < -1.0].all()
+    assert not grey[(np.abs(vertices[:, :2]) < 2.0).all(axis=1) & (vertices[:, 2] > 0.2)].all()
+    assert low < feel.means["roughness"] < high
+
+
+@pytest.mark.slow
+def test_the_coloured_file_and_the_picture_are_written(feel: MeshFeel, tmp_path: Path) -> None:
+    solid, picture = write_coloured(tmp_path / "out", "plate", feel, "paper")
+    assert b"COLOR_0" in solid.read_bytes()
+    assert len(read_mesh(solid).body.faces) == len(feel.body.faces)
+    from PIL import Image
+
+    with Image.open(picture) as image:
+        pixels = np.asarray(image.convert("RGB"), dtype=float)
+    # Something is seen in both views, on white, of which little is left.
+    views = pixels[:, :-BAR_PIXELS]
+    seen = (views.min(axis=2) < 240).any(axis=0)
+    assert np.count_nonzero(np.diff(seen.astype(int)) == 1) == 2
+    assert 0.2 < (views.min(axis=2) < 240).mean() < 0.9
+    assert len(pixels) >= LEAST_PIXELS and not seen[:MARGIN_PIXELS].any()
+
+
+def test_on_a_tube_the_tile_is_felt_where_the_curvature_is_taken_out() -> None:
+    """At a radius of 16 mm, where the curvature makes the same gravel more than a step rougher."""
+    tile = load_heights(find_texture("gravel-tile"))[::2, ::2]
+    textured, base = (Mesh(body, None, Path("tube.stl")) for body in rolled(tile, 10.0, 10, 2))
+    expected = measure_touch(tile, 10.0, Skin(), "layer", repeats=(True, True)).means["roughness"]
+    out = feel_of(textured, Skin(), most=8, without_texture=base)
+    within = feel_of(textured, Skin(), most=8)
+    assert out.details()["curvature"] == "taken out" and not out.crops[0].on_edge
+    assert abs(jnd_apart(out.means["roughness"], expected)) < 0.25
+    assert jnd_apart(within.means["roughness"], expected) > 1.0
+
+
+def test_an_object_elsewhere_is_refused(gravel: np.ndarray) -> None:
+    plate = Mesh(plate_mesh(gravel[:64, :64], 10.0), None, Path("plate.stl"))
+    flat = plate_mesh(np.zeros((64, 64)), 10.0)
+    other = Mesh(Body(flat.vertices + np.array([0.0, 0.0, 20.0]), flat.faces), None, Path("other.stl"))
+    with pytest.raises(InputError, match=r"other.stl: lies up to .* mm from plate.stl"):
+        feel_of(plate, Skin(), without_texture=other)
+
+
+TILES = sorted(path.stem for path in find_texture("gravel-tile").parent.glob("*-tile.png"))
+
+
+@pytest.mark.parametrize("name", TILES)
+def test_a_texture_covers_a_patch_unless_it_ends_or_has_not_grown_there(name: str) -> None:
+    heights = load_heights(find_texture(name))
+    x = (np.arange(128) - 63.5) * 10.0 / 128
+    for start in range(0, 128, 16):
+        over = np.roll(heights, (start, 3 * start), (0, 1))
+        assert textured(over)
+        for grown in (np.where(x < -3.0, 0.0, 1.0), np.clip((x + 3.5) / 2.0, 0.0, 1.0)):
+            assert not textured(grown * over)
+            assert not textured(-over * grown[::-1, None])
+
+
+def test_without_any_texture_a_patch_is_not_textured() -> None:
+    assert not textured(np.zeros((128, 128)))

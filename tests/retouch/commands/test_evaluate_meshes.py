@@ -1,0 +1,125 @@
+"""`retouch evaluate` of print files: the list it prints, beside textures, and what it refuses."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from relief.body import stl
+from relief.export.plate import export_plate
+from relief.heightmap import save_heights_exr
+from relief.objects.table import OBJECTS
+from relief.wrapping.surfaces import Settings
+from relief.wrapping.tiles import Tile
+from relief.wrapping.wrap import Covering, wrap
+from retouch.commands import mesh_entries
+from retouch.commands.main import main
+from retouch.commands.mesh_entries import mesh_lines
+from tests.relief.meshes.bodies import CUBE, cube
+
+
+@pytest.fixture
+def bumps() -> np.ndarray:
+    """(96, 96) heights of bumps, mm, over 15 mm."""
+    at = np.arange(96) / 96 * 2 * np.pi * 7
+    return 0.4 + 0.2 * np.sin(at)[:, None] + 0.2 * np.sin(at)
+
+
+def test_meshes_and_textures_are_told_in_one_list(
+    bumps: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_heights_exr(Path("bumps.exr"), bumps)
+    export_plate(Path("bumps.stl"), bumps, 15.0)
+    assert main(["evaluate", "bumps.exr", "bumps.stl", "--size-mm", "15", "--json"]) == 0
+    texture, mesh = json.loads(capsys.readouterr().out)
+    assert abs(mesh["jnd_from_first"]) < 0.2 and texture["roughness"] > 0.0
+    assert mesh["size_mm"] == pytest.approx(15.0) and mesh["sides_mm"][2] == pytest.approx(2.8, abs=0.01)
+    assert mesh["curvature"] == "part of the roughness" and mesh["on_edge"] > 0
+    assert mesh["roughness"] == pytest.approx(np.mean([touch["roughness"] for touch in mesh["touches"]]))
+    assert np.linalg.norm(mesh["touches"][0]["axis"]) == pytest.approx(1.0)
+
+
+def test_a_person_is_told_of_edges_and_of_the_size(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("cube.stl").write_bytes(stl(cube(0.5)))
+    assert main(["evaluate", "cube.stl"]) == 0
+    told = capsys.readouterr()
+    assert "cube.stl: measures only 0.5 x 0.5 x 0.5 mm; if that is not meant" in told.err
+    assert "felt at one place, on an edge, where a finger feels the shape (of a plate as small" in told.out
+    assert main(["evaluate", "cube.stl", "--units", "in", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[0]["size_mm"] == pytest.approx(12.7)
+
+
+@pytest.mark.slow
+def test_finite_elements_press_on_meshes_as_on_textures(
+    bumps: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_heights_exr(Path("bumps.exr"), bumps)
+    export_plate(Path("bumps.stl"), bumps, 15.0)
+    arguments = ["evaluate", "bumps.exr", "bumps.stl", "--size-mm", "15", "--json"]
+    values = {}
+    for model in ("layer", "fem"):
+        assert main([*arguments, "--model", model]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert [each["model"] for each in found] == [model, model]
+        assert abs(found[1]["jnd_from_first"]) < 0.2
+        values[model] = found[1]["roughness"]
+    assert 0.0 < abs(values["fem"] - values["layer"]) < 0.05 * values["layer"]
+
+
+def test_one_place_is_no_mean() -> None:
+    entry = {"texture": "rod.stl", "on_edge": 0, "flat": 2, "sides_mm": [6.0, 6.0, 30.0]}
+    entry |= {"touches": [{}], "curvature": "part of the roughness", "all_on_edge": True}
+    assert "rod.stl (6.00 x 6.00 x 30.0 mm): felt at one place, on an edge, where" in mesh_lines([entry])[0]
+    several = mesh_lines([entry | {"places": {"count": 2}, "all_on_edge": False}])[0]
+    assert "mean over 2 places; 0 on edges and 2 flat ones are left out" in several
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        ("open.stl", "open.stl: is open: 3 edges border on a hole"),
+        ("cube.stl --relief-mm 1", "--relief-mm: is for height maps"),
+        ("cube.stl --reach", "--reach: is for height maps"),
+        ("gravel --units mm", "--units: is for print files"),
+        ("gravel -o out", "-o: is for print files"),
+        ("cube.stl -o cube.stl", "cube.stl: -o: is no folder"),
+        ("nowhere.stl", "nowhere.stl: No such file"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_one_line(
+    arguments: str,
+    line: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("cube.stl").write_bytes(stl(cube()))
+    Path("open.stl").write_bytes(stl(cube()._replace(faces=CUBE[:-1])))
+    assert main(["evaluate", *arguments.split()]) == 2
+    told = capsys.readouterr()
+    assert told.err.startswith(f"retouch: {line}") and told.err.count("\n") == 1 and told.out == ""
+
+
+@pytest.mark.slow
+def test_a_bundled_object_is_taken_out_by_its_name(
+    bumps: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(mesh_entries, "MOST_PLACES", 3)
+    bare = OBJECTS["ball"].make()
+    part = wrap(bare, [Covering(Tile(bumps, 15.0 / 96))], Settings(edge_mm=0.8)).body
+    Path("part.stl").write_bytes(stl(part))
+    assert main(["evaluate", "part.stl", "--object", "ball", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)[0]
+    assert told["curvature"] == "taken out" and len(told["touches"]) == 3
+    assert main(["evaluate", "part.stl", "--json"]) == 0
+    with_curvature = json.loads(capsys.readouterr().out)[0]
+    # On a ball the finger rests on fewer bumps.
+    assert with_curvature["roughness"] > 1.1 * told["roughness"]

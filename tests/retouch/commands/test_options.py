@@ -1,0 +1,99 @@
+"""What the verbs share: one JSON document on stdout, what stderr tells, and errors that name the help."""
+
+import json
+import logging
+import math
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from optimize.settings.run_file import load_run
+from relief.common.errors import InputError, naming
+from relief.heightmap import save_heights_exr
+from retouch.commands.main import VERBS, main
+from retouch.commands.options import print_json, telling
+
+SCENE = Path(__file__).resolve().parents[3] / "mitsuba_scenes" / "studio.xml"
+
+
+@pytest.fixture(autouse=True)
+def wave(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    at = (np.arange(16) + 0.5) / 16
+    save_heights_exr("wave.exr", np.tile(0.3 + 0.2 * np.sin(6 * np.pi * at), (16, 1)))
+
+
+@pytest.mark.parametrize(
+    ("command", "members"),
+    [
+        ("export wave.exr -o wave.stl", {"file", "size_mm", "thickness_mm", "bytes"}),
+        ("render studio -D resolution=16 -D texture=wave.exr --samples 4", {"scene", "pictures", "white"}),
+        ("doctor", {"ready", "findings"}),
+    ],
+)
+def test_json_is_one_document_on_stdout(
+    command: str, members: set[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*command.split(), "--json"]) == 0
+    assert members <= json.loads(capsys.readouterr().out).keys()
+
+
+def test_json_lists_what_comes_in_rows(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["evaluate", "wave.exr", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[0]["roughness"] > 0.0
+    assert main(["render", "studio", "--explain", "--json"]) == 0
+    assert {"subject", "sentence"} == json.loads(capsys.readouterr().out)[0].keys()
+
+
+def test_what_json_lacks_is_null(capsys: pytest.CaptureFixture[str]) -> None:
+    print_json({"a": [math.nan, (1, math.inf)], "b": Path("c")})
+    assert json.loads(capsys.readouterr().out) == {"a": [None, [1, None]], "b": "c"}
+
+
+def test_v_tells_steps_and_warnings_are_always_told(capsys: pytest.CaptureFixture[str]) -> None:
+    for verbose, told in ((True, ["a step", "a warning"]), (False, ["a warning"])):
+        with telling(verbose):
+            logging.getLogger("visual.scene").info("a step")
+            logging.getLogger("PIL").info("a step of another package")
+            logging.getLogger("relief.heightmap").warning("a warning")
+        assert capsys.readouterr().err.splitlines() == told
+    logging.getLogger("visual.scene").info("after it")
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_an_unknown_option_is_answered_with_the_nearest_and_the_verbs_own_help(
+    verb: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    required = {"dataset": "-o data --count 1", "train": "touch --data d -o n"}
+    required |= {"export": "a.exr -o a.stl", "prepare": "a.jpg -o a.png"}
+    required |= {"stimuli": "wave.exr -o set", "wrap": "wave.exr ball -o a.stl"}
+    arguments = required.get(verb, "" if verb == "doctor" else "wave.exr").split()
+    assert main([verb, *arguments, "--verbse"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("retouch: --verbse: no such option; the nearest is ")
+    assert line.endswith(f"(see retouch {verb} --help)")
+    assert main([verb, *arguments, "--help=no"]) == 2
+    assert capsys.readouterr().err.endswith(f"(see retouch {verb} --help)\n")
+
+
+def test_an_argument_too_many_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["resume", "runs/a", "runs/b"]) == 2
+    assert capsys.readouterr().err == "retouch: runs/b: one argument too many (see retouch resume --help)\n"
+
+
+def test_python_reads_of_arguments_and_the_command_of_options(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(InputError) as caught:
+        load_run("gravel", ["touch.jnd"])
+    assert str(caught.value).startswith("overrides: touch.jnd: expected key=value")
+    assert caught.value.for_command.startswith("--set touch.jnd: expected key=value")
+    assert main(["optimize", "gravel", "--set", "touch.jnd"]) == 2
+    assert capsys.readouterr().err == f"retouch: {caught.value.for_command}\n"
+    with pytest.raises(InputError) as named, naming("run.toml"):
+        raise caught.value
+    assert str(named.value) == f"run.toml: {caught.value}"
+    assert named.value.for_command == f"run.toml: {caught.value.for_command}"
+    assert pickle.loads(pickle.dumps(named.value)).for_command == named.value.for_command
+    assert InputError("one line").for_command == "one line"

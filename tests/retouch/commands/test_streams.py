@@ -1,0 +1,104 @@
+"""The command says what it has to say on any stream: closed, full, or without a character."""
+
+import contextlib
+import io
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retouch.commands import touch_entries
+from retouch.commands.main import main
+from retouch.commands.options import console
+from retouch.commands.streams import HANDLER, standard_streams
+
+ROOT = Path(__file__).resolve().parents[3]
+ASCII = {"PYTHONIOENCODING": "ascii"}
+C_LOCALE = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+
+
+def command(arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """`retouch` by a shell, which leads its streams elsewhere."""
+    return subprocess.run(
+        ["/bin/sh", "-c", f"exec {sys.executable} -m optimize {arguments}"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, **environment},
+    )
+
+
+@pytest.fixture
+def relief(tmp_path: Path) -> Path:
+    path = tmp_path / "relief.npy"
+    np.save(path, 0.2 + 0.2 * np.sin(np.arange(16.0))[:, None] * np.ones(16))
+    return path
+
+
+@pytest.mark.parametrize("to", [">&-", "2>&-", "2>/dev/full", ">&- 2>&- <&-"])
+def test_the_status_is_the_same_wherever_words_are_lost(to: str, relief: Path) -> None:
+    lost = command(f"export {relief} -o {relief}.stl {to}")
+    assert (lost.returncode, lost.stderr) == (0, "")
+    refused = command(f"evaluate nowhere.npy {to}")
+    assert refused.returncode == 2 and refused.stdout == ""
+    assert refused.stderr == ("retouch: nowhere.npy: no such file\n" if to == ">&-" else "")
+
+
+@pytest.mark.parametrize("arguments", ["doctor", "--help", "evaluate --help", "--version"])
+def test_a_full_stdout_is_one_line(arguments: str) -> None:
+    full = command(f"{arguments} >/dev/full")
+    assert (full.returncode, full.stderr) == (2, "retouch: stdout: No space left on device\n")
+
+
+@pytest.mark.parametrize("environment", [ASCII, C_LOCALE], ids=["ascii", "C"])
+def test_what_an_encoding_lacks_is_spelt_in_ascii(environment: dict[str, str]) -> None:
+    told = command("evaluate --help", **environment)
+    assert (told.returncode, told.stderr) == (0, "")
+    assert "contact area in mm2 (more" in told.stdout
+
+
+def test_a_name_that_is_no_unicode_is_printed_with_question_marks(relief: Path) -> None:
+    odd = os.fsdecode(os.fsencode(relief.parent) + b"/odd\xff.stl")
+    told = subprocess.run(
+        [sys.executable, "-m", "optimize", "export", relief, "-o", odd],
+        cwd=ROOT,
+        capture_output=True,
+        check=False,
+    )
+    assert (told.returncode, told.stderr) == (0, b"")
+    assert b"odd?.stl: " in told.stdout
+
+
+@pytest.mark.parametrize(
+    ("text", "spelling"),
+    [
+        ("mm²", "mm2"),
+        ("0.4 ± 0.1", "0.4 +- 0.1"),
+        ("−1\N{NARROW NO-BREAK SPACE}%", "-1 %"),
+        ("57 µm", "57 um"),
+    ],
+)
+def test_signs_have_their_usual_spelling(text: str, spelling: str) -> None:
+    with standard_streams():
+        assert text.encode("ascii", errors=HANDLER) == spelling.encode()
+        assert "\N{SNOWMAN} \udcff".encode("ascii", errors=HANDLER) == b"? ?"
+
+
+def test_a_table_on_an_ascii_terminal_has_its_units() -> None:
+    written = io.BytesIO()
+    terminal = io.TextIOWrapper(written, encoding="ascii")
+    entry = {"texture": "relief.npy", "roughness": 0.05, "contact_area_mm2": 31.0, "contact_fraction": 0.3}
+    with contextlib.redirect_stdout(terminal), standard_streams():
+        console().print(touch_entries.table([entry]))
+    assert b" 31.0 mm2 " in written.getvalue()
+
+
+def test_the_streams_of_the_caller_come_back(relief: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = sys.stdout, sys.stderr
+    assert main(["export", str(relief), "-o", f"{relief}.stl"]) == 0
+    assert (sys.stdout, sys.stderr) == before
+    assert "relief.npy.stl: " in capsys.readouterr().out

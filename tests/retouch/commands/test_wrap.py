@@ -1,0 +1,96 @@
+"""`retouch wrap`: objects and files with a tile, masks and regions; bad input in one line."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+import trimesh
+
+from relief.heightmap import save_heights_exr
+from relief.meshes.mesh import UNITS as READ
+from relief.objects.table import OBJECTS
+from retouch.commands.main import BAD_INPUT, main
+from retouch.commands.wrap import OBJECTS as NAMED
+from retouch.commands.wrap import UNITS
+
+FEW = ("--edge-mm", "0.8")
+
+
+@pytest.fixture(autouse=True)
+def _files(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    at = 2.0 * np.pi * np.arange(20) / 20
+    save_heights_exr("waves.exr", 0.1 * (2.0 + np.sin(at)[:, None] + np.sin(at)[None, :]), 6.0)
+    save_heights_exr("slope.exr", np.linspace(0.0, 1.0, 20)[None, :] * np.ones((20, 1)), 6.0)
+    save_heights_exr("flat.exr", np.full((20, 20), 0.1), 6.0)
+    box = trimesh.creation.box((16.0, 14.0, 6.0))
+    box.export("box.stl")
+    box.copy().apply_scale(1.0 / 25.4).export("inches.stl")
+    trimesh.Trimesh(box.vertices, box.faces[:-1]).export("open.stl")
+    trimesh.Trimesh(box.vertices, box.faces[:, ::-1]).export("inverted.stl")
+
+
+def refused(capsys, *argv):
+    """The line of a refusal, after which nothing is written."""
+    assert main(["wrap", *argv, "-o", "out.3mf"]) == BAD_INPUT
+    line = capsys.readouterr().err
+    assert line.count("retouch:") == 1
+    return line
+
+
+def test_a_mesh_of_a_file_is_wrapped_and_told(capsys, tmp_path):
+    assert main(["wrap", "waves.exr", "box.stl", "-o", "out.stl", "--mask", "z>0", *FEW, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    mesh = trimesh.load_mesh(tmp_path / "out.stl")
+    assert mesh.is_watertight
+    assert len(mesh.faces) == told["faces"]
+    assert mesh.extents == pytest.approx(told["size_mm"], abs=1e-4)
+    # The relief stands on the top alone: the bottom stays.
+    assert mesh.bounds[0, 2] == -3.0 and 3.2 < mesh.bounds[1, 2] <= 3.4 + 1e-6
+    assert told["coordinates"] == "patches" and told["lowered"] == 0.0
+
+
+def test_units_make_inches_millimetres(capsys):
+    assert main(["wrap", "flat.exr", "inches.stl", "--units", "in", "-o", "out.stl", *FEW, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["size_mm"] == pytest.approx([16.2, 14.2, 6.1], abs=0.02)
+
+
+def test_regions_carry_other_textures(capsys, tmp_path):
+    argv = ["wrap", "flat.exr", "box.stl", "--mask", "z>0", "--region", "x>0..1=waves.exr"]
+    assert main([*argv, "-o", "out.stl", *FEW]) == 0
+    points = trimesh.load_mesh(tmp_path / "out.stl").vertices
+    top = points[(points[:, 2] > 3.0) & (np.abs(points[:, 1]) < 5.0)]
+    left, right = top[(top[:, 0] < -1.0) & (top[:, 0] > -5.0)], top[(top[:, 0] > 1.5) & (top[:, 0] < 5.0)]
+    assert np.ptp(left[:, 2]) < 0.06 and np.ptp(right[:, 2]) > 0.2
+
+
+def test_a_tile_larger_than_the_object_is_told(capsys):
+    argv = ["wrap", "waves.exr", "box.stl", "--size-mm", "30", "-o", "out.stl", *FEW, "--json"]
+    assert main(argv) == 0
+    assert "larger than the object" in json.loads(capsys.readouterr().out)["warnings"][0]
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        (("slope.exr", "box.stl"), "the sides do not fit along x"),
+        (("waves.exr", "open.stl"), "is open"),
+        (("waves.exr", "inverted.stl"), "inside out"),
+        (("waves.exr", "no.stl"), "no such file|No such file"),
+        (("waves.exr", "nothing"), "objects that come with Retouch are starfish"),
+        (("waves.exr", "ball", "--units", "in"), "comes with Retouch, in mm"),
+        (("waves.exr", "box.stl", "--mask", "up"), "is no mask"),
+        (("waves.exr", "box.stl", "--mask", "mask.png"), "the mesh has none"),
+        (("waves.exr", "box.stl", "--region", "waves.exr"), "expected MASK=TEXTURE"),
+        (("waves.exr", "box.stl", "--level", "3"), "level: 3 is outside"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(capsys, tmp_path, argv, says):
+    assert re.search(says, refused(capsys, *argv))
+    assert not (tmp_path / "out.3mf").exists()
+
+
+def test_the_help_names_the_objects_and_units_there_are():
+    assert tuple(NAMED.split(", ")) == tuple(OBJECTS)
+    assert tuple(READ) == UNITS
