@@ -31,8 +31,8 @@ from benchmarks.half_space import half_space
 from benchmarks.pressing import SKIN, Array, Measured, compared, measure, resampled, stacked
 from benchmarks.reliefs import SIDE, SIZE_MM, many, twelve
 from benchmarks.unstructured import fingertips, tetrahedra
-from tactile.elastic_layer import elastic_layer_operator
-from tactile.finite_elements import finite_element_operator
+from tactile.elements.finite_elements import finite_element_operator
+from tactile.layer.elastic_layer import elastic_layer_operator
 
 MESHES = (16, 32, 48, 64, 96, 128)
 FINEST = MESHES[-1]
@@ -67,7 +67,7 @@ def main() -> None:
 def build(mesh: int, portable: bool) -> dict[str, float]:
     """Seconds and peak memory of building the reference."""
     began = time.perf_counter()
-    with patch("tactile.condensation.has_pardiso", lambda: not portable):
+    with patch("tactile.elements.condensation.has_pardiso", lambda: not portable):
         finite_element_operator(SKIN, SIDE, SIZE_MM, mesh=mesh)
     seconds = time.perf_counter() - began
     return {"build s": seconds, "peak GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6}

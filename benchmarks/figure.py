@@ -22,7 +22,7 @@ from relief.common.srgb import srgb
 from relief.heightmap import load_heights
 from retouch.studies.engine import ROWS
 from retouch.studies.row_key import SHORT
-from retouch.subjects import RESULT
+from retouch.verbs.subjects import RESULT
 from visual.scene import load_scene
 
 JND = 2

@@ -10,7 +10,7 @@ from typing import Any
 from benchmarks import gradients
 from benchmarks.common import load, table
 from benchmarks.unseen import spread
-from tactile.truncated import STEPS
+from tactile.layer.truncated import STEPS
 
 LINE = 128
 """Most characters of a line of the README."""

@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 
 from benchmarks.charts import FAINT, INK, frame, style
 from benchmarks.common import load
-from tactile.truncated import STEPS
+from tactile.layer.truncated import STEPS
 
 PICTURE = Path("docs/images/fast-models.png")
 NET, PHYSICS, OPTIMISED = "#c4532d", "#2d6a8e", "#6f8f3a"

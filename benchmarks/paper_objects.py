@@ -33,8 +33,8 @@ from relief.objects.swept import LINKS
 from relief.objects.table import OBJECTS, Region
 from relief.wrapping.surfaces import MOST_FACES, Settings
 from relief.wrapping.wrap import Covering, Wrapped, wrap
-from retouch import runs
-from retouch.comparison import compare
+from retouch.verbs import runs
+from retouch.verbs.comparison import compare
 from tactile.jnd import jnd_apart
 
 RUNS = Path("runs/paper-objects")

@@ -25,7 +25,7 @@ from relief.common.arrays import Array
 from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.export.printed import printed
 from relief.heightmap import load_heights
-from retouch.runs import optimize
+from retouch.verbs.runs import optimize
 from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch
 from tactile.skin import Skin

@@ -20,7 +20,7 @@ from relief.heightmap import load_heights
 from relief.places import places
 from retouch.studies.engine import ROWS
 from retouch.studies.row_key import SHORT
-from retouch.subjects import RESULT
+from retouch.verbs.subjects import RESULT
 from tactile.jnd import ROUGHNESS_JND
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS

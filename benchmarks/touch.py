@@ -22,7 +22,7 @@ from torch import Tensor
 import tactile
 from benchmarks.common import load, machine, median_seconds, save, table
 from tactile.contact import solve_contact
-from tactile.elastic_layer import elastic_layer_operator
+from tactile.layer.elastic_layer import elastic_layer_operator
 from tactile.pair_variation import _PairVariation, every_offset
 
 SIDE, SIZE_MM, REPEATS = 128, 10.0, 9

@@ -33,9 +33,9 @@ from retouch.training.touch_accuracy import (
 )
 from surrogate.corpus import recipes as corpus
 from surrogate.nets.weights import has_weights
-from tactile.elastic_layer import elastic_layer_operator
+from tactile.layer.elastic_layer import elastic_layer_operator
+from tactile.layer.truncated import GRADIENT_TOLERANCE, STEPS, TruncatedSolver
 from tactile.net import KIND
-from tactile.truncated import GRADIENT_TOLERANCE, STEPS, TruncatedSolver
 
 SIZE_MM = 10.0
 GRADIENTS = 48

@@ -10,7 +10,7 @@ import numpy as np
 import tactile
 from benchmarks.pressing import SKIN, compared, measure, resampled, stacked
 from benchmarks.reliefs import SIZE_MM, bumps, grating, noise, scaled, twelve
-from tactile.finite_elements import finite_element_operator
+from tactile.elements.finite_elements import finite_element_operator
 from tactile.unstructured.meshing import Sizing, tetrahedralise
 from tactile.unstructured.surface import block_surface, fingertip_surface
 from tactile.unstructured.tetrahedra import press_tetrahedra, tetrahedral_operator

@@ -17,7 +17,7 @@ from mitsuba_scenes import find_texture
 from optimize.settings.run_file import run_from_scene
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.surface import Surface
-from retouch import runs
+from retouch.verbs import runs
 from tactile.jnd import ROUGHNESS_JND
 
 SURFACE = Surface((64, 384), 60.0)

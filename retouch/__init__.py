@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from relief.export.plate import export_plate
     from relief.heightmap import load_heights, save_heights_exr, save_heights_png
     from relief.preparing.preparation import prepare
-    from retouch.comparison import compare
-    from retouch.runs import optimize, resume
+    from retouch.verbs.comparison import compare
+    from retouch.verbs.runs import optimize, resume
     from surrogate.data.field_set import open_fieldset
     from tactile.area import contact_area
     from tactile.contact import ContactError

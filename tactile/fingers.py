@@ -15,8 +15,8 @@ from relief.common.arrays import Array
 from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import stage
 from tactile.contact import solve_contact
-from tactile.cosine_layer import sliding_layer
-from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
+from tactile.layer.cosine_layer import sliding_layer
+from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.pair_variation import roughness
 from tactile.skin import Skin
 from tactile.strain import smallest_eigenvalue

@@ -14,12 +14,12 @@ from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import stage
 from tactile.contact import Compliance, Solver, solve_contact
 from tactile.contact import press as press_contact
-from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
-from tactile.finite_elements import FiniteElementOperator, finite_element_operator
+from tactile.elements.finite_elements import FiniteElementOperator, finite_element_operator
+from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
+from tactile.layer.truncated import GRADIENT_TOLERANCE, quick_solver
 from tactile.limits import FEM_MESH, MAX_MESH, MAX_SAMPLES, MIN_MESH, MIN_SAMPLES
 from tactile.skin import Skin
 from tactile.strain import smallest_eigenvalue
-from tactile.truncated import GRADIENT_TOLERANCE, quick_solver
 
 ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)

@@ -22,9 +22,9 @@ from relief.common.errors import InputError
 from surrogate.nets.unet import UNet
 from surrogate.nets.weights import FOLDER, load_net_for
 from tactile.contact import Compliance, ContactState, approach_contact
-from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
+from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
+from tactile.layer.truncated import TruncatedSolver
 from tactile.skin import Skin
-from tactile.truncated import TruncatedSolver
 
 KIND: Literal["touch"] = "touch"
 """Kind of net, which names its file."""
@@ -95,7 +95,7 @@ def pressure(net: nn.Module, maps: Tensor, initial: Tensor, mean_pressure: float
 
 @dataclass(frozen=True, eq=False)
 class NetInitialGuess:
-    """Initial guess (`tactile.truncated.InitialGuess`) by a net.
+    """Initial guess (`tactile.layer.truncated.InitialGuess`) by a net.
 
     Attributes:
         net: in single precision.

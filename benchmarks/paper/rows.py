@@ -8,7 +8,7 @@ from typing import Any
 from benchmarks.common import RESULTS
 from relief.common.errors import InputError
 from retouch.studies.document import Document, flat_rows, read_document
-from retouch.studies.measures import MEASURES
+from retouch.studies.measuring.measures import MEASURES
 from retouch.studies.row_key import SHORT
 
 RUNS = Path("runs")

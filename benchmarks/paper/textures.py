@@ -16,7 +16,7 @@ from optimize.settings.run_file import run_from_scene
 from optimize.verification.picture_metrics import mean_change
 from relief.common.arrays import Array
 from relief.heightmap import load_heights
-from retouch.runs import optimize as run
+from retouch.verbs.runs import optimize as run
 from surrogate.corpus.bundled_textures import TEXTURES
 from visual.scene import Scene, load_scene
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from optimize.descent.gauss_newton.other_fingers import MOST_PLACES
-from optimize.estimates.memory import machine_gib, needed_gib
+from optimize.runs.memory import machine_gib, needed_gib
 from optimize.runs.preparation import checked_scene
 from optimize.settings.run_file import Run
 from relief.common.errors import InputError, naming

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from optimize.descent.targets import Target
-from optimize.estimates.memory import check_memory_of
+from optimize.runs.memory import check_memory_of
 from optimize.settings.run_file import Run
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError, naming

@@ -15,9 +15,9 @@ from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.descent.linear_scaling import LinearScaling
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Target, Targets
-from optimize.estimates.memory import check_memory_of
 from optimize.runs.feel_of import Feel, Other, feel, read_other
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
+from optimize.runs.memory import check_memory_of
 from optimize.settings.run_file import Run
 from optimize.settings.touch import too_large
 from optimize.verification.converged import MOST_SAMPLES

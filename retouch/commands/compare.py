@@ -97,7 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     given = [path for path in (arguments.first, arguments.second) if path is not None]
     _check(arguments, given)
-    from retouch.comparison import compare
+    from retouch.verbs.comparison import compare
 
     lengths = {key: getattr(arguments, key) for key in ("size_mm", "relief_mm", "height_scale")}
     distance = {} if arguments.distance_cm is None else {"distance_cm": arguments.distance_cm}

@@ -35,7 +35,7 @@ from retouch.commands import (
 )
 from retouch.commands.options import INTERRUPTED, telling
 from retouch.commands.streams import standard_streams
-from retouch.progress_display import shown
+from retouch.verbs.progress_display import shown
 
 BAD_INPUT = 2
 """Exit status of bad input, the same as argparse's for bad arguments."""

@@ -160,7 +160,7 @@ def run(arguments: argparse.Namespace) -> int:
     _refuse_inputs_in(out, (arguments.source, *settings.files().values()))
     if arguments.dry_run:
         return _forecast(settings, out, arguments)
-    from retouch import runs
+    from retouch.verbs import runs
 
     with contact_errors_name(settings.texture):
         result = runs.optimize(

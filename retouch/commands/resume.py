@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"{arguments.run_dir}: no such file or folder")
     if (status := _finished(arguments)) is not None:
         return status
-    from retouch import runs
+    from retouch.verbs import runs
 
     with contact_errors_name(arguments.run_dir):
         result = runs.resume(arguments.run_dir, variant=arguments.variant, quiet=arguments.quiet)

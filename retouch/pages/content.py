@@ -133,7 +133,7 @@ class Comparison(Pair):
     """Everything that the page shows of two reliefs.
 
     Attributes:
-        result: as `retouch.comparison.compare` returns it, of JSON types.
+        result: as `retouch.verbs.comparison.compare` returns it, of JSON types.
     """
 
     result: Mapping[str, Any]

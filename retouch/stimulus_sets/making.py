@@ -10,15 +10,15 @@ from typing import Any
 from relief.common.files import write_atomically
 from relief.common.progress import stage
 from relief.heightmap import load_height_map
-from retouch.pages.stimulus_page import page
-from retouch.pages.study_page import page as study_page
 from retouch.stimulus_sets import document as documents
 from retouch.stimulus_sets.controls import check_sources, make_controls
 from retouch.stimulus_sets.levels import plate_rows, write_study_file
+from retouch.stimulus_sets.page import page
 from retouch.stimulus_sets.plates import FOLDER, check_labels, write_plates
 from retouch.stimulus_sets.stimulus_set import StimulusSet, claim
 from retouch.studies import engine
 from retouch.studies.document import document, document_bytes, spreadsheet
+from retouch.studies.page import page as study_page
 from retouch.studies.rows import expand
 from retouch.workers.jobs import Runner, Work
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from retouch.studies.measures import MEASURES
+from retouch.studies.measuring.measures import MEASURES
 from retouch.studies.records import Cell
 
 

@@ -13,7 +13,7 @@ from optimize.settings.toml_files import Section, first_fault
 from relief.common.errors import InputError
 from relief.common.files import read_limited
 from retouch.studies.engine import Rows
-from retouch.studies.measures import MEASURES
+from retouch.studies.measuring.measures import MEASURES
 from retouch.studies.records import LONGEST_TEXT, Cell, Key, Record, Text
 from retouch.studies.rows import Expanded
 from retouch.studies.study_file import Plot, Study

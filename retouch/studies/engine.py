@@ -16,7 +16,7 @@ from relief.common.errors import InputError
 from relief.common.files import partial_folders, remove_partial
 from relief.common.formatting import duration
 from relief.common.progress import Stage, say, stage
-from retouch.studies.measures import MEASURES
+from retouch.studies.measuring.measures import MEASURES
 from retouch.studies.records import Record, parse_record, read_failure, read_record, write_failure
 from retouch.studies.row_job import RowJob, outdated, run_row
 from retouch.studies.rows import Expanded, Row

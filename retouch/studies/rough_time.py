@@ -3,7 +3,7 @@
 from typing import Any
 
 from optimize.estimates.forecast import rough_seconds
-from retouch.studies.measures import MEASURES
+from retouch.studies.measuring.measures import MEASURES
 from retouch.studies.rows import expand
 from retouch.studies.study_file import Study
 from retouch.workers.choice import cores

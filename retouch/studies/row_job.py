@@ -16,7 +16,7 @@ from optimize.run_directory.results import holds_run
 from optimize.settings.run_file import Run
 from relief.common.errors import InputError
 from relief.common.files import remove_partial, write_atomically
-from retouch.studies.measures import MEASURES
+from retouch.studies.measuring.measures import MEASURES
 from retouch.studies.records import (
     FAILURE,
     FILE,
@@ -28,7 +28,7 @@ from retouch.studies.records import (
     record_bytes,
     write_failure,
 )
-from retouch.subjects import RESULT as HEIGHTS
+from retouch.verbs.subjects import RESULT as HEIGHTS
 
 END_OF_ALL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EIO})
 """Errors of the disk: no other row would fare better, so the study ends, and goes on when they are mended."""

@@ -12,7 +12,7 @@ from mitsuba_scenes.studies import find_study
 from optimize.settings.run_file import DEEPEST
 from optimize.settings.toml_files import Section, first_fault, read_toml
 from relief.common.errors import InputError, naming
-from retouch.studies.measures import MEASURES
+from retouch.studies.measuring.measures import MEASURES
 
 LABEL = "label"
 """Key of an axis value of several settings that names the value."""
@@ -97,7 +97,7 @@ class Study(Section):
     Attributes:
         title, description: for people.
         base: run file, or the name of a bundled one; absolute once loaded.
-        measures: names of `retouch.studies.measures.MEASURES`, beside what result.json holds.
+        measures: names of `retouch.studies.measuring.measures.MEASURES`, beside what result.json holds.
         set: settings of each row, over those of the base.
         tables, quick, plots: the sections.
     """

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from relief.common.files import write_atomically
-from retouch.pages.study_page import page
 from retouch.studies.document import Document, document, document_bytes, spreadsheet
 from retouch.studies.engine import DOCUMENT, PAGE, SPREADSHEET, Rows
+from retouch.studies.page import page
 from retouch.studies.rows import Expanded
 from retouch.studies.study_file import Study
 

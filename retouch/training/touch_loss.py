@@ -17,7 +17,7 @@ from surrogate.data.field_set import Fieldset
 from surrogate.nets.augmentation import transformed
 from surrogate.nets.training import Examples
 from tactile.contact import ContactState
-from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
+from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.net import first_steps, inputs, pressure
 from tactile.strain import smallest_eigenvalue
 

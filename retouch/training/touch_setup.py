@@ -15,10 +15,10 @@ from retouch.training.touch_loss import examples_of, skin_of, touch_loss
 from surrogate.data.field_set import Fieldset, first_of
 from surrogate.nets.unet import UNet
 from surrogate.nets.weights import Sample
-from tactile.elastic_layer import elastic_layer_operator
+from tactile.layer.elastic_layer import elastic_layer_operator
+from tactile.layer.truncated import GRADIENT_TOLERANCE
 from tactile.model import TouchModel
 from tactile.net import CHANNELS, KIND, solver_of, validity
-from tactile.truncated import GRADIENT_TOLERANCE
 
 TESTED_GRADIENTS = 64
 """Most textures whose gradients are compared."""

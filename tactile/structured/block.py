@@ -1,4 +1,4 @@
-"""Hexahedra for the coarse mesh of `tactile.elastic_layer`: the block's response to normal forces.
+"""Hexahedra for the coarse mesh of `tactile.layer.elastic_layer`: the block's response to normal forces.
 
 The block does not depend on the texture, so the response is computed once. Two mirror planes split the block
 into four parity blocks, each a quarter with its own conditions on the mirror planes: a load even in x leaves
@@ -18,8 +18,8 @@ import skfem
 from skfem.helpers import ddot, div, sym_grad
 
 from relief.common.arrays import Array
-from tactile.cosine_layer import Parity
-from tactile.layers import moduli_of_rows, row_weights
+from tactile.layer.cosine_layer import Parity
+from tactile.layer.layers import moduli_of_rows, row_weights
 from tactile.skin import Skin, lame
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS

@@ -1,4 +1,4 @@
-"""Hexahedra with a node of the contact face at every pixel centre, for `tactile.finite_elements`.
+"""Hexahedra with a node of the contact face at every pixel centre, for `tactile.elements.finite_elements`.
 
 Integration is selectively reduced, as in `tactile.structured.block`. On a tensor grid the stiffness is a sum
 of Kronecker products of matrices along one axis, so there is no loop over elements. Pixels are centred half a
@@ -18,10 +18,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from relief.common.arrays import Array
-from tactile.condensation import condensed
-from tactile.cosine_layer import Parity
-from tactile.interpolation import STENCIL, lagrange
-from tactile.layers import Stack, levels_within, moduli_of_rows
+from tactile.elements.condensation import condensed
+from tactile.layer.cosine_layer import Parity
+from tactile.layer.interpolation import STENCIL, lagrange
+from tactile.layer.layers import Stack, levels_within, moduli_of_rows
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS
 

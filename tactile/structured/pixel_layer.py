@@ -1,8 +1,8 @@
 """Discrete layer: the elements of `tactile.structured.pixel_block` with sliding sides, solved mode by mode.
 
 Between sliding sides, which act as mirrors, cosines at the pixel centres are the modes of the mesh, and each
-mode needs only a small system along the depth. The exact layer (`tactile.layer_response`) minus the discrete
-one is the discretisation error of the elements under the shortest waves, where the error is largest.
+mode needs only a small system along the depth. The exact layer (`tactile.layer.layer_response`) minus the
+discrete one is the discretisation error of the elements under the shortest waves, where the error is largest.
 """
 
 from dataclasses import dataclass

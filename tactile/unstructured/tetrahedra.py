@@ -25,9 +25,9 @@ from torch import Tensor
 from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.limits import PATCH_SIDE_MM
-from tactile.condensation import condensed_onto_loads
 from tactile.contact import solve_contact
-from tactile.layer_response import layer_response
+from tactile.elements.condensation import condensed_onto_loads
+from tactile.layer.layer_response import layer_response
 from tactile.model import Touch
 from tactile.skin import Skin
 from tactile.sparse import factorised

@@ -126,7 +126,7 @@ def _files(folder: Path, *below: str) -> dict[str, bytes]:
 
 def _runs(folder: Path) -> dict[str, bytes]:
     """Run directories of both methods that stopped after one of two steps."""
-    from retouch import runs
+    from retouch.verbs import runs
 
     (folder / "begin.toml").write_text(
         RUN.replace("../", "").replace("METHOD", "gauss-newton").replace("STEPS", "1")
@@ -221,7 +221,7 @@ def _net(folder: Path) -> dict[str, bytes]:
 
 def _cache(folder: Path) -> dict[str, bytes]:
     """A small cached operator, in a folder of its own, and the operator that `evaluate` takes."""
-    import tactile.elastic_layer as layer
+    import tactile.layer.elastic_layer as layer
     from tactile.skin import Skin
 
     before = os.environ.get("RETOUCH_CACHE")

@@ -166,7 +166,7 @@ def read_cache(folder: Path, arguments: Sequence[Any]) -> None:
 def _fields() -> dict[str, Any]:
     import torch
 
-    import tactile.elastic_layer as layer
+    import tactile.layer.elastic_layer as layer
     from tactile.skin import Skin
 
     layer._operator.cache_clear()
@@ -251,9 +251,9 @@ def read_weights(folder: Path, arguments: Sequence[Any]) -> None:
 
 
 def read_study(folder: Path, arguments: Sequence[Any]) -> None:
-    from retouch.pages.study_page import page
     from retouch.studies import engine
     from retouch.studies.document import document, document_bytes, flat_rows, read_document, spreadsheet
+    from retouch.studies.page import page
     from retouch.studies.rows import expand
     from retouch.studies.study_file import load_study
 

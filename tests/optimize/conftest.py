@@ -55,4 +55,4 @@ def original(problem_with: ProblemWith) -> TouchMeasures:
 @pytest.fixture(autouse=True)
 def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """No stage lasts long enough to be shown, however slow the machine."""
-    monkeypatch.setattr("retouch.progress_display.PATIENCE_S", 1e9)
+    monkeypatch.setattr("retouch.verbs.progress_display.PATIENCE_S", 1e9)

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from relief.common.arrays import Array
-from tactile.cosine_layer import Parity
+from tactile.layer.cosine_layer import Parity
 from tactile.skin import lame
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS

@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tactile.condensation import condensed
-from tactile.cosine_layer import Parity
+from tactile.elements.condensation import condensed
+from tactile.layer.cosine_layer import Parity
 from tactile.structured.pixel_block import PixelBlock, folded_stiffness
 from tests.physics.manufactured_block import compressible, errors, isochoric
 from tests.tactile.whole_block import PARITY_NAMES, mirrored, whole_stiffness

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tactile.contact import solve_contact
-from tactile.finite_elements import finite_element_operator
-from tactile.layer_response import layer_response
+from tactile.elements.finite_elements import finite_element_operator
+from tactile.layer.layer_response import layer_response
 from tactile.skin import Skin
 from tests.physics import hertz
 from tests.tactile.reliefs import SIZE, centres

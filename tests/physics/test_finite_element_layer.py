@@ -6,8 +6,8 @@ The bare elements are, in the limit of fine meshes; the operator takes off what 
 import pytest
 import torch
 
-from tactile.elastic_layer import elastic_layer_operator
-from tactile.finite_elements import finite_element_operator
+from tactile.elements.finite_elements import finite_element_operator
+from tactile.layer.elastic_layer import elastic_layer_operator
 from tactile.skin import Skin
 from tests.tactile.reliefs import SIZE, centres
 

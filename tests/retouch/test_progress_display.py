@@ -14,8 +14,8 @@ from optimize.descent.targets import Targets
 from optimize.runs.recorder import step_line
 from relief.common import progress as stages
 from relief.common.progress import Progress, say, stage
-from retouch import progress_display as progress
-from retouch.progress_display import followed, shown
+from retouch.verbs import progress_display as progress
+from retouch.verbs.progress_display import followed, shown
 from tests.optimize.descent.one_touch import one_touch
 
 STEP = Iterate(3, np.zeros((2, 2)), one_touch(roughness=0.07, contact_area_mm2=31.0), 0.5, 2.6512, 5.0, {})

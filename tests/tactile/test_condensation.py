@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from tactile.condensation import CHUNK, Condensed, condensed, condensed_onto_loads
+from tactile.elements.condensation import CHUNK, Condensed, condensed, condensed_onto_loads
 from tactile.sparse import has_pardiso
 
 SIZE = 300

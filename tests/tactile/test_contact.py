@@ -6,7 +6,7 @@ import torch
 import tactile.contact
 from tactile import ContactError, Skin, press, roughness
 from tactile.contact import TOLERANCE, ContactState, approach_contact, solve_contact
-from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
+from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tests.tactile.reliefs import EIGHT, SIZE, bumps, grating, manufactured, moved, waves
 
 SAMPLES = 32

@@ -5,8 +5,8 @@ import torch
 
 from tactile import Skin, roughness
 from tactile.contact import solve_contact
-from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
-from tactile.finite_elements import FiniteElementOperator, finite_element_operator
+from tactile.elements.finite_elements import FiniteElementOperator, finite_element_operator
+from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS, smallest_eigenvalue
 from tactile.structured.block import Sides, depth_levels, quarter_responses

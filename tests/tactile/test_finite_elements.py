@@ -7,15 +7,15 @@ import torch
 
 from tactile import Skin, roughness
 from tactile.contact import press, solve_contact
-from tactile.cosine_layer import layer_symbols, modes_at_centres
-from tactile.elastic_layer import ElasticLayerOperator, elastic_layer_operator
-from tactile.finite_elements import (
+from tactile.elements.finite_elements import (
     THICKEST_MM,
     FiniteElementOperator,
     _modes,
     finite_element_operator,
     graded_levels,
 )
+from tactile.layer.cosine_layer import layer_symbols, modes_at_centres
+from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS, smallest_eigenvalue
 from tactile.structured.pixel_block import PixelBlock, face_response

@@ -7,7 +7,7 @@ import torch
 from torch import Tensor
 
 from tactile import Skin, contact_area, press, roughness
-from tactile.elastic_layer import elastic_layer_operator
+from tactile.layer.elastic_layer import elastic_layer_operator
 from tests.tactile.reliefs import SIZE, bumps, grating, manufactured, waves
 from tests.taylor import gradient, slope_error, taylor_rates
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from relief.common.arrays import Array
-from tactile.layer_response import layer_response
+from tactile.layer.layer_response import layer_response
 from tactile.skin import lame
 
 THICKNESS, DEPTH = 2.5, 0.75

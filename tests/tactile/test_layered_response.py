@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from relief.common.arrays import Array
-from tactile.layer_response import LayerResponse, layer_response
-from tactile.layered_response import layered_response
-from tactile.layers import Stack
+from tactile.layer.layer_response import LayerResponse, layer_response
+from tactile.layer.layered_response import layered_response
+from tactile.layer.layers import Stack
 from tactile.skin import lame
 from tests.tactile.test_layer_response import DEPTH, RATIOS, THICKNESS, WAVENUMBERS
 

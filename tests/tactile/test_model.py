@@ -8,7 +8,7 @@ import torch
 
 from tactile import InputError, Skin, press, roughness, touch_model
 from tactile.contact import solve_contact
-from tactile.elastic_layer import elastic_layer_operator
+from tactile.layer.elastic_layer import elastic_layer_operator
 from tactile.model import ModelName
 from tactile.strain import smallest_eigenvalue
 from tests.tactile.reliefs import SIZE, bumps, grating, waves

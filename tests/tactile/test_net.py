@@ -10,7 +10,8 @@ import tactile
 from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import Card, has_weights, load_net, save_net, weights_bytes
 from tactile import Skin
-from tactile.elastic_layer import elastic_layer_operator
+from tactile.layer.elastic_layer import elastic_layer_operator
+from tactile.layer.truncated import GRADIENT_TOLERANCE
 from tactile.model import TouchModel
 from tactile.net import (
     CHANNELS,
@@ -24,7 +25,6 @@ from tactile.net import (
     solver_of,
     validity,
 )
-from tactile.truncated import GRADIENT_TOLERANCE
 from tests.tactile.reliefs import EIGHT, SIZE, grating, moved, waves
 
 SAMPLES = 32

@@ -6,8 +6,8 @@ import torch
 import tactile
 from tactile import Skin
 from tactile.contact import approach_contact
-from tactile.elastic_layer import elastic_layer_operator
-from tactile.truncated import STEPS, TruncatedSolver, quick_solver, steps_on
+from tactile.layer.elastic_layer import elastic_layer_operator
+from tactile.layer.truncated import STEPS, TruncatedSolver, quick_solver, steps_on
 from tests.tactile.reliefs import SIZE, grating, waves
 
 SAMPLES = 32

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 import skfem
 from skfem.helpers import ddot, div, sym_grad
 
-from tactile.cosine_layer import PARITIES, Parity
+from tactile.layer.cosine_layer import PARITIES, Parity
 from tactile.skin import lame
 from tactile.structured.block import CENTRE
 from tactile.structured.pixel_block import PixelBlock

@@ -23,8 +23,8 @@ from relief.depth import within_reach
 from relief.patches import STEERING_SAMPLES, Patches
 from tactile import jnd_scaled, roughness, touch_model
 from tactile.contact import solve_contact
-from tactile.elastic_layer import ElasticLayerOperator
 from tactile.fingers import at_depth, fingers
+from tactile.layer.elastic_layer import ElasticLayerOperator
 from tactile.strain import smallest_eigenvalue
 
 MOST_PLACES = 4

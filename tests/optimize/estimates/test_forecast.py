@@ -8,7 +8,7 @@ import pytest
 
 from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.estimates.forecast import Forecast, expected_steps, forecast
-from optimize.estimates.memory import needed_gib
+from optimize.runs.memory import needed_gib
 from optimize.settings.run_file import load_run
 from relief.heightmap import save_heights_exr
 from retouch.commands.main import main
@@ -85,7 +85,7 @@ def test_larger_and_farther_takes_more(folder: Path) -> None:
 def test_a_plate_too_large_for_the_memory_is_refused_before_any_work(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("optimize.estimates.memory.machine_gib", lambda: 0.51)
+    monkeypatch.setattr("optimize.runs.memory.machine_gib", lambda: 0.51)
     for extra in ([], ["--dry-run"]):
         arguments = ["hills.exr", "--jnd", "1", "--repeats", *SMALL[:2], *extra]
         assert main(["optimize", *arguments]) == 2

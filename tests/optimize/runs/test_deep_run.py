@@ -12,8 +12,8 @@ from relief.common.errors import InputError
 from relief.common.limits import BASE_MM
 from relief.export.printed import printed
 from relief.heightmap import load_heights, save_heights_exr
-from retouch import runs
 from retouch.commands import main as cli
+from retouch.verbs import runs
 from tests.optimize.descent.test_deep_relief import wavy_pyramids
 
 RUN = """scene = "{scene}"

@@ -11,9 +11,9 @@ from PIL import Image
 from optimize.runs.feel_of import name_of
 from optimize.settings.run_file import Run, dump_resolved, load_run, run_from_scene
 from relief.heightmap import save_heights_exr
-from retouch import runs
 from retouch.commands.main import main
 from retouch.studies.row_key import row_key
+from retouch.verbs import runs
 from tactile.measures import measure_touch
 from tactile.quantities import CONTACT_AREA, ROUGHNESS
 from tactile.skin import Skin

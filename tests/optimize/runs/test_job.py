@@ -35,7 +35,7 @@ from optimize.verification.picture_metrics import known
 from relief.common.errors import InputError
 from relief.common.limits import BASE_MM
 from relief.heightmap import load_heights, save_heights_exr
-from retouch import runs
+from retouch.verbs import runs
 from tests.optimize.conftest import SAMPLES
 
 ROOT = Path(__file__).resolve().parents[3]

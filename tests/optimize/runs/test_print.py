@@ -18,7 +18,7 @@ from relief.export.printed import faults, printed
 from relief.export.printers import PRINTERS, Printer
 from relief.heightmap import load_heights
 from relief.surface import Surface
-from retouch import runs
+from retouch.verbs import runs
 from tactile.measures import measure_touch
 from tests.optimize.conftest import SAMPLES
 

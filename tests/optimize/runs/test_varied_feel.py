@@ -9,7 +9,7 @@ from optimize.runs.job import Result
 from optimize.settings.run_file import load_run
 from relief.common.errors import InputError
 from relief.heightmap import save_heights_exr
-from retouch import runs
+from retouch.verbs import runs
 from tests.tactile.reliefs import waves
 
 SAMPLES, SIZE_MM = 64, 20.0

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from safetensors.numpy import save
 
-import tactile.elastic_layer
+import tactile.layer.elastic_layer
 from relief.common.cache import cached, fingerprint
 from relief.common.errors import InputError
 from relief.common.files import cache_folder
@@ -253,10 +253,10 @@ assert arrays["values"][3, 2] == 203.0
 
 
 def test_the_operator_of_another_skin_is_another_file(folder: Path) -> None:
-    tactile.elastic_layer._operator.cache_clear()
+    tactile.layer.elastic_layer._operator.cache_clear()
     skins = (Skin(), Skin(poisson_ratio=0.4), Skin(depth_mm=0.8), Skin(thickness_mm=2.4))
     for skin in (*skins, Skin(young_modulus_mpa=3.0, force_n=1.0)):
-        tactile.elastic_layer.elastic_layer_operator(skin, 16, 10.0, coarse=2)
+        tactile.layer.elastic_layer.elastic_layer_operator(skin, 16, 10.0, coarse=2)
     assert len(list(folder.iterdir())) == len(skins)
 
 

@@ -24,12 +24,12 @@ from optimize.settings import run_file as config
 from relief.common.errors import InputError
 from relief.common.formatting import between, number, percent, plus_minus
 from relief.heightmap import load_heights, save_heights_exr
-from retouch import runs
 from retouch.commands import evaluate as cli_evaluate
 from retouch.commands import main as cli
 from retouch.commands import optimize as cli_optimize
 from retouch.commands.main import main
 from retouch.commands.summary import summary
+from retouch.verbs import runs
 from visual.exact.view import View
 from visual.scene import Scene
 

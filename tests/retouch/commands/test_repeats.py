@@ -12,9 +12,9 @@ from optimize.runs.recorder import Recorder
 from optimize.settings.run_file import load_run, run_from_scene
 from relief.heightmap import load_heights, save_heights_exr
 from relief.surface import axes
-from retouch import runs
 from retouch.commands.main import BAD_INPUT, main
 from retouch.commands.summary import _lines
+from retouch.verbs import runs
 from tactile.jnd import jnd_apart
 
 SMALL = ("-D", "resolution=32")

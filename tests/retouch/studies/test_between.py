@@ -10,8 +10,8 @@ from optimize.settings.run_file import Run, run_from_scene
 from relief.heightmap import load_heights, save_heights_exr
 from relief.places import between
 from relief.surface import Surface
-from retouch.studies.between import felt_between
-from retouch.studies.measures import MEASURES
+from retouch.studies.measuring.between import felt_between
+from retouch.studies.measuring.measures import MEASURES
 from tactile.jnd import ROUGHNESS_JND
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS

@@ -20,9 +20,10 @@ from mitsuba_scenes.studies import bundled_studies
 from optimize.run_directory.results import HISTORY
 from relief.common.errors import InputError
 from retouch.commands.main import main
-from retouch.studies import engine, measures, row_job
+from retouch.studies import engine, row_job
 from retouch.studies.document import flat_rows, read_document
 from retouch.studies.engine import DOCUMENT, ROWS, SPREADSHEET, Rows, compute, known, row_folder
+from retouch.studies.measuring import measures
 from retouch.studies.records import FAILURE, FILE
 from retouch.studies.rows import expand
 from retouch.studies.study_file import load_study

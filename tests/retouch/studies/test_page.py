@@ -11,9 +11,9 @@ import pytest
 
 from benchmarks.browser import Browser, chromium
 from benchmarks.pages import WIDTHS, faults
-from retouch.pages.study_page import page
-from retouch.pages.study_plots import charts
 from retouch.studies.document import Document, RowOfTable, TableOfDocument
+from retouch.studies.page import page
+from retouch.studies.plots import charts
 from retouch.studies.records import Cell, Record
 from retouch.studies.statistics import interval, mean_over
 from retouch.studies.study_file import Plot

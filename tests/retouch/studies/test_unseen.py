@@ -8,9 +8,9 @@ import pytest
 from optimize.settings.run_file import run_from_scene
 from relief.common.arrays import Array
 from relief.heightmap import save_heights_exr
-from retouch.studies import unseen as measure
-from retouch.studies.measures import MEASURES
-from retouch.studies.unseen import UNSEEN, unseen
+from retouch.studies.measuring import unseen as measure
+from retouch.studies.measuring.measures import MEASURES
+from retouch.studies.measuring.unseen import UNSEEN, unseen
 from tests.visual.scenes import SIDE, SIZE_MM, hills
 
 

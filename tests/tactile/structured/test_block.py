@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import skfem
 
-from tactile.cosine_layer import PARITIES
+from tactile.layer.cosine_layer import PARITIES
 from tactile.skin import Skin, lame
 from tactile.sparse import factorised, has_pardiso
 from tactile.strain import STRAIN_COMPONENTS

@@ -11,7 +11,7 @@ from torch import Tensor
 from relief.common.errors import InputError
 from tactile import Skin, contact_area, roughness
 from tactile.contact import solve_contact
-from tactile.finite_elements import FiniteElementOperator, finite_element_operator
+from tactile.elements.finite_elements import FiniteElementOperator, finite_element_operator
 from tactile.model import Touch
 from tactile.skin import lame
 from tactile.strain import smallest_eigenvalue

@@ -57,20 +57,20 @@ def _pace(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
 
 def _unseen(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
     # Imported here, where something renders: a redrawing takes no renderer.
-    from retouch.studies.unseen import unseen
+    from retouch.studies.measuring.unseen import unseen
 
     return unseen(run_dir, run, result)
 
 
 def _jod(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
-    from retouch.studies.jod import run_jod
+    from retouch.studies.measuring.jod import run_jod
 
     each = run_jod(run_dir, run, result)
     return {"jod": sum(each) / len(each), "jod_worst": min(each)}
 
 
 def _places(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
-    from retouch.studies.between import felt_between
+    from retouch.studies.measuring.between import felt_between
 
     return felt_between(run_dir, run, result)
 

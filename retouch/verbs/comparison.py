@@ -25,8 +25,8 @@ from relief.seam import check_seams
 from relief.surface import Repeats, axes
 from retouch.pages.comparison import write_comparison
 from retouch.pages.content import Comparison
-from retouch.progress_display import followed
-from retouch.subjects import RESULT, Subject, read_subjects
+from retouch.verbs.progress_display import followed
+from retouch.verbs.subjects import RESULT, Subject, read_subjects
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import ROUGHNESS

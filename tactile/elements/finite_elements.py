@@ -3,8 +3,8 @@
     C p      = exact layer  p  +  T (free - sliding) T' p
     strain p = the same of the strain
 
-The formula is the one of `tactile.elastic_layer` (see `tactile.cosine_layer`), on a mesh with a node at every
-pixel or with 64 nodes a side. The block does not depend on the texture: its parity blocks with free sides are
+The formula is the one of `tactile.layer.elastic_layer` (see `cosine_layer` beside it), on a mesh with a node at
+every pixel or with 64 nodes a side. The block does not depend on the texture: its parity blocks with free sides are
 condensed onto the nodes of the contact face once per skin and mesh, and kept on disk; a texture costs some
 dense products after that. Elements err most under the shortest waves of pressure, which do not feel the sides
 of the block. The same elements with sliding sides are solved mode by mode (`tactile.structured.pixel_layer`),
@@ -23,7 +23,7 @@ from torch import Tensor
 from relief.common.arrays import Array
 from relief.common.cache import Arrays, cached, fingerprint
 from relief.common.progress import stage
-from tactile.cosine_layer import (
+from tactile.layer.cosine_layer import (
     PARITIES,
     CosineLayer,
     Parity,
@@ -32,8 +32,8 @@ from tactile.cosine_layer import (
     modes_at_centres,
     sliding_layer,
 )
-from tactile.interpolation import lagrange
-from tactile.layers import LEAST_ROWS, Stack, boundaries
+from tactile.layer.interpolation import lagrange
+from tactile.layer.layers import LEAST_ROWS, Stack, boundaries
 from tactile.skin import Skin
 from tactile.strain import STRAIN_COMPONENTS
 

@@ -11,10 +11,10 @@ from markupsafe import Markup
 from optimize.run_directory.key import REPORT
 from relief.common.formatting import number
 from retouch.pages.rendering import render_page
-from retouch.pages.study_plots import charts
 from retouch.studies.columns import Column, heading, shown
 from retouch.studies.document import Document, TableOfDocument
 from retouch.studies.engine import ROWS
+from retouch.studies.plots import charts
 from retouch.studies.records import Cell
 from retouch.studies.row_key import SHORT
 from retouch.studies.study_file import shown as label_text

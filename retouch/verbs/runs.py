@@ -8,7 +8,7 @@ from optimize.runs.job import Result
 from optimize.settings.run_file import Run
 from relief.common.progress import Progress
 from retouch.pages.run_report import publish
-from retouch.progress_display import followed
+from retouch.verbs.progress_display import followed
 
 
 def optimize(

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from tactile.contact import Compliance, ContactState, approach_contact
-from tactile.elastic_layer import ElasticLayerOperator
+from tactile.layer.elastic_layer import ElasticLayerOperator
 
 STEPS = 6
 """Steps of the solver, from even pressure: V errs by 0.6 % in the median (docs/learned.md)."""

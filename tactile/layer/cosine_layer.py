@@ -7,7 +7,7 @@ The block of the skin has free sides. Both of its models are one formula on two 
 and the same of the strain. A layer in the cosine basis has sliding sides and is exact for every wavelength.
 Free sides add what finite elements with free sides give, minus what the same elements give with sliding ones,
 so that their discretisation error cancels. T interpolates from the elements to the pixels.
-`tactile.elastic_layer` takes a coarse mesh for the difference, `tactile.finite_elements` a fine one.
+`elastic_layer` takes a coarse mesh for the difference, `tactile.elements.finite_elements` a fine one.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -18,8 +18,8 @@ import torch
 from torch import Tensor
 
 from relief.common.arrays import Array
-from tactile.layer_response import layer_response
-from tactile.layered_response import layered_response
+from tactile.layer.layer_response import layer_response
+from tactile.layer.layered_response import layered_response
 from tactile.skin import Skin
 from tactile.strain import STRAIN_COMPONENTS
 

@@ -3,7 +3,7 @@
     C p      = exact layer  p  +  R (free - sliding) R' p
     strain p = exact layer strain p  +  Q (free - sliding) R' p
 
-The formula is the one of `tactile.finite_elements` (see `tactile.cosine_layer`), on a mesh of 32 x 32
+The formula is the one of `tactile.elements.finite_elements` (see `cosine_layer` beside it), on a mesh of 32 x 32
 elements instead of 64 x 64 nodes. What the free sides add is smooth, because a nearly incompressible block
 squeezes out through its sides as a whole, so linear interpolation (R from nodes, Q from the elements'
 centres) serves. All operators are for unit Young's modulus: pressures are in units of E, so that one set
@@ -19,9 +19,9 @@ from torch import Tensor
 
 from relief.common.cache import Arrays, cached, fingerprint
 from relief.common.progress import stage
-from tactile.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd, sliding_layer
-from tactile.interpolation import mirrored_centres, mirrored_hats
-from tactile.layers import even_levels
+from tactile.layer.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd, sliding_layer
+from tactile.layer.interpolation import mirrored_centres, mirrored_hats
+from tactile.layer.layers import even_levels
 from tactile.skin import Skin
 from tactile.strain import STRAIN_COMPONENTS
 

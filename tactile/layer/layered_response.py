@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 
 from relief.common.arrays import Array
-from tactile.layer_response import LayerResponse
-from tactile.layers import SAME_DEPTH_MM, Stack, boundaries, layer_around, moduli_of_rows
+from tactile.layer.layer_response import LayerResponse
+from tactile.layer.layers import SAME_DEPTH_MM, Stack, boundaries, layer_around, moduli_of_rows
 from tactile.skin import lame
 
 LATERAL, NORMAL = 0, 1

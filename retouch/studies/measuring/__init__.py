@@ -1,0 +1,1 @@
+"""Measures of the rows of a study beside those of result.json."""

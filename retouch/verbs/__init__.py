@@ -1,0 +1,1 @@
+"""The functions behind the verbs of the command, as `retouch` gives them to Python."""

@@ -1,0 +1,1 @@
+"""Finite elements of the skin, condensed to its surface."""
