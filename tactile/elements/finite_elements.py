@@ -3,13 +3,13 @@
     C p      = exact layer  p  +  T (free - sliding) T' p
     strain p = the same of the strain
 
-The formula is the one of `tactile.layer.elastic_layer` (see `cosine_layer` beside it), on a mesh with a node at
-every pixel or with 64 nodes a side. The block does not depend on the texture: its parity blocks with free sides are
-condensed onto the nodes of the contact face once per skin and mesh, and kept on disk; a texture costs some
-dense products after that. Elements err most under the shortest waves of pressure, which do not feel the sides
-of the block. The same elements with sliding sides are solved mode by mode (`tactile.structured.pixel_layer`),
-so the difference is free of this error. T interpolates from the nodes of the mesh to the pixels, where
-contact is decided; where there is a node at every pixel, T is the identity.
+The formula is the one of `tactile.layer.elastic_layer` (see `cosine_layer` beside it), on a mesh with a node
+at every pixel or with 64 nodes a side. The block does not depend on the texture: its parity blocks with free
+sides are condensed onto the nodes of the contact face once per skin and mesh, and kept on disk; a texture
+costs some dense products after that. Elements err most under the shortest waves of pressure, which do not
+feel the sides of the block. The same elements with sliding sides are solved mode by mode
+(`tactile.structured.pixel_layer`), so the difference is free of this error. T interpolates from the nodes of
+the mesh to the pixels, where contact is decided; where there is a node at every pixel, T is the identity.
 """
 
 from dataclasses import dataclass, replace

@@ -3,8 +3,8 @@
     C p      = exact layer  p  +  R (free - sliding) R' p
     strain p = exact layer strain p  +  Q (free - sliding) R' p
 
-The formula is the one of `tactile.elements.finite_elements` (see `cosine_layer` beside it), on a mesh of 32 x 32
-elements instead of 64 x 64 nodes. What the free sides add is smooth, because a nearly incompressible block
+The formula is the one of `tactile.elements.finite_elements` (see `cosine_layer` beside it), on a mesh of 32 x
+32 elements instead of 64 x 64 nodes. What the free sides add is smooth, because a nearly incompressible block
 squeezes out through its sides as a whole, so linear interpolation (R from nodes, Q from the elements'
 centres) serves. All operators are for unit Young's modulus: pressures are in units of E, so that one set
 serves every modulus and force.
