@@ -1,7 +1,7 @@
 """What printers make of gravel and of the same made rougher: `results/as_printed.json`.
 
 Run as `python -m benchmarks.as_printed`. Both reliefs are put on the pixels and layers of each printer
-(`relief.export.printers`), and the two prints are pressed and rendered as reliefs on the screen are.
+(`relief.printers`), and the two prints are pressed and rendered as reliefs on the screen are.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 import retouch
 from benchmarks.common import load, save, table
 from mitsuba_scenes import find_texture
-from relief.export.printed import printed
-from relief.export.printers import find_printer
 from relief.heightmap import load_height_map, save_heights_exr
+from relief.printed import printed
+from relief.printers import find_printer
 
 PRINTERS = ("mask-22", "mask-50", "dlp-75", "laser-140", "polyjet-16", "filament")
 FILMS = (32, 86)

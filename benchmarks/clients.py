@@ -5,7 +5,7 @@ Blender reads files, too. Writes `results/clients.json`.
 
 The slicer tells what it holds of each file and slices it for filament and for resin. The resin layers of a
 plate, a picture each, are stacked back to heights, which are compared with the model of the printer
-(`relief.export.printers`).
+(`relief.printers`).
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from relief.body import Body, Part, joined
 from relief.common.arrays import Array
 from relief.export.parts import write_parts
 from relief.export.plate import plate_mesh, repeated
-from relief.export.printed import printed
 from relief.heightmap import HeightMap, load_height_map, save_heights_exr, save_heights_png
 from relief.meshes import read_mesh
 from relief.meshes.solid import volume_mm3
 from relief.objects.table import OBJECTS
+from relief.printed import printed
 
 OBJECT_NAMES = ("starfish", "slider", "frog")
 GAP_MM = 3.0

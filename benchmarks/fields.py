@@ -21,6 +21,7 @@ import torch
 import tactile
 from benchmarks.common import machine, save, table
 from relief.common.arrays import Array
+from relief.relief import Relief
 from retouch.training.fields import STUDIO, VARIANT, light_directions, touch_fields
 from surrogate.corpus.photographs import bundled
 from surrogate.corpus.recipes import heights, recipes
@@ -69,7 +70,7 @@ def _each(began: float) -> float:
 
 
 def _pictures(seen: list[Array]) -> list[dict[str, Any]]:
-    scene = Scene(check_scene(STUDIO, {"resolution": str(SIDE)}), np.zeros((SIDE, SIDE)), VARIANT)
+    scene = Scene(check_scene(STUDIO, {"resolution": str(SIDE)}), Relief(np.zeros((SIDE, SIDE))), VARIANT)
     sun, *_, sky = scene.light_scenes()
     toward = light_directions("studio", 3, 0)[:1]
 

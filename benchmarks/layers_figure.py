@@ -17,8 +17,8 @@ from mitsuba_scenes import find_texture
 from relief.body import Part
 from relief.export.parts import write_parts
 from relief.export.plate import plate_mesh
-from relief.export.printed import printed
 from relief.heightmap import load_height_map
+from relief.printed import printed
 from relief.shading import facing
 
 OUT = Path(__file__).parents[1] / "docs" / "images" / "layers.png"

@@ -27,6 +27,7 @@ from relief.meshes.crops import Cropper
 from relief.meshes.places import frame_along
 from relief.meshes.unrolling import fine_enough
 from relief.places import places
+from relief.relief import Relief
 from relief.surface import Surface
 from tactile import jnd_apart
 from tactile.measures import measure_touch
@@ -116,7 +117,7 @@ def plate(name: str) -> dict[str, Any]:
     start = time.process_time()
     feel = feel_of(Mesh(body, None, Path(name)), Skin())
     cpu = time.process_time() - start
-    flat = measure_touch(heights, PLATE_MM, Skin(), "layer").means["roughness"]
+    flat = measure_touch(Relief(heights, PLATE_MM), Skin(), "layer").means["roughness"]
     mean = feel.means["roughness"]
     row = {"faces": len(body.faces), "flat": flat, "within": {"roughness": mean, "places": len(feel.crops)}}
     return row | {"jnd_within": jnd_apart(mean, flat), "check_cpu_s": checked, "cpu_s": cpu}
@@ -138,7 +139,7 @@ def around_tube(heights: Array, pitch_mm: float, every: int, tile: bool = False)
     surface = Surface((rows, cols), cols * pitch_mm, (tile, True))
     at = places(surface)
     chosen = at[np.linspace(0, len(at) - 1, min(len(at), 2 * PLACES)).astype(np.int64)]
-    flat = measure_touch(heights, surface.width_mm, Skin(), "layer", repeats=surface.repeats, at=chosen)
+    flat = measure_touch(Relief(heights, surface.width_mm, surface.repeats), Skin(), "layer", at=chosen)
     row: dict[str, Any] = {"radius_mm": float(cols * pitch_mm / (2.0 * np.pi)), "faces": len(body.faces)}
     row["flat"] = flat.means["roughness"]
     for kind, under in (("out", base), ("within", None)):
@@ -175,7 +176,7 @@ def coin() -> dict[str, Any]:
     samples = round(TILE_MM / pitch)
     bar = np.zeros((samples, samples))
     bar[(samples - rows) // 2 :][:rows] = 2.85 + wave[:samples]
-    row["flat"] = measure_touch(bar, TILE_MM, Skin(), "layer").means["roughness"]
+    row["flat"] = measure_touch(Relief(bar, TILE_MM), Skin(), "layer").means["roughness"]
     row["jnd_within"] = jnd_apart(row["within"]["roughness"], row["flat"])
     return row | {"jnd_from_smooth": jnd_apart(row["within"]["roughness"], row["smooth"]["roughness"])}
 

@@ -23,8 +23,9 @@ from mitsuba_scenes import find_texture
 from optimize.settings.run_file import Run, run_from_scene
 from relief.common.arrays import Array
 from relief.common.limits import HEIGHT_LIMIT_MM
-from relief.export.printed import printed
 from relief.heightmap import load_heights
+from relief.printed import printed
+from relief.relief import Relief
 from retouch.verbs.runs import optimize
 from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch
@@ -91,7 +92,7 @@ def measured(runs: Path, texture: str, jnd: int, variant: str) -> dict[str, Any]
     printer = settings.print.described
     assert printer is not None
     screen = load_scene(scene, texture=file, size_mm=SIZE_MM)
-    prints = load_scene(scene, texture=file, size_mm=SIZE_MM, printer=printer)
+    prints = load_scene(scene, relief=Relief.read(file, size_mm=SIZE_MM, printer=printer))
     design, pitch_mm = screen.heights, SIZE_MM / screen.heights.shape[1]
     naive = (prints.heights, np.minimum(printed(free, pitch_mm, printer), printer.top_mm(HEIGHT_LIMIT_MM)))
     pairs = {
@@ -104,7 +105,9 @@ def measured(runs: Path, texture: str, jnd: int, variant: str) -> dict[str, Any]
 
 def felt(before: Array, after: Array) -> float:
     """Just-noticeable differences between two reliefs, by the elastic layer."""
-    rough = [measure_touch(each, SIZE_MM, Skin(), "layer").means["roughness"] for each in (before, after)]
+    rough = [
+        measure_touch(Relief(each, SIZE_MM), Skin(), "layer").means["roughness"] for each in (before, after)
+    ]
     return jnd_apart(rough[1], rough[0])
 
 

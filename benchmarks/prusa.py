@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from relief.common.arrays import Array
-from relief.export.printers import Printer, find_printer
+from relief.printers import Printer, find_printer
 
 PRINTER = find_printer("mask-50")
 """The resin printer: pixels and layers of 50 um."""

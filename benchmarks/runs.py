@@ -22,6 +22,7 @@ from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
 from optimize.verification.picture_change import change
 from relief.common.arrays import Array
+from relief.relief import Relief
 from visual.noise import Batches, batched
 from visual.scene import Scene, load_scene
 
@@ -66,7 +67,8 @@ def main() -> None:
         if not wanted:
             continue
         scene = load_scene(
-            "mitsuba_scenes/studio.xml", texture=f"mitsuba_scenes/textures/{texture}.png", relief_mm=relief_mm
+            "mitsuba_scenes/studio.xml",
+            relief=Relief.read(f"mitsuba_scenes/textures/{texture}.png", relief_mm=relief_mm),
         )
         before = _pictures(scene, scene.heights)
         for case, way, jnd in wanted:

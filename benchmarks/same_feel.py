@@ -19,6 +19,7 @@ from optimize.run_directory.key import SETTINGS, read_result
 from optimize.settings.run_file import Run, load_run
 from relief.common.arrays import Array
 from relief.common.formats import RUN_HEIGHTS
+from relief.common.limits import PATCH_SIDE_MM
 from relief.common.srgb import srgb
 from relief.heightmap import load_heights
 from retouch.studies.document import flat_rows, read_document
@@ -100,7 +101,7 @@ def draw(other: tuple[Array, str], before: list[tuple[Array, str]], after: list[
 
 
 def _render(run: Run, file: Path) -> Array:
-    scene = load_scene(run.scene, texture=run.texture, repeats=run.axes_repeat)
+    scene = load_scene(run.scene, relief=run.relief(PATCH_SIDE_MM))
     heights = load_heights(file)
     pictures = scene.render(heights, samples=SAMPLES, seed=1, resolution=RESOLUTION)
     return np.asarray(pictures[CONDITION].numpy())

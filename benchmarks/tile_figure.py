@@ -15,9 +15,11 @@ from benchmarks.tiles import ALL, ONE, Row, cases
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from relief.common.arrays import Array
+from relief.common.limits import PATCH_SIDE_MM
 from relief.common.srgb import srgb
 from relief.heightmap import load_heights
 from relief.places import places
+from relief.relief import Relief
 from retouch.studies.engine import ROWS
 from retouch.studies.row_key import SHORT
 from retouch.verbs.subjects import RESULT
@@ -37,18 +39,16 @@ def main() -> None:
     by = cases()[TEXTURE, JND]
     study = Path(sys.argv[1])
     run = load_run(study / ROWS / by[ALL]["row"][:SHORT] / SETTINGS)
-    scene = load_scene(run.scene, texture=run.texture, repeats=run.axes_repeat)
+    scene = load_scene(run.scene, relief=run.relief(PATCH_SIDE_MM))
     reliefs = [scene.heights, *(load_heights(_folder(study, by[kind]) / RESULT) for kind, _ in KINDS)]
     at = places(scene.surface, SPACING_MM)
     side = round(len(at) ** 0.5)
     felt = [
         measure_touch(
-            heights,
-            scene.size_mm,
+            Relief(heights, scene.size_mm, run.axes_repeat),
             run.touch.finger,
             "layer",
             quantities=(ROUGHNESS,),
-            repeats=run.axes_repeat,
             at=at,
         ).values[ROUGHNESS.name]
         for heights in reliefs

@@ -33,6 +33,7 @@ from optimize.settings.run_file import load_run
 from optimize.verification.converged import converged
 from optimize.verification.picture_change import change
 from optimize.verification.picture_metrics import pixel_weights
+from relief.common.limits import PATCH_SIDE_MM
 from relief.heightmap import load_heights, save_heights_exr
 from visual.noise import Batches
 from visual.scene import Scene, load_scene
@@ -203,7 +204,7 @@ def change_by_samples() -> list[dict[str, Any]]:
         for texture, jnd in CASES:
             one_run(ROOT, [texture, "--set", f"touch.jnd={jnd}", "--fast"], Path(out))
             run = load_run(texture)
-            scene = load_scene(run.scene, texture=run.texture, relief_mm=run.relief_mm)
+            scene = load_scene(run.scene, relief=run.relief(PATCH_SIDE_MM))
             after = load_heights(Path(out) / "heights.exr")
             found = {
                 samples: measured_change(scene, after, samples)

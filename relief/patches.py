@@ -16,6 +16,7 @@ from scipy import ndimage
 
 from relief.common.arrays import Array, Index
 from relief.common.limits import PATCH_SIDE_MM
+from relief.depth import within_reach
 from relief.places import cut, flat_indices, paste, patch_shape
 from relief.surface import Surface
 
@@ -84,6 +85,10 @@ class Patches:
         if self.spline is None:
             return np.asarray(patches)
         return np.asarray(self.spline @ patches @ self.spline.T)
+
+    def within_reach(self, heights: Array, part: slice = slice(None)) -> Array:
+        """The same of what a finger can reach of the relief (`relief.depth.within_reach`)."""
+        return self.of(within_reach(heights), part)
 
     def back(self, patches: Array) -> Array:
         """(rows, cols) sum of fields (k, samples, samples) over their patches, the adjoint of `of`."""

@@ -23,9 +23,10 @@ if TYPE_CHECKING:
     from tactile.area import contact_area
     from tactile.contact import ContactError
     from tactile.jnd import discrimination_probability, jnd_apart, jnd_scaled
-    from tactile.model import Touch, press
+    from tactile.model import press
     from tactile.pair_variation import roughness
     from tactile.skin import Skin
+    from tactile.touch import Touch
     from visual.scene import Scene, load_scene
 
 __all__ = [

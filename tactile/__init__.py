@@ -10,9 +10,10 @@ if TYPE_CHECKING:
     from tactile.area import contact_area
     from tactile.contact import ContactError
     from tactile.jnd import discrimination_probability, jnd_apart, jnd_scaled
-    from tactile.model import Touch, TouchModel, press, touch_model
+    from tactile.model import TouchModel, press, touch_model
     from tactile.pair_variation import roughness
     from tactile.skin import Skin
+    from tactile.touch import Touch
 
 __all__ = [
     "ContactError",

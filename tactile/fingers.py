@@ -19,7 +19,7 @@ from tactile.layer.cosine_layer import sliding_layer
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.pair_variation import roughness
 from tactile.skin import Skin
-from tactile.strain import smallest_eigenvalue
+from tactile.strain import principal_strain
 
 VARIATIONS = (
     ("this finger", 1.0, 1.0),
@@ -99,7 +99,7 @@ def roughness_by_finger(heights: ArrayLike, skin: Skin, size_mm: float = PATCH_S
         load = finger.skin.mean_pressure_mpa(size_mm) / finger.skin.young_modulus_mpa
         if load not in pressures:
             pressures[load] = solve_contact(operator, patches, load).pressure
-        strain = smallest_eigenvalue(at_depth(operator, finger.skin).strain(pressures[load]))
+        strain = principal_strain(at_depth(operator, finger.skin), pressures[load])
         rows.append(roughness(strain[:-1] - strain[-1], size_mm).double().numpy())
     return np.stack(rows)
 

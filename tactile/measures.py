@@ -9,15 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 import torch
-from numpy.typing import ArrayLike
 
 import tactile
 from relief.common.arrays import Array, Index
 from relief.common.progress import stage
-from relief.depth import check_reach, floor_mm, within_reach
+from relief.depth import check_reach, floor_mm
 from relief.patches import Patches
 from relief.places import places
-from relief.surface import Surface
+from relief.relief import Relief
 from tactile.model import FEM_MESH, ModelName
 from tactile.pair_variation import check_patch
 from tactile.quantities import QUANTITIES, ROUGHNESS, Quantity, means
@@ -68,23 +67,21 @@ class TouchMeasures:
 
 
 def measure_touch(
-    heights: ArrayLike,
-    size_mm: float,
+    relief: Relief,
     skin: tactile.Skin,
     model: ModelName,
     mesh: int = FEM_MESH,
     quantities: Iterable[Quantity] = QUANTITIES.values(),
-    repeats: tuple[bool, bool] = (False, False),
     at: Index | None = None,
 ) -> TouchMeasures:
     """Press on a relief from a cold start, in double precision, with roughness by the full sum.
 
     Args:
-        heights: (rows, cols) mm.
-        size_mm: width of the plate.
+        relief: to press on.
+        skin: the finger.
+        model: of touch.
         mesh: nodes along a side of the finite elements.
         quantities: to be measured.
-        repeats: axes (rows, cols) along which the relief repeats.
         at: (k, 2) places; None: those of `relief.places.places`.
 
     Raises:
@@ -92,11 +89,10 @@ def measure_touch(
             of a relief higher than 3 mm; the message names the field.
         ContactError: the contact does not converge.
     """
-    quantities, heights = tuple(quantities), np.asarray(heights)
+    quantities, heights, surface = tuple(quantities), relief.heights, relief.surface
     if ROUGHNESS in quantities:
         # Before the operators are built, which can take many seconds.
-        check_patch(min(size_mm, size_mm * heights.shape[0] / heights.shape[1]))
-    surface = Surface((heights.shape[0], heights.shape[1]), size_mm, repeats)
+        check_patch(min(surface.width_mm, surface.width_mm * heights.shape[0] / heights.shape[1]))
     patches = Patches(surface, places(surface) if at is None else at)
     deep = floor_mm(heights) > 0.0
 
@@ -106,10 +102,10 @@ def measure_touch(
         touch = tactile.press(field, patches.size_mm, skin, model, mesh=mesh)
         if deep:
             check_reach(fields, touch.gap.detach().numpy().reshape(fields.shape))
-        values = {one.name: each(one.value(touch, patches.size_mm)) for one in quantities}
+        values = {one.name: each(one.value(touch)) for one in quantities}
         return touch, values
 
-    measures = collected(patches, within_reach(heights), press, model, mesh if model == "fem" else None)
+    measures = collected(patches, heights, press, model, mesh if model == "fem" else None)
     _log.info("pressed: %r", measures)
     return measures
 
@@ -126,7 +122,7 @@ def collected(
     parts = batches(patches)
     with stage("pressing on places", len(parts)) as advance:
         for part in parts:
-            touch, of_part = press(patches.of(heights, part))
+            touch, of_part = press(patches.within_reach(heights, part))
             touches.append(touch)
             values.append(of_part)
             advance()

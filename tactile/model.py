@@ -12,6 +12,8 @@ from torch import Tensor
 from relief.common.errors import InputError
 from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import stage
+from relief.places import patch_shape
+from relief.surface import Surface
 from tactile.contact import Compliance, Solver, solve_contact
 from tactile.contact import press as press_contact
 from tactile.elements.finite_elements import FiniteElementOperator, finite_element_operator
@@ -19,7 +21,8 @@ from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_oper
 from tactile.layer.truncated import GRADIENT_TOLERANCE, quick_solver
 from tactile.limits import FEM_MESH, MAX_MESH, MAX_SAMPLES, MIN_MESH, MIN_SAMPLES
 from tactile.skin import Skin
-from tactile.strain import smallest_eigenvalue
+from tactile.strain import principal_strain
+from tactile.touch import Touch, share_in_contact
 
 ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)
@@ -27,40 +30,6 @@ MODELS: tuple[str, ...] = get_args(ModelName)
 MIN_LOAD, MAX_LOAD = 1e-6, 100.0
 """Least and greatest mean pressure in units of Young's modulus: 500 times the usual load squeezes the skin by
 many times its thickness, and far beyond, rounding doubles V in single precision without any other sign."""
-
-
-@dataclass(frozen=True)
-class Touch:
-    """Skin pressed on one relief or a batch; every tensor is differentiable with respect to the heights.
-
-    Attributes:
-        strain: (..., n, n) largest-magnitude compressive principal strain at receptor depth, minus the flat
-            plate's map; compressive is negative.
-        gap: (..., n, n) distance between deformed skin and relief, mm.
-        pressure: (..., n, n) contact pressure, MPa.
-        approach: (...) descent of the bone since first touch with the plane z = 0, mm.
-        contact_fraction: (...) share of pixels under pressure (not differentiable).
-    """
-
-    strain: Tensor
-    gap: Tensor
-    pressure: Tensor
-    approach: Tensor
-    contact_fraction: Tensor
-
-    def __repr__(self) -> str:
-        shape = " x ".join(map(str, self.strain.shape))
-        share = _range(100.0 * self.contact_fraction, "%.0f")
-        return (
-            f"Touch({shape} samples, {share} % in contact, peak pressure {self.pressure.max():.3g} MPa, "
-            f"strain {_range(self.strain, '%.3g')}, approach {_range(self.approach, '%.3g')} mm)"
-        )
-
-
-def _range(values: Tensor, form: str) -> str:
-    """Smallest and largest value, or the one value of all."""
-    ends = [form % float(end) for end in values.detach().aminmax()]
-    return " to ".join(dict.fromkeys(ends))
 
 
 class SkinOperator(Compliance, Protocol):
@@ -119,9 +88,10 @@ class TouchModel:
             self.solve,
             self.gradient_tolerance,
         )
-        strain = smallest_eigenvalue(self.operator.strain(pressure)) - self.flat_strain
-        fraction = (pressure.detach() > 0.0).to(pressure.dtype).mean((-2, -1))
-        return Touch(strain, gap, pressure * modulus, approach, fraction)
+        strain = principal_strain(self.operator, pressure) - self.flat_strain
+        return Touch(
+            strain, gap, pressure * modulus, approach, share_in_contact(pressure), self.operator.size_mm
+        )
 
 
 def check_model(skin: Skin, samples: int, size_mm: float, model: ModelName, mesh: int = FEM_MESH) -> float:
@@ -209,7 +179,7 @@ def _in_double(
         operator = elastic_layer_operator(skin, samples, size_mm, torch.float64)
     flat = torch.zeros(samples, samples, dtype=torch.float64)
     pressure = solve_contact(operator, flat, mean).pressure
-    return operator, smallest_eigenvalue(operator.strain(pressure))
+    return operator, principal_strain(operator, pressure)
 
 
 def press(
@@ -224,7 +194,7 @@ def press(
 
     Args:
         heights: (..., n, n) mm; float32 or float64, which is also the precision of the result.
-        size_mm: side of the patch.
+        size_mm: side of the patch, at most 10.
         skin: parameters of the skin; None for `Skin()`.
         model: "layer", the elastic layer with free sides; "fem", finite elements (the first press of a skin
             waits until they are built: 9 s with 64 nodes a side, 90 s with 128); "quick", the layer after a
@@ -237,8 +207,8 @@ def press(
         The touch, with gradients by the heights.
 
     Raises:
-        InputError: heights are not square, too few, too many or not finite; an unknown model; an unfit mesh;
-            a skin or grid that the net was not trained for.
+        InputError: a patch larger than a finger's; heights are not square, too few, too many or not finite;
+            an unknown model; an unfit mesh; a skin or grid that the net was not trained for.
         ContactError: the contact did not converge.
     """
     if isinstance(heights, np.ndarray):
@@ -251,5 +221,11 @@ def press(
         raise InputError(f"heights: {field.dtype} is neither float32 nor float64")
     if not bool(torch.isfinite(field).all()):
         raise InputError("heights: not every value is finite")
+    samples = field.shape[-1]
+    if size_mm > PATCH_SIDE_MM and patch_shape(Surface((samples, samples), float(size_mm)))[0] < samples:
+        raise InputError(
+            f"size_mm: {size_mm:g} is more than the {PATCH_SIDE_MM:g} mm that a finger presses on; "
+            "retouch.evaluate presses on every place of a larger plate"
+        )
     skin_model = touch_model(skin or Skin(), field.shape[-1], float(size_mm), field.dtype, model, mesh)
     return skin_model.press(field, start)

@@ -10,8 +10,8 @@ import torch
 from torch import Tensor
 
 from relief.common.errors import InputError
-from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import stage
+from tactile.touch import Touch, map_and_size
 
 PAIR_DISTANCE_MM = 2.2
 """Mean distance d of a pair of receptors, mm (paper section 4.2)."""
@@ -40,7 +40,9 @@ Offsets = tuple[tuple[int, int, float], ...]
 """Samples down and right, and weight, of every offset."""
 
 
-def roughness(strain: Tensor, size_mm: float = PATCH_SIDE_MM, quadrature: Quadrature = "full") -> Tensor:
+def roughness(
+    strain: Touch | Tensor, size_mm: float | None = None, quadrature: Quadrature = "full"
+) -> Tensor:
     """V = mean over positions p and offsets o of |s(p) - s(p + o)| (paper equation 2).
 
     Offsets have length in [d - r, d + r] = [1.4, 3.0] mm and direction in [0, pi), uniform in (length,
@@ -49,8 +51,8 @@ def roughness(strain: Tensor, size_mm: float = PATCH_SIDE_MM, quadrature: Quadra
     paper's sampler of 8000 pairs.)
 
     Args:
-        strain: (..., n, n), dimensionless.
-        size_mm: side of the patch.
+        strain: of a touch, or (..., n, n), dimensionless.
+        size_mm: side of the patch; None: the touch's own, or 10.
         quadrature: "full", for every number reported, sums over every pixel offset, and over 1824 of them
             on grids of more than `FINEST_PER_MM`. "polar" sums over 4 lengths x 16 angles.
 
@@ -60,6 +62,7 @@ def roughness(strain: Tensor, size_mm: float = PATCH_SIDE_MM, quadrature: Quadra
     Raises:
         InputError: the patch is too small for the widest pairs, or too coarse for any; an unknown quadrature.
     """
+    strain, size_mm = map_and_size(strain, "strain", size_mm)
     offsets = _offsets(strain.shape[-1], size_mm, quadrature)
     with stage("measuring roughness", len(offsets)) as advance:
         return _PairVariation.apply(strain, offsets, advance)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
     from relief.common.arrays import Array
-    from tactile.model import Touch
+    from tactile.touch import Touch
 
 Values = Mapping[str, "Array"]
 """Values of quantities by their names, each (k,) over the touches."""
@@ -81,7 +81,7 @@ class Quantity:
         label: for tables and sentences.
         symbol, unit: for the screen; the unit may be empty.
         decimals: digits behind the point on the screen.
-        value: from a touch (..., n, n) and the side of the patch (mm) to the numbers (...), differentiable.
+        value: from a touch (..., n, n) to the numbers (...), differentiable.
         fast_value: a cheaper estimate for descents by a fast model of touch; None: `value`.
         steering_value: a smoother stand-in whose gradient gives a step its direction; None: `value`.
         slope_holds: whether the gradient predicts the quantity well over a whole step. Else every step is
@@ -96,9 +96,9 @@ class Quantity:
     symbol: str
     unit: str
     decimals: int
-    value: Callable[[Touch, float], Tensor]
-    fast_value: Callable[[Touch, float], Tensor] | None = None
-    steering_value: Callable[[Touch, float], Tensor] | None = None
+    value: Callable[[Touch], Tensor]
+    fast_value: Callable[[Touch], Tensor] | None = None
+    steering_value: Callable[[Touch], Tensor] | None = None
     slope_holds: bool = True
     energy_unit: float = 1.0
     largest: Callable[[float], float] = lambda size_mm: math.inf
@@ -115,8 +115,8 @@ ROUGHNESS = Quantity(
     symbol="V",
     unit="",
     decimals=4,
-    value=lambda touch, size_mm: tactile.roughness(touch.strain, size_mm),
-    fast_value=lambda touch, size_mm: tactile.roughness(touch.strain, size_mm, "polar"),
+    value=lambda touch: tactile.roughness(touch),
+    fast_value=lambda touch: tactile.roughness(touch, quadrature="polar"),
     goals=(
         GoalKey("roughness", "V", "roughness, as retouch evaluate tells it"),
         GoalKey(
@@ -137,10 +137,8 @@ CONTACT_AREA = Quantity(
     symbol="A",
     unit="mm²",
     decimals=1,
-    value=lambda touch, size_mm: tactile.contact_area(touch.gap, size_mm),
-    steering_value=lambda touch, size_mm: tactile.contact_area(
-        touch.gap, size_mm, STEERING_GAP_WEIGHT_PER_MM
-    ),
+    value=lambda touch: tactile.contact_area(touch),
+    steering_value=lambda touch: tactile.contact_area(touch, gap_weight=STEERING_GAP_WEIGHT_PER_MM),
     slope_holds=False,
     energy_unit=CONTACT_ENERGY_UNIT_MM2,
     largest=lambda size_mm: size_mm**2,

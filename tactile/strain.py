@@ -1,7 +1,7 @@
 """Largest compressive principal strain, with a gradient that stays finite where eigenvalues meet."""
 
 import math
-from typing import Any
+from typing import Any, Protocol
 
 import torch
 from torch import Tensor
@@ -66,3 +66,15 @@ class _SmallestEigenvalue(torch.autograd.Function):
         # Off-diagonal components stand for two entries of the tensor each.
         weight = projector.new_tensor([1.0, 1.0, 1.0, 2.0, 2.0, 2.0]).view(6, 1, 1)
         return projector * weight * gradients[0].unsqueeze(-3)
+
+
+class StrainOperator(Protocol):
+    """Skin as a linear map from pressures (..., n, n) in units of E to strains (..., 6, n, n)."""
+
+    def strain(self, pressure: Tensor) -> Tensor:
+        """Components as in `STRAIN_COMPONENTS`."""
+
+
+def principal_strain(operator: StrainOperator, pressure: Tensor) -> Tensor:
+    """(..., n, n) largest compressive principal strain under pressures (..., n, n) in units of E."""
+    return smallest_eigenvalue(operator.strain(pressure))

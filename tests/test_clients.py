@@ -10,8 +10,8 @@ from benchmarks.prusa import PRINTER, Slicer, plate_heights
 from relief.body import Part
 from relief.export.parts import write_parts
 from relief.export.plate import plate_mesh, repeated
-from relief.export.printed import printed
 from relief.meshes.solid import volume_mm3
+from relief.printed import printed
 
 PROGRAM = "prusa-slicer"
 pytestmark = pytest.mark.skipif(shutil.which(PROGRAM) is None, reason="there is no PrusaSlicer here")

@@ -30,8 +30,8 @@ _ALLOWED = {
     "tactile": "relief relief.common surrogate.nets",
     "tactile.unstructured": "relief.common tactile",
     "visual": (
-        "relief relief.common relief.export visual.backend visual.exact visual.fast visual.geometry "
-        "visual.lights visual.scene_file"
+        "relief relief.common visual.backend visual.exact visual.fast visual.geometry visual.lights "
+        "visual.scene_file"
     ),
     "visual.backend": "relief relief.common",
     "visual.exact": "relief.common visual.backend visual.geometry visual.lights",
@@ -39,12 +39,12 @@ _ALLOWED = {
     "visual.geometry": "relief relief.common visual.backend",
     "visual.lights": "relief.common visual.backend",
     "visual.reference": "relief.common visual visual.backend visual.exact visual.geometry visual.lights",
-    "visual.scene_file": ("mitsuba_scenes relief relief.common relief.export visual.backend visual.lights"),
+    "visual.scene_file": "mitsuba_scenes relief relief.common visual.backend visual.lights",
     "optimize": "optimize.runs relief.common",
     "optimize.__main__": "",
-    "optimize.descent": "relief relief.common relief.export tactile visual visual.exact",
+    "optimize.descent": "relief relief.common tactile visual visual.exact",
     "optimize.descent.gauss_newton": (
-        "optimize.descent relief relief.common relief.export tactile visual visual.exact visual.fast"
+        "optimize.descent relief relief.common tactile visual visual.exact visual.fast"
     ),
     "optimize.estimates": (
         "optimize.descent optimize.descent.gauss_newton optimize.runs optimize.settings "
@@ -56,12 +56,11 @@ _ALLOWED = {
     ),
     "optimize.runs": (
         "optimize.descent optimize.descent.gauss_newton optimize.run_directory optimize.settings "
-        "optimize.verification relief relief.common relief.export tactile visual"
+        "optimize.verification relief relief.common tactile visual"
     ),
-    "optimize.settings": "mitsuba_scenes relief relief.common relief.export tactile",
+    "optimize.settings": "mitsuba_scenes relief relief.common tactile",
     "optimize.verification": (
-        "optimize.descent optimize.settings relief relief.common relief.export relief.meshes tactile "
-        "visual visual.exact"
+        "optimize.descent optimize.settings relief relief.common relief.meshes tactile visual visual.exact"
     ),
     "retouch": (
         "optimize.runs optimize.settings relief relief.common relief.export relief.preparing "
@@ -73,7 +72,7 @@ _ALLOWED = {
         "optimize.settings optimize.verification relief relief.common relief.export relief.meshes "
         "relief.objects relief.preparing relief.wrapping retouch.pages retouch.stimulus_sets "
         "retouch.studies retouch.training retouch.verbs retouch.workers surrogate.corpus "
-        "surrogate.nets tactile visual visual.backend"
+        "surrogate.nets tactile visual visual.backend visual.scene_file"
     ),
     "retouch.pages": (
         "optimize.run_directory optimize.runs optimize.verification relief relief.common "
@@ -85,17 +84,18 @@ _ALLOWED = {
         "visual.lights"
     ),
     "retouch.studies": (
-        "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
-        "relief.common relief.export retouch.pages retouch.studies.measuring retouch.verbs "
-        "retouch.workers visual.backend"
+        "mitsuba_scenes optimize.estimates optimize.run_directory optimize.settings relief "
+        "relief.common retouch.pages retouch.studies.measuring retouch.verbs retouch.workers "
+        "visual.backend"
     ),
     "retouch.studies.measuring": (
         "mitsuba_scenes optimize.run_directory optimize.settings optimize.verification relief "
         "relief.common tactile visual visual.lights"
     ),
     "retouch.training": (
-        "mitsuba_scenes relief.common retouch.pages retouch.workers surrogate.corpus surrogate.data "
-        "surrogate.nets tactile visual visual.backend visual.fast visual.reference visual.scene_file"
+        "mitsuba_scenes relief relief.common retouch.pages retouch.workers surrogate.corpus "
+        "surrogate.data surrogate.nets tactile visual visual.backend visual.fast visual.reference "
+        "visual.scene_file"
     ),
     "retouch.verbs": (
         "mitsuba_scenes optimize.run_directory optimize.runs optimize.settings optimize.verification "

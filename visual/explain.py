@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from relief.common.arrays import Array
-from relief.surface import Surface
+from relief.relief import Relief
 from visual.backend import variants
 from visual.geometry.film_samples import hidden_plate
 from visual.geometry.topology import plate_topology
@@ -36,26 +36,19 @@ def explain_scene(
     path: str | Path,
     defines: Mapping[str, str] | None = None,
     variant: str | None = None,
-    texture: str | Path | None = None,
-    size_mm: float | None = None,
-    relief_mm: float | None = None,
-    height_scale: float | None = None,
+    relief: Relief | None = None,
     samples: int | None = None,
-    repeats: tuple[bool, bool] = (False, False),
 ) -> list[tuple[str, str]]:
     """What `visual.load_scene(...).render(samples=samples)` would do.
 
-    The scene is checked and its height map read: faults are reported as by a rendering.
+    The scene is checked: faults are reported as by a rendering.
 
     Args:
         path: of the scene file.
         defines: values of its `$parameters`.
         variant: of Mitsuba; chosen by the scene's colours if None.
-        texture: a height map instead of the scene's own.
-        size_mm: width of the plate; None takes the one in the height map's header, then that of the scene.
-        relief_mm, height_scale: of the height map, as in `relief.heightmap.load_height_map`.
+        relief: on the plate; None: the scene's own.
         samples: a pixel; default as the scene file says.
-        repeats: whether the relief repeats along y and x.
 
     Returns:
         Lines of a subject and a sentence.
@@ -63,19 +56,15 @@ def explain_scene(
     Raises:
         InputError: what is wrong with the file, in one line.
     """
-    checked, read = fitted_scene(path, defines, texture, size_mm, relief_mm, height_scale)
-    return explain(checked, read.heights, variant, texture, samples, repeats)
+    checked, relief = fitted_scene(path, defines, relief)
+    return explain(checked, relief, variant, samples)
 
 
 def explain(
-    checked: CheckedScene,
-    heights: Array,
-    variant: str | None,
-    texture: str | Path | None,
-    samples: int | None = None,
-    repeats: tuple[bool, bool] = (False, False),
+    checked: CheckedScene, relief: Relief, variant: str | None, samples: int | None = None
 ) -> list[tuple[str, str]]:
-    """What rendering a checked scene would do, with heights (rows, cols) in mm; as `explain_scene`."""
+    """What rendering a relief in a checked scene would do; as `explain_scene`."""
+    heights = relief.heights
     description = describe(checked)
     needs = needs_of(description, (heights.shape[0], heights.shape[1]))
     chosen = variants.choose_variant(needs.colour, variant)
@@ -90,7 +79,7 @@ def explain(
         list(filter(None, dict.fromkeys((missing, *every)))) for every in ((*exact, *step), fast)
     )
     return [
-        ("plate", _plate(description.plate, texture or description.plate.filename, heights, repeats)),
+        ("plate", _plate(description.plate, relief)),
         *_cameras(description, needs, samples),
         *((name, _words(light)) for name, light in zip(needs.lights, needs.alone, strict=False)),
         *_ambient(description, needs),
@@ -119,17 +108,16 @@ def _hidden(
     return hidden_plate(scene, plate, needs.cameras, camera.rows, camera.cols)
 
 
-def _plate(plate: Plate, file: str | Path | None, heights: Array, repeats: tuple[bool, bool]) -> str:
-    surface = Surface((heights.shape[0], heights.shape[1]), plate.size_mm, repeats)
-    relief = f"heights {heights.min():.3g} to {heights.max():.3g} mm"
-    name = "" if file is None else f" from {Path(file).name}"
+def _plate(plate: Plate, relief: Relief) -> str:
+    surface, heights = relief.surface, relief.heights
+    heights_mm = f"heights {heights.min():.3g} to {heights.max():.3g} mm from {Path(relief.name).name}"
     varies = f", varies over the plate: {', '.join(plate.textures)}" if plate.textures else ""
-    axes = [name for name, wraps in zip("yx", repeats, strict=True) if wraps]
+    axes = [name for name, wraps in zip("yx", relief.repeats, strict=True) if wraps]
     tile = (
         f", repeats along {' and '.join(reversed(axes))}: light comes in from the neighbours" if axes else ""
     )
     size = f"{surface.width_mm:g} x {surface.height_mm:g} mm{tile}"
-    return f"{size}, {relief}{name}, material {_material(plate)}{varies}"
+    return f"{size}, {heights_mm}, material {_material(plate)}{varies}"
 
 
 def _material(plate: Plate) -> str:

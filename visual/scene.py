@@ -6,6 +6,7 @@ A condition is one camera with one light on, plus all ambient light.
 import itertools
 import logging
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -17,8 +18,7 @@ from torch import Tensor
 from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.progress import stage
-from relief.export.printers import Printer
-from relief.surface import Surface
+from relief.relief import Relief
 from visual.backend import variants
 from visual.backend.plate import plate_bsdf
 from visual.exact.discontinuities import EdgeSamples
@@ -40,7 +40,7 @@ from visual.models import HIDDEN, LookModel, PictureModel, look_model, obstacles
 from visual.needs import Needs, camera_name, check_effort, needs_of
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import check_size, describe
-from visual.scene_file.fitting import fitted_scene, parameters
+from visual.scene_file.fitting import fitted_scene, parameters, scene_relief
 from visual.scene_file.parsed import CheckedScene, Description
 
 _log = logging.getLogger(__name__)
@@ -79,10 +79,10 @@ class Scene:
     def __init__(
         self,
         checked: CheckedScene,
-        heights: Array,
-        variant: str | None,
-        repeats: tuple[bool, bool] = (False, False),
+        relief: Relief,
+        variant: str | None = None,
     ) -> None:
+        heights = relief.heights
         self._checked = checked
         self._description = describe(checked)
         self._needs = needs_of(self._description, (heights.shape[0], heights.shape[1]))
@@ -91,7 +91,7 @@ class Scene:
         self.variant: str = mi.variant()
         self.heights = heights
         self.size_mm = self._description.plate.size_mm
-        self.surface = Surface((heights.shape[0], heights.shape[1]), self.size_mm, repeats)
+        self.surface = replace(relief.surface, width_mm=self.size_mm)
         halo = halo_of(
             self.surface, rise_of(heights), [light.direction for light in self._description.lights]
         )
@@ -473,12 +473,10 @@ def load_scene(
     path: str | Path,
     defines: Mapping[str, str] | None = None,
     variant: str | None = None,
+    *,
     texture: str | Path | None = None,
+    relief: Relief | ArrayLike | None = None,
     size_mm: float | None = None,
-    relief_mm: float | None = None,
-    height_scale: float | None = None,
-    repeats: tuple[bool, bool] = (False, False),
-    printer: Printer | None = None,
 ) -> Scene:
     """Check a scene file, then load it.
 
@@ -487,17 +485,17 @@ def load_scene(
         defines: values of its `$parameters`.
         variant: of Mitsuba; chosen by the scene's colours if None.
         texture: a height map instead of the scene's own.
-        size_mm: width of the plate; None takes the one in the height map's header, then that of the scene.
-        relief_mm, height_scale: of the height map, as in `relief.heightmap.load_height_map`.
-        repeats: whether the relief goes on as itself along y (rows) and along x (columns).
-        printer: makes the relief, which then has a sample for each of its pixels; None: as in the file.
+        relief: a relief instead of a file, or its heights (rows, cols) in mm.
+        size_mm: width of the plate, of a texture or an array; None takes the one in the height map's header,
+            then that of the scene.
 
     Raises:
-        InputError: what is wrong with the file, in one line.
+        InputError: what is wrong with the scene or the relief, in one line.
     """
-    checked, read = fitted_scene(path, defines, texture, size_mm, relief_mm, height_scale, printer, repeats)
-    heights = read.heights
+    if relief is None:
+        relief = scene_relief(path, defines, texture, size_mm=size_mm)
+    checked, relief = fitted_scene(path, defines, relief, size_mm)
     if _log.isEnabledFor(logging.INFO):
-        for subject, sentence in explain(checked, heights, variant, texture, repeats=repeats):
+        for subject, sentence in explain(checked, relief, variant):
             _log.info("%s: %s: %s", path, subject, sentence)
-    return Scene(checked, heights, variant, repeats)
+    return Scene(checked, relief, variant)

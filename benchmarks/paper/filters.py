@@ -17,6 +17,7 @@ from relief.common.arrays import Array
 from relief.common.limits import PATCH_SIDE_MM
 from relief.common.srgb import srgb
 from relief.heightmap import load_heights
+from relief.relief import Relief
 from tactile.measures import measure_touch
 from tactile.quantities import CONTACT_AREA, ROUGHNESS
 
@@ -66,7 +67,7 @@ def band_of(relief: Array) -> Array:
 
 
 def _touch(relief: Array) -> dict[str, float]:
-    return measure_touch(relief, PATCH_SIDE_MM, tactile.Skin(), "layer").means
+    return measure_touch(Relief(relief, PATCH_SIDE_MM), tactile.Skin(), "layer").means
 
 
 def _roughness(relief: Array) -> float:

@@ -12,6 +12,7 @@ from benchmarks.charts import FAINT, GRID, INK, frame
 from benchmarks.paper.textures import TEXTURES, heights, image
 from relief.common.arrays import Array
 from relief.common.limits import PATCH_SIDE_MM
+from relief.relief import Relief
 from tactile.measures import measure_touch
 from tactile.pair_variation import PAIR_DISTANCE_MM, PAIR_SPREAD_MM
 from tactile.quantities import ROUGHNESS
@@ -28,7 +29,7 @@ def figure() -> dict[str, Any]:
     """Spread and mean of the random estimates, in % of the deterministic sum, texture by texture."""
     rows, ratios, fields = {}, {}, {}
     for name in TEXTURES:
-        touch = measure_touch(heights(name), PATCH_SIDE_MM, tactile.Skin(), "fem")
+        touch = measure_touch(Relief(heights(name), PATCH_SIDE_MM), tactile.Skin(), "fem")
         strain, summed = touch.strain[0], touch.means[ROUGHNESS.name]
         random = np.random.default_rng(0)
         drawn = [_variation(strain, *_segments(random, PAIRS)) for _ in range(ESTIMATES)]

@@ -162,8 +162,8 @@ class AdamDescent:
         self._heights = torch.tensor(heights, requires_grad=True)
         fields, pressure = problem.fields(self._heights), memory.get("pressure")
         begin = None if pressure is None else torch.as_tensor(pressure).reshape(fields.shape)
-        touch, size_mm = problem.model.press(fields, begin), problem.patches.size_mm
-        values = {quantity.name: quantity.value(touch, size_mm) for quantity in targets.quantities}
+        touch = problem.model.press(fields, begin)
+        values = {quantity.name: quantity.value(touch) for quantity in targets.quantities}
         pictures = self._pictures(self._heights)
         # The other weights grow with the unit of the target; of several, with the smallest.
         scale = min((target.quantity.energy_unit for target in targets.each), default=1.0)

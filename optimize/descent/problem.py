@@ -13,10 +13,10 @@ import tactile
 from optimize.descent.targets import Targets
 from relief.common.arrays import Array
 from relief.common.limits import HEIGHT_LIMIT_MM
-from relief.depth import floor_mm, out_of_reach, within_reach
-from relief.export.printers import Printer
+from relief.depth import floor_mm, out_of_reach
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import SPACING_MM, places
+from relief.printers import Printer
 from relief.surface import Surface
 from tactile.measures import TouchMeasures, batches, each, touch_measures
 from tactile.model import ModelName
@@ -131,9 +131,8 @@ class Problem:
             ContactError: the contact does not converge.
         """
         touches, values, slopes = [], [], list[list[Array]]()
-        reached = within_reach(heights)
         for part in batches(self.patches):
-            fields = self.patches.of(reached, part)
+            fields = self.patches.within_reach(heights, part)
             touch, of_part, of_targets = self._press(
                 fields, None if start is None else start[part], gradients, steering
             )
@@ -169,7 +168,7 @@ class Problem:
                 followed = self.value_of(target.quantity, touch)
                 values[target.quantity.name] = each(followed)
             else:
-                followed = smooth(touch, self.patches.size_mm)
+                followed = smooth(touch)
             # The touches of a batch do not depend on one another: the gradient of their sum holds them all.
             (gradient,) = torch.autograd.grad(followed.sum(), field_, retain_graph=True)
             rows.append(gradient.double().numpy().reshape(fields.shape))
@@ -212,7 +211,7 @@ class Problem:
     def value_of(self, quantity: Quantity, touch: tactile.Touch) -> Tensor:
         """A quantity of a touch, by the cheaper estimate where touch itself is by a fast model."""
         value = quantity.fast_value if self.fast_touch else None
-        return (value or quantity.value)(touch, self.patches.size_mm)
+        return (value or quantity.value)(touch)
 
 
 class _Patches(torch.autograd.Function):

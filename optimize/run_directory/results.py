@@ -28,8 +28,8 @@ from relief.common.files import write_atomically
 from relief.common.formats import PLATES
 from relief.common.limits import BASE_MM, SMALLEST_RELIEF_MM
 from relief.export.plate import export_plate
-from relief.export.printers import Printer
 from relief.heightmap import save_heights_exr, save_heights_png
+from relief.printers import Printer
 from tactile.quantities import ROUGHNESS, Values, means
 from visual.noise import Batches
 

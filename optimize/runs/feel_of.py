@@ -17,6 +17,7 @@ from relief.common.progress import say, stage
 from relief.heightmap import holds_mm, load_height_map
 from relief.patches import Patches
 from relief.places import places
+from relief.relief import Relief
 from relief.seam import check_seams
 from relief.surface import Surface, axes
 from tactile import ContactError
@@ -158,7 +159,7 @@ def feel(other: Other, settings: Run, model: ModelName) -> Feel:
     with naming(KEY), naming(other.file), stage(f"pressing on {other.name}"):
         try:
             felt = measure_touch(
-                other.heights, surface.width_mm, touch.finger, model, mesh, repeats=repeats, at=at
+                Relief(other.heights, surface.width_mm, repeats), touch.finger, model, mesh, at=at
             )
         except ContactError as error:
             raise InputError(str(error)) from error

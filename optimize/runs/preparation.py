@@ -28,13 +28,12 @@ from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.common.progress import say, stage
 from relief.patches import Patches
 from relief.places import places
-from relief.seam import check_seams
-from relief.surface import Surface
+from relief.relief import Relief
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import ROUGHNESS, GoalKey, Quantity, Values
 from visual.models import LookModel
-from visual.scene import Scene, load_scene
+from visual.scene import Scene, load_scene, plate_size_mm
 
 _log = logging.getLogger(__name__)
 
@@ -91,24 +90,18 @@ def checked_scene(
         settings.scene,
         settings.define,
         variant,
-        texture=settings.texture,
-        size_mm=settings.size_mm,
-        relief_mm=settings.relief_mm,
-        height_scale=settings.height_scale,
-        repeats=settings.axes_repeat,
-        printer=settings.print.described,
+        relief=settings.relief(plate_size_mm(settings.scene, settings.define)),
     )
     look = steering_look(settings, scene)
     if scene.colour:
         _log.warning("%s: has colour; the descent keeps luminance", settings.scene)
-    surface = Surface((scene.heights.shape[0], scene.heights.shape[1]), scene.size_mm, settings.axes_repeat)
+    surface = scene.surface
     lattice = places(surface, settings.touch.spacing_mm)
     patch_mm = Patches(surface, lattice).size_mm
     for quantity, goal_key, number in settings.touch.goals():
         if not goal_key.relative:
             # Before the operators of the skin are built, which can take many seconds.
             _check_goal(settings, quantity, goal_key, number, patch_mm)
-    check_seams(scene.heights, settings.axes_repeat, settings.texture)
     if np.ptp(scene.heights) == 0.0:
         key = next(iter(settings.touch.stated().values()))
         raise InputError(
@@ -167,7 +160,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
 
     def press(heights: Array, model: ModelName, at: Index) -> TouchMeasures:
         mesh, repeats = settings.verify.resolution, untargeted.repeats
-        return measure_touch(heights, scene.size_mm, untargeted.skin, model, mesh, repeats=repeats, at=at)
+        return measure_touch(Relief(heights, scene.size_mm, repeats), untargeted.skin, model, mesh, at=at)
 
     with naming(settings.texture), stage("pressing on the original"):
         original = press(scene.heights, verifier or touch.model, steered)

@@ -13,7 +13,7 @@ from optimize.run_directory.checkpoint import Checkpoint, save_checkpoint
 from optimize.run_directory.history import History
 from relief.common.formatting import number
 from relief.common.progress import say, this_stage
-from relief.export.printers import Printer
+from relief.printers import Printer
 
 
 class Recorder:

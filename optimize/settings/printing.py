@@ -6,7 +6,7 @@ from pydantic import model_validator
 
 from optimize.settings.toml_files import Section
 from relief.common.limits import DEEPEST_RELIEF_MM
-from relief.export.printers import FEATURE_PIXELS, RANGES, STEEPEST_DEGREES, Printer, find_printer
+from relief.printers import FEATURE_PIXELS, RANGES, STEEPEST_DEGREES, Printer, find_printer
 
 OWN = "own"
 """Name of a printer whose numbers are not those of a named one."""
@@ -20,9 +20,9 @@ class Print(Section):
     Numbers that are not given are those of the named printer. Once loaded, they are all there.
 
     Attributes:
-        printer: name of a printer (`relief.export.printers.PRINTERS`); "own" where a number differs from its.
+        printer: name of a printer (`relief.printers.PRINTERS`); "own" where a number differs from its.
         pixel_um, layer_um, min_feature_um, max_slope_degrees, max_relief_mm: as of
-            `relief.export.printers.Printer`. Without a name the smallest feature is three pixels, and slope
+            `relief.printers.Printer`. Without a name the smallest feature is three pixels, and slope
             and relief are those that every printer of the table has.
         keep_features: whether prints are without ridges and grooves narrower than the smallest feature.
     """

@@ -24,6 +24,7 @@ from relief.common.limits import (
     SMALLEST_PLATE_MM,
     SMALLEST_RELIEF_MM,
 )
+from relief.relief import Relief
 from relief.surface import Repeats, axes
 
 DEEPEST = 8
@@ -102,6 +103,26 @@ class Run(Section):
     def axes_repeat(self) -> tuple[bool, bool]:
         """Whether the relief repeats along y (rows) and along x (columns)."""
         return axes(self.repeats)
+
+    def design(self, plate_mm: float) -> Relief:
+        """The relief of the texture before a printer makes it. Raises InputError.
+
+        Args:
+            plate_mm: width of the scene's plate, for a texture of unknown width.
+        """
+        return Relief.read(
+            self.texture,
+            size_mm=self.size_mm,
+            relief_mm=self.relief_mm,
+            height_scale=self.height_scale,
+            repeats=self.repeats,
+            default_mm=plate_mm,
+        )
+
+    def relief(self, plate_mm: float) -> Relief:
+        """The relief that the run begins with: its design, or the print of it. Raises InputError."""
+        design, printer = self.design(plate_mm), self.print.described
+        return design if printer is None else design.printed(printer)
 
     def files(self) -> dict[str, Path]:
         """The files that the run reads, by their dotted keys."""

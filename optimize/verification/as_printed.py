@@ -15,10 +15,10 @@ from optimize.settings.run_file import Run
 from optimize.verification.picture_metrics import pixel_weights, pixels_per_degree
 from relief.common.arrays import Array
 from relief.common.progress import stage
-from relief.export.printed import faults, on_pixels
+from relief.printed import faults, on_pixels
+from relief.relief import Relief
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
-from visual.scene import load_scene
 
 ACUITY_ARCMIN = 1.0
 """Angle that a good eye resolves: detail below it is blurred in what is seen."""
@@ -55,16 +55,7 @@ def as_printed(
     if printer is None:
         return None
     scene, surface = problem.scene, problem.surface
-    design = load_scene(
-        settings.scene,
-        settings.define,
-        scene.variant,
-        texture=settings.texture,
-        size_mm=settings.size_mm,
-        relief_mm=settings.relief_mm,
-        height_scale=settings.height_scale,
-        repeats=settings.axes_repeat,
-    ).heights
+    design = settings.design(scene.size_mm).heights
     pitch_mm = scene.size_mm / design.shape[1]
     uncut = on_pixels(design, pitch_mm, printer, settings.axes_repeat)
     shown = scene.render(uncut, samples=SAMPLES, seed=settings.seed + 1).numpy()
@@ -99,7 +90,7 @@ def as_printed(
 def _roughness(heights: Array, problem: Problem) -> float:
     """Mean roughness over the places of a relief (rows, cols), mm, by the elastic layer."""
     touch = measure_touch(
-        heights, problem.size_mm, problem.skin, "layer", quantities=[ROUGHNESS], repeats=problem.repeats
+        Relief(heights, problem.size_mm, problem.repeats), problem.skin, "layer", quantities=[ROUGHNESS]
     )
     return touch.means[ROUGHNESS.name]
 

@@ -201,7 +201,7 @@ def pressed(heights: Array, skin: tactile.Skin, model: ModelName) -> tuple[dict[
             part = torch.as_tensor(heights[start : start + size])
             touch = tactile.press(part, PATCH_SIDE_MM, skin, model)
             for name, quantity in QUANTITIES.items():
-                values[name].append(each(quantity.value(touch, PATCH_SIDE_MM)))
+                values[name].append(each(quantity.value(touch)))
             fractions.append(each(touch.contact_fraction))
             advance(len(part))
     return {name: np.concatenate(parts) for name, parts in values.items()}, np.concatenate(fractions)

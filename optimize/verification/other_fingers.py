@@ -8,7 +8,6 @@ import numpy as np
 
 import tactile
 from relief.common.arrays import Array
-from relief.depth import within_reach
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import places
 from relief.surface import Surface
@@ -44,7 +43,7 @@ def felt_by_fingers(
         patches = _in_the_middle(surface)
         try:
             felt.append(
-                roughness_by_finger(patches.of(within_reach(heights)), skin, patches.size_mm).mean(axis=1)
+                roughness_by_finger(patches.within_reach(heights), skin, patches.size_mm).mean(axis=1)
             )
         except tactile.ContactError as error:
             # Another finger's contact is no reason to lose the result of a run.

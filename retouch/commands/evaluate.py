@@ -13,7 +13,8 @@ from relief.common.formats import MESHES
 from relief.common.formatting import number
 from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import stage
-from relief.export.printers import PRINTERS
+from relief.printers import PRINTERS
+from relief.relief import Relief
 from retouch.commands.mesh_entries import (
     MOST_PLACES,
     add_meshes,
@@ -44,10 +45,9 @@ from tactile.quantities import LARGEST_JND, LIMIT_PERCENT
 from tactile.skin import Skin
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from optimize.verification.mesh_feel import MeshFeel
+    from relief.relief import Relief
+    from relief.surface import Surface
     from tactile.measures import TouchMeasures
     from tactile.model import ModelName
 
@@ -126,9 +126,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     from optimize.settings.skins import described_skin
     from relief.common.lengths import RANGES
-    from relief.heightmap import load_height_map
-    from relief.seam import check_seams
-    from relief.surface import axes
 
     arguments.textures = [find_texture(texture) for texture in arguments.textures]
     textures = [texture for texture in arguments.textures if not is_mesh(texture)]
@@ -138,15 +135,11 @@ def run(arguments: argparse.Namespace) -> int:
     name, skin = _skin(arguments)
     # All files are read before the first press, so that a misspelt name is refused at once.
     lengths = {key: getattr(arguments, key) for key in RANGES}
-    read = {texture: load_height_map(texture, **lengths) for texture in textures}
-    repeats = axes(arguments.repeats)
-    for texture, height_map in read.items():
-        check_seams(height_map.heights, repeats, texture)
-    if arguments.printer is not None:
-        from relief.export.printed import printed_map
-
-        made = PRINTERS[arguments.printer]
-        read = {texture: printed_map(each, made, repeats, texture) for texture, each in read.items()}
+    printer = None if arguments.printer is None else PRINTERS[arguments.printer]
+    repeats = arguments.repeats or False
+    reliefs = {
+        texture: Relief.read(texture, **lengths, repeats=repeats, printer=printer) for texture in textures
+    }
     meshes = read_meshes(arguments)
     bare = meshes.get(arguments.object)
     measured: list[TouchMeasures | MeshFeel] = []
@@ -155,8 +148,7 @@ def run(arguments: argparse.Namespace) -> int:
             if texture in meshes:
                 measured.append(feel_mesh(meshes[texture], skin, arguments.model, bare))
             else:
-                heights, size_mm = read[texture].heights, read[texture].side_mm
-                measured.append(measure(texture, heights, size_mm, skin, arguments.model, repeats))
+                measured.append(measure(reliefs[texture], skin, arguments.model))
             advance()
     entries = described(arguments.textures, measured)
     for texture, entry, touch in zip(arguments.textures, entries, measured, strict=True):
@@ -167,12 +159,12 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         setting = {"skin": described_skin(skin, name), "model": arguments.model, "printer": arguments.printer}
         for texture, entry in zip(arguments.textures, entries, strict=True):
-            entry |= ({} if texture in meshes else {"size_mm": read[texture].side_mm}) | setting
+            entry |= ({} if texture in meshes else {"size_mm": reliefs[texture].width_mm}) | setting
         print_json(entries)
         return 0
     screen = console()
     screen.print(table(entries))
-    pressed = [patch_mm(each.heights, each.side_mm, repeats) for each in read.values()]
+    pressed = [patch_mm(relief.surface) for relief in reliefs.values()]
     pressed += [PATCH_SIDE_MM] * bool(meshes)
     patches = " and ".join(f"{side:.4g} x {side:.4g}" for side in dict.fromkeys(pressed))
     by = f", as printed by {arguments.printer}" if arguments.printer else ""
@@ -190,13 +182,11 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def patch_mm(heights: "NDArray[np.float64]", size_mm: float, repeats: tuple[bool, bool]) -> float:
-    """Side of the square that the finger presses on, mm, of a relief (rows, cols) of this width."""
+def patch_mm(surface: "Surface") -> float:
+    """Side of the square that the finger presses on, mm."""
     from relief.patches import Patches
     from relief.places import places
-    from relief.surface import Surface
 
-    surface = Surface((heights.shape[0], heights.shape[1]), size_mm, repeats)
     return Patches(surface, places(surface)).size_mm
 
 
@@ -231,19 +221,24 @@ def _scene(arguments: argparse.Namespace) -> Path | None:
 def reached(texture: Path, scene: Path, skin: Skin, arguments: argparse.Namespace) -> dict[str, Any]:
     """How much rougher and smoother a texture can be made in a scene; the entry `reach` of the JSON."""
     from optimize.estimates.reach import reach
-    from relief.surface import axes
     from visual.scene import load_scene
+    from visual.scene_file.fitting import scene_relief
 
     with naming(texture), contact_errors_name(texture), stage(f"reach of {texture.name}"):
+        relief = scene_relief(
+            scene,
+            dict(arguments.defines),
+            texture,
+            size_mm=arguments.size_mm,
+            relief_mm=arguments.relief_mm,
+            height_scale=arguments.height_scale,
+            repeats=arguments.repeats or False,
+        )
         loaded = load_scene(
             scene,
             dict(arguments.defines),
             arguments.variant,
-            texture,
-            arguments.size_mm,
-            arguments.relief_mm,
-            arguments.height_scale,
-            axes(arguments.repeats),
+            relief=relief,
         )
         return {"scene": str(scene), **reach(loaded, skin).as_json()}
 
@@ -259,28 +254,13 @@ def _ways(found: Mapping[str, Any]) -> str:
     return " or ".join(ways)
 
 
-def measure(
-    path: Path,
-    heights: "NDArray[np.float64]",
-    size_mm: float,
-    skin: Skin,
-    model: "ModelName",
-    repeats: tuple[bool, bool] = (False, False),
-) -> "TouchMeasures":
+def measure(relief: "Relief", skin: Skin, model: "ModelName") -> "TouchMeasures":
     """Press the skin on a texture, at every place of a tile or of a plate larger than a finger.
 
-    Args:
-        path: of the texture, for error messages.
-        heights: (rows, cols), mm.
-        size_mm: width of the plate, mm.
-        skin: the finger.
-        model: a key of `MODEL_NAMES`.
-        repeats: axes (rows, cols) along which the texture repeats.
-
     Raises:
-        InputError: unfit heights, size or model, or a contact that does not converge; the line names `path`.
+        InputError: unfit heights, size or model, or a contact that does not converge; the line has the name.
     """
     from tactile.measures import measure_touch
 
-    with naming(path), contact_errors_name(path):
-        return measure_touch(heights, size_mm, skin, model, repeats=repeats)
+    with naming(relief.name), contact_errors_name(relief.name):
+        return measure_touch(relief, skin, model)

@@ -9,7 +9,7 @@ from mitsuba_scenes import find_texture
 from relief.common.errors import InputError
 from relief.common.formats import DISPLACEMENT, FORMATS
 from relief.common.limits import BASE_MM
-from relief.export.printers import find_printer
+from relief.printers import find_printer
 from retouch.commands.options import (
     TEXTURE,
     add_plate,
@@ -21,7 +21,7 @@ from retouch.commands.options import (
 
 if TYPE_CHECKING:
     from relief.common.arrays import Array
-    from relief.export.printers import Printer
+    from relief.printers import Printer
     from relief.surface import Surface
 
 HELP = "write a texture as a plate for a 3-D printer, or for a modelling program"
@@ -91,8 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
     # Imported here, so that --help needs no numpy.
     from relief.common.lengths import RANGES
     from relief.export.plate import repeated
-    from relief.heightmap import HeightMap, load_height_map
-    from relief.surface import Surface
+    from relief.relief import Relief
 
     out, times = arguments.out, arguments.repeat
     own = _printer_of(arguments.texture)
@@ -101,16 +100,15 @@ def run(arguments: argparse.Namespace) -> int:
     arguments.texture = find_texture(arguments.texture)
     check_scales(arguments, [arguments.texture])
     _check_out(arguments)
-    read = load_height_map(arguments.texture, **{key: getattr(arguments, key) for key in RANGES})
-    read = HeightMap(repeated(read.heights, times, arguments.texture), read.side_mm * times[1])
+    tile = Relief.read(arguments.texture, **{key: getattr(arguments, key) for key in RANGES})
+    relief = Relief(
+        repeated(tile.heights, times, tile.name), tile.width_mm * times[1], name=str(arguments.texture)
+    )
     printer = own
     if arguments.printer is not None:
-        from relief.export.printed import printed_map
-
         printer = find_printer(arguments.printer)
-        read = printed_map(read, printer, (False, False), arguments.texture)
-    heights = read.heights
-    surface = Surface((heights.shape[0], heights.shape[1]), read.side_mm)
+        relief = relief.printed(printer)
+    heights, surface = relief.heights, relief.surface
     try:
         if out.suffix.lower() == DISPLACEMENT:
             numbers, sentence = _write_displacement(out, heights, surface)

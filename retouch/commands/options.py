@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
 from relief.common.errors import InputError
 from relief.common.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
-from relief.export.printers import PRINTERS
+from relief.printers import PRINTERS
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -11,6 +11,7 @@ from relief.common.formatting import number
 from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.common.progress import stage
 from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES
+from relief.relief import Relief
 from retouch.commands.options import add_talk, console, contact_errors_name, print_json, whole_number
 from tactile.quantities import QUANTITIES, ROUGHNESS
 
@@ -188,7 +189,7 @@ def _touch(prepared: "Prepared", picture: Path) -> "TouchMeasures | None":
     from tactile.skin import Skin
 
     with naming(picture), contact_errors_name(picture), stage("pressing the skin on the relief"):
-        return measure_touch(heights, size_mm, Skin(), "layer", repeats=(repeats, repeats))
+        return measure_touch(Relief(heights, size_mm, (repeats, repeats)), Skin(), "layer")
 
 
 def _feel(prepared: "Prepared", touch: "TouchMeasures | None") -> dict[str, str]:

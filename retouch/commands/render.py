@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from mitsuba_scenes import find_file, find_texture
 from relief.common.errors import InputError
 from relief.common.formatting import duration, number, percent
-from relief.surface import axes
 from retouch.commands.options import (
     TEXTURE,
     add_mitsuba,
@@ -28,6 +27,7 @@ from retouch.commands.options import (
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from relief.relief import Relief
     from visual.noise import Batches
 
 HELP = "render a scene, one picture for each light"
@@ -113,7 +113,6 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"{out}: -o: is a file, not a folder")
     from optimize.run_directory.pictures import write_pictures
     from optimize.runs.preparation import BLACK
-    from relief.seam import check_seams
     from visual.noise import batched, batched_colour
     from visual.scene import load_scene
 
@@ -121,13 +120,8 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.scene,
         dict(arguments.defines),
         arguments.variant,
-        arguments.texture,
-        arguments.size_mm,
-        arguments.relief_mm,
-        arguments.height_scale,
-        axes(arguments.repeats),
+        relief=_relief(arguments),
     )
-    check_seams(scene.heights, scene.surface.repeats, arguments.texture or arguments.scene)
     start = time.perf_counter()
     if scene.colour:
         batches, shown = batched_colour(scene, arguments.samples, arguments.seed)
@@ -179,6 +173,21 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _relief(arguments: argparse.Namespace) -> "Relief":
+    """The relief on the scene's plate, the texture's or the scene's own. Raises InputError."""
+    from visual.scene_file.fitting import scene_relief
+
+    return scene_relief(
+        arguments.scene,
+        dict(arguments.defines),
+        arguments.texture,
+        size_mm=arguments.size_mm,
+        relief_mm=arguments.relief_mm,
+        height_scale=arguments.height_scale,
+        repeats=arguments.repeats or False,
+    )
+
+
 def _explain(arguments: argparse.Namespace) -> int:
     from rich.table import Table
     from rich.text import Text
@@ -189,12 +198,8 @@ def _explain(arguments: argparse.Namespace) -> int:
         arguments.scene,
         dict(arguments.defines),
         arguments.variant,
-        arguments.texture,
-        arguments.size_mm,
-        arguments.relief_mm,
-        arguments.height_scale,
+        _relief(arguments),
         arguments.samples,
-        axes(arguments.repeats),
     )
     if arguments.json:
         print_json([{"subject": subject, "sentence": sentence} for subject, sentence in lines])

@@ -14,8 +14,8 @@ from relief.export.back_labels import labelled, pixel_mm
 from relief.export.bed import places_on_beds
 from relief.export.parts import write_parts
 from relief.export.plate import plate_mesh
-from relief.export.printers import Printer
 from relief.heightmap import HeightMap
+from relief.printers import Printer
 from retouch.stimulus_sets.stimulus_set import PrintSettings
 
 FOLDER = "print"

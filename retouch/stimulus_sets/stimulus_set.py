@@ -14,8 +14,8 @@ from relief.common.errors import InputError
 from relief.common.files import write_atomically
 from relief.common.limits import BASE_MM, LARGEST_PLATE_MM, PATCH_SIDE_MM
 from relief.export.bed import places_on_beds
-from relief.export.printers import Printer
 from relief.heightmap import load_height_map
+from relief.printers import Printer
 from relief.seam import check_seams, misfit
 from relief.surface import Surface
 

@@ -16,6 +16,7 @@ from optimize.run_directory.results import holds_run
 from optimize.settings.run_file import Run
 from relief.common.errors import InputError
 from relief.common.files import remove_partial, write_atomically
+from relief.common.formats import RUN_HEIGHTS as HEIGHTS
 from retouch.studies.measuring.measures import MEASURES
 from retouch.studies.records import (
     FAILURE,
@@ -28,7 +29,6 @@ from retouch.studies.records import (
     record_bytes,
     write_failure,
 )
-from retouch.verbs.subjects import RESULT as HEIGHTS
 
 END_OF_ALL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EIO})
 """Errors of the disk: no other row would fare better, so the study ends, and goes on when they are mended."""
@@ -131,14 +131,14 @@ def _done(job: RowJob, record: Record | None) -> dict[str, Any] | None:
 def _run(job: RowJob) -> tuple[dict[str, Any], float | None]:
     """The content of result.json, and the processor's seconds; None of these for a run that was continued."""
     # Imported here: this process may only read what is done already.
-    from optimize.runs import job as runs
+    from retouch.verbs.runs import optimize, resume
 
     remove_partial(job.folder)
     if (job.folder / CHECKPOINT).is_file():
         with suppress(InputError):  # a checkpoint that is damaged or of another version: begun anew
-            return runs.resume(job.folder).summary, None
+            return resume(job.folder).summary, None
     began = time.process_time()
-    summary = runs.run(job.settings, job.folder, force=holds_run(job.folder)).summary
+    summary = optimize(job.settings, job.folder, force=holds_run(job.folder)).summary
     return summary, time.process_time() - began
 
 

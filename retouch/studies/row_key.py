@@ -8,7 +8,7 @@ from typing import Any
 from optimize.run_directory.key import all_settings
 from optimize.settings.run_file import Run, run_keys
 from relief.common.limits import PATCH_SIDE_MM
-from relief.export.printers import RANGES
+from relief.printers import RANGES
 
 SHORT = 12
 """Hexadecimal digits of a key that name the folder of a row."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 import mitsuba_scenes
 import tactile
+from relief.relief import Relief
 
 if TYPE_CHECKING:
     from visual.reference.renderer import ReferenceRenderer
@@ -137,4 +138,4 @@ def _studio_scene(samples: int) -> Scene:
     from visual.scene_file.check import check_scene
 
     checked = check_scene(STUDIO, {"resolution": str(samples)})
-    return Scene(checked, np.zeros((samples, samples)), VARIANT)
+    return Scene(checked, Relief(np.zeros((samples, samples))), VARIANT)

@@ -11,7 +11,7 @@ from torch import Tensor
 import tactile
 from relief.common.progress import stage, this_stage
 from retouch.training.setup import error_statistics
-from tactile.model import Touch
+from tactile.touch import Touch
 
 Press = Callable[[Tensor], Touch]
 """A function that presses the skin on heights (batch, n, n) in mm."""

@@ -19,7 +19,7 @@ from surrogate.nets.training import Examples
 from tactile.contact import ContactState
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.net import first_steps, inputs, pressure
-from tactile.strain import smallest_eigenvalue
+from tactile.strain import principal_strain
 
 MAPS = ("heights", "strain", "pressure", "guess_pressure", "guess_gap")
 """Examples that are maps, to which a symmetry applies; the others are numbers."""
@@ -60,7 +60,7 @@ class TouchLoss:
         guess = ContactState(examples["guess_pressure"], examples["guess_gap"], zero, 0, zero > 0.0)
         maps = inputs(self.operator, examples["heights"], guess, self.mean_pressure)
         pressures = pressure(net, maps, guess.pressure, self.mean_pressure)
-        strain = smallest_eigenvalue(self.operator.strain(pressures)) - self.flat_strain
+        strain = principal_strain(self.operator, pressures) - self.flat_strain
         reference, reference_roughness = examples["strain"], examples["roughness"]
         size = reference.abs().mean((-2, -1)).clamp_min(LEAST_STRAIN)
         roughness = tactile.roughness(strain, self.operator.size_mm, "polar")

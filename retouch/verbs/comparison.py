@@ -21,6 +21,7 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.common.progress import stage
+from relief.relief import Relief
 from relief.seam import check_seams
 from relief.surface import Repeats, axes
 from retouch.pages.comparison import write_comparison
@@ -114,7 +115,7 @@ def compare(
         for subject in (one, other):
             with naming(subject.file), stage(f"pressing on {subject.name}"):
                 heights, size = subject.read.heights, subject.size_mm
-                touches.append(measure_touch(heights, size, finger, model, repeats=ends))
+                touches.append(measure_touch(Relief(heights, size, ends), finger, model))
         surfaces = (replace(one.surface, repeats=ends), replace(other.surface, repeats=ends))
         fingers = felt_by_fingers(one.read.heights, other.read.heights, surfaces, finger)
         seen = look.of(one, other)
@@ -189,9 +190,8 @@ class _Look:
         return Seen(scene, before, after, colours, {"conditions": list(scene.conditions)} | numbers)
 
     def _loaded(self, subject: Subject) -> Scene:
-        return load_scene(
-            self.scene, self.defines, self.variant, subject.file, repeats=self.repeats, **subject.lengths
-        )
+        relief = Relief(subject.read.heights, subject.size_mm, self.repeats, str(subject.file))
+        return load_scene(self.scene, self.defines, self.variant, relief=relief)
 
 
 def _summary(

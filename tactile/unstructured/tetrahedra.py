@@ -28,10 +28,10 @@ from relief.common.limits import PATCH_SIDE_MM
 from tactile.contact import solve_contact
 from tactile.elements.condensation import condensed_onto_loads
 from tactile.layer.layer_response import layer_response
-from tactile.model import Touch
 from tactile.skin import Skin
 from tactile.sparse import factorised
-from tactile.strain import STRAIN_COMPONENTS, smallest_eigenvalue
+from tactile.strain import STRAIN_COMPONENTS, principal_strain
+from tactile.touch import Touch, share_in_contact
 from tactile.unstructured.meshing import Sizing, Tetrahedra, tetrahedralise
 from tactile.unstructured.quadratic import gradients_at, pixel_forces, stiffness
 from tactile.unstructured.surface import DOWNWARD, Surface, height_over, locate, outward_normals
@@ -203,10 +203,14 @@ def press_tetrahedra(
     mean = skin.mean_pressure_mpa(size_mm) / skin.young_modulus_mpa
     state = solve_contact(operator, heights - operator.rise_mm, mean)
     flat = solve_contact(operator, -operator.rise_mm, mean)
-    strains = [smallest_eigenvalue(operator.strain(contact.pressure)) for contact in (state, flat)]
-    fraction = (state.pressure > 0.0).to(torch.float64).mean((-2, -1))
+    strains = [principal_strain(operator, contact.pressure) for contact in (state, flat)]
     return Touch(
-        strains[0] - strains[1], state.gap, state.pressure * skin.young_modulus_mpa, state.approach, fraction
+        strains[0] - strains[1],
+        state.gap,
+        state.pressure * skin.young_modulus_mpa,
+        state.approach,
+        share_in_contact(state.pressure),
+        size_mm,
     )
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from relief.heightmap import save_heights_exr
+from relief.relief import Relief
 
 SIDE = 16
 RUNS = {"gauss": "gauss-newton", "adam": "adam"}
@@ -85,7 +86,7 @@ def make(folder: Path, learning: bool) -> dict[str, dict[str, bytes]]:
         from tactile.measures import measure_touch
         from tactile.skin import Skin
 
-        measure_touch(waves(), 10.0, Skin(), "fem")
+        measure_touch(Relief(waves(), 10.0), Skin(), "fem")
     save_heights_exr(folder / "plate.exr", waves())
     (folder / "scene.xml").write_text(SCENE)
     run_files = _files(folder)

@@ -57,7 +57,8 @@ def read_scene(folder: Path, arguments: Sequence[Any]) -> None:
     from visual.models import obstacles
     from visual.needs import needs_of
     from visual.scene_file.check import check_scene
-    from visual.scene_file.describe import describe, plate_height_map
+    from visual.scene_file.describe import describe
+    from visual.scene_file.fitting import scene_relief
 
     path = folder / arguments[0]
     description = describe(check_scene(path))
@@ -69,7 +70,7 @@ def read_scene(folder: Path, arguments: Sequence[Any]) -> None:
         assert np.isfinite(light.to_world).all(), "a light is not finite"
         _all_finite([list(light.strength or ()), list(light.direction or ()), light.scale])
     _all_finite(list(needs.weights))
-    heights = plate_height_map(path, description.plate).heights
+    heights = scene_relief(path).heights
     for model in ("step", "exact", "fast"):
         obstacles(model, description, needs, heights.shape)
 

@@ -10,6 +10,7 @@ import pytest
 
 from relief.common.errors import InputError
 from relief.heightmap import save_heights_exr
+from relief.relief import Relief
 from tests.visual.differences import differ_by_noise
 from tests.visual.scenes import PLASTIC, SIDE, SIZE_MM, Array, hills, sky, sun
 from visual.explain import explain_scene
@@ -99,7 +100,7 @@ def test_bundled_scenes_fit_the_texture(texture: Path, mi: object) -> None:
     assert scene.surface.size_mm == (18.75, 25.0)
     assert scene.resolution == (96, 128)
     assert scene.light_scenes()[0].cameras[0].overhead
-    (_, plate), (_, camera), *_ = explain_scene("studio", texture=texture)
+    (_, plate), (_, camera), *_ = explain_scene("studio", relief=Relief.read(texture))
     assert plate.startswith("25 x 18.75 mm")
     assert camera.startswith("straight above, the plate fills the picture, 128 x 96 pixels")
 

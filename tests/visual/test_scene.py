@@ -14,6 +14,7 @@ import torch
 import visual
 from relief.common.errors import InputError
 from relief.heightmap import save_heights_png
+from relief.relief import Relief
 from tests.visual.differences import differ_by_noise
 from tests.visual.scenes import (
     ALBEDO,
@@ -34,6 +35,7 @@ from visual.exact import render as exact
 from visual.explain import explain_scene
 from visual.scene import Scene, load_scene
 from visual.scene_file.check import check_scene, instantiate
+from visual.scene_file.fitting import scene_relief
 
 POINT = '<emitter type="point"><point name="position" x="3" y="2" z="9"/></emitter>'
 
@@ -206,7 +208,7 @@ def test_a_texture_takes_the_place_of_the_scenes_own(mi: ModuleType, tmp_path: P
     loaded = load_scene(path, texture=tmp_path / "other.npy")
     np.testing.assert_array_equal(loaded.heights, other)
     assert float(loaded.render().std()) < 1e-5
-    half = load_scene(path, texture=tmp_path / "other.npy", height_scale=0.5)
+    half = load_scene(path, relief=Relief.read(tmp_path / "other.npy", height_scale=0.5))
     np.testing.assert_array_equal(half.heights, 0.5 * other)
 
 
@@ -227,11 +229,11 @@ def test_the_header_of_a_height_map_goes_before_the_scene_and_after_the_argument
     text = path.read_text().replace('"heights.npy"/>', '"own.png"/><float name="relief_mm" value="2"/>')
     path.write_text(text)
     np.testing.assert_allclose(load_scene(path).heights, hills(), atol=2e-5)
-    np.testing.assert_allclose(load_scene(path, relief_mm=3.0).heights, 2.0 * hills(), atol=4e-5)
+    np.testing.assert_allclose(scene_relief(path, relief_mm=3.0).heights, 2.0 * hills(), atol=4e-5)
     with pytest.raises(InputError, match=r"scene\.xml: heightfield: size_mm: .*10\.0 mm.*20\.0 mm"):
         load_scene(path, texture=wide)
     with pytest.raises(InputError, match=r"size_mm: .*10\.0 mm.*20\.0 mm"):
-        explain_scene(path, texture=wide)
+        explain_scene(path, relief=Relief.read(wide))
     assert load_scene(path, texture=wide, size_mm=SIZE_MM).size_mm == SIZE_MM
 
 

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relief import heightmap
 from relief.common.errors import InputError
 from relief.common.limits import PATCH_SIDE_MM
 from visual.lights.kind import RGB, EmitterShape, Light
@@ -56,36 +55,6 @@ def describe(checked: CheckedScene) -> Description:
         grey=all(reader.is_grey(index) for index in range(len(nodes))),
         integrator=integrator,
         max_depth=max_depth,
-    )
-
-
-def plate_height_map(
-    path: str | Path,
-    plate: Plate,
-    texture: str | Path | None = None,
-    size_mm: float | None = None,
-    relief_mm: float | None = None,
-    height_scale: float | None = None,
-) -> heightmap.HeightMap:
-    """Height map of a plate, read from the scene's own file or from a texture.
-
-    Args:
-        path: of the scene, for messages.
-        plate: of the scene.
-        texture: a height map instead of the scene's own.
-        size_mm: width of the plate; None takes the one in the file's header.
-        relief_mm: height of white above black in a picture; None takes the one in the file's header, then,
-            for the scene's own file, that of the scene.
-        height_scale: mm for a height of 1.0 in a file that holds heights.
-
-    Raises:
-        InputError: what is wrong with the height map, in one line.
-    """
-    file, default = (plate.filename, plate.relief_mm) if texture is None else (texture, None)
-    if file is None:
-        raise InputError(f"{path}: heightfield: filename: missing")
-    return heightmap.load_height_map(
-        file, size_mm=size_mm, relief_mm=relief_mm, height_scale=height_scale, default_relief_mm=default
     )
 
 

@@ -8,11 +8,13 @@ these parameters too. What a user defines stays.
 from collections.abc import Mapping
 from pathlib import Path
 
-from relief.export.printed import printed_map
-from relief.export.printers import Printer
-from relief.heightmap import HeightMap
+from numpy.typing import ArrayLike
+
+from relief.common.errors import InputError
+from relief.relief import Relief, as_relief
+from relief.surface import Repeats
 from visual.scene_file.check import check_scene
-from visual.scene_file.describe import check_size, describe, plate_height_map
+from visual.scene_file.describe import check_size, describe
 from visual.scene_file.parsed import CheckedScene
 
 SIZE, RESOLUTION, FILM_ROWS = "size_mm", "resolution", "film_rows"
@@ -24,43 +26,74 @@ MOST_PIXELS = 1024
 def fitted_scene(
     path: str | Path,
     defines: Mapping[str, str] | None = None,
+    relief: Relief | ArrayLike | None = None,
+    size_mm: float | None = None,
+) -> tuple[CheckedScene, Relief]:
+    """Check a scene that fits a relief.
+
+    Args:
+        path: of the scene file.
+        defines: values of its `$parameters`.
+        relief: on the plate, or its heights (rows, cols) in mm; None: the scene's own.
+        size_mm: width of an array; None: that of the scene's plate.
+
+    Returns:
+        The scene, and the relief.
+
+    Raises:
+        InputError: what is wrong with the scene or the relief, in one line.
+    """
+    defines = dict(defines or {})
+    checked = check_scene(path, defines)
+    plate = describe(checked).plate
+    if relief is None:
+        relief = scene_relief(path, defines)
+    relief = as_relief(relief, plate.size_mm if size_mm is None else size_mm)
+    width_mm = None if relief.width_mm == plate.size_mm else relief.width_mm
+    following = parameters(checked, defines, relief.heights.shape, width_mm)
+    if following:
+        checked = check_scene(path, {**defines, **following})
+    check_size(path, describe(checked).plate.size_mm, relief.width_mm)
+    return checked, relief
+
+
+def scene_relief(
+    path: str | Path,
+    defines: Mapping[str, str] | None = None,
     texture: str | Path | None = None,
+    *,
     size_mm: float | None = None,
     relief_mm: float | None = None,
     height_scale: float | None = None,
-    printer: Printer | None = None,
-    repeats: tuple[bool, bool] = (False, False),
-) -> tuple[CheckedScene, HeightMap]:
-    """Check a scene that fits a height map, and read the height map.
+    repeats: Repeats = False,
+) -> Relief:
+    """The relief that lies on the plate of a scene; of the scene nothing is loaded.
 
     Args:
         path: of the scene file.
         defines: values of its `$parameters`.
         texture: a height map instead of the scene's own.
         size_mm: width of the plate; None takes the one in the file's header, then that of the scene.
-        relief_mm, height_scale: of the height map, as in `plate_height_map`.
-        printer: makes the relief; None: the relief is as in its file.
-        repeats: axes (rows, cols) along which a relief to be printed goes on as itself.
-
-    Returns:
-        The scene, and the height map, as printed if there is a printer.
+        relief_mm, height_scale: of the height map, as in `relief.heightmap.load_height_map`. How high white
+            is in the scene's own height map, the scene says where nobody else does.
+        repeats: whether the relief is a tile, along both axes, "x" or "y".
 
     Raises:
         InputError: what is wrong with the scene or the height map, in one line.
     """
-    defines = dict(defines or {})
-    checked = check_scene(path, defines)
-    plate = describe(checked).plate
-    read = plate_height_map(path, plate, texture, size_mm, relief_mm, height_scale)
-    if printer is not None:
-        fitting = parameters(checked, defines, read.heights.shape, read.size_mm)
-        size_mm = float(fitting.get(SIZE, plate.size_mm))
-        read = printed_map(read, printer, repeats, texture or path, size_mm)
-    following = parameters(checked, defines, read.heights.shape, read.size_mm)
-    if following:
-        checked = check_scene(path, {**defines, **following})
-    check_size(path, describe(checked).plate.size_mm, read.size_mm)
-    return checked, read
+    plate = describe(check_scene(path, defines)).plate
+    file = plate.filename if texture is None else texture
+    if file is None:
+        raise InputError(f"{path}: heightfield: filename: missing")
+    return Relief.read(
+        file,
+        size_mm=size_mm,
+        relief_mm=relief_mm,
+        height_scale=height_scale,
+        repeats=repeats,
+        default_mm=plate.size_mm,
+        default_relief_mm=plate.relief_mm if texture is None else None,
+    )
 
 
 def parameters(

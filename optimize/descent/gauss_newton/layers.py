@@ -14,8 +14,8 @@ from optimize.descent.driver import Remembered
 from relief.common.arrays import Array
 from relief.common.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM
 from relief.depth import out_of_reach
-from relief.export.print_limits import PrintLimits
-from relief.export.printers import Printer
+from relief.print_limits import PrintLimits
+from relief.printers import Printer
 from relief.surface import Surface
 
 FIRST, GROWTH, LARGEST = 3.0, 3.0, 1e5
@@ -95,5 +95,5 @@ class Layers:
         return min(LARGEST, max(FIRST, GROWTH * weight)) if weight > 0.0 or met else 0.0
 
     def _whole(self, heights: Array | float) -> Array:
-        # As `relief.export.printed.in_layers`: a layer is solid from its middle on.
+        # As `relief.printed.in_layers`: a layer is solid from its middle on.
         return np.asarray(np.floor(np.asarray(heights) / self._layer_mm + 0.5) * self._layer_mm)

@@ -19,13 +19,12 @@ import torch
 
 from optimize.descent.problem import FingerRange, Problem
 from relief.common.arrays import Array
-from relief.depth import within_reach
 from relief.patches import STEERING_SAMPLES, Patches
 from tactile import jnd_scaled, roughness, touch_model
 from tactile.contact import solve_contact
 from tactile.fingers import at_depth, fingers
 from tactile.layer.elastic_layer import ElasticLayerOperator
-from tactile.strain import smallest_eigenvalue
+from tactile.strain import principal_strain
 
 MOST_PLACES = 4
 """Most places where other fingers press: their mean over the places is drawn to a goal, not each of them."""
@@ -118,8 +117,7 @@ class OtherFingers:
         mean = skin.mean_pressure_mpa(model.operator.size_mm) / skin.young_modulus_mpa
         flat = solve_contact(model.operator, torch.zeros_like(model.flat_strain), mean).pressure
         self._at_depth = {
-            depth: (operator, smallest_eigenvalue(operator.strain(flat)))
-            for depth, operator in operators.items()
+            depth: (operator, principal_strain(operator, flat)) for depth, operator in operators.items()
         }
         self._weight, self._stiffness = wanted.weight, pixels * (wanted.weight / 100.0) ** 2
         self._first: torch.Tensor | None = None
@@ -152,7 +150,7 @@ class OtherFingers:
         """Roughness (places,) to each finger, the scaled patches (loads * places, n, n) it depends on, and
         their pressure."""
         model, modulus = self._model, self._model.skin.young_modulus_mpa
-        patches = torch.as_tensor(self._patches.of(within_reach(heights)), dtype=model.flat_strain.dtype)
+        patches = torch.as_tensor(self._patches.within_reach(heights), dtype=model.flat_strain.dtype)
         scaled = torch.cat([factor * patches for factor in self._loads]).requires_grad_()
         begin = self._first
         if start is not None and start.shape == tuple(scaled.shape):
@@ -162,7 +160,7 @@ class OtherFingers:
         values = []
         for finger, load in zip(self._fingers, self._load_of, strict=True):
             operator, flat = self._at_depth[finger.skin.depth_mm]
-            strain = (smallest_eigenvalue(operator.strain(pressures[load])) - flat) / self._loads[load]
+            strain = (principal_strain(operator, pressures[load]) - flat) / self._loads[load]
             values.append(roughness(strain, self._patches.size_mm, "polar"))
         return values, scaled, touch.pressure.detach()
 

@@ -11,9 +11,10 @@ from optimize.verification.felt_places import jnd_at, sampled
 from relief.common.arrays import Array, Index
 from relief.heightmap import load_heights
 from relief.places import SPACING_MM, between
+from relief.relief import Relief
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
-from visual.scene import load_scene
+from visual.scene import plate_size_mm
 
 
 def felt_between(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str, float | None]:
@@ -31,15 +32,17 @@ def felt_between(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str
         The columns of the measure; None on a plate that has one place, and for distances from the target
         where the run has none in JND.
     """
-    texture = {name: getattr(run, name) for name in ("texture", "size_mm", "relief_mm", "height_scale")}
-    scene = load_scene(run.scene, run.define, **texture, repeats=run.axes_repeat, printer=run.print.described)
-    at = sampled(between(scene.surface, min(run.touch.spacing_mm, SPACING_MM)))
+    relief = run.relief(plate_size_mm(run.scene, run.define))
+    at = sampled(between(relief.surface, min(run.touch.spacing_mm, SPACING_MM)))
     if not len(at):
         return dict.fromkeys(NAMES)
     told = _told(run, result)
     if told is None:
         after = load_heights(run_dir / "heights.exr")
-        told = _pressed(scene.heights, run, scene.size_mm, at), _pressed(after, run, scene.size_mm, at)
+        told = (
+            _pressed(relief.heights, run, relief.width_mm, at),
+            _pressed(after, run, relief.width_mm, at),
+        )
     before, after = told
     jnd = jnd_at(after, before)
     felt = jnd[np.isfinite(jnd)]
@@ -76,7 +79,7 @@ def _pressed(heights: Array, run: Run, size_mm: float, at: Index) -> Array:
     """(k,) roughness at places (k, 2), by finite elements."""
     mesh, repeats = run.verify.resolution, run.axes_repeat
     finger = run.touch.finger
-    touch = measure_touch(heights, size_mm, finger, "fem", mesh, (ROUGHNESS,), repeats, at)
+    touch = measure_touch(Relief(heights, size_mm, repeats), finger, "fem", mesh, (ROUGHNESS,), at=at)
     return touch.values[ROUGHNESS.name]
 
 

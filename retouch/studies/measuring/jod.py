@@ -13,7 +13,7 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.readers import exr_channels
 from visual.lights.parallel import LUMINANCE
-from visual.scene import load_scene
+from visual.scene import load_scene, plate_size_mm
 
 
 def run_jod(run_dir: Path, run: Run, result: Mapping[str, Any]) -> list[float]:
@@ -30,8 +30,8 @@ def run_jod(run_dir: Path, run: Run, result: Mapping[str, Any]) -> list[float]:
     look = result["look"]
     if look.get("jod") is not None:
         return list(look["jod"])
-    textured = {name: getattr(run, name) for name in ("texture", "size_mm", "relief_mm", "height_scale")}
-    scene = load_scene(run.scene, run.define, **textured, printer=run.print.described)
+    relief = run.relief(plate_size_mm(run.scene, run.define))
+    scene = load_scene(run.scene, run.define, relief=relief)
     found = []
     for name, sharpness in zip(file_names(scene.conditions), look["pixels_per_degree"], strict=True):
         before, after = (

@@ -6,7 +6,7 @@ estimated as in `optimize.verification.picture_change`.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -20,8 +20,9 @@ from optimize.verification.picture_metrics import pixel_weights
 from relief.common.arrays import Array
 from relief.common.progress import stage
 from relief.heightmap import load_heights
+from relief.relief import Relief
 from visual.noise import Batches, batched
-from visual.scene import Scene, load_scene
+from visual.scene import Scene, load_scene, plate_size_mm
 
 SAMPLES = 16
 """Samples a pixel. On results at +2 and -2 JND mean changes are then within 3 % of those by 256 samples
@@ -67,25 +68,21 @@ def unseen(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str, floa
     Returns:
         The columns of the measure.
     """
-    own = load_scene(run.scene, run.define, **_texture(run))
-    before, after = _aligned(own.heights, load_heights(run_dir / "heights.exr"))
+    own = run.relief(plate_size_mm(run.scene, run.define))
+    before, after = (
+        replace(own, heights=heights)
+        for heights in _aligned(own.heights, load_heights(run_dir / "heights.exr"))
+    )
     found: dict[str, float | None] = {}
     with stage("looking under other conditions", len(UNSEEN) + 1) as advance:
         for name, conditions in UNSEEN.items():
-            each = [_changes_in(condition, run, before, after) for condition in conditions]
+            each = [_changes_in(condition, before, after) for condition in conditions]
             found |= _columns(name, np.mean(each, axis=0))
             advance()
-        resolution = REFINEMENT * max(own.resolution)
-        found |= _columns("fine", _changes(run.scene, run.define, run, before, after, resolution))
+        resolution = REFINEMENT * max(load_scene(run.scene, run.define, relief=own).resolution)
+        found |= _columns("fine", _changes(run.scene, run.define, before, after, resolution))
         advance()
     return found
-
-
-def _texture(run: Run) -> dict[str, Any]:
-    """Arguments of `load_scene` for the texture of a run."""
-    names = ("texture", "size_mm", "relief_mm", "height_scale")
-    own = {name: getattr(run, name) for name in names}
-    return own | {"repeats": run.axes_repeat, "printer": run.print.described}
 
 
 def _columns(name: str, changes: Array) -> dict[str, float | None]:
@@ -100,39 +97,46 @@ def _aligned(before: Array, after: Array) -> tuple[Array, Array]:
     return before + lift, moved + lift
 
 
-def _changes_in(condition: Condition, run: Run, before: Array, after: Array) -> Array:
+def _changes_in(condition: Condition, before: Relief, after: Relief) -> Array:
     """Changes in a bundled scene, which fits every plate, with a pixel a height sample."""
-    defines = {"resolution": str(before.shape[1]), **condition.defines}
-    return _changes(find_file(condition.scene, ".xml"), defines, run, before, after)
+    defines = {"resolution": str(before.surface.shape[1]), **condition.defines}
+    return _changes(find_file(condition.scene, ".xml"), defines, before, after)
 
 
 def _changes(
     path: Path,
     defines: Mapping[str, str],
-    run: Run,
-    before: Array,
-    after: Array,
+    before: Relief,
+    after: Relief,
     resolution: int | None = None,
 ) -> Array:
     """Mean and root mean square change of a scene's pictures, (2,), in % of the mean picture of the plate."""
-    texture = tuple(_texture(run).items())
-    scene, one = _original(path, tuple(defines.items()), texture, before.tobytes(), resolution)
+    scene, one = _original(path, tuple(defines.items()), _Shown(before), resolution)
     weights = pixel_weights(scene.plate_weights(resolution), scene.weights)
-    other = batched(scene, after, SAMPLES, seed=1, resolution=resolution)
+    other = batched(scene, after.heights, SAMPLES, seed=1, resolution=resolution)
     found = change(one, other, weights=weights)
     level = float((weights * one.mean).mean())
     return 100.0 / level * np.array([found.estimate, found.rms_less_noise])
 
 
+class _Shown:
+    """A relief that equals another one of the same heights, size and repeats, for the cache."""
+
+    def __init__(self, relief: Relief) -> None:
+        self.relief = relief
+        self._key = relief.heights.tobytes(), relief.surface
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Shown) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+
 @lru_cache(maxsize=KEPT)
 def _original(
-    path: Path,
-    defines: tuple[tuple[str, str], ...],
-    texture: tuple[tuple[str, Any], ...],
-    relief: bytes,
-    resolution: int | None,
+    path: Path, defines: tuple[tuple[str, str], ...], shown: _Shown, resolution: int | None
 ) -> tuple[Scene, Batches]:
-    """A scene, and its pictures of an original, whose heights in mm are given as bytes of float64."""
-    scene = load_scene(path, dict(defines), **dict(texture))
-    heights = np.frombuffer(relief).reshape(scene.heights.shape).copy()
-    return scene, batched(scene, heights, SAMPLES, seed=1, resolution=resolution)
+    """A scene with an original, and its pictures."""
+    scene = load_scene(path, dict(defines), relief=shown.relief)
+    return scene, batched(scene, shown.relief.heights, SAMPLES, seed=1, resolution=resolution)

@@ -18,6 +18,7 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.heightmap import save_heights_exr
+from relief.relief import Relief
 from tactile.measures import measure_touch
 from tests.tactile.reliefs import SIZE
 from visual.scene import Scene, load_scene
@@ -51,7 +52,7 @@ def deep_scene(studio: Path, tmp_path_factory: pytest.TempPathFactory) -> Scene:
 
 
 def deep_problem(scene: Scene, jnd: float) -> Problem:
-    before = measure_touch(scene.heights, SIZE, SKIN, "quick").means["roughness"]
+    before = measure_touch(Relief(scene.heights, SIZE), SKIN, "quick").means["roughness"]
     targets = Targets.of(0.01, roughness=tactile.jnd_scaled(before, jnd))
     return Problem(scene.heights, SIZE, SKIN, targets, scene, touch="quick", look="fast")
 
@@ -62,7 +63,7 @@ def test_the_contact_is_that_of_the_whole_relief_and_of_a_deeper_cut() -> None:
     shallow, deeper, whole = (tactile.press(field, SIZE, SKIN) for field in cut)
     for touch in (shallow, deeper):
         torch.testing.assert_close(touch.pressure, whole.pressure, rtol=1e-6, atol=1e-9)
-    measured = measure_touch(heights, SIZE, SKIN, "layer").pressure[0]
+    measured = measure_touch(Relief(heights, SIZE), SKIN, "layer").pressure[0]
     np.testing.assert_allclose(measured, whole.pressure.numpy(), rtol=1e-6, atol=1e-9)
 
 
@@ -70,7 +71,7 @@ def test_a_finger_that_reaches_the_cut_is_refused() -> None:
     spikes = np.zeros((32, 32))
     spikes[8::16, 8::16] = DEPTH_MM
     with pytest.raises(InputError, match=r"heights: a finger reaches .* mm below the top; the most is 2\.9"):
-        measure_touch(spikes, SIZE, SKIN, "layer")
+        measure_touch(Relief(spikes, SIZE), SKIN, "layer")
 
 
 def steps_of(problem: Problem, method: str) -> Array:
@@ -101,7 +102,7 @@ def test_the_target_is_met_by_finite_elements_too(deep_scene: Scene) -> None:
     problem = deep_problem(deep_scene, -1.0)
     heights = steps_of(problem, "gauss-newton")
     before, after = (
-        measure_touch(relief, SIZE, SKIN, "fem", mesh=32).means["roughness"]
+        measure_touch(Relief(relief, SIZE), SKIN, "fem", mesh=32).means["roughness"]
         for relief in (problem.heights, heights)
     )
     assert tactile.jnd_apart(after, before) == pytest.approx(-1.0, abs=0.15)

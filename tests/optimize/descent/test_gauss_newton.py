@@ -21,6 +21,7 @@ from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from optimize.verification.picture_metrics import rms_change
 from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.relief import Relief
 from tactile.measures import TouchMeasures, measure_touch
 from tests.optimize.conftest import SAMPLES, ProblemWith
 from tests.tactile.reliefs import waves
@@ -54,9 +55,9 @@ def test_roughness_is_reached_with_less_change_of_look_than_by_scaling(
     descent = walk(problem)
     heights = descent.best.heights
     assert descent.reason is StopReason.CONVERGED
-    assert measure_touch(heights, problem.size_mm, problem.skin, "layer").means["roughness"] == pytest.approx(
-        problem.targets.goals()["roughness"], rel=TOLERANCE
-    )
+    assert measure_touch(Relief(heights, problem.size_mm), problem.skin, "layer").means[
+        "roughness"
+    ] == pytest.approx(problem.targets.goals()["roughness"], rel=TOLERANCE)
     assert heights.min() >= 0.0 and heights.max() <= HEIGHT_LIMIT_MM
     scaled = linear_scaling(problem)
     assert scaled is not None
@@ -73,7 +74,7 @@ def test_contact_area_alone_is_reached(
     )
     descent = walk(problem, steps=2 * STEPS)
     assert descent.reason.met
-    touch = measure_touch(descent.best.heights, problem.size_mm, problem.skin, "layer")
+    touch = measure_touch(Relief(descent.best.heights, problem.size_mm), problem.skin, "layer")
     assert touch.means["contact_area_mm2"] == pytest.approx(
         problem.targets.goals()["contact_area_mm2"], rel=TOLERANCE
     )
@@ -87,7 +88,7 @@ def test_roughness_and_contact_area_are_reached_together(
     problem = problem_with(targets)
     descent = walk(problem)
     assert descent.reason is StopReason.CONVERGED
-    touch = measure_touch(descent.best.heights, problem.size_mm, problem.skin, "layer")
+    touch = measure_touch(Relief(descent.best.heights, problem.size_mm), problem.skin, "layer")
     assert targets.relative_error(touch.values) <= TOLERANCE
 
 

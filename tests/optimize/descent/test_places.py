@@ -18,6 +18,7 @@ from optimize.descent.problem import Problem
 from optimize.descent.targets import Target, Targets
 from relief.common.arrays import Array
 from relief.places import between
+from relief.relief import Relief
 from tactile.measures import measure_touch
 from tactile.quantities import GOAL_KEYS, ROUGHNESS
 from tests.optimize.conftest import STUDIO, ProblemWith
@@ -46,7 +47,7 @@ def test_a_tile_is_felt_at_each_place_as_by_a_finger_there_alone(tile: Problem) 
     assert tile.patches.count == len(touch.values["roughness"]) == len(touch.pressure) == 4
     for number, place in enumerate(tile.patches.places):
         rolled = np.roll(tile.heights, -place, (0, 1))
-        alone = measure_touch(rolled, SIZE, tile.skin, "layer").values
+        alone = measure_touch(Relief(rolled, SIZE), tile.skin, "layer").values
         for name, values in touch.values.items():
             assert values[number] == pytest.approx(alone[name][0], rel=1e-6)
 
@@ -166,10 +167,10 @@ def test_every_place_of_a_tile_reaches_its_own_goal(tile: Problem, key: str) -> 
     method = GaussNewton(problem)
     found = descend(method, targets, method.begin(0, problem.heights, {}), 12)
     assert found.reason.met
-    after = measure_touch(found.best.heights, SIZE, tile.skin, "layer", repeats=(True, True))
+    after = measure_touch(Relief(found.best.heights, SIZE, (True, True)), tile.skin, "layer")
     goals = goal_key.goals(
         number,
-        measure_touch(tile.heights, SIZE, tile.skin, "layer", repeats=(True, True)).values[quantity.name],
+        measure_touch(Relief(tile.heights, SIZE, (True, True)), tile.skin, "layer").values[quantity.name],
     )
     np.testing.assert_allclose(after.values[quantity.name], goals, rtol=0.06)
 
@@ -194,7 +195,9 @@ def test_steps_of_a_rolled_tile_are_the_rolled_steps(texture: Path, masking: flo
 
     Steps differ by 0.5 %; by 1.1 and 2.3 % if differences of pixels and contrast end with the picture.
     """
-    scene = load_scene(STUDIO, {"resolution": "32"}, texture=texture, repeats=(True, True))
+    scene = load_scene(
+        STUDIO, {"resolution": "32"}, relief=replace(Relief.read(texture), repeats=(True, True))
+    )
     targets, shift, found = Targets.of(TOLERANCE, roughness=0.1), (16, 16), []
     for heights in (tile_of(32), np.roll(tile_of(32), shift, (0, 1))):
         problem = Problem(
@@ -219,7 +222,7 @@ def test_steps_of_a_rolled_tile_are_the_rolled_steps(texture: Path, masking: flo
 
 def test_a_press_between_the_places_is_told_by_its_place(tile: Problem) -> None:
     middle = between(tile.surface, tile.spacing_mm)
-    measures = measure_touch(tile.heights, SIZE, tile.skin, "layer", repeats=tile.repeats, at=middle)
+    measures = measure_touch(Relief(tile.heights, SIZE, tile.repeats), tile.skin, "layer", at=middle)
     rolled = np.roll(tile.heights, -middle[2], (0, 1))
-    alone = measure_touch(rolled, SIZE, tile.skin, "layer").values["roughness"][0]
+    alone = measure_touch(Relief(rolled, SIZE), tile.skin, "layer").values["roughness"][0]
     assert measures.values["roughness"][2] == pytest.approx(alone, rel=1e-9)

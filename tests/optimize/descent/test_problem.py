@@ -11,6 +11,7 @@ from optimize.descent.problem import Problem, change_percent, within_limits
 from optimize.descent.targets import Targets
 from relief.common.errors import InputError
 from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.relief import Relief
 from tactile.measures import measure_touch
 from tests.optimize.conftest import ProblemWith
 
@@ -32,7 +33,7 @@ def test_a_plate_too_small_for_roughness_is_refused_before_any_operator_is_built
 ) -> None:
     monkeypatch.setenv("RETOUCH_CACHE", str(tmp_path))
     with pytest.raises(InputError, match="size_mm: a patch of 1"):
-        measure_touch(np.zeros((16, 16)), 1.0, tactile.Skin(poisson_ratio=0.321), "layer")
+        measure_touch(Relief(np.zeros((16, 16)), 1.0), tactile.Skin(poisson_ratio=0.321), "layer")
     assert not [*tmp_path.iterdir()]
 
 

@@ -23,7 +23,7 @@ MEAN_STRAIN = Quantity(
     symbol="S",
     unit="",
     decimals=4,
-    value=lambda touch, size_mm: touch.strain.abs().mean(),
+    value=lambda touch: touch.strain.abs().mean(),
 )
 """Mean magnitude of the strain map: a quantity that the table does not have."""
 

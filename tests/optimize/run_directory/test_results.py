@@ -26,6 +26,7 @@ from optimize.settings.run_file import Run, run_from_scene
 from optimize.verification import picture_metrics as metrics
 from optimize.verification.felt_places import FeltPlaces
 from relief.common.errors import InputError
+from relief.relief import Relief
 from retouch.pages import run_report
 from retouch.pages.content import Report
 from tactile.measures import measure_touch
@@ -174,7 +175,9 @@ def outcome(problem: Problem, verified: bool) -> Outcome:
     true = random.uniform(0.2, 0.5, (2, 1, len(problem.scene.conditions), *problem.scene.resolution))
     before, after = (Batches(p + random.normal(0.0, 0.01, (4, *p.shape[1:])), 64) for p in true)
     best = iterate(3, lower)
-    first, felt = (measure_touch(h, problem.size_mm, problem.skin, "layer") for h in (problem.heights, lower))
+    first, felt = (
+        measure_touch(Relief(h, problem.size_mm), problem.skin, "layer") for h in (problem.heights, lower)
+    )
     goals = {"roughness": 0.1}
     iterations = (OuterIteration(goals, best.means, felt.means, 0.2, 7),)
     return Outcome(
@@ -207,7 +210,7 @@ def test_maps_of_the_result_are_its_own_even_if_it_is_not_verified(
 
 
 def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, settings: Run) -> None:
-    verified = measure_touch(0.8 * problem.heights, problem.size_mm, problem.skin, "layer")
+    verified = measure_touch(Relief(0.8 * problem.heights, problem.size_mm), problem.skin, "layer")
     told = results.summarise(settings, problem, outcome(problem, True), {})
     touch = told["touch"]
     assert touch["roughness"] == iterate(3).means["roughness"]

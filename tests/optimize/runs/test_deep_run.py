@@ -10,8 +10,8 @@ from optimize.runs.job import Result
 from optimize.settings.run_file import load_run
 from relief.common.errors import InputError
 from relief.common.limits import BASE_MM
-from relief.export.printed import printed
 from relief.heightmap import load_heights, save_heights_exr
+from relief.printed import printed
 from retouch.commands import main as cli
 from retouch.verbs import runs
 from tests.optimize.descent.test_deep_relief import wavy_pyramids

@@ -11,6 +11,7 @@ from PIL import Image
 from optimize.runs.feel_of import name_of
 from optimize.settings.run_file import Run, dump_resolved, load_run, run_from_scene
 from relief.heightmap import save_heights_exr
+from relief.relief import Relief
 from retouch.commands.main import main
 from retouch.studies.row_key import row_key
 from retouch.verbs import runs
@@ -59,7 +60,7 @@ def test_the_other_feel_is_reached_and_named(
     arguments = ["waves.exr", "--feel-of", "low.exr", "--feel-of-quantity", of, "-o", "out", *settings]
     assert main(["optimize", *arguments, "--scene", str(studio)]) == 0
     printed = capfd.readouterr()
-    low = measure_touch(waves(SAMPLES, 1.2).numpy(), 10.0, Skin(), "quick").means
+    low = measure_touch(Relief(waves(SAMPLES, 1.2).numpy(), 10.0), Skin(), "quick").means
     quantity, untouched = (ROUGHNESS, CONTACT_AREA) if of == "roughness" else (CONTACT_AREA, ROUGHNESS)
     assert f"the feel of low: {quantity.label} {quantity.text(low[quantity.name])}" in printed.err
     assert "target (the feel of low)" in printed.out

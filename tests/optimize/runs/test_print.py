@@ -14,9 +14,10 @@ from optimize.runs import job
 from optimize.runs.job import Result
 from optimize.settings.run_file import Run, dump_resolved, load_run, run_from_scene
 from relief.common.errors import InputError
-from relief.export.printed import faults, printed
-from relief.export.printers import PRINTERS, Printer
 from relief.heightmap import load_heights
+from relief.printed import faults, printed
+from relief.printers import PRINTERS, Printer
+from relief.relief import Relief
 from relief.surface import Surface
 from retouch.verbs import runs
 from tactile.measures import measure_touch
@@ -59,7 +60,7 @@ def test_result_is_of_whole_layers_and_prints_as_itself(result: Result) -> None:
 def test_feel_is_reached_between_the_prints(result: Result, texture: Path) -> None:
     original = printed(load_heights(texture), 0.3125, PRINTER)
     rough = [
-        measure_touch(relief, 10.0, tactile.Skin(), "layer").means["roughness"]
+        measure_touch(Relief(relief, 10.0), tactile.Skin(), "layer").means["roughness"]
         for relief in (original, result.heights)
     ]
     assert result.stop.met

@@ -13,6 +13,7 @@ from relief.common.errors import InputError
 from relief.export.plate import plate_mesh
 from relief.heightmap import load_heights
 from relief.meshes import Mesh, read_mesh
+from relief.relief import Relief
 from retouch.pages.mesh_colouring import (
     BAR_PIXELS,
     LEAST_PIXELS,
@@ -45,7 +46,7 @@ def test_a_plate_feels_as_its_height_map(gravel: np.ndarray, feel: MeshFeel) -> 
     centres = np.array([crop.frame.at[:2] for crop in feel.crops])
     first = np.stack([SIZE_MM / 2 - centres[:, 1], SIZE_MM / 2 + centres[:, 0]], axis=1) - 5.0
     at = np.clip(np.rint(first * SIDE / SIZE_MM).astype(np.int64), 0, SIDE - 100)
-    plate = measure_touch(gravel, SIZE_MM, Skin(), "layer", at=at).means
+    plate = measure_touch(Relief(gravel, SIZE_MM), Skin(), "layer", at=at).means
     assert abs(jnd_apart(feel.means["roughness"], plate["roughness"])) < 0.1
     assert feel.means["contact_area_mm2"] == pytest.approx(plate["contact_area_mm2"], rel=0.03)
 
@@ -95,7 +96,7 @@ def test_on_a_tube_the_tile_is_felt_where_the_curvature_is_taken_out() -> None:
     """At a radius of 16 mm, where the curvature makes the same gravel more than a step rougher."""
     tile = load_heights(find_texture("gravel-tile"))[::2, ::2]
     textured, base = (Mesh(body, None, Path("tube.stl")) for body in rolled(tile, 10.0, 10, 2))
-    expected = measure_touch(tile, 10.0, Skin(), "layer", repeats=(True, True)).means["roughness"]
+    expected = measure_touch(Relief(tile, 10.0, (True, True)), Skin(), "layer").means["roughness"]
     out = feel_of(textured, Skin(), most=8, without_texture=base)
     within = feel_of(textured, Skin(), most=8)
     assert out.details()["curvature"] == "taken out" and not out.crops[0].on_edge

@@ -18,7 +18,7 @@ from relief.common.files import cache_folder
 from relief.common.tensors import Arrays, read_tensors, tensor_bytes
 from tactile import Skin
 
-REPOSITORY = Path(__file__).parents[2]
+REPOSITORY = Path(__file__).parents[3]
 KEY = {"version": 1, "nu": 0.48}
 LAYOUT = {"values": ((100, 10), "f8")}
 
@@ -186,7 +186,9 @@ print(folder)
     assert not Path(process.stdout.strip()).exists()
 
 
-@pytest.mark.parametrize("module", ["elastic_layer", "finite_elements", "unstructured.meshing"])
+@pytest.mark.parametrize(
+    "module", ["layer.elastic_layer", "elements.finite_elements", "unstructured.meshing"]
+)
 def test_no_version_of_a_builder_is_kept_by_hand(module: str) -> None:
     source = (REPOSITORY / "tactile" / f"{module.replace('.', '/')}.py").read_text()
     assert '"code": fingerprint(__name__)' in source

@@ -9,7 +9,7 @@ import pytest
 
 from relief.common.files import partial_file, partial_folders, remove_partial, write_atomically
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def test_a_file_comes_with_its_folder_and_replaces_an_earlier_one(tmp_path: Path) -> None:

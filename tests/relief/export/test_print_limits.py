@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from relief.common.errors import InputError
-from relief.export.print_limits import STRAIGHT, PrintLimits
-from relief.export.printed import faults, printed, printed_map
-from relief.export.printers import PRINTERS, Printer
-from relief.heightmap import HeightMap
+from relief.print_limits import STRAIGHT, PrintLimits
+from relief.printed import faults, printed
+from relief.printers import PRINTERS, Printer
+from relief.relief import Relief
 
 PITCH = 0.05
 MASK = replace(PRINTERS["mask-50"], name="own")
@@ -85,12 +85,10 @@ def test_kept_features_leave_no_narrow_ridges_and_grooves(rough: np.ndarray) -> 
 
 
 def test_a_relief_that_is_too_high_is_refused_with_what_to_do() -> None:
-    read = HeightMap(np.linspace(0.0, 1.2, 900).reshape(30, 30), 1.5)
+    wave = Relief(np.linspace(0.0, 1.2, 900).reshape(30, 30), 1.5, name="wave")
     low = Printer("own", 50.0, 50.0, 150.0, max_relief_mm=1.0)
     with pytest.raises(
         InputError, match=r"wave: printer: the relief is 1\.2 mm high, .* 1 mm; make it lower"
     ):
-        printed_map(read, low, (False, False), "wave")
-    assert (
-        printed_map(read, replace(low, max_relief_mm=1.2), (False, False), "wave").heights.max() <= 1.2 + 1e-9
-    )
+        wave.printed(low)
+    assert wave.printed(replace(low, max_relief_mm=1.2)).heights.max() <= 1.2 + 1e-9

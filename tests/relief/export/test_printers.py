@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from relief.common.errors import InputError
-from relief.export.printed import faults, in_layers, on_pixels, printed
-from relief.export.printers import PRINTERS, Printer, find_printer
+from relief.printed import faults, in_layers, on_pixels, printed
+from relief.printers import PRINTERS, Printer, find_printer
 
 MASK = PRINTERS["mask-50"]
 

@@ -12,9 +12,9 @@ from PIL import Image
 from optimize.settings.run_file import dump_resolved, run_from_scene
 from relief.common.formats import FORMATS
 from relief.export.parts import WRITERS
-from relief.export.printed import printed
-from relief.export.printers import find_printer
 from relief.heightmap import load_height_map, save_heights_exr
+from relief.printed import printed
+from relief.printers import find_printer
 from retouch.commands.main import BAD_INPUT, main
 
 

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -24,6 +25,7 @@ from optimize.settings import run_file as config
 from relief.common.errors import InputError
 from relief.common.formatting import between, number, percent, plus_minus
 from relief.heightmap import load_heights, save_heights_exr
+from relief.relief import Relief
 from retouch.commands import evaluate as cli_evaluate
 from retouch.commands import main as cli
 from retouch.commands import optimize as cli_optimize
@@ -230,9 +232,9 @@ def test_size_and_relief_come_along_with_the_heights_of_a_run(
     pressed: list[tuple[float, float]] = []
     measure = cli_evaluate.measure
 
-    def measured(path: Path, heights: np.ndarray, size_mm: float, *others: Any) -> Any:
-        pressed.append((heights.max(), size_mm))
-        return measure(path, heights, 10.0, *others)
+    def measured(relief: Relief, *others: Any) -> Any:
+        pressed.append((relief.heights.max(), relief.width_mm))
+        return measure(replace(relief, width_mm=10.0), *others)
 
     monkeypatch.setattr(cli_evaluate, "measure", measured)
     heights = load_heights(waves)

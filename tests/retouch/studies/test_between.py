@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from optimize.settings.run_file import Run, run_from_scene
 from relief.heightmap import load_heights, save_heights_exr
 from relief.places import between
+from relief.relief import Relief
 from relief.surface import Surface
 from retouch.studies.measuring.between import felt_between
 from retouch.studies.measuring.measures import MEASURES
@@ -37,7 +38,7 @@ def test_places_that_are_alike_feel_the_same_change(tmp_path: Path) -> None:
     assert found.keys() == MEASURES["places"].columns.keys()
     at = between(Surface((SIDE, SIDE), 10.0, BOTH))[:1]
     before, after = (
-        measure_touch(heights, 10.0, run.touch.finger, "fem", MESH, repeats=BOTH, at=at).values[
+        measure_touch(Relief(heights, 10.0, BOTH), run.touch.finger, "fem", MESH, at=at).values[
             ROUGHNESS.name
         ]
         for heights in (TILE, load_heights(tmp_path / "heights.exr"))

@@ -6,6 +6,7 @@ from mitsuba_scenes.studies import find_study
 from optimize.settings.run_file import Run
 from relief.common.limits import PATCH_SIDE_MM
 from relief.heightmap import load_height_map
+from relief.relief import Relief
 from retouch.studies.rows import expand
 from retouch.studies.study_file import load_study
 from tactile.measures import measure_touch
@@ -21,7 +22,7 @@ def textures(study: str) -> dict[str, Run]:
 def value(run: Run, quantity: str) -> float:
     """What the finger of a run gets from its texture."""
     heights = load_height_map(run.texture, relief_mm=run.relief_mm).heights
-    return measure_touch(heights, PATCH_SIDE_MM, run.touch.finger, "layer").means[quantity]
+    return measure_touch(Relief(heights, PATCH_SIDE_MM), run.touch.finger, "layer").means[quantity]
 
 
 def test_the_seven_textures_of_figure_15_are_0_06_to_0_08_rough() -> None:

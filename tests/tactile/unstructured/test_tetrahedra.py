@@ -12,9 +12,9 @@ from relief.common.errors import InputError
 from tactile import Skin, contact_area, roughness
 from tactile.contact import solve_contact
 from tactile.elements.finite_elements import FiniteElementOperator, finite_element_operator
-from tactile.model import Touch
 from tactile.skin import lame
 from tactile.strain import smallest_eigenvalue
+from tactile.touch import Touch
 from tactile.unstructured.meshing import Sizing, Tetrahedra, signed_volumes, tetrahedralise
 from tactile.unstructured.quadratic import gradients_at, stiffness
 from tactile.unstructured.surface import Surface, block_surface, fingertip_surface

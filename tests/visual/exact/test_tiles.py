@@ -1,6 +1,7 @@
 """Tiles: light and shadow come in from the neighbours, and so do their derivatives."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from tests.visual.differences import by_gradients, differ_by_noise, measured
 from tests.visual.scenes import PLASTIC, SIDE, SIZE_MM, Array, hills, sky, sun, toward, write_scene
 from visual.geometry.halo import FEWEST, LEAST_TANGENT, MARGIN, halo_of, rise_of
 from visual.scene import Scene, load_scene
+from visual.scene_file.fitting import scene_relief
 
 BOTH = (True, True)
 RIM = np.ones((SIDE, SIDE))
@@ -27,7 +29,8 @@ def tile_of(tmp_path: Path, mi: object) -> Callable[..., Scene]:
     """Loads a scene of these lights over `hills()` as a tile; for the rest see `write_scene`."""
 
     def make(*lights: str, repeats: tuple[bool, bool] = BOTH, **written: Any) -> Scene:
-        return load_scene(write_scene(tmp_path, hills(), lights, **written), repeats=repeats)
+        path = write_scene(tmp_path, hills(), lights, **written)
+        return load_scene(path, relief=replace(scene_relief(path), repeats=repeats))
 
     return make
 

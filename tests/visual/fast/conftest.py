@@ -9,6 +9,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from relief.relief import Relief
 from surrogate.nets.unet import Shape, UNet
 from surrogate.nets.weights import Card, save_net, weights_bytes
 from tests.tactile.reliefs import waves
@@ -28,7 +29,9 @@ SIDE = 32
 
 @pytest.fixture(scope="module")
 def scene(mi_module: ModuleType) -> Scene:
-    return Scene(check_scene(STUDIO, {"resolution": str(SIDE)}), np.zeros((SIDE, SIDE)), "llvm_ad_mono")
+    return Scene(
+        check_scene(STUDIO, {"resolution": str(SIDE)}), Relief(np.zeros((SIDE, SIDE))), "llvm_ad_mono"
+    )
 
 
 @pytest.fixture(scope="module")

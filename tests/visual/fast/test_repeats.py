@@ -28,6 +28,7 @@ from visual.fast.jacobian import FastView
 from visual.fast.refinement import refined
 from visual.fast.shadow_sweep import shadow_sweep
 from visual.scene import Scene, load_scene
+from visual.scene_file.fitting import scene_relief
 
 DOUBLE = torch.float64
 BOTH, ALONG_X, ALONG_Y, NEITHER = (True, True), (False, True), (True, False), (False, False)
@@ -42,7 +43,7 @@ def tile_of(tmp_path: Path, mi: object) -> Callable[..., Scene]:
     def make(*lights: str, heights: Array, repeats: tuple[bool, bool] = BOTH, **written: Any) -> Scene:
         rows, cols = heights.shape
         path = write_scene(tmp_path, heights, lights, rows=rows, cols=cols, **written)
-        return load_scene(path, repeats=repeats)
+        return load_scene(path, relief=replace(scene_relief(path), repeats=repeats))
 
     return make
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from relief.relief import Relief
 from tests.tactile.reliefs import waves
 from visual.reference.renderer import ReferenceRenderer
 from visual.scene import Scene
@@ -25,7 +26,7 @@ AMBIENT = 0.22943058
 @pytest.fixture(scope="module")
 def scene() -> Scene:
     checked = check_scene(STUDIO, {"resolution": str(SIDE)})
-    return Scene(checked, np.zeros((SIDE, SIDE)), "llvm_ad_mono")
+    return Scene(checked, Relief(np.zeros((SIDE, SIDE))), "llvm_ad_mono")
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +82,7 @@ def test_the_same_seed_is_the_same_picture(renderer: ReferenceRenderer) -> None:
 
 
 def test_another_camera_is_refused(scene: Scene) -> None:
-    other = Scene(check_scene(STUDIO, {"resolution": "16"}), np.zeros((SIDE, SIDE)), "llvm_ad_mono")
+    other = Scene(check_scene(STUDIO, {"resolution": "16"}), Relief(np.zeros((SIDE, SIDE))), "llvm_ad_mono")
     with pytest.raises(ValueError, match="straight down"):
         ReferenceRenderer(other)
     with pytest.raises(ValueError, match="strata"):
@@ -90,6 +91,6 @@ def test_another_camera_is_refused(scene: Scene) -> None:
 
 def test_a_tile_is_refused() -> None:
     checked = check_scene(STUDIO, {"resolution": str(SIDE)})
-    tile = Scene(checked, np.zeros((SIDE, SIDE)), "llvm_ad_mono", repeats=(False, True))
+    tile = Scene(checked, Relief(np.zeros((SIDE, SIDE)), repeats=(False, True)), "llvm_ad_mono")
     with pytest.raises(ValueError, match="end at its sides"):
         ReferenceRenderer(tile)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from relief.common.arrays import Array
-from relief.export.printers import STEEPEST_DEGREES, Printer
+from relief.printers import STEEPEST_DEGREES, Printer
 
 _QUARTER = ((0, 1), (1, 2), (1, 1), (2, 1))
 MOVES = tuple(turned for dy, dx in _QUARTER for turned in ((dy, dx), (dx, -dy), (-dy, -dx), (-dx, dy)))

@@ -1,4 +1,4 @@
-"""Printers by name or by numbers; `relief.export.printed` has what they make of a relief."""
+"""Printers by name or by numbers; `relief.printed` has what they make of a relief."""
 
 import math
 from collections.abc import Mapping

@@ -1,12 +1,10 @@
-"""What printers make of a relief: pixels, layers, and what does not come out (`relief.export.printers`).
+"""What printers make of a relief: pixels, layers, and what does not come out (`relief.printers`).
 
 The model is ideal. A printer fills a grid of square pixels, layer by layer. Slicers cut a layer at its
 middle, and a pixel is solid where half of its area or more lies within the cut. So heights are multiples of
 the layer, off by half a layer at most from the median of the relief over the pixel. Resin that bleeds or
 shrinks, rounded corners and grey pixels are left out.
 """
-
-from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,9 +13,8 @@ from numpy.typing import ArrayLike
 from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM, LARGEST_SIDE, SMALLEST_SIDE
-from relief.export.print_limits import SAME, PrintLimits
-from relief.export.printers import Printer
-from relief.heightmap import HeightMap
+from relief.print_limits import SAME, PrintLimits
+from relief.printers import Printer
 
 SUBDIVISIONS = 8
 """Points along a pixel's side at which its height is read."""
@@ -99,31 +96,33 @@ def printed(
     return PrintLimits(printer, pixel_mm, repeats).in_layers(pixels + base_mm) - base_mm
 
 
-def printed_map(
-    read: HeightMap, printer: Printer, repeats: tuple[bool, bool], name: object, size_mm: float | None = None
-) -> HeightMap:
-    """A height map as printed, within the heights that a height map may have.
+def print_of(
+    heights_mm: Array, pitch_mm: float, printer: Printer, repeats: tuple[bool, bool], name: object
+) -> Array:
+    """A relief as printed, within the heights that a height map may have.
 
     Args:
-        read: the height map.
-        printer: makes it.
-        repeats: axes (rows, cols) along which it goes on as itself.
-        name: of its file, for messages.
-        size_mm: width of the plate; None: that of the height map.
+        heights_mm: (rows, cols) mm.
+        pitch_mm: distance of neighbouring samples.
+        printer: makes the print.
+        repeats: axes (rows, cols) along which the relief goes on as itself.
+        name: of the file, for messages.
+
+    Returns:
+        (down, across) mm, a height for each pixel.
 
     Raises:
         InputError: the relief is higher than the printer makes, or does not fit its pixels.
     """
-    width_mm = read.side_mm if size_mm is None else size_mm
     with naming(name):
-        made = printed(read.heights, width_mm / read.heights.shape[1], printer, repeats)
+        made = printed(heights_mm, pitch_mm, printer, repeats)
         if (relief_mm := float(np.ptp(made))) > printer.max_relief_mm + printer.layer_mm * SAME:
             raise InputError(
                 f"printer: the relief is {relief_mm:.4g} mm high, and the printer makes "
                 f"{printer.max_relief_mm:g} mm; make it lower (relief_mm or height_scale)"
             )
-    limit = HEIGHT_LIMIT_MM if read.heights.max() <= HEIGHT_LIMIT_MM else DEEPEST_RELIEF_MM
-    return replace(read, heights=np.minimum(made, printer.top_mm(limit)))
+    limit = HEIGHT_LIMIT_MM if heights_mm.max() <= HEIGHT_LIMIT_MM else DEEPEST_RELIEF_MM
+    return np.minimum(made, printer.top_mm(limit))
 
 
 def faults(

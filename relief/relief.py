@@ -1,0 +1,115 @@
+"""Relief: heights on a plate or a tile, of one size, with the axes on which they repeat."""
+
+import os
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from relief.common.arrays import Array
+from relief.common.lengths import in_range
+from relief.common.limits import PATCH_SIDE_MM
+from relief.heightmap import check_heights, load_height_map
+from relief.printed import print_of
+from relief.printers import Printer
+from relief.seam import check_seams
+from relief.surface import Repeats, Surface, axes
+
+
+@dataclass(frozen=True, eq=False)
+class Relief:
+    """A relief.
+
+    Attributes:
+        heights: (rows, cols) mm, row 0 at +y, column 0 at -x.
+        width_mm: extent along x of the plate, or of one period, mm.
+        repeats: whether the relief goes on as itself along y (rows) and along x (columns).
+        name: file of the heights, or another name for messages.
+        printer: whose print the relief is; None if it is none's.
+    """
+
+    heights: Array
+    width_mm: float = PATCH_SIDE_MM
+    repeats: tuple[bool, bool] = (False, False)
+    name: str = "heights"
+    printer: Printer | None = None
+
+    @classmethod
+    def of(cls, heights: ArrayLike, size_mm: float = PATCH_SIDE_MM, repeats: Repeats = False) -> Self:
+        """The relief of an array, checked.
+
+        Args:
+            heights: (rows, cols) mm, from 0 to 20.
+            size_mm: width of the plate or the tile.
+            repeats: whether the relief is a tile, along both axes, "x" or "y".
+
+        Raises:
+            InputError: heights or size are out of range, or the sides of a tile do not fit.
+        """
+        checked = check_heights(np.asarray(heights), "heights")
+        check_seams(checked, axes(repeats), "heights")
+        return cls(checked, in_range("size_mm", size_mm), axes(repeats))
+
+    @classmethod
+    def read(
+        cls,
+        file: str | os.PathLike[str],
+        *,
+        size_mm: float | None = None,
+        relief_mm: float | None = None,
+        height_scale: float | None = None,
+        repeats: Repeats = False,
+        printer: Printer | None = None,
+        default_mm: float = PATCH_SIDE_MM,
+        default_relief_mm: float | None = None,
+    ) -> Self:
+        """Read a relief from a height map.
+
+        Args:
+            file: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm).
+            size_mm: width of the plate or the tile; None takes the one in the file's header.
+            relief_mm, height_scale: of the height map, as in `relief.heightmap.load_height_map`.
+            repeats: whether the relief is a tile, along both axes, "x" or "y".
+            printer: makes a print of the relief, with a sample for each of its pixels.
+            default_mm, default_relief_mm: width, and height of white above black in a picture, where neither
+                an argument nor the header has one.
+
+        Raises:
+            InputError: the file is missing or damaged, heights or lengths are out of range, the sides of a
+                tile do not fit, or the printer cannot make the relief.
+        """
+        content = load_height_map(
+            file,
+            size_mm=size_mm,
+            relief_mm=relief_mm,
+            height_scale=height_scale,
+            default_relief_mm=default_relief_mm,
+        )
+        width_mm = default_mm if content.size_mm is None else content.size_mm
+        design = cls(content.heights, width_mm, axes(repeats), os.fspath(file))
+        made = design if printer is None else design.printed(printer)
+        check_seams(made.heights, made.repeats, file)
+        return made
+
+    @property
+    def surface(self) -> Surface:
+        """Size and sampling."""
+        return Surface((self.heights.shape[0], self.heights.shape[1]), self.width_mm, self.repeats)
+
+    @property
+    def pitch_mm(self) -> float:
+        """Distance between neighbouring samples, mm."""
+        return self.surface.pitch_mm
+
+    def printed(self, printer: Printer) -> Self:
+        """The print of this relief. Raises InputError if the printer cannot make it."""
+        made = print_of(self.heights, self.pitch_mm, printer, self.repeats, self.name)
+        return replace(self, heights=made, printer=printer)
+
+
+def as_relief(relief: Relief | ArrayLike, size_mm: float | None = None) -> Relief:
+    """A relief, or that of an array (rows, cols) in mm, by default 10 mm wide. Raises InputError."""
+    if isinstance(relief, Relief):
+        return relief
+    return Relief.of(relief, PATCH_SIDE_MM if size_mm is None else size_mm)

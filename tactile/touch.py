@@ -1,0 +1,68 @@
+"""A touch: what the skin feels of the patch that it is pressed on."""
+
+from dataclasses import dataclass
+
+from torch import Tensor
+
+from relief.common.errors import InputError
+from relief.common.limits import PATCH_SIDE_MM
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Skin pressed on one relief or a batch; every tensor is differentiable with respect to the heights.
+
+    Attributes:
+        strain: (..., n, n) largest-magnitude compressive principal strain at receptor depth, minus the flat
+            plate's map; compressive is negative.
+        gap: (..., n, n) distance between deformed skin and relief, mm.
+        pressure: (..., n, n) contact pressure, MPa.
+        approach: (...) descent of the bone since first touch with the plane z = 0, mm.
+        contact_fraction: (...) share of pixels under pressure (not differentiable).
+        size_mm: side of the patch, mm.
+    """
+
+    strain: Tensor
+    gap: Tensor
+    pressure: Tensor
+    approach: Tensor
+    contact_fraction: Tensor
+    size_mm: float
+
+    def __repr__(self) -> str:
+        shape = " x ".join(map(str, self.strain.shape))
+        share = _range(100.0 * self.contact_fraction, "%.0f")
+        return (
+            f"Touch({shape} samples, {share} % in contact, peak pressure {self.pressure.max():.3g} MPa, "
+            f"strain {_range(self.strain, '%.3g')}, approach {_range(self.approach, '%.3g')} mm)"
+        )
+
+
+def share_in_contact(pressure: Tensor) -> Tensor:
+    """(...) share of the samples (..., n, n) under pressure, not differentiable."""
+    return (pressure.detach() > 0.0).to(pressure.dtype).mean((-2, -1))
+
+
+def _range(values: Tensor, form: str) -> str:
+    """Smallest and largest value, or the one value of all."""
+    ends = [form % float(end) for end in values.detach().aminmax()]
+    return " to ".join(dict.fromkeys(ends))
+
+
+def map_and_size(felt: Touch | Tensor, name: str, size_mm: float | None) -> tuple[Tensor, float]:
+    """A map of a touch with the side of its patch, mm; or a map as it is, with the side given, 10 by default.
+
+    Args:
+        felt: a touch, or one of its maps (..., n, n).
+        name: of the map.
+        size_mm: side of the patch; None where the touch knows it, or for 10 mm.
+
+    Raises:
+        InputError: another side than the touch's.
+    """
+    if not isinstance(felt, Touch):
+        return felt, PATCH_SIDE_MM if size_mm is None else size_mm
+    if size_mm not in (None, felt.size_mm):
+        raise InputError(f"size_mm: {size_mm:g} is not the {felt.size_mm:g} mm of the touch's own patch")
+    found: Tensor = getattr(felt, name)
+    return found, felt.size_mm
