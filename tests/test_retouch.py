@@ -19,7 +19,8 @@ def test_the_import_loads_nothing_heavy() -> None:
         "import retouch, sys; dir(retouch)\n"
         "print(*sorted({'tactile', 'visual', 'optimize', 'surrogate', 'torch', 'numpy', 'scipy', 'mitsuba',"
         " 'drjit', 'pydantic', 'rich', 'trimesh', 'PIL'} & sys.modules.keys()),"
-        " *sorted({name for name in sys.modules if name.startswith('relief.')} - {'relief.common', 'relief.common.lazy'}))"
+        " *sorted({name for name in sys.modules if name.startswith('relief.')}"
+        " - {'relief.common', 'relief.common.lazy'}))"
     )
     child = subprocess.run(
         [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
