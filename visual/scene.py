@@ -64,7 +64,8 @@ class Scene:
     Attributes:
         conditions: names of the rendering conditions, camera by camera.
         weights: (conditions,) in the look; those of one light add up to 1 over the cameras.
-        heights: (rows, cols) mm, of the scene's own texture or of another one.
+        relief: on the plate, the scene's own or another one.
+        heights: (rows, cols) mm, of the relief.
         surface: size of the plate, and the axes on which it repeats: there light and shadow come in from its
             neighbours, and cameras that see beyond the plate see these.
         plate: triangles of the plate and of its neighbours, the same for all heights.
@@ -91,7 +92,8 @@ class Scene:
         self.variant: str = mi.variant()
         self.heights = heights
         self.size_mm = self._description.plate.size_mm
-        self.surface = replace(relief.surface, width_mm=self.size_mm)
+        self.relief = replace(relief, width_mm=self.size_mm)
+        self.surface = self.relief.surface
         halo = halo_of(
             self.surface, rise_of(heights), [light.direction for light in self._description.lights]
         )

@@ -1,6 +1,6 @@
 """The feel of another relief as a target: `touch.feel_of` of a run, read, checked and pressed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -9,17 +9,17 @@ import numpy as np
 from optimize.descent.targets import Target
 from optimize.runs.memory import check_memory_of
 from optimize.settings.run_file import Run
-from relief.common.arrays import Array, Index
+from relief.common.arrays import Index
 from relief.common.errors import InputError, naming
 from relief.common.formats import RUN_HEIGHTS
 from relief.common.formatting import number
 from relief.common.progress import say, stage
-from relief.heightmap import holds_mm, load_height_map
+from relief.heightmap import holds_mm
 from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief
 from relief.seam import check_seams
-from relief.surface import Surface, axes
+from relief.surface import axes
 from tactile import ContactError
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tactile.measures import TouchMeasures, measure_touch
@@ -37,16 +37,12 @@ class Other:
 
     Attributes:
         name: the file's, or that of the run whose result it is.
-        file: of the heights.
-        heights: (rows, cols), mm.
-        surface: of the relief.
+        relief: as read from its file.
         at: (k, 2) places where fingers land.
     """
 
     name: str
-    file: Path
-    heights: Array
-    surface: Surface
+    relief: Relief
     at: Index
 
 
@@ -78,14 +74,14 @@ class Feel:
         if ROUGHNESS in self.quantities:
             if min(own, wanted) <= 0.0:
                 raise InputError(
-                    f"{KEY}: {self.other.file}: feels of nothing; there is no roughness to reach"
+                    f"{KEY}: {self.other.relief.name}: feels of nothing; there is no roughness to reach"
                 )
             if abs(apart := jnd_apart(wanted, own)) > LARGEST_JND:
                 nearest = own * ROUGHNESS_JND ** np.copysign(LARGEST_JND, apart)
                 raise InputError(
-                    f"{KEY}: {self.other.file}: roughness {number(wanted)} is {apart:+.1f} just-noticeable "
-                    f"differences from this texture's {number(own)}; the nearest that a run takes is "
-                    f"{number(nearest)} (touch.roughness)"
+                    f"{KEY}: {self.other.relief.name}: roughness {number(wanted)} is {apart:+.1f} "
+                    f"just-noticeable differences from this texture's {number(own)}; the nearest that a run "
+                    f"takes is {number(nearest)} (touch.roughness)"
                 )
         return tuple(
             Target(one, one.goals[0].goals(means[one.name], original[one.name]), tolerance, self.other.name)
@@ -103,13 +99,12 @@ class Feel:
         }
 
 
-def read_other(settings: Run, heights: Array, surface: Surface) -> Other | None:
+def read_other(settings: Run, own: Relief) -> Other | None:
     """The other relief of a run, read and checked; None if its target is no other's feel.
 
     Args:
         settings: of the run.
-        heights: (rows, cols) of the run's own relief, mm.
-        surface: of that relief.
+        own: the run's own relief.
 
     Raises:
         InputError: one line that names the key and the file.
@@ -121,26 +116,25 @@ def read_other(settings: Run, heights: Array, surface: Surface) -> Other | None:
     if relief_mm is not None and holds_mm(file):
         raise InputError(f"{KEY}_relief_mm: is for pictures; {file} holds mm")
     with naming(KEY):
-        read = load_height_map(file, relief_mm=relief_mm)
-        if np.ptp(read.heights) == 0.0:
+        plate = Relief.read(file, relief_mm=relief_mm)
+        if np.ptp(plate.heights) == 0.0:
             raise InputError(f"{file}: is flat; there is no feel to take over")
     repeats = settings.axes_repeat if touch.feel_of_repeats is None else axes(touch.feel_of_repeats)
     with naming(f"{KEY}_repeats"):
-        check_seams(read.heights, repeats, file)
-    rows, cols = read.heights.shape
-    other = Surface((rows, cols), read.side_mm, repeats)
-    at = places(other)
+        check_seams(plate.heights, repeats, file)
+    other = replace(plate, repeats=repeats)
+    at = places(other.surface)
     with naming(KEY):
-        check_memory_of(file, other.shape, len(at))
-    sides = [Patches(each, places(each)).size_mm for each in (other, surface)]
+        check_memory_of(file, other.surface.shape, len(at))
+    sides = [Patches(each.surface, places(each.surface)).size_mm for each in (other, own)]
     if abs(sides[0] / sides[1] - 1.0) > LARGEST_MISFIT:
         raise InputError(
             f"{KEY}: {file}: a finger presses on {sides[0]:g} mm of it and on {sides[1]:g} mm of this "
             "texture; give both the same size_mm"
         )
-    if repeats == surface.repeats and np.array_equal(read.heights, heights):
+    if repeats == own.repeats and np.array_equal(other.heights, own.heights):
         raise InputError(f"{KEY}: {file}: is this texture itself; there is nothing to change")
-    return Other(name_of(file), file, read.heights, other, at)
+    return Other(name_of(file), other, at)
 
 
 def name_of(file: Path) -> str:
@@ -154,13 +148,10 @@ def feel(other: Other, settings: Run, model: ModelName) -> Feel:
     Raises:
         InputError: heights or size are out of range, or the contact does not converge.
     """
-    touch, surface = settings.touch, other.surface
-    mesh, at, repeats = settings.verify.resolution, other.at, surface.repeats
-    with naming(KEY), naming(other.file), stage(f"pressing on {other.name}"):
+    touch, mesh = settings.touch, settings.verify.resolution
+    with naming(KEY), naming(other.relief.name), stage(f"pressing on {other.name}"):
         try:
-            felt = measure_touch(
-                Relief(other.heights, surface.width_mm, repeats), touch.finger, model, mesh, at=at
-            )
+            felt = measure_touch(other.relief, touch.finger, model, mesh, at=other.at)
         except ContactError as error:
             raise InputError(str(error)) from error
     result = Feel(other, touch.feel_of_quantities, felt)

@@ -115,7 +115,7 @@ def checked_scene(
         )
     maps = goal_maps(settings.touch, surface, lattice)
     with naming(settings.texture):
-        other = read_other(settings, scene.heights, surface)
+        other = read_other(settings, scene.relief)
     # Refused now, not after the descent.
     if settings.verify.jod and (obstacle := jod_obstacle()):
         raise InputError(f"verify.jod: {obstacle}")

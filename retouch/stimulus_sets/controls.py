@@ -6,12 +6,12 @@ from pathlib import Path
 
 from relief.common.errors import InputError, naming
 from relief.common.progress import stage
-from relief.heightmap import HeightMap, load_height_map
 from relief.preparing.choices import AUTO
 from relief.preparing.pictures import open_picture
 from relief.preparing.preparation import prepare
 from relief.preparing.resampling import Box
 from relief.preparing.tiling import OVERLAP
+from relief.relief import Relief
 from retouch.stimulus_sets.stimulus_set import StimulusSet
 
 FOLDER = "controls"
@@ -63,14 +63,14 @@ def make_controls(stimuli: StimulusSet, out: Path) -> list[Control]:
                 file = out / FOLDER / f"{name}-{number}.exr"
                 if not file.is_file():
                     _prepare(stimuli, source, read, crop, file)
-                size_mm = load_height_map(file).side_mm
+                size_mm = Relief.read(file).width_mm
                 found.append(Control(name, number, file.absolute(), size_mm))
     return found
 
 
-def _texture(stimuli: StimulusSet, texture: Path) -> HeightMap:
+def _texture(stimuli: StimulusSet, texture: Path) -> Relief:
     lengths = {key: stimuli.settings.get(key) for key in ("size_mm", "relief_mm", "height_scale")}
-    return load_height_map(texture, **lengths)  # type: ignore[arg-type]
+    return Relief.read(texture, **lengths)  # type: ignore[arg-type]
 
 
 def _pixels_per_mm(stimuli: StimulusSet, source: Path) -> float:
@@ -81,14 +81,14 @@ def _pixels_per_mm(stimuli: StimulusSet, source: Path) -> float:
     return picture.width / width_mm
 
 
-def _crops(stimuli: StimulusSet, source: Path, texture: HeightMap) -> Iterator[Box]:
+def _crops(stimuli: StimulusSet, source: Path, texture: Relief) -> Iterator[Box]:
     """Squares of the picture, in pixels, side by side from its corners inwards. Raises InputError."""
     picture = open_picture(source)
-    side = round(_pixels_per_mm(stimuli, source) * texture.side_mm * (1.0 + OVERLAP))
+    side = round(_pixels_per_mm(stimuli, source) * texture.width_mm * (1.0 + OVERLAP))
     cols, rows = picture.width // max(side, 1), picture.height // max(side, 1)
     if side < 1 or cols * rows < stimuli.controls:
         raise InputError(
-            f"holds {cols * rows} patches of {texture.side_mm * (1.0 + OVERLAP):.3g} mm: tiles with seams; "
+            f"holds {cols * rows} patches of {texture.width_mm * (1.0 + OVERLAP):.3g} mm: tiles with seams; "
             f"{stimuli.controls} controls are asked for"
         )
     # The outermost first: the texture itself most often comes from the middle.
@@ -100,7 +100,7 @@ def _crops(stimuli: StimulusSet, source: Path, texture: HeightMap) -> Iterator[B
         yield x, y, side, side
 
 
-def _prepare(stimuli: StimulusSet, source: Path, texture: HeightMap, crop: Box, file: Path) -> None:
+def _prepare(stimuli: StimulusSet, source: Path, texture: Relief, crop: Box, file: Path) -> None:
     relief_mm = float(texture.heights.max())
     samples = texture.heights.shape[1]
     prepared = prepare(source, crop=crop, samples=samples, tile=AUTO, relief_mm=relief_mm)

@@ -9,7 +9,7 @@ from typing import Any
 
 from relief.common.files import write_atomically
 from relief.common.progress import stage
-from relief.heightmap import load_height_map
+from relief.relief import Relief
 from retouch.stimulus_sets import document as documents
 from retouch.stimulus_sets.controls import check_sources, make_controls
 from retouch.stimulus_sets.levels import plate_rows, write_study_file
@@ -78,7 +78,7 @@ def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> Mad
     textures, files = [], list[Path]()
     for name in stimuli.names:
         own = [plate for plate in done if plate.of.texture == name]
-        tiles = {plate.of.label: load_height_map(plate.folder / "heights.exr") for plate in own}
+        tiles = {plate.of.label: Relief.read(plate.folder / "heights.exr") for plate in own}
         printed = write_plates(out, name, tiles, stimuli.print, stimuli.printer) if tiles else []
         files += printed
         with stage(f"pairs of {name}"):

@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 
 from optimize.run_directory.key import REPORT
-from relief.heightmap import load_height_map
+from relief.relief import Relief
 from retouch.pages.rendering import render_page
 from retouch.stimulus_sets.document import RENDERS
 from retouch.stimulus_sets.levels import CONTACT, CONTROLS, ROUGHNESS, SCALED
@@ -72,7 +72,7 @@ def _picture(folder: Path, plate_mm: float) -> str | None:
     first = next(iter(sorted((folder / RENDERS).glob(f"*{PNG_AFTER}"))), None)
     if first is None:
         return None
-    side_mm = load_height_map(folder / "heights.exr").side_mm
+    side_mm = Relief.read(folder / "heights.exr").width_mm
     whole = Image.fromarray(cut_square(np.asarray(Image.open(first).convert("L")), side_mm, plate_mm)[0])
     whole.thumbnail((2 * SIDE, 2 * SIDE), Image.Resampling.BOX)
     file = io.BytesIO()

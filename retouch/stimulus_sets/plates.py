@@ -14,8 +14,8 @@ from relief.export.back_labels import labelled, pixel_mm
 from relief.export.bed import places_on_beds
 from relief.export.parts import write_parts
 from relief.export.plate import plate_mesh
-from relief.heightmap import HeightMap
 from relief.printers import Printer
+from relief.relief import Relief
 from retouch.stimulus_sets.stimulus_set import PrintSettings
 
 FOLDER = "print"
@@ -53,7 +53,7 @@ def _lines(label: str) -> list[str]:
 
 
 def plate_bodies(
-    tiles: Mapping[str, HeightMap], settings: PrintSettings, printer: Printer | None = None
+    tiles: Mapping[str, Relief], settings: PrintSettings, printer: Printer | None = None
 ) -> dict[str, Body]:
     """The plates of a texture, whose mean heights above the back are the same, so that none is told by it.
 
@@ -68,7 +68,7 @@ def plate_bodies(
         InputError: a label does not fit on its plate.
     """
     plate_mm = settings.plate_mm
-    cut = {label: cut_square(tile.heights, tile.side_mm, plate_mm) for label, tile in tiles.items()}
+    cut = {label: cut_square(tile.heights, tile.width_mm, plate_mm) for label, tile in tiles.items()}
     most = max((float(heights.mean()) for heights, _ in cut.values()), default=0.0)
     bodies = {}
     for label, (heights, side_mm) in cut.items():
@@ -88,7 +88,7 @@ def plate_bodies(
 def write_plates(
     out: Path,
     texture: str,
-    tiles: Mapping[str, HeightMap],
+    tiles: Mapping[str, Relief],
     settings: PrintSettings,
     printer: Printer | None = None,
 ) -> list[Path]:

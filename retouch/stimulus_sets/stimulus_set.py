@@ -14,10 +14,9 @@ from relief.common.errors import InputError
 from relief.common.files import write_atomically
 from relief.common.limits import BASE_MM, LARGEST_PLATE_MM, PATCH_SIDE_MM
 from relief.export.bed import places_on_beds
-from relief.heightmap import load_height_map
 from relief.printers import Printer
+from relief.relief import Relief
 from relief.seam import check_seams, misfit
-from relief.surface import Surface
 
 FILE = "set.toml"
 """The request, in the folder of the set."""
@@ -168,15 +167,14 @@ class StimulusSet(Section):
         """Check that each texture is a tile, or as large as a plate. Raises InputError."""
         lengths = {key: self.settings.get(key) for key in ("size_mm", "relief_mm", "height_scale")}
         for texture in self.textures:
-            read = load_height_map(texture, **lengths)  # type: ignore[arg-type]
+            relief = Relief.read(texture, **lengths)  # type: ignore[arg-type]
             if not self.whole:
                 beside = texture.with_name(f"{texture.stem}{TILE}{texture.suffix}")
-                if beside.is_file() and misfit(read.heights):
+                if beside.is_file() and misfit(relief.heights):
                     raise InputError(f"{texture}: is no tile, but {beside.stem} beside it is: name that one")
-                check_seams(read.heights, (True, True), texture)
+                check_seams(relief.heights, (True, True), texture)
                 continue
-            rows, cols = read.heights.shape
-            if min(Surface((rows, cols), read.side_mm).size_mm) < self.print.plate_mm:
+            if min(relief.surface.size_mm) < self.print.plate_mm:
                 raise InputError(f"{texture}: whole: is smaller than a plate of {self.print.plate_mm:g} mm")
 
 

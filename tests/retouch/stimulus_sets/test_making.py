@@ -12,7 +12,8 @@ import trimesh
 
 from relief.common.errors import InputError
 from relief.export.plate import RAISED_MM
-from relief.heightmap import HeightMap, load_height_map, save_heights_exr
+from relief.heightmap import load_height_map, save_heights_exr
+from relief.relief import Relief
 from retouch.stimulus_sets.levels import write_study_file
 from retouch.stimulus_sets.making import make
 from retouch.stimulus_sets.plates import cut_square, plate_bodies
@@ -94,8 +95,7 @@ def test_the_plates_are_solids_named_by_their_labels(whole: Path) -> None:
 def test_plates_are_the_repeated_tile_and_equally_high() -> None:
     generator = np.random.default_rng(0)
     tiles = {
-        name: HeightMap(generator.uniform(0.0, high, (20, 20)), 10.0)
-        for name, high in (("a", 1.0), ("b", 2.0))
+        name: Relief(generator.uniform(0.0, high, (20, 20)), 10.0) for name, high in (("a", 1.0), ("b", 2.0))
     }
     heights, side_mm = cut_square(tiles["b"].heights, 10.0, 25.0)
     assert heights.shape == (50, 50) and side_mm == 25.0
