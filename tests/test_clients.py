@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.prusa import PRINTER, Slicer, plate_heights
+from benchmarks.prints.prusa import PRINTER, Slicer, plate_heights
 from relief.body import Part
 from relief.export.parts import write_parts
 from relief.export.plate import plate_mesh, repeated

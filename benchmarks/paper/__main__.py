@@ -8,10 +8,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from benchmarks.charts import style
-from benchmarks.common import load, machine, save
 from benchmarks.paper import filters, gallery, models, page, pairs, predictions, ranges
 from benchmarks.paper.rows import extent
+from benchmarks.shared.charts import style
+from benchmarks.shared.common import load, machine, save
 from relief.common.errors import InputError
 
 FIGURES: dict[str, tuple[Callable[[], dict[str, Any]], str | None]] = {

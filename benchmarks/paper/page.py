@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.common import load, table
+from benchmarks.shared.common import DOCS, load, table
 from relief.common.files import write_atomically
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "studies.md"
+PAGE = DOCS / "studies.md"
 HEADING = "## The figures in numbers"
 """Of the first of the sections, which end the page."""
 INTRODUCTION = """\

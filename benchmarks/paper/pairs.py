@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib import pyplot
 
 import tactile
-from benchmarks.charts import FAINT, GRID, INK, frame
 from benchmarks.paper.textures import TEXTURES, heights, image
+from benchmarks.shared.charts import FAINT, GRID, INK, frame
 from relief.common.arrays import Array
 from relief.common.limits import PATCH_SIDE_MM
 from relief.relief import Relief

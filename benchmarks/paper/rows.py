@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from benchmarks.common import RESULTS
+from benchmarks.shared import studies
 from relief.common.errors import InputError
-from retouch.studies.document import Document, flat_rows, read_document
+from retouch.studies.document import Document, read_document
 from retouch.studies.measuring.measures import MEASURES
-from retouch.studies.row_key import SHORT
 
 RUNS = Path("runs")
 """Folder of studies by name, where `retouch study NAME` puts them."""
@@ -21,7 +20,7 @@ def document_of(study: str) -> Document:
     Raises:
         InputError: the study is neither in `runs` nor committed.
     """
-    places = (RUNS / study / "study.json", RESULTS / "studies" / f"{study}.json")
+    places = (RUNS / study / studies.FILE, studies.STUDIES / f"{study}.json")
     path = next((place for place in places if place.is_file()), None)
     if path is None:
         raise InputError(f"{places[0]}: no such file; to make it: retouch study {study}")
@@ -30,11 +29,8 @@ def document_of(study: str) -> Document:
 
 def rows_of(study: str) -> list[dict[str, Any]]:
     """Rows of a study that are done; `folder` of each is its run directory. Raises InputError."""
-    return [
-        {**row, "folder": RUNS / study / "rows" / str(row["row"])[:SHORT]}
-        for row in flat_rows(document_of(study))
-        if row.get("reason") is not None
-    ]
+    rows = studies.rows_of(document_of(study))
+    return [{**row, "folder": studies.folder_of(RUNS / study, row)} for row in rows]
 
 
 def extent(study: str) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import Any
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 
+from benchmarks.shared.common import IMAGES
 from mitsuba_scenes import FOLDER, find_texture
 from optimize.run_directory.key import RESULT
 from optimize.settings.run_file import run_from_scene
@@ -22,7 +23,6 @@ from visual.scene import Scene, load_scene
 
 __all__ = ["TEXTURES", "change_percent", "heights", "image", "optimised", "result", "scene"]
 
-IMAGES = Path(__file__).resolve().parents[2] / "docs" / "images"
 RUNS = Path("runs/paper")
 SAMPLES = 64
 """Samples a pixel of pictures that change by tens of per cent."""

@@ -6,11 +6,10 @@ python -m benchmarks.skin --again    # all of them anew
 
 from __future__ import annotations
 
-import argparse
 import math
 from typing import Any
 
-from benchmarks.common import load, machine, save, table
+from benchmarks.shared.common import load, machine, parser_of, save, table
 from benchmarks.skin.chart import draw
 from benchmarks.skin.facts import FACTS, VALUES, Outcome, in_range, peak
 from benchmarks.skin.pressing import pressed
@@ -23,9 +22,7 @@ SHOWN = ("F/E 20", "F/E 10", "F/E 4", "F/E 2", "0.7 mm of 2 over 0.4 MPa")
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = parser_of(__doc__)
     parser.add_argument("--again", action="store_true")
     results: dict[str, Any] = {} if parser.parse_args().again else load("skin")
     plates, reliefs = series(), natural()

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
-from benchmarks.charts import FAINT, frame, pyplot, style
+from benchmarks.shared.charts import FAINT, frame, pyplot, style
+from benchmarks.shared.common import IMAGES
 from benchmarks.skin.facts import PEAK_MM
 from benchmarks.skin.stimuli import series
 
-PICTURE = Path(__file__).parents[2] / "docs" / "images" / "skin-facts.png"
+PICTURE = IMAGES / "skin-facts.png"
 PANELS = {
     "spacing": "Dots 0.35 mm high: spacing",
     "diameter": "Dots 2.5 mm apart: diameter",

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.browser import Browser, chromium
-from benchmarks.pages import WIDTHS, faults
+from benchmarks.docs.pages import WIDTHS, faults
+from benchmarks.shared.browser import Browser, chromium
 from retouch.pages.comparison import write_comparison
 from retouch.pages.content import Comparison, Pair, Report
 from retouch.pages.page import write_report

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.browser import Browser, chromium
-from benchmarks.pages import WIDTHS, faults
+from benchmarks.docs.pages import WIDTHS, faults
+from benchmarks.shared.browser import Browser, chromium
 from retouch.studies.document import Document, RowOfTable, TableOfDocument
 from retouch.studies.page import page
 from retouch.studies.plots import charts

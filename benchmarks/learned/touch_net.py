@@ -1,0 +1,169 @@
+"""Fast models of touch against finite elements, on textures that no net has seen: error against time.
+
+    python -m benchmarks.learned.touch_net [--textures N] [--optimised FOLDER]
+    python -m benchmarks.learned.touch_net --times
+
+The models are the layer, converged or truncated after some solver steps, and the net of the package, if any.
+Errors in percent (median / mean / 95th percentile) of roughness and contact area; cosine of the gradient of
+roughness with that of the reference (median / 5th percentile); milliseconds for one texture in single
+precision, forward / forward and gradient of roughness, on one and on two threads.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+import tactile
+from benchmarks.learned.unseen import Reliefs, arguments, kept, sets, spread, unseen
+from benchmarks.shared.common import load, machine, save, table
+from retouch.training.touch_accuracy import (
+    LEAST_ROUGHNESS,
+    Press,
+    TextureMeasures,
+    cosines,
+    measure_textures,
+)
+from surrogate.corpus import recipes as corpus
+from surrogate.nets.weights import has_weights
+from tactile.layer.elastic_layer import elastic_layer_operator
+from tactile.layer.truncated import GRADIENT_TOLERANCE, STEPS, TruncatedSolver
+from tactile.net import KIND
+
+SIZE_MM = 10.0
+GRADIENTS = 48
+"""Textures of each set whose gradients are compared."""
+TRUNCATED = (2, 3, 4, 5, 6, 8)
+"""Numbers of solver steps."""
+TIMED = 7
+"""Textures that are timed, twice each."""
+
+
+def main() -> None:
+    torch.set_num_threads(1)
+    options = arguments(__doc__ or "")
+    models = models_by_name()
+    if not options.times:
+        reliefs = sets(options)
+        references = {name: reference(options.references, values) for name, values in reliefs.items()}
+        there = {} if options.again else load("touch_net").get("models", {})
+        for name, press in models.items():
+            for of, values in reliefs.items():
+                if of in there.get(name, {}):
+                    continue
+                save_row(name, of, accuracy(press, values, references[of]))
+                print(name, of, flush=True)
+    timed = unseen(TIMED)
+    for name, press in models.items():
+        ms = {str(threads): milliseconds(press, timed, threads) for threads in (1, 2)}
+        save_row(name, "milliseconds", ms)
+    print(as_text(load("touch_net")))
+
+
+def save_row(model: str, part: str, measures: Mapping[str, Any]) -> None:
+    """Add to the results what a part of the benchmark measures of a model."""
+    results = load("touch_net") or {"models": {}}
+    results["models"].setdefault(model, {})[part] = dict(measures)
+    save("touch_net", {**results, "machine": machine()})
+
+
+def models_by_name() -> dict[str, Press]:
+    """Models of touch that are compared, by name."""
+    models: dict[str, Press] = {"layer, converged": partial(tactile.press, size_mm=SIZE_MM)}
+    models |= {f"layer, {steps} steps": truncated(steps) for steps in TRUNCATED}
+    if has_weights(KIND):
+        models["net"] = partial(tactile.press, size_mm=SIZE_MM, model="net")
+    return models
+
+
+def truncated(steps: int) -> Press:
+    """The layer after some steps of the solver."""
+    model = tactile.touch_model(tactile.Skin(), corpus.SAMPLES, SIZE_MM, torch.float32)
+    solver = TruncatedSolver(
+        elastic_layer_operator(model.skin, corpus.SAMPLES, SIZE_MM, torch.float32), steps
+    )
+    return replace(model, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE).press
+
+
+def reference(folder: Path, reliefs: Reliefs) -> TextureMeasures:
+    """Roughness and contact area of reliefs by finite elements, and gradients of the first `GRADIENTS`."""
+    press = partial(tactile.press, size_mm=SIZE_MM, model="fem")
+    fields = []
+    for number, relief in enumerate(reliefs):
+        grads = int(number < GRADIENTS)
+
+        def make(relief: Any = relief, grads: int = grads) -> dict[str, Any]:
+            measures = measure_textures(press, relief[None], SIZE_MM, torch.float64, grads)
+            return {"roughness": measures.roughness, "area": measures.area, "gradients": measures.gradients}
+
+        fields.append(kept(folder, f"fem-{grads}", relief, make))
+    return TextureMeasures(
+        *(np.concatenate([f[name] for f in fields]) for name in ("roughness", "area", "gradients"))
+    )
+
+
+def accuracy(press: Press, reliefs: Reliefs, truth: TextureMeasures) -> dict[str, list[float]]:
+    """Errors of each texture in percent (of roughness where there is any), and cosines of gradients."""
+    measures = measure_textures(press, reliefs, SIZE_MM, torch.float32, len(truth.gradients))
+    rough = truth.roughness >= LEAST_ROUGHNESS
+    errors = {
+        "roughness_percent": (100.0 * np.abs(measures.roughness / truth.roughness - 1.0))[rough],
+        "contact_area_percent": 100.0 * np.abs(measures.area / truth.area - 1.0),
+        "gradient_cosine": cosines(measures.gradients, truth.gradients),
+    }
+    return {name: [float(f"{value:.4g}") for value in values] for name, values in errors.items()}
+
+
+def milliseconds(press: Press, reliefs: Reliefs, threads: int) -> tuple[float, float]:
+    """Median time of a press, and of a press with the gradient of roughness."""
+    torch.set_num_threads(threads)
+    forward, both = [], []
+    for relief in np.concatenate((reliefs, reliefs)):
+        heights = torch.as_tensor(relief)
+        began = time.perf_counter()
+        press(heights)
+        forward.append(time.perf_counter() - began)
+        heights = heights.clone().requires_grad_()
+        began = time.perf_counter()
+        torch.autograd.grad(tactile.roughness(press(heights).strain, SIZE_MM, "polar"), heights)
+        both.append(time.perf_counter() - began)
+    torch.set_num_threads(1)
+    return 1e3 * float(np.median(forward)), 1e3 * float(np.median(both))
+
+
+def as_text(results: Mapping[str, Any]) -> str:
+    """A table for each set of textures."""
+    parts = []
+    for of in ("unseen", "optimised"):
+        rows = [
+            [f"**{name}**" if name == f"layer, {STEPS} steps" else name, *_cells(measures[of], measures)]
+            for name, measures in results["models"].items()
+            if of in measures
+        ]
+        if rows:
+            count = max(len(measures[of]["contact_area_percent"]) for measures in results["models"].values())
+            head = (f"{of}, {count}", "V, %", "A, %", "cosine of dV/dh", "ms, 1 thread", "ms, 2 threads")
+            parts.append(table(head, rows))
+    return "\n\n".join(parts)
+
+
+def _cells(errors: Mapping[str, list[float]], measures: Mapping[str, Any]) -> list[str]:
+    cells = [
+        " / ".join(f"{spread(errors[f'{what}_percent'])[which]:.2f}" for which in ("median", "mean", "95th"))
+        for what in ("roughness", "contact_area")
+    ]
+    cosine = errors["gradient_cosine"]
+    cells.append(f"{np.median(cosine):.4f} / {np.percentile(cosine, 5):.3f}")
+    times = measures.get("milliseconds", {})
+    return cells + [" / ".join(f"{t:.0f}" for t in times.get(n, ())) or "-" for n in ("1", "2")]
+
+
+if __name__ == "__main__":
+    main()

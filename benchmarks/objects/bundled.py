@@ -1,0 +1,194 @@
+"""Objects with textures: solids, sizes, and the feel on them.
+
+python -m benchmarks.objects.bundled [NAME ...]
+
+Roughness on an object is what `retouch evaluate part.3mf --object NAME` tells of 40 places: heights over the
+unrolled object, pressed as plates of 10 mm. The tile's roughness is that of 40 places and directions on a
+plate. On ball and cylinder the same places are also pressed as the tile lies there but on a plate, with the
+heights that the patches' coordinates give them, without triangles, and with flat triangles. `ball:250000`
+takes about as many triangles.
+"""
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.shared.common import load, machine, parser_of, save, table
+from mitsuba_scenes import find_texture
+from optimize.settings.skins import load_skin
+from optimize.verification.mesh_feel import MeshFeel, feel_of, pressed
+from relief.body import Body
+from relief.common.arrays import Array
+from relief.heightmap import load_height_map
+from relief.meshes.crops import Cropper
+from relief.meshes.intersections import self_intersections
+from relief.meshes.mesh import Mesh
+from relief.meshes.places import Frame
+from relief.meshes.solid import volume_mm3
+from relief.meshes.unrolling import Unroller, feet, fine_enough
+from relief.objects.table import OBJECTS
+from relief.wrapping.clearance import smooth_normals
+from relief.wrapping.patches import Layout, lay_out
+from relief.wrapping.surfaces import MOST_FACES, BaseSurface, Settings
+from relief.wrapping.tiles import Tile
+from relief.wrapping.wrap import BLEND_MM, Covering, wrap
+
+SIDE_MM, SAMPLES = 10.0, 128
+"""Side of the patch that is pressed, mm, and its samples."""
+PLACES = 40
+"""Places on an object, and on the plate that it is compared with."""
+RADIUS_MM = 15.0
+"""Radius of ball and cylinder."""
+TEXTURE = "gravel-tile"
+"""Texture of the table: fine grains, which seams and coarse triangles would show on."""
+
+
+def tile_of(name: str) -> Tile:
+    """A bundled tile, or the result of a run by its folder."""
+    read = load_height_map(find_texture(Path(name)))
+    return Tile(read.heights, read.side_mm / read.heights.shape[1])
+
+
+def roughness(patches: Array) -> Array:
+    """Roughness (k,) of patches (k, n, n) mm of 10 mm a side, with the paper's skin."""
+    return pressed(patches, load_skin("paper"), "layer")[0]["roughness"]
+
+
+def lattice() -> Array:
+    """(n, 2) samples of a patch around its middle, mm, row by row from +y."""
+    at = ((np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5) * SIDE_MM
+    return np.stack(np.meshgrid(at, at[::-1]), axis=-1).reshape(-1, 2)
+
+
+def on_plate(tile: Tile) -> Array:
+    """Roughness (places,) of the tile on a plate, at places and in directions by chance."""
+    random = np.random.default_rng(0)
+    patches = []
+    for _ in range(PLACES):
+        turn = random.uniform(0.0, 2.0 * np.pi)
+        to_tile = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        at = lattice() @ to_tile + random.uniform(size=2) * tile.size_mm
+        patches.append(tile.at(at).reshape(SAMPLES, SAMPLES))
+    return roughness(np.stack(patches))
+
+
+def around(name: str, frame: Frame) -> Array | None:
+    """The lattice laid on a ball or the side of a cylinder at a place, (n, 3) mm; None on other surfaces."""
+    offset = lattice() @ frame.axes[:2]
+    if name == "ball":
+        turn = np.linalg.norm(offset, axis=1)[:, None] / RADIUS_MM
+        return np.asarray(np.cos(turn) * RADIUS_MM * frame.axes[2] + np.sinc(turn / np.pi) * offset)
+    if name == "cylinder" and abs(frame.axes[2, 2]) < 0.1 and 5.1 < frame.at[2] < 34.9:
+        outward = frame.axes[2] * (1.0, 1.0, 0.0)
+        along = np.cross((0.0, 0.0, 1.0), outward)
+        turn = (offset @ along / RADIUS_MM)[:, None]
+        points = RADIUS_MM * (np.cos(turn) * outward + np.sin(turn) * along)
+        points[:, 2] = frame.at[2] + offset[:, 2]
+        return np.asarray(points)
+    return None
+
+
+def as_laid(tile: Tile, layout: Layout, base: Body, points: Array) -> list[Array]:
+    """Heights (n, n) mm of a lattice on a surface, and of the tile on a plate, laid as in the middle."""
+    face, share = feet(points, base)
+    uv, weight = layout.at(face, share)
+    rows, slot = np.arange(len(uv)), np.argmax(weight, axis=1)
+    patch = layout.patch[face, slot]
+    middle = np.linalg.norm(lattice(), axis=1)
+    near = (middle < 1.5) & (patch == patch[np.argmin(middle)])
+    plane = np.column_stack([np.ones(len(uv)), lattice()])
+    affine = np.linalg.lstsq(plane[near], uv[rows, slot][near], rcond=None)[0]
+    on_plate = tile.at(plane @ affine)
+    return [of.reshape(SAMPLES, SAMPLES) for of in (tile.blended(uv, weight), on_plate)]
+
+
+def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) -> dict[str, Any]:
+    """JND from the tile where the bare surface is known: of the places, the coordinates and the triangles."""
+    places = {
+        number: points
+        for number, crop in enumerate(felt.crops)
+        if (points := around(name, crop.frame)) is not None
+    }
+    if not places:
+        return {}
+    base = BaseSurface(bare, None, {}, Settings()).body
+    layout = lay_out(base, np.ones(len(base.vertices), bool), BLEND_MM, smooth_normals(base))
+    tile = tile_of(TEXTURE)
+    unroller = Unroller(wrapped, fine_enough(bare, name))
+    laid, flat = [], []
+    for number, points in places.items():
+        laid.append(as_laid(tile, layout, base, points))
+        unrolled = unroller.unrolled(*unroller.frame(felt.crops[number].frame.at))
+        flat.append(Cropper(unrolled, fine_mm=0.0).crop(Frame(np.zeros(3), np.eye(3))).heights)
+    on_object, on_plate = (np.stack(of) for of in zip(*laid, strict=True))
+    return {
+        "same_places_on_plate_jnd": apart(roughness(on_plate), plate),
+        "without_triangles_jnd": apart(roughness(on_object), plate),
+        "flat_triangles_jnd": apart(roughness(np.stack(flat)), plate),
+        "curved_triangles_jnd": apart(felt.values["roughness"][list(places)], plate),
+    }
+
+
+def apart(roughnesses: Array, plate: Array) -> float:
+    """Just-noticeable differences of mean roughnesses from the tile's."""
+    return float(np.log(roughnesses.mean() / plate.mean()) / np.log(1.19))
+
+
+def measured(name: str, plate: Array) -> dict[str, Any]:
+    """Everything about one object: its name, perhaps with a colon and the number of triangles."""
+    name, _, faces = name.partition(":")
+    thing = OBJECTS[name]
+    bare: Body = thing.make()
+    began = time.process_time()
+    wrapped = wrap(
+        bare, [Covering(tile_of(TEXTURE))], Settings(faces=int(faces or MOST_FACES)), regions=thing.regions
+    )
+    seconds = time.process_time() - began
+    with_texture, without = (Mesh(of, None, Path(name)) for of in (wrapped.body, bare))
+    felt = feel_of(with_texture, load_skin("paper"), "layer", PLACES, without)
+    found = felt.values["roughness"]
+    edges = np.sort(np.stack([wrapped.body.faces, np.roll(wrapped.body.faces, -1, 1)], -1).reshape(-1, 2), 1)
+    uses = np.unique(edges, axis=0, return_counts=True)[1]
+    exact = thing.volume_mm3
+    size = np.ptp(bare.vertices, axis=0)
+    return {
+        "faces": len(wrapped.body.faces),
+        "closed": bool((uses == 2).all()),
+        "self_intersections": self_intersections(wrapped.body),
+        "volume_mm3": volume_mm3(bare),
+        "volume_error_percent": None if exact is None else 100.0 * (volume_mm3(bare) / exact - 1.0),
+        "size_error_mm": None if thing.size_mm is None else float(np.abs(size - thing.size_mm).max()),
+        "patches": wrapped.patches,
+        "blended_percent": 100.0 * wrapped.blended,
+        "lowered_percent": 100.0 * wrapped.lowered,
+        "edge_mm": wrapped.edge_mm,
+        "places": len(found),
+        "roughness": float(found.mean()),
+        "jnd_from_tile": apart(found, plate),
+        "standard_error_jnd": float(found.std() / found.mean() / np.sqrt(len(found)) / np.log(1.19)),
+        **parts(name, bare, wrapped.body, felt, plate),
+        "cpu_s": seconds,
+    }
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME[:FACES]")
+    names = parser.parse_args().names or list(OBJECTS)
+    plate = on_plate(tile_of(TEXTURE))
+    content = load("objects")
+    rows = dict(content.get("objects", {}))
+    for name in names:
+        rows[name] = measured(name, plate)
+        tile = {"texture": TEXTURE, "roughness": float(plate.mean()), "spread": float(plate.std())}
+        save("objects", {"machine": machine(), "tile": tile, "objects": rows})
+    last = rows[names[-1]]
+    keys = [key for key in last if key not in ("volume_mm3", "edge_mm", "size_error_mm")]
+    print(f"tile: {plate.mean():.4f} +- {plate.std():.4f}")
+    print(table(("object", *keys), [(name, *(row.get(key) for key in keys)) for name, row in rows.items()]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,300 @@
+"""The objects of the paper's section 6: feels and looks.
+
+python -m benchmarks.objects.paper_objects [BODY ...]
+
+Tiles by `retouch optimize --fast` (runs/paper-objects), objects as `retouch wrap` makes them, felt as
+`retouch evaluate --object` feels them. With 300,000 triangles they are rendered from five sides under two
+lights. What the results hold is not done again.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.objects.bundled import tile_of
+from benchmarks.objects.views import Pictures, change_percent, pictures
+from benchmarks.shared.common import load, machine, parser_of, save, table
+from optimize.run_directory.key import SETTINGS, read_result
+from optimize.settings.run_file import Run, load_run, run_from_scene
+from optimize.settings.skins import load_skin
+from optimize.verification.mesh_feel import feel_of
+from relief.body import Body
+from relief.common.arrays import Array
+from relief.export.plate import plate_mesh
+from relief.meshes.mesh import Mesh
+from relief.objects.swept import LINKS
+from relief.objects.table import OBJECTS, Region
+from relief.wrapping.surfaces import MOST_FACES, Settings
+from relief.wrapping.wrap import Covering, Wrapped, wrap
+from retouch.verbs import runs
+from retouch.verbs.comparison import compare
+from tactile.jnd import jnd_apart
+
+RUNS = Path("runs/paper-objects")
+FAST = ("touch.model=quick", "look.model=auto", "verify.baseline=false", "repeats=true")
+TILES: dict[str, tuple[str, str]] = {
+    "starfish-smooth": ("gravel-tile", "touch.roughness=0.05"),
+    "starfish-rough": ("gravel-tile", "touch.roughness=0.092"),
+    "frog-rough": ("bark-tile", "touch.roughness=0.045"),
+    "frog-smooth": ("bark-tile", "touch.roughness=0.03"),
+    "bracelet-smooth": ("leather-tile", "touch.roughness=0.06"),
+    "bracelet-rough": ("leather-tile", "touch.roughness=0.09"),
+    "slider-0.035": ("gravel-tile", "touch.roughness=0.035"),
+    "slider-0.048": ("gravel-tile", "touch.roughness=0.048"),
+    "slider-0.065": ("gravel-tile", "touch.roughness=0.065"),
+    "mat-logo": ("gravel-tile", "touch.feel_of=knit-tile"),
+}
+"""Texture and target of each tile; a name without an entry is a bundled texture."""
+FACES, PLACES = 300_000, 24
+"""Triangles of an object that is rendered, about, and most places of one that is felt, which has the default
+number of triangles."""
+MAT_MM, LOGO_MM = (64.0, 3.0), 16.0
+"""Side and thickness of the mat, and radius of the disc in its middle, mm."""
+ACROSS_MM = 5.0
+"""Half the side of the patch that a finger presses, mm."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """An object and its tiles.
+
+    Attributes:
+        bare: Its name among the bundled objects, or "mat".
+        coverings: Names of tiles, with masks; the first has none.
+        groups: Places by the name of what is felt there.
+        targets: Roughness that is wanted in a group; a group without one is told alone.
+        places: Most places.
+    """
+
+    bare: str
+    coverings: tuple[tuple[str, str | None], ...]
+    groups: Callable[[Array], Mapping[str, NDArray[np.bool_]]]
+    targets: Mapping[str, float]
+    places: int = PLACES
+
+
+def _everywhere(at: Array) -> dict[str, NDArray[np.bool_]]:
+    return {"everywhere": np.ones(len(at), bool)}
+
+
+def _links(at: Array) -> dict[str, NDArray[np.bool_]]:
+    """Places of which nearly the whole patch lies on one link, and those across a groove."""
+    link = np.arctan2(at[:, 1], at[:, 0]) / (2.0 * np.pi) % 1.0 * LINKS
+    off_mm = np.abs(link % 1.0 - 0.5) * 2.0 * np.pi / LINKS * np.hypot(at[:, 0], at[:, 1])
+    inside, odd = off_mm < 0.5 * ACROSS_MM, link.astype(int) % 2 == 1
+    return {"even links": inside & ~odd, "odd links": inside & odd, "across a groove": ~inside}
+
+
+def _stations(at: Array) -> dict[str, NDArray[np.bool_]]:
+    """Places by their position along the slider; the first, third and last lie where one tile ends a ramp."""
+    names = ("left end", "x = -12 mm", "middle", "x = 12 mm", "right end")
+    part = np.digitize(at[:, 0], (-20.0, -4.0, 4.0, 20.0))
+    return {name: part == number for number, name in enumerate(names)}
+
+
+def _logo(at: Array) -> NDArray[np.bool_]:
+    return np.asarray(np.hypot(at[:, 0], at[:, 1]) < LOGO_MM)
+
+
+def _mat(at: Array) -> dict[str, NDArray[np.bool_]]:
+    """Places whose patch lies on one look, and those across the border or nearer to the rim than 2 mm."""
+    far = np.hypot(at[:, 0], at[:, 1]) - LOGO_MM
+    reach = np.sqrt(2.0) * ACROSS_MM
+    rim = np.abs(at[:, :2]).max(axis=1) > 0.5 * MAT_MM[0] - ACROSS_MM - 2.0
+    border = np.abs(far) <= reach
+    around = (far > reach) & ~rim
+    return {"logo": far < -reach, "around it": around, "across the border": border & ~rim, "at the rim": rim}
+
+
+def _whole(bare: str, tile: str, target: float) -> Case:
+    return Case(bare, ((tile, None),), _everywhere, {"everywhere": target})
+
+
+KNIT = 0.0667
+"""Roughness of knit, which the logo of the mat has as well."""
+CASES: dict[str, Case] = {
+    "starfish-smooth": _whole("starfish", "starfish-smooth", 0.05),
+    "starfish-rough": _whole("starfish", "starfish-rough", 0.092),
+    "frog-rough": _whole("frog", "frog-rough", 0.045),
+    "frog-smooth": _whole("frog", "frog-smooth", 0.03),
+    "bracelet": Case(
+        "bracelet",
+        (("bracelet-smooth", None), ("bracelet-rough", "odd")),
+        _links,
+        {"even links": 0.06, "odd links": 0.09},
+        60,
+    ),
+    "slider": Case(
+        "slider",
+        (("slider-0.035", None), ("slider-0.048", "x>-20..0"), ("slider-0.065", "x>0..20")),
+        _stations,
+        {"left end": 0.035, "middle": 0.048, "right end": 0.065},
+        48,
+    ),
+    "mat": Case(
+        "mat", (("knit-tile", None), ("mat-logo", "logo")), _mat, {"logo": KNIT, "around it": KNIT}, 48
+    ),
+}
+PAIRS = {
+    "starfish": ("starfish-smooth", "starfish-rough"),
+    "frog": ("frog-rough", "frog-smooth"),
+    "bracelet": ("bracelet-smooth", "bracelet-rough"),
+}
+"""Tiles whose looks are compared, on a plate and on an object."""
+
+
+def run_once(run: Run, folder: Path) -> None:
+    """A run of this texture and target, unless the folder holds one."""
+    if read_result(folder) is not None:
+        known = load_run(folder / SETTINGS)
+        if (known.texture, known.touch) == (run.texture, run.touch):
+            return
+    runs.optimize(run, folder, force=True)
+
+
+def tile_path(name: str) -> str:
+    """The folder of a tile's run, which is run if it has not been; or the name of a bundled texture."""
+    if name not in TILES:
+        return name
+    texture, target = TILES[name]
+    folder, run = RUNS / name, run_from_scene("studio.xml", texture, [*FAST, target])
+    run_once(run, folder)
+    return str(folder)
+
+
+def object_of(name: str) -> tuple[Body, Mapping[str, Region]]:
+    """The object without texture, and its regions."""
+    if name == "mat":
+        side, thick = MAT_MM
+        return plate_mesh(np.zeros((64, 64)), side, thick), {"logo": _logo}
+    return OBJECTS[name].make(), OBJECTS[name].regions
+
+
+@cache
+def wrapped(bare: str, coverings: tuple[tuple[str, str | None], ...], faces: int = FACES) -> Wrapped:
+    """An object with tiles, as `retouch wrap --faces` makes it."""
+    body, regions = object_of(bare)
+    tiles = [Covering(tile_of(tile_path(tile)), mask) for tile, mask in coverings]
+    return wrap(body, tiles, Settings(faces=faces), regions=regions)
+
+
+def felt(case: Case) -> dict[str, Any]:
+    """Roughness of each group of places of an object."""
+    began = time.process_time()
+    textured = wrapped(case.bare, case.coverings, MOST_FACES)
+    bare, _ = object_of(case.bare)
+    with_texture, without = (Mesh(body, None, Path(case.bare)) for body in (textured.body, bare))
+    feel = feel_of(with_texture, load_skin("paper"), "layer", case.places, without)
+    at = np.array([crop.frame.at for crop in feel.crops])
+    values = feel.values["roughness"]
+    groups = {}
+    for name, those in case.groups(at).items():
+        if not those.any():
+            continue
+        mean, target = float(values[those].mean()), case.targets.get(name)
+        groups[name] = {
+            "target": target,
+            "places": int(those.sum()),
+            "roughness": mean,
+            "spread_percent": float(100.0 * values[those].std() / mean),
+            "off_jnd": None if target is None else jnd_apart(mean, target),
+        }
+    return {
+        "object": case.bare,
+        "faces": len(textured.body.faces),
+        "edge_mm": textured.edge_mm,
+        "lowered_percent": 100.0 * textured.lowered,
+        "groups": groups,
+        "at_mm": np.round(at, 2).tolist(),
+        "roughness": np.round(values, 5).tolist(),
+        "cpu_s": time.process_time() - began,
+    }
+
+
+def seen(bare: str, tile: str) -> Pictures:
+    """Pictures of an object all over in one tile."""
+    return pictures(wrapped(bare, ((tile, None),)).body, object_of(bare)[0])
+
+
+def change_of(pair: str) -> dict[str, Any]:
+    """Change of the pictures between the two tiles of a pair, % of their mean: on a plate, on the object."""
+    one, other = PAIRS[pair]
+    on_plate = compare(tile_path(one), tile_path(other), quiet=True)["look"]["change_percent"]
+    on_object = change_percent(seen(pair, one), seen(pair, other))
+    return {"plate_percent": on_plate, "object_percent": np.round(on_object, 2).tolist()}
+
+
+def tile_row(name: str) -> dict[str, Any]:
+    """What the run of a tile says, by finite elements."""
+    result = read_result(Path(tile_path(name)))
+    assert result is not None
+    touch = result["touch"]
+    return {
+        "texture": TILES[name][0],
+        "stop": result["stop"]["reason"],
+        "target": touch["target_roughness"],
+        "before": touch["initial_roughness"],
+        "roughness": touch["verified_roughness"],
+        "any_place_jnd": touch["places"]["farthest_from_target_jnd"],
+        "change_percent": result["look"]["change_percent"],
+        "cpu_s": result["cpu_s"]["total"],
+    }
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join([*CASES, *PAIRS])}")
+    names = parser.parse_args().names
+    for name in TILES:
+        kept("tiles", name, partial(tile_row, name), False)
+    for name, case in CASES.items():
+        if name in (names or CASES):
+            kept("objects", name, partial(felt, case), name in names)
+    for name in PAIRS:
+        if name in (names or PAIRS):
+            kept("pairs", name, partial(change_of, name), name in names)
+    show(results())
+
+
+def results() -> dict[str, Any]:
+    """What was saved so far."""
+    return {"tiles": {}, "objects": {}, "pairs": {}} | load("paper_objects")
+
+
+def kept(kind: str, name: str, work: Callable[[], dict[str, Any]], again: bool) -> None:
+    """Compute and save an entry of the results, unless it is there and not to be computed again."""
+    if again or name not in results()[kind]:
+        entry = work()
+        # Read again: another process may have added to it.
+        content = results()
+        content[kind][name] = entry
+        save("paper_objects", content | {"machine": machine()})
+
+
+def show(content: Mapping[str, Any]) -> None:
+    """Print the tables of docs/objects.md."""
+    tiles = content["tiles"]
+    keys = ("texture", "target", "before", "roughness", "any_place_jnd", "change_percent")
+    print(table(("tile", *keys), [(name, *(tiles[name][key] for key in keys)) for name in TILES]))
+    rows = []
+    for name, found in content["objects"].items():
+        for group, of in found["groups"].items():
+            felt_there = [of[key] for key in ("target", "roughness", "off_jnd", "spread_percent", "places")]
+            rows.append((name, group, *felt_there, found["edge_mm"]))
+    print(table(("object", "where", "target", "V", "JND off", "spread %", "places", "edge mm"), rows))
+    for name, pair in content["pairs"].items():
+        found = np.array(pair["object_percent"])
+        ends = f"{found.mean():.1f} % ({found.min():.1f} to {found.max():.1f})"
+        print(f"{name}: {pair['plate_percent']:.1f} % on a plate, {ends} on the object")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,72 @@
+"""What printers make of gravel and of the same made rougher: `results/as_printed.json`.
+
+Run as `python -m benchmarks.prints.as_printed`. Both reliefs are put on the pixels and layers of each printer
+(`relief.printers`), and the two prints are pressed and rendered as reliefs on the screen are.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import retouch
+from benchmarks.shared.common import load, parser_of, save, table
+from mitsuba_scenes import find_texture
+from relief.heightmap import load_height_map, save_heights_exr
+from relief.printed import printed
+from relief.printers import find_printer
+
+PRINTERS = ("mask-22", "mask-50", "dlp-75", "laser-140", "polyjet-16", "filament")
+FILMS = (32, 86)
+"""Pixels across the plates in which pictures are compared: of 86 one is a minute of arc wide, 40 cm away."""
+
+
+def measured(pair: list[Path], samples: int) -> dict[str, Any]:
+    """JND between two reliefs, and change of their pictures in % of the mean, by pixels of the film."""
+    change = {}
+    for film in FILMS:
+        both = retouch.compare(*pair, samples=samples, defines={"resolution": str(film)}, quiet=True)
+        change[str(film)] = both["look"]["change_percent"]
+    return {"jnd_apart": both["jnd_apart"], "picture_change_percent_of_mean": change}
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("run", type=Path, help="directory of a run of gravel with +2 JND")
+    parser.add_argument("--samples", type=int, default=64, help="a pixel, of the pictures")
+    arguments = parser.parse_args()
+    reliefs = [load_height_map(find_texture(name)) for name in ("gravel", arguments.run)]
+    found: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ("screen", *PRINTERS):
+            pair = [Path(folder, f"{name}-{number}.exr") for number in (0, 1)]
+            for path, read in zip(pair, reliefs, strict=True):
+                heights = read.heights
+                if name != "screen":
+                    heights = printed(heights, read.side_mm / heights.shape[1], find_printer(name))
+                save_heights_exr(path, np.clip(heights, 0.0, 3.0), read.side_mm)
+            found[name] = measured(pair, arguments.samples)
+            print(name, found[name], flush=True)
+    save("as_printed", found)
+    print(report())
+
+
+def report() -> str:
+    """The table of docs/printing.md."""
+    films = [f"picture change, {10.0 / film:.2f} mm a pixel (%)" for film in FILMS]
+    rows = [
+        (
+            name,
+            f"{each['jnd_apart']:.2f}",
+            *(f"{change:.1f}" for change in each["picture_change_percent_of_mean"].values()),
+        )
+        for name, each in load("as_printed").items()
+    ]
+    return table(("printer", "JND between the prints", *films), rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,265 @@
+"""The first mile: twelve pictures from outside the project, by the commands of the README alone.
+
+python -m benchmarks.runs.first_mile           # every picture that is not in the results yet
+python -m benchmarks.runs.first_mile --sheet   # only draws docs/images/first-mile.png again
+
+For each picture `retouch prepare`, `retouch evaluate` and `retouch optimize --jnd 2`, by the real command
+line, with one thread. Photographs are those of scikit-image that are not bundled textures; drawings are made
+by this module.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from benchmarks.shared.common import IMAGES, load, machine, parser_of, save, table
+from relief.common.files import write_atomically
+from relief.common.limits import PATCH_SIDE_MM
+from relief.heightmap import load_heights
+from relief.shading import facing, lit
+
+SHEET = IMAGES / "first-mile.png"
+WORK = Path("runs/first-mile")
+RELIEF_MM, JND = 0.6, 2.0
+"""Height of white above black, mm, and just-noticeable differences rougher, of every picture."""
+QUALITY = 90
+"""Quality of JPEG and WebP files."""
+PANEL, GAP, LABEL = 190, 10, 62
+"""Pixels of a picture on the sheet, between pictures, and of the lines above them."""
+PAPER, INK, FAINT = (250, 248, 244), (38, 38, 42), (128, 124, 118)
+
+
+def photograph(name: str, suffix: str = "png") -> Callable[[Path], Path]:
+    """A function that writes a picture of scikit-image to a folder, as another kind of file if asked for."""
+
+    def write(folder: Path) -> Path:
+        with (resources.files("skimage") / "data" / name).open("rb") as file, Image.open(file) as image:
+            path = folder / f"{Path(name).stem}.{suffix}"
+            image.convert("L" if image.mode == "L" else "RGB").save(path, quality=QUALITY)
+        return path
+
+    return write
+
+
+def scan(folder: Path) -> Path:
+    """A scan of 3000 x 2000 pixels: coffee enlarged, with the noise of a sensor, as JPEG."""
+    with (resources.files("skimage") / "data" / "coffee.png").open("rb") as file, Image.open(file) as image:
+        large = image.convert("RGB").resize((3000, 2000), Image.Resampling.BICUBIC)
+    noise = np.random.default_rng(0).normal(0.0, 4.0, (2000, 3000, 3))
+    noisy = np.clip(np.asarray(large) + noise, 0, 255).astype(np.uint8)
+    Image.fromarray(noisy).save(folder / "scan.jpg", quality=85)
+    return folder / "scan.jpg"
+
+
+def terrain(folder: Path) -> Path:
+    """A map of 16 bits, 1024 x 1024: noise whose spectrum falls as the frequency to the power -2.2."""
+    wave = np.fft.fftfreq(1024)
+    length = np.hypot(*np.meshgrid(wave, wave))
+    length[0, 0] = np.inf
+    noise = np.fft.fft2(np.random.default_rng(1).normal(size=(1024, 1024)))
+    heights = np.fft.ifft2(noise * length**-2.2).real
+    grey = (heights - heights.min()) / np.ptp(heights)
+    Image.fromarray(np.rint(65535 * grey).astype(np.uint16)).save(folder / "terrain.png")
+    return folder / "terrain.png"
+
+
+def tiles(folder: Path) -> Path:
+    """A drawing with a palette: hexagons in four colours with dark joints, not square."""
+    y, x = np.mgrid[:420, :600].astype(float)
+    centres = [(60 * i, 69.3 * j + 34.6 * (i % 2)) for i in range(12) for j in range(8)]
+    far = np.stack([np.hypot(x - col, y - row) for col, row in centres])
+    nearest, second = np.sort(far, axis=0)[:2]
+    colours = np.array([[196, 120, 84], [222, 184, 135], [160, 82, 45], [205, 133, 63]], np.uint8)
+    picture = colours[far.argmin(axis=0) % 4]
+    picture[second - nearest < 6] = (60, 50, 45)
+    Image.fromarray(picture).quantize(16).save(folder / "tiles.png")
+    return folder / "tiles.png"
+
+
+def rings(folder: Path) -> Path:
+    """A drawing with transparency: dark rings on nothing."""
+    image = Image.new("RGBA", (500, 500), (0, 0, 0, 0))
+    draw = ImageDraw.Draw(image)
+    for row in range(5):
+        for col in range(5):
+            box = (100 * col + 12, 100 * row + 12, 100 * col + 88, 100 * row + 88)
+            draw.ellipse(box, outline=(20, 40, 90, 255), width=6 + 4 * ((row + col) % 3))
+    image.save(folder / "rings.png")
+    return folder / "rings.png"
+
+
+def weave(folder: Path) -> Path:
+    """A drawing in 8-bit grey of threads that go over and under one another."""
+    y, x = (np.mgrid[:700, :700] + 0.5) / 35.0
+    over = np.sign(np.sin(np.pi * x) * np.sin(np.pi * y))
+    along = np.abs(np.sin(np.pi * x)) * (0.75 + 0.25 * over)
+    across = np.abs(np.sin(np.pi * y)) * (0.75 - 0.25 * over)
+    Image.fromarray(np.rint(255 * np.maximum(along, across)).astype(np.uint8)).save(folder / "weave.png")
+    return folder / "weave.png"
+
+
+PICTURES: dict[str, Callable[[Path], Path]] = {
+    "coffee, a colour JPEG": photograph("coffee.png", "jpg"),
+    "cat, a colour PNG": photograph("chelsea.png"),
+    "galaxies, a colour JPEG": photograph("hubble_deep_field.jpg", "jpg"),
+    "retina, a colour WebP": photograph("retina.jpg", "webp"),
+    "coins, 8-bit grey": photograph("coins.png"),
+    "moon, 8-bit grey": photograph("moon.png"),
+    "printed page, 8-bit grey": photograph("page.png"),
+    "tiles, drawn with a palette": tiles,
+    "rings, drawn with transparency": rings,
+    "weave, drawn in 8-bit grey": weave,
+    "scan of 3000 x 2000": scan,
+    "terrain, 16 bits, 1024 x 1024": terrain,
+}
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("--sheet", action="store_true", help="only draw the sheet")
+    parser.add_argument("--again", action="store_true", help="forget earlier results")
+    arguments = parser.parse_args()
+    results = ({} if arguments.again else load("first-mile")) or {"rows": {}}
+    results |= {"machine": machine(), "relief_mm": RELIEF_MM, "jnd": JND}
+    for name, make in PICTURES.items():
+        if name not in results["rows"] and not arguments.sheet:
+            results["rows"][name] = travel(name, make)
+            save("first-mile", results)
+            print(name, results["rows"][name]["outcome"], flush=True)
+    print(table(HEAD, [cells(name, row) for name, row in results["rows"].items()]))
+    write_atomically(SHEET, sheet(results["rows"]))
+
+
+def retouch(*argv: str) -> tuple[int, str, str, float]:
+    """Exit status, stdout, stderr and seconds of one command in the folder of the pictures."""
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(Path.cwd())}
+    began = time.perf_counter()
+    child = subprocess.run(
+        [sys.executable, "-m", "optimize", *argv],
+        cwd=WORK,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return child.returncode, child.stdout, child.stderr, time.perf_counter() - began
+
+
+def travel(name: str, make: Callable[[Path], Path]) -> dict[str, Any]:
+    """What becomes of one picture."""
+    WORK.mkdir(parents=True, exist_ok=True)
+    picture = make(WORK).name
+    texture, seconds = f"{Path(picture).stem}-heights.png", dict[str, float]()
+    row: dict[str, Any] = {
+        "file": picture,
+        "heights": texture,
+        "load": os.getloadavg()[0],
+        "seconds": seconds,
+    }
+    relief = ["--relief-mm", str(RELIEF_MM)]
+    status, said, error, seconds["prepare"] = retouch("prepare", picture, "-o", texture, *relief, "--json")
+    if status == 0:
+        row["prepared"] = json.loads(said)
+        status, said, error, seconds["evaluate"] = retouch("evaluate", texture, "--json")
+    if status != 0:
+        return row | {"outcome": error.strip()}
+    (felt,) = json.loads(said)
+    row |= {"roughness": felt["roughness"], "contact_fraction": felt["contact_fraction"]}
+    run = Path("out") / Path(texture).stem
+    options = ["--jnd", f"{JND:g}", "-o", str(run), "--force", "-q"]
+    status, _, error, seconds["optimize"] = retouch("optimize", texture, *options)
+    row["status"] = status
+    if status not in (0, 3):
+        return row | {"outcome": error.strip()}
+    result = json.loads((WORK / run / "result.json").read_text())
+    touch, look = result["touch"], result["look"]
+    return row | {
+        "outcome": result["stop"]["message"],
+        "steps": result["stop"]["steps"],
+        "jnd": touch["jnd_from_original"],
+        "off_target_percent": 100.0 * (touch["verified_roughness"] / touch["target_roughness"] - 1.0),
+        "change_percent_of_mean": look["change_percent"],
+        "change_percent_of_white": look["noise"]["change_percent_of_white"]["mean"],
+        "run": str(run),
+    }
+
+
+HEAD = (
+    *("picture", "prepare, s", "evaluate, s", "optimize, s", "V", "JND", "off target, %"),
+    *("pictures, % of mean", "outcome"),
+)
+
+
+def cells(name: str, row: dict[str, Any]) -> list[Any]:
+    seconds = row["seconds"]
+    verbs = ("prepare", "evaluate", "optimize")
+    times = [f"{seconds[verb]:.0f}" if verb in seconds else None for verb in verbs]
+    numbers = [row.get(key) for key in ("roughness", "jnd", "off_target_percent", "change_percent_of_mean")]
+    return [name, *times, *numbers, row["outcome"]]
+
+
+def panels(row: dict[str, Any]) -> Iterator[Image.Image]:
+    """Picture, relief before and relief after, as far as there are any."""
+    with Image.open(WORK / row["file"]) as image:
+        grey = image.mode.startswith("I")
+        rgb = np.asarray(image) // 257 if grey else np.asarray(flat(image))
+        yield Image.fromarray(rgb.astype(np.uint8)).convert("RGB")
+    for path in (WORK / row["heights"], WORK / row.get("run", "-") / "heights.exr"):
+        if path.is_file():
+            yield shaded(load_heights(path))
+
+
+def flat(image: Image.Image) -> Image.Image:
+    """The picture in colour on white."""
+    image = image.convert("RGBA")
+    return Image.alpha_composite(Image.new("RGBA", image.size, "white"), image).convert("RGB")
+
+
+def shaded(heights: np.ndarray) -> Image.Image:
+    """A relief under raking light."""
+    light = np.clip(facing(heights, PATCH_SIDE_MM, 135.0, 25.0), 0.0, 1.0)
+    light *= lit(heights, PATCH_SIDE_MM, 135.0, 25.0, 0.15)
+    level = (0.15 + 0.85 * np.clip(light / np.percentile(light, 99.0), 0.0, 1.0)) ** 0.6
+    return Image.fromarray(np.rint(255 * level).astype(np.uint8)).convert("RGB")
+
+
+def sheet(rows: dict[str, dict[str, Any]]) -> bytes:
+    """All pictures, two to a line: picture, relief before, relief after, and the numbers."""
+    across, down = 2, -(-len(rows) // 2)
+    cell = 3 * PANEL + 2 * GAP + 4 * GAP, PANEL + LABEL + 3 * GAP
+    canvas = Image.new("RGB", (across * cell[0] + 2 * GAP, down * cell[1] + 2 * GAP), PAPER)
+    draw = ImageDraw.Draw(canvas)
+    for place, (name, row) in enumerate(rows.items()):
+        x, y = 3 * GAP + place % across * cell[0], 2 * GAP + place // across * cell[1]
+        draw.text((x, y), name, INK, ImageFont.load_default(19))
+        if "jnd" in row:
+            change = f"{row['change_percent_of_mean']:.1f} % of the mean"
+            said = f"{row['jnd']:+.2f} JND, pictures changed by {change}"
+        else:
+            said = row["outcome"]
+        draw.text((x, y + 27), said[:80], FAINT, ImageFont.load_default(15))
+        for column, panel in enumerate(panels(row)):
+            panel.thumbnail((PANEL, PANEL), Image.Resampling.LANCZOS)
+            if panel.width < PANEL and panel.height < PANEL:
+                panel = panel.resize((PANEL, PANEL), Image.Resampling.BICUBIC)
+            at = x + column * (PANEL + GAP) + (PANEL - panel.width) // 2
+            canvas.paste(panel, (at, y + LABEL + (PANEL - panel.height) // 2))
+    content = io.BytesIO()
+    canvas.quantize(256).save(content, "PNG", optimize=True)
+    return content.getvalue()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,52 @@
+"""The code of a commit beside that of this tree, and commands that are run by the code in a folder."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from benchmarks.shared.common import ROOT
+
+NOW = "now"
+"""Name of this tree among the versions."""
+
+
+@contextmanager
+def checkouts(before: str | None) -> Iterator[dict[str, Path]]:
+    """Folders of the code by version: of a commit, if one is given, and of this tree."""
+    if before is None:
+        yield {NOW: ROOT}
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        tree = Path(folder) / "tree"
+        git = ("git", "-C", str(ROOT), "worktree")
+        subprocess.run([*git, "add", "--detach", str(tree), before], check=True, capture_output=True)
+        try:
+            yield {before: tree, NOW: ROOT}
+        finally:
+            subprocess.run([*git, "remove", "--force", str(tree)], check=True)
+
+
+def process(folder: Path, command: Sequence[str], statuses: Sequence[int] = (0,)) -> dict[str, float]:
+    """Wall and CPU seconds and peak memory (MB) of Python with these arguments, in a folder.
+
+    Raises:
+        RuntimeError: the exit status is none of `statuses`.
+    """
+    began = time.perf_counter()
+    child = subprocess.Popen([sys.executable, *command], cwd=folder, stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    if child.returncode not in statuses:
+        raise RuntimeError(f"{' '.join(command)}: exit status {child.returncode}")
+    return {
+        "wall_s": time.perf_counter() - began,
+        "cpu_s": usage.ru_utime + usage.ru_stime,
+        "peak_mb": usage.ru_maxrss / 1024.0,
+    }

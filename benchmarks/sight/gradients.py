@@ -1,0 +1,204 @@
+"""Gradients of the picture loss against finite differences of converged renders.
+
+python -m benchmarks.sight.gradients           # all that is not in the results yet, half an hour on two cores
+python -m benchmarks.sight.gradients --again
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from benchmarks.shared.common import load, machine, parser_of, save, table
+from benchmarks.shared.scenes import SMOOTHNESS, altered, mitsubas_integrator, reliefs, scene_of
+from relief.common.arrays import Array
+from visual.exact.light_scene import LightScene
+from visual.exact.render import PictureIndex, RenderSettings, edge_gradient, interior_gradient
+from visual.scene import Scene
+
+LIGHTS = ("10°", "20°", "35°", "50°", "70°", "ambient", "map", "2-degree sun")
+GRAVEL = "gravel 1.5 mm"
+SOFT = ("ambient", "map", "2-degree sun")
+CAMERAS = ("above", "45 degrees")
+STEP_MM = {False: 0.01, True: 0.03}
+"""Steps of the differences under parallel and under soft light, whose renders are noisier, mm."""
+STEEP, STEEP_SHARE, STEEP_SEEDS = "steps 3 mm", 0.3, 6
+"""Share of these steps, and number of seeds, on terraces: a terrace casts a shadow as soon as it rises, and
+with whole steps one derivative of five is 2.5 times too large."""
+TRUTH_SAMPLES, SEEDS, DIRECTIONS, REPEATS = 576, 2, 5, 3
+SAMPLES = 64
+MITSUBA = ("direct", "prb", "direct_projective", "prb_projective")
+
+NOTES = """\
+The loss is 1/2 mean (I - I_target)^2 of one picture (128 pixels), the target that of the relief scaled to
+85 % plus a little other relief. Truth: central differences of Mitsuba renders (576 samples a pixel, common
+random numbers, two seeds or more, whose spread gives its own error) along the relief itself and four smooth
+random fields. Error: norm of the difference over norm of the truth, median of three seeds. Wrong signs: of
+five, where the truth is over three standard errors from 0. "explicit" is our explicit Jacobian (4 x 4 samples
+a pixel, 8 along an edge that casts a shadow, 16 along one that moves in the picture, 24 fixed directions for
+soft light), "rendered" what Adam uses (Mitsuba at 64 samples a pixel and our boundaries, soft light by 8
+directions drawn anew); Mitsuba's own also take 64. Mitsuba's projective integrators know perspective cameras
+alone. "bounces": light goes from face to face of the plate too (a sixth of it all); the explicit Jacobian
+is of direct light alone, "rendered" leaves out the boundaries that such light moves. Seconds are of one loss
+gradient, beside other work."""
+
+
+class Case(NamedTuple):
+    """A row of the table, by names of `benchmarks.shared.scenes`."""
+
+    relief: str
+    light: str
+    camera: str
+    material: str
+    bounces: int = 1
+
+    @property
+    def key(self) -> str:
+        """Name of the case in the results."""
+        return ", ".join(self[:4]) + (f", {self.bounces} bounces" if self.bounces > 1 else "")
+
+
+def cases() -> Iterator[Case]:
+    """Every light over gravel, some over the rest."""
+    for camera in CAMERAS:
+        for light in LIGHTS:
+            yield Case(GRAVEL, light, camera, "plastic")
+    # The only kind of camera that Mitsuba's projective integrators know.
+    for light in ("35°", "2-degree sun"):
+        yield Case(GRAVEL, light, "perspective", "plastic")
+    for relief in reliefs():
+        for camera in CAMERAS:
+            for light in ("10°", "35°", "ambient") if relief != GRAVEL else ():
+                yield Case(relief, light, camera, "plastic")
+    for material in ("matte", "bronze"):
+        for camera in CAMERAS:
+            for light in ("35°", "ambient"):
+                yield Case(GRAVEL, light, camera, material)
+    for light in ("35°", "ambient"):
+        yield Case(GRAVEL, light, "above", "matte", bounces=2)
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("--again", action="store_true")
+    again = parser.parse_args().again
+    results = {} if again else load("gradients").get("cases", {})
+    for case in cases():
+        if case.key in results:
+            continue
+        results[case.key] = measure(case)
+        save("gradients", {"machine": machine(), "cases": results})
+        print(f"\n{as_table({case.key: results[case.key]})}", flush=True)
+
+
+def measure(case: Case) -> dict[str, Any]:
+    """Truth and every method in one case."""
+    heights, soft = reliefs()[case.relief], case.light in SOFT
+    scene = scene_of(heights, case.light, case.camera, case.material, depth=case.bounces + 1)
+
+    def picture(at: Array, seed: int) -> Array:
+        return np.asarray(scene.render(at, samples=TRUTH_SAMPLES, seed=seed).numpy()[0])
+
+    target = picture(altered(heights), 77)
+    adjoint = (picture(heights, 78) - target) / target.size
+    changes, step, seeds = directions(heights), STEP_MM[soft], SEEDS
+    if case.relief == STEEP:
+        step, seeds = STEEP_SHARE * step, STEEP_SEEDS
+    truths = []
+    for seed in range(seeds):
+        ends = [[picture(heights + s * step * d, seed) for s in (1, -1)] for d in changes]
+        # The chain rule's outer factor is held constant, so that the truth is the derivative by the adjoint.
+        truths.append([float((adjoint * (up - down)).sum() / (2 * step)) for up, down in ends])
+    truth, error = np.mean(truths, axis=0), np.std(truths, axis=0, ddof=1) / np.sqrt(seeds)
+    size = float(np.linalg.norm(truth))
+    measured: dict[str, Any] = {}
+    for name, method in methods(scene, soft, case.bounces).items():
+        try:
+            estimates, seconds = [], []
+            for repeat in range(REPEATS):
+                began = time.perf_counter()
+                gradient = method(heights, adjoint, repeat)
+                seconds.append(time.perf_counter() - began)
+                estimates.append([float((gradient * d).sum()) for d in changes])
+        except Exception as problem:  # Mitsuba raises no narrower class where an integrator cannot run
+            measured[name] = {"note": str(problem).splitlines()[0][:80]}
+            continue
+        wrong = (np.sign(estimates[0]) != np.sign(truth)) & (np.abs(truth) > 3.0 * error)
+        measured[name] = {
+            "error": float(np.median([np.linalg.norm(e - truth) / size for e in estimates])),
+            "signs": int(wrong.sum()),
+            "largest of wrong sign": float(np.abs(truth[wrong]).max() / size) if wrong.any() else 0.0,
+            "seconds": float(np.median(seconds)),
+        }
+    return {"truth_error": float(np.linalg.norm(error) / size), "methods": measured}
+
+
+def directions(heights: Array) -> list[Array]:
+    """The relief itself, and smooth random fields of largest value 1."""
+    fields = [heights / np.abs(heights).max()]
+    for number in range(DIRECTIONS - 1):
+        field = gaussian_filter(
+            np.random.default_rng(100 + number).standard_normal(heights.shape), SMOOTHNESS
+        )
+        fields.append(field / np.abs(field).max())
+    return fields
+
+
+def methods(scene: Scene, soft: bool, bounces: int) -> dict[str, Callable[[Array, Array, int], Array]]:
+    """Every method that gives a gradient (rows, cols) from heights, adjoint picture and seed."""
+    light = scene.light_scenes()[0]
+    views = [scene.views(seed=seed)[0] for seed in range(REPEATS)]
+
+    def explicit(edges: bool) -> Callable[[Array, Array, int], Array]:
+        def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
+            jacobian = views[seed].evaluate(heights, edges=edges).jacobians[0]
+            return np.asarray(jacobian.T @ adjoint.ravel()).reshape(heights.shape)
+
+        return gradient
+
+    def rendered(light: LightScene, edges: bool) -> Callable[[Array, Array, int], Array]:
+        def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
+            settings, index = RenderSettings(SAMPLES, seed, edges), PictureIndex(0, 0)
+            total = interior_gradient(light, heights, adjoint, settings, index)
+            if edges:
+                total = total + edge_gradient(light, heights, adjoint, scene.plate, settings, index)
+            return total
+
+        return gradient
+
+    def mitsubas(kind: str) -> LightScene:
+        return replace(light, gradient_integrator=mitsubas_integrator(kind, soft, bounces))
+
+    theirs = [kind for kind in MITSUBA if bounces == 1 or kind.startswith("prb")]
+    return {
+        "explicit": explicit(True),
+        "explicit, no boundaries": explicit(False),
+        "rendered": rendered(light, True),
+        **{f"Mitsuba {kind}": rendered(mitsubas(kind), False) for kind in theirs},
+    }
+
+
+def as_table(cases: dict[str, Any]) -> str:
+    """Rows as Markdown: error in %, wrong signs if there are any, seconds."""
+    names = list(dict.fromkeys(name for case in cases.values() for name in case["methods"]))
+    rows = []
+    for key, case in cases.items():
+        row: list[Any] = [key, f"{100.0 * case['truth_error']:.1f}"]
+        rows.append(row + [_cell(case["methods"].get(name, {})) for name in names])
+    return table(("scene", "truth's own error %", *names), rows)
+
+
+def _cell(measured: dict[str, Any]) -> str:
+    if "error" not in measured:
+        return "-"
+    signs = f" ({measured['signs']} signs)" if measured["signs"] else ""
+    return f"{100.0 * measured['error']:.1f}{signs}, {measured['seconds']:.2f} s"
+
+
+if __name__ == "__main__":
+    main()

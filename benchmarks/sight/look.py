@@ -1,0 +1,290 @@
+"""Seconds of a picture loss and its gradient against the gradient's error; where they go, how they grow.
+
+python -m benchmarks.sight.look                 # all parts; one by name: cost, split or growth
+python -m benchmarks.sight.look_figure          # draws them
+"""
+
+from __future__ import annotations
+
+import itertools
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from scipy.ndimage import zoom
+
+from benchmarks.shared.common import load, machine, median_seconds, parser_of, save, table
+from benchmarks.shared.scenes import altered, mitsubas_integrator, reliefs, scene_of
+from benchmarks.sight import look_split
+from benchmarks.sight.gradients import GRAVEL, directions
+from relief.common.arrays import Array
+from relief.heightmap import load_heights
+from visual.exact.discontinuities import EdgeSamples
+from visual.exact.render import RenderSettings, pictures
+from visual.scene import Scene
+
+Method = Callable[[Array, Array, int], Array]
+
+STUDIO = "studio"
+ROUND_LIGHTS = "studio with disks for suns and a perspective camera"
+SUNS = (10.0, 130.0, 250.0)
+TRUTH_SAMPLES, TRUTH_SEEDS, STEP_MM = 576, 3, 0.015
+REPEATS = 3
+PATIENCE_S = 60.0
+"""Longest call, s, of a method that is called again or with more samples."""
+EXPLICIT = ((1, 1), (1, 2), (2, 2), (2, 4), (3, 8), (4, 8), (6, 16))
+"""Samples along a pixel's side and along an edge that casts a shadow or moves in the picture."""
+RENDERED = (1, 4, 16, 64, 256)
+MITSUBA = {
+    STUDIO: ("direct", "prb"),
+    ROUND_LIGHTS: ("direct", "prb", "direct_projective", "prb_projective"),
+}
+MITSUBA_SAMPLES = (4, 16, 64, 256)
+LEVELS = (50.0, 30.0, 20.0, 10.0, 5.0, 3.0)
+SIDES = (64, 128, 256, 512, 1024)
+LARGEST_RENDERED = 512
+LIFT_MM = 1e-5
+GROWTH_STRATA, GROWTH_EDGE_SAMPLES, GROWTH_SAMPLES = 2, 2, 16
+
+NOTES = """\
+One picture for each light and ambient light in all of them, 128 pixels; gravel, 1.5 mm, plastic. Loss: half
+the mean square of the difference from the pictures of the relief at 85 %. Error: norm of five directional
+derivatives less finite differences of converged renders over the norm of these, median of three seeds.
+Seconds: pictures and gradient together, median of three, nothing else running; a method that takes more
+than a minute is called once, and not with more samples."""
+
+
+class Cost(NamedTuple):
+    """One method at one number of samples."""
+
+    method: str
+    samples: str
+    seconds: float
+    error: float
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("parts", nargs="*", choices=[*MEASURED, []], help="default: all")
+    parser.add_argument("--again", action="store_true", help="both scenes of cost, even if in the results")
+    arguments = parser.parse_args()
+    if arguments.again:
+        save("look", {name: part for name, part in load("look").items() if name != "cost"})
+    for part in arguments.parts or MEASURED:
+        measured = MEASURED[part]()
+        save("look", load("look") | {"machine": machine(), part: measured})
+    print(as_text(load("look")))
+
+
+def scenes() -> Iterator[tuple[str, Scene]]:
+    """The paper's studio, and the nearest to it that Mitsuba's projective integrators can follow."""
+    heights = reliefs()[GRAVEL]
+    yield STUDIO, scene_of(heights, studio_lights("35°"), "above", "plastic")
+    yield ROUND_LIGHTS, scene_of(heights, studio_lights("2-degree sun"), "perspective above", "plastic")
+
+
+def studio_lights(sun: str) -> list[tuple[str, float]]:
+    """Three lights of a kind, and ambient light."""
+    return [(sun, azimuth) for azimuth in SUNS] + [("ambient", 0.0)]
+
+
+def cost() -> dict[str, Any]:
+    """Every method at growing numbers of samples, in both scenes; goes on where it was interrupted."""
+    costs: dict[str, Any] = load("look").get("cost", {})
+    for name, scene in scenes():
+        rows: list[dict[str, Any]] = costs.setdefault(name, {}).setdefault("rows", [])
+        left = [
+            (kind, samples, method)
+            for kind, samples, method in methods(name, scene)
+            if not any(row["method"] == kind and row["samples"] == samples for row in rows)
+        ]
+        if not left and "own_error" in costs[name]:
+            continue
+        adjoint, truth, costs[name]["own_error"] = truth_of(scene, scene.heights)
+        for kind, samples, method in left:
+            if any(row["method"] == kind and row["seconds"] > PATIENCE_S for row in rows):
+                continue
+            try:
+                seconds, error = medians(method, scene.heights, adjoint, truth)
+                rows.append(Cost(kind, samples, seconds, error)._asdict())
+            except RuntimeError as problem:
+                print(f"{name}, {kind}, {samples}: {str(problem).splitlines()[0]}", flush=True)
+                continue
+            print(name, rows[-1], flush=True)
+            save("look", load("look") | {"cost": costs})
+    return costs
+
+
+def medians(method: Method, heights: Array, adjoint: Array, truth: Array) -> tuple[float, float]:
+    """Medians of several calls after a first one, which alone counts if it takes longer than PATIENCE_S."""
+    taken: list[float] = []
+    errors: list[float] = []
+    for seed in range(REPEATS + 1):
+        began = time.perf_counter()
+        gradient = method(heights, adjoint, seed)
+        taken.append(time.perf_counter() - began)
+        estimate = [float((gradient * d).sum()) for d in directions(heights)]
+        errors.append(100.0 * float(np.linalg.norm(estimate - truth) / np.linalg.norm(truth)))
+        if taken[0] > PATIENCE_S:
+            return taken[0], errors[0]
+    return statistics.median(taken[1:]), statistics.median(errors[1:])
+
+
+def truth_of(scene: Scene, heights: Array) -> tuple[Array, Array, float]:
+    """Adjoint pictures (conditions, rows, cols), directional derivatives, and these' own error in %."""
+
+    def pictures(at: Array, seed: int) -> Array:
+        return np.asarray(scene.render(at, samples=TRUTH_SAMPLES, seed=seed).numpy())
+
+    target = pictures(altered(heights), 77)
+    adjoint = (pictures(heights, 78) - target) / target.size
+    derivatives = []
+    for seed in range(TRUTH_SEEDS):
+        ends = [[pictures(heights + s * STEP_MM * d, seed) for s in (1, -1)] for d in directions(heights)]
+        derivatives.append([float((adjoint * (up - down)).sum() / (2.0 * STEP_MM)) for up, down in ends])
+    truth, spread = np.mean(derivatives, axis=0), np.std(derivatives, axis=0, ddof=1) / np.sqrt(TRUTH_SEEDS)
+    return adjoint, truth, 100.0 * float(np.linalg.norm(spread) / np.linalg.norm(truth))
+
+
+def methods(name: str, scene: Scene) -> Iterator[tuple[str, str, Method]]:
+    """Methods that give pictures and gradient, from few samples to many."""
+    for strata, along in EXPLICIT:
+        yield "explicit", f"{strata} x {strata}, {along}", explicit(scene, strata, along)
+    for samples in RENDERED:
+        yield "rendered", str(samples), rendered(scene, samples)
+    for kind in MITSUBA[name]:
+        for samples in MITSUBA_SAMPLES:
+            yield f"Mitsuba {kind}", str(samples), mitsubas(scene, kind, samples)
+
+
+def explicit(scene: Scene, strata: int, along: int) -> Method:
+    """Pictures with explicit Jacobians; samples that are drawn once for a descent are not in its seconds."""
+    views = [
+        scene.views(seed=seed, strata=strata, edge_samples=EdgeSamples(along, along))[0]
+        for seed in range(REPEATS + 1)
+    ]
+
+    # A scene leaves heights that it holds already; in a descent every relief is a new one.
+    lift = itertools.count(1)
+
+    def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
+        result = views[seed].evaluate(heights + LIFT_MM * next(lift))
+        parts = [j.T @ a.ravel() for j, a in zip(result.jacobians, adjoint, strict=True)]
+        return np.asarray(sum(parts)).reshape(heights.shape)
+
+    return gradient
+
+
+def rendered(scene: Scene, samples: int) -> Method:
+    """Mitsuba's pictures with our gradient, as Adam takes them."""
+
+    def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
+        variable = torch.tensor(heights, requires_grad=True)
+        scene.render(variable, samples=samples, seed=seed).backward(torch.as_tensor(adjoint))
+        assert variable.grad is not None
+        return np.asarray(variable.grad.numpy())
+
+    return gradient
+
+
+def mitsubas(scene: Scene, kind: str, samples: int) -> Method:
+    """The same light by light with one of Mitsuba's integrators, which renders and differentiates."""
+    alone = scene.light_scenes()
+    soft = [len(light.lights(np.random.default_rng(0))) > 1 for light in alone]
+    lights = [
+        replace(light, integrator=its, gradient_integrator=its)
+        for light, its in zip(alone, (mitsubas_integrator(kind, s) for s in soft), strict=True)
+    ]
+    suns, ambient = tuple(lights[:-1]), lights[-1]
+
+    def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
+        variable = torch.tensor(heights, requires_grad=True)
+        settings = RenderSettings(samples, seed, shadow_edges=False)
+        pictures(suns, ambient, variable, scene.plate, settings).backward(torch.as_tensor(adjoint))
+        assert variable.grad is not None
+        return np.asarray(variable.grad.numpy())
+
+    return gradient
+
+
+def growth() -> list[dict[str, Any]]:
+    """Seconds by pixels, the plate with as many samples as the pictures."""
+    gravel = load_heights("mitsuba_scenes/textures/gravel.png", relief_mm=1.2)
+    rows = []
+    for side in SIDES:
+        scene = scene_of(
+            zoom(gravel, side / len(gravel), order=1), studio_lights("35°"), "above", "plastic", side
+        )
+        row = {"side": side, "explicit": _seconds(scene, explicit(scene, GROWTH_STRATA, GROWTH_EDGE_SAMPLES))}
+        if side <= LARGEST_RENDERED:
+            row["rendered"] = _seconds(scene, rendered(scene, GROWTH_SAMPLES))
+        rows.append(row)
+        print(row, flush=True)
+    return rows
+
+
+def _seconds(scene: Scene, method: Method) -> float:
+    adjoint = _any_adjoint(scene)
+    return median_seconds(lambda: method(scene.heights, adjoint, 1), REPEATS)
+
+
+def _any_adjoint(scene: Scene) -> Array:
+    shape = (len(scene.conditions), *scene.resolution)
+    return np.random.default_rng(0).standard_normal(shape) / np.prod(shape)
+
+
+def split() -> dict[str, Any]:
+    """Where the seconds go."""
+    scene = next(scenes())[1]
+    adjoint, plate = _any_adjoint(scene), scene.light_scenes()[0].scene
+    split_methods = {"explicit, 2 x 2, 2": explicit(scene, 2, 2), "rendered, 16": rendered(scene, 16)}
+    return {
+        name: look_split.split(partial(_run, method, scene.heights, adjoint), plate)
+        for name, method in split_methods.items()
+    }
+
+
+def _run(method: Method, heights: Array, adjoint: Array, seed: int) -> None:
+    method(heights, adjoint, seed)
+
+
+def reached(rows: list[dict[str, Any]], level: float) -> tuple[float, str] | None:
+    """The least seconds, and by what, within an error of so many %."""
+    within = [(row["seconds"], f"{row['method']} {row['samples']}") for row in rows if row["error"] <= level]
+    return min(within) if within else None
+
+
+def as_text(results: dict[str, Any]) -> str:
+    """All parts as Markdown."""
+    texts = [NOTES]
+    for name, measured in results.get("cost", {}).items():
+        rows = measured["rows"]
+        own = f" (truth's own error {measured['own_error']:.1f} %)" if "own_error" in measured else ""
+        texts.append(name + own)
+        texts.append(table(("method", "samples", "s", "error %"), [tuple(row.values()) for row in rows]))
+        ours = [row for row in rows if not row["method"].startswith("Mitsuba")]
+        theirs = [row for row in rows if row["method"].startswith("Mitsuba")]
+        lines = []
+        for level in LEVELS:
+            one, other = reached(ours, level), reached(theirs, level)
+            ratio = other[0] / one[0] if one and other else None
+            lines.append((f"{level:g}", *(one or (None, "-")), *(other or (None, "never")), ratio))
+        texts.append(table(("error within %", "ours s", "by", "Mitsuba s", "by", "times"), lines))
+    if "split" in results:
+        texts.append(look_split.as_text(results["split"]))
+    if "growth" in results:
+        lines = [(row["side"], row["explicit"], row.get("rendered")) for row in results["growth"]]
+        texts.append(table(("pixels a side", "explicit s", "rendered s"), lines))
+    return "\n\n".join(texts)
+
+
+MEASURED: dict[str, Callable[[], Any]] = {"cost": cost, "split": split, "growth": growth}
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""The picture of a slider: a strip whose roughness grows from end to end, and whose look stays.
+
+python -m benchmarks.surfaces.varied slider
+python -m benchmarks.surfaces.slider_figure runs/varied    # writes docs/images/slider.png
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style
+from benchmarks.shared.common import IMAGES, load
+from benchmarks.shared.scenes import picture
+from optimize.run_directory.key import SETTINGS
+from optimize.settings.run_file import load_run
+from relief.common.arrays import Array
+from relief.common.formats import RUN_HEIGHTS
+from relief.common.srgb import srgb
+from relief.heightmap import load_heights
+from visual.scene import load_scene
+
+IMAGE = IMAGES / "slider.png"
+RESOLUTION = 768
+LINES: dict[str, tuple[str, dict[str, Any]]] = {
+    "initial": ("original", {"color": FAINT, "marker": ".", "linestyle": "-"}),
+    "target": ("target", {"color": INK, "linestyle": "--"}),
+    "verified": ("felt by finite elements", {"color": "#c1652f", "marker": "o", "linestyle": "", "ms": 4}),
+}
+"""Label and look of each line, by the key of the results."""
+
+
+def main() -> None:
+    folder = Path(sys.argv[1]) / "slider"
+    run = load_run(folder / SETTINGS)
+    scene = load_scene(run.scene, texture=run.texture)
+    reliefs = (scene.heights, load_heights(folder / RUN_HEIGHTS))
+    looks = [picture(scene, heights, RESOLUTION) for heights in reliefs]
+    results = load("varied")
+    assert results is not None
+    draw(looks, results["slider"]["places"], scene.size_mm)
+    print(IMAGE)
+
+
+def draw(looks: list[Array], places: dict[str, dict[str, list[float]]], size_mm: float) -> None:
+    """The strip before and after, above the roughness of all places along it."""
+    style()
+    figure, axes = pyplot.subplots(
+        3, 1, figsize=(8.0, 5.0), sharex=True, height_ratios=(1, 1, 1.7), layout="constrained"
+    )
+    white = float(np.percentile(looks[0], 99.5))
+    height_mm = size_mm * looks[0].shape[0] / looks[0].shape[1]
+    for axis, look, title in zip(axes, looks, ("before", "after"), strict=False):
+        axis.imshow(srgb(look, white), cmap="gray", vmin=0.0, vmax=1.0, extent=(0.0, size_mm, 0.0, height_mm))
+        axis.set_ylabel(title)
+        axis.set_yticks([])
+        axis.tick_params(bottom=False)
+    chart = axes[2]
+    frame(chart)
+    order = np.argsort(np.concatenate([of["centres_mm"] for of in places.values()]))
+    along = np.concatenate([of["centres_mm"] for of in places.values()])[order]
+    for key, (label, look_of) in LINES.items():
+        values = np.concatenate([of[key] for of in places.values()])[order]
+        chart.plot(along, values, label=label, **look_of)
+    chart.set(xlabel="middle of the finger, mm from the left end", ylabel="roughness", xlim=(0.0, size_mm))
+    chart.legend(frameon=False, loc="upper left")
+    figure.savefig(IMAGE, dpi=100)
+    pyplot.close(figure)
+
+
+if __name__ == "__main__":
+    main()
