@@ -3,23 +3,21 @@
 python -m benchmarks.objects.curved_figure [TEXTURE ...]
 
 The curved plate in a texture, in its result two JND rougher, and in the texture scaled in height to the same
-roughness (runs in runs/paper-objects), from five sides under two lights. Writes docs/images/curved.png.
+roughness, from five sides under two lights. Writes docs/images/curved.png.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw
 
 from benchmarks.objects.bundled import tile_of
-from benchmarks.objects.paper_objects import FACES, FAST, RUNS, run_once
+from benchmarks.objects.paper_objects import FACES, RUNS
 from benchmarks.objects.views import LIGHTS, SIZE, VIEWS, Pictures, change_percent, pictures, sheet
 from benchmarks.shared.common import IMAGES, load, machine, parser_of, save, table
-from optimize.run_directory.key import read_result
-from optimize.settings.run_file import run_from_scene
+from benchmarks.shared.studies import folder_of, rows_in
 from relief.common.arrays import Array
 from relief.objects.table import OBJECTS
 from relief.wrapping.surfaces import Settings
@@ -29,39 +27,30 @@ IMAGE = IMAGES / "curved.png"
 TEXTURES = ("gravel", "leather", "knit")
 DRAWN, LIGHT = "gravel", 1
 """Texture and number of the light in the picture."""
-WAYS = {"rougher": (), "scaled": ("descent.method=scaling",)}
-"""Settings of the two ways to two JND."""
+WAYS = ("rougher", "scaled")
+"""The two ways to two JND in the study."""
 ROWS = ("original", "optimised", "scaled")
 TITLE = 18
 """Height of a line of titles, pixels."""
 
 
-def folder_of(texture: str, way: str) -> Path:
-    """The folder of a run, which is run if it has not been."""
-    folder = RUNS / f"{texture}-{way}"
-    run = run_from_scene("studio.xml", f"{texture}-tile", [*FAST, "touch.jnd=2", *WAYS[way]])
-    run_once(run, folder)
-    return folder
-
-
 def measured(texture: str) -> tuple[dict[str, Any], list[Pictures]]:
     """Changes of the pictures, % of their mean, and the pictures: original, optimised, scaled."""
-    folders = [folder_of(texture, way) for way in WAYS]
-    results = [read_result(folder) for folder in folders]
+    of_way = {row["way"]: row for row in rows_in(RUNS, "curved") if row["texture"] == f"{texture}-tile"}
+    rows = [of_way[way] for way in WAYS]
     bare = OBJECTS["curved"].make()
     looks = [
         pictures(wrap(bare, [Covering(tile_of(tile))], Settings(faces=FACES)).body, bare)
-        for tile in (f"{texture}-tile", *map(str, folders))
+        for tile in (f"{texture}-tile", *(str(folder_of(RUNS, row)) for row in rows))
     ]
     found: dict[str, Any] = {"lights": list(LIGHTS), "views": list(VIEWS)}
-    for way, result, look in zip(WAYS, results, looks[1:], strict=True):
-        assert result is not None
+    for way, row, look in zip(WAYS, rows, looks[1:], strict=True):
         found[way] = {
-            "roughness": result["touch"]["verified_roughness"],
-            "plate_percent": result["look"]["change_percent"],
+            "roughness": row["verified_roughness"],
+            "plate_percent": row["change_percent"],
             "object_percent": np.round(change_percent(looks[0], look), 2).tolist(),
         }
-        found["before"] = result["touch"]["initial_roughness"]
+        found["before"] = row["initial_roughness"]
     return found, looks
 
 

@@ -1,10 +1,10 @@
 """The objects of the paper's section 6: feels and looks.
 
+retouch study benchmarks/objects/tiles.toml -o runs/paper-objects    # the tiles
 python -m benchmarks.objects.paper_objects [BODY ...]
 
-Tiles by `retouch optimize --fast` (runs/paper-objects), objects as `retouch wrap` makes them, felt as
-`retouch evaluate --object` feels them. With 300,000 triangles they are rendered from five sides under two
-lights. What the results hold is not done again.
+Objects as `retouch wrap` makes them, felt as `retouch evaluate --object` feels them. With 300,000 triangles
+they are rendered from five sides under two lights. What the results hold is not done again.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 from benchmarks.objects.bundled import tile_of
 from benchmarks.objects.views import Pictures, change_percent, pictures
 from benchmarks.shared.common import load, machine, parser_of, save, table
-from optimize.run_directory.key import SETTINGS, read_result
-from optimize.settings.run_file import Run, load_run, run_from_scene
+from benchmarks.shared.studies import Row, folder_of, rows_in
+from optimize.run_directory.key import SETTINGS
+from optimize.settings.run_file import load_run
 from optimize.settings.skins import load_skin
 from optimize.verification.mesh_feel import feel_of
 from relief.body import Body
@@ -34,25 +35,10 @@ from relief.objects.swept import LINKS
 from relief.objects.table import OBJECTS, Region
 from relief.wrapping.surfaces import MOST_FACES, Settings
 from relief.wrapping.wrap import Covering, Wrapped, wrap
-from retouch.verbs import runs
 from retouch.verbs.comparison import compare
 from tactile.jnd import jnd_apart
 
 RUNS = Path("runs/paper-objects")
-FAST = ("touch.model=quick", "look.model=auto", "verify.baseline=false", "repeats=true")
-TILES: dict[str, tuple[str, str]] = {
-    "starfish-smooth": ("gravel-tile", "touch.roughness=0.05"),
-    "starfish-rough": ("gravel-tile", "touch.roughness=0.092"),
-    "frog-rough": ("bark-tile", "touch.roughness=0.045"),
-    "frog-smooth": ("bark-tile", "touch.roughness=0.03"),
-    "bracelet-smooth": ("leather-tile", "touch.roughness=0.06"),
-    "bracelet-rough": ("leather-tile", "touch.roughness=0.09"),
-    "slider-0.035": ("gravel-tile", "touch.roughness=0.035"),
-    "slider-0.048": ("gravel-tile", "touch.roughness=0.048"),
-    "slider-0.065": ("gravel-tile", "touch.roughness=0.065"),
-    "mat-logo": ("gravel-tile", "touch.feel_of=knit-tile"),
-}
-"""Texture and target of each tile; a name without an entry is a bundled texture."""
 FACES, PLACES = 300_000, 24
 """Triangles of an object that is rendered, about, and most places of one that is felt, which has the default
 number of triangles."""
@@ -151,23 +137,15 @@ PAIRS = {
 """Tiles whose looks are compared, on a plate and on an object."""
 
 
-def run_once(run: Run, folder: Path) -> None:
-    """A run of this texture and target, unless the folder holds one."""
-    if read_result(folder) is not None:
-        known = load_run(folder / SETTINGS)
-        if (known.texture, known.touch) == (run.texture, run.touch):
-            return
-    runs.optimize(run, folder, force=True)
+@cache
+def tiles() -> dict[str, Row]:
+    """The rows of the tiles by name. Raises InputError: the study is not done."""
+    return {row["tile"]: row for row in rows_in(RUNS, "objects")}
 
 
 def tile_path(name: str) -> str:
-    """The folder of a tile's run, which is run if it has not been; or the name of a bundled texture."""
-    if name not in TILES:
-        return name
-    texture, target = TILES[name]
-    folder, run = RUNS / name, run_from_scene("studio.xml", texture, [*FAST, target])
-    run_once(run, folder)
-    return str(folder)
+    """The folder of a tile's run, or the name of a bundled texture."""
+    return str(folder_of(RUNS, tiles()[name])) if name in tiles() else name
 
 
 def object_of(name: str) -> tuple[Body, Mapping[str, Region]]:
@@ -232,20 +210,17 @@ def change_of(pair: str) -> dict[str, Any]:
     return {"plate_percent": on_plate, "object_percent": np.round(on_object, 2).tolist()}
 
 
-def tile_row(name: str) -> dict[str, Any]:
+def tile_row(row: Row) -> dict[str, Any]:
     """What the run of a tile says, by finite elements."""
-    result = read_result(Path(tile_path(name)))
-    assert result is not None
-    touch = result["touch"]
     return {
-        "texture": TILES[name][0],
-        "stop": result["stop"]["reason"],
-        "target": touch["target_roughness"],
-        "before": touch["initial_roughness"],
-        "roughness": touch["verified_roughness"],
-        "any_place_jnd": touch["places"]["farthest_from_target_jnd"],
-        "change_percent": result["look"]["change_percent"],
-        "cpu_s": result["cpu_s"]["total"],
+        "texture": load_run(folder_of(RUNS, row) / SETTINGS).texture.stem,
+        "stop": row["reason"],
+        "target": row["target_roughness"],
+        "before": row["initial_roughness"],
+        "roughness": row["verified_roughness"],
+        "any_place_jnd": row["places.farthest_from_target_jnd"],
+        "change_percent": row["change_percent"],
+        "cpu_s": row["cpu_s"],
     }
 
 
@@ -253,8 +228,8 @@ def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join([*CASES, *PAIRS])}")
     names = parser.parse_args().names
-    for name in TILES:
-        kept("tiles", name, partial(tile_row, name), False)
+    for name, row in tiles().items():
+        kept("tiles", name, partial(tile_row, row), False)
     for name, case in CASES.items():
         if name in (names or CASES):
             kept("objects", name, partial(felt, case), name in names)
@@ -281,9 +256,9 @@ def kept(kind: str, name: str, work: Callable[[], dict[str, Any]], again: bool) 
 
 def show(content: Mapping[str, Any]) -> None:
     """Print the tables of docs/objects.md."""
-    tiles = content["tiles"]
+    of_tiles = content["tiles"]
     keys = ("texture", "target", "before", "roughness", "any_place_jnd", "change_percent")
-    print(table(("tile", *keys), [(name, *(tiles[name][key] for key in keys)) for name in TILES]))
+    print(table(("tile", *keys), [(name, *(row[key] for key in keys)) for name, row in of_tiles.items()]))
     rows = []
     for name, found in content["objects"].items():
         for group, of in found["groups"].items():

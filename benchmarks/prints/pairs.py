@@ -1,7 +1,8 @@
 """Prints of runs with and without a printer: how far two prints differ, to the finger and to the eye.
 
-python -m benchmarks.prints.pairs runs/prints     # runs what the folder lacks; writes results/prints.json and
-                                            # docs/images/prints.png, and prints the table
+retouch study benchmarks/prints/pairs.toml -o runs/prints
+python -m benchmarks.prints.pairs runs/prints     # measures what results/prints.json lacks, draws
+                                                  # docs/images/prints.png, and prints the table
 
 Three pairs of each target and printer: original and result on the screen; the prints of the same two
 reliefs; and the prints of original and result of a run with `[print]`. The pictures are Mitsuba's, on films
@@ -10,46 +11,36 @@ of pixels of a minute of arc at 40 cm and of 39 um, whatever the samples of the 
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style
-from benchmarks.shared.common import IMAGES, load, save, table
-from mitsuba_scenes import find_texture
-from optimize.settings.run_file import Run, run_from_scene
+from benchmarks.shared.common import IMAGES, ROOT, folder_named, load, save, table
+from benchmarks.shared.studies import folder_of, rows_in
+from optimize.run_directory.key import SETTINGS
+from optimize.settings.run_file import load_run
 from relief.common.arrays import Array
+from relief.common.formats import RUN_HEIGHTS
 from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.heightmap import load_heights
 from relief.printed import printed
 from relief.relief import Relief
-from retouch.verbs.runs import optimize
+from retouch.studies.rows import expand
+from retouch.studies.study_file import load_study
 from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch
 from tactile.skin import Skin
 from visual.scene import Scene, load_scene
 
-VARIANTS: Mapping[str, Sequence[str]] = {
-    "mask-50": ('print.printer="mask-50"',),
-    "mask-22": ('print.printer="mask-22"',),
-    "60 degrees": ('print.printer="mask-50"', "print.max_slope_degrees=60"),
-    "features": ('print.printer="mask-50"', "print.keep_features=true"),
-}
-"""Printers, by the settings of a run."""
-SCENE, SIZE_MM = "studio", 10.0
-CASES = (
-    *(("gravel", jnd, "mask-50") for jnd in (-2, -1, 1, 2, 3)),
-    *(("brick", jnd, "mask-50") for jnd in (-2, 1, 2)),
-    ("grass", 2, "mask-50"),
-    *(("gravel", 2, variant) for variant in ("60 degrees", "features", "mask-22")),
-)
+STUDY = ROOT / "benchmarks" / "prints" / "pairs.toml"
+SIZE_MM = 10.0
+SCREEN, USUAL = "screen", "mask-50"
+"""Names in the study: of the runs without a printer, and of the printer that cases do not name."""
 FRONTS = ("gravel", "brick")
 """Textures of the picture."""
-SETTINGS = (*('look.model="fast"', 'verify.model="layer"', "verify.baseline=false", "verify.samples=8"),)
-"""Settings of the runs. Steps by the fast look; what is told here is rendered."""
 FILMS = {"eye": (86, 96), "fine": (256, 48)}
 """Pixels along the film, of a minute of arc at 40 cm and half as wide as samples, and samples a pixel."""
 PAIRS = {
@@ -60,45 +51,48 @@ PAIRS = {
 
 
 def main() -> None:
-    runs, found = Path(sys.argv[1]), load("prints")
-    for texture, jnd, variant in CASES:
-        name = case_name(texture, jnd, variant)
-        if name not in found:
-            found[name] = measured(runs, texture, jnd, variant)
+    study, found = folder_named(__doc__, "STUDY"), load("prints")
+    rows = rows_in(study)
+    screens = {row["case"]: folder_of(study, row) for row in rows if row["printer"] == SCREEN}
+    for row in rows:
+        name = case_name(row)
+        if row["printer"] != SCREEN and name not in found:
+            found[name] = measured(screens[row["case"]], folder_of(study, row))
             save("prints", found)
     print(report())
     print(draw(IMAGES / "prints.png"))
 
 
-def case_name(texture: str, jnd: int, variant: str) -> str:
-    """Name of a case in the results."""
-    return f"{texture} {jnd:+d}" + ("" if variant == "mask-50" else f", {variant}")
+def case_name(labels: Mapping[str, Any]) -> str:
+    """Name of a row of the study in the results."""
+    return str(labels["case"]) + ("" if labels["printer"] == USUAL else f", {labels['printer']}")
 
 
-def measured(runs: Path, texture: str, jnd: int, variant: str) -> dict[str, Any]:
-    """For each pair the JND between the two reliefs, and the change of their pictures in % of the mean."""
-    file, scene = find_texture(Path(texture)), f"mitsuba_scenes/{SCENE}.xml"
+def names() -> list[str]:
+    """Names of the measured cases, in the order of the study."""
+    tables = expand(load_study(STUDY)).tables
+    rows = [row.labels for table in tables for row in table.rows if row.labels["printer"] != SCREEN]
+    return [case_name(labels) for labels in rows]
 
-    def result(name: str, *own: str) -> tuple[Run, Array]:
-        """Settings of a run, and heights of its result, which is computed if it is not there."""
-        settings = run_from_scene(scene, file, [f"touch.jnd={jnd}", *SETTINGS, *own])
-        folder = runs / f"{texture}{jnd:+d}-{name}".replace(" ", "-")
-        if not (folder / "result.json").is_file():
-            optimize(settings, folder, force=True)
-        return settings, load_heights(folder / "heights.exr")
 
-    free = result("screen")[1]
-    settings, known = result(variant, *VARIANTS[variant])
+def measured(free: Path, known: Path) -> dict[str, Any]:
+    """For each pair the JND between the two reliefs, and the change of their pictures in % of the mean.
+
+    Args:
+        free: run directory of the run without a printer.
+        known: of the run that knows its printer.
+    """
+    settings = load_run(known / SETTINGS)
     printer = settings.print.described
     assert printer is not None
-    screen = load_scene(scene, texture=file, size_mm=SIZE_MM)
-    prints = load_scene(scene, relief=Relief.read(file, size_mm=SIZE_MM, printer=printer))
-    design, pitch_mm = screen.heights, SIZE_MM / screen.heights.shape[1]
-    naive = (prints.heights, np.minimum(printed(free, pitch_mm, printer), printer.top_mm(HEIGHT_LIMIT_MM)))
+    screen = load_scene(settings.scene, texture=settings.texture, size_mm=SIZE_MM)
+    prints = load_scene(settings.scene, relief=Relief.read(settings.texture, size_mm=SIZE_MM, printer=printer))
+    result, pitch_mm = load_heights(free / RUN_HEIGHTS), SIZE_MM / screen.heights.shape[1]
+    naive = np.minimum(printed(result, pitch_mm, printer), printer.top_mm(HEIGHT_LIMIT_MM))
     pairs = {
-        "screen": (screen, design, free),
-        "naive": (prints, *naive),
-        "print": (prints, prints.heights, known),
+        "screen": (screen, screen.heights, result),
+        "naive": (prints, prints.heights, naive),
+        "print": (prints, prints.heights, load_heights(known / RUN_HEIGHTS)),
     }
     return {kind: {"jnd": felt(*pair[1:]), **seen(*pair)} for kind, pair in pairs.items()}
 
@@ -132,12 +126,12 @@ def report() -> str:
     """The table of docs/printing.md."""
     head = ("target", *(f"{words}: JND; eye; fine" for words in PAIRS.values()), "to the screen: eye; fine")
     rows, found = [], load("prints")
-    for case in CASES:
-        each = found[case_name(*case)]
+    for name in names():
+        each = found[name]
         changes = {kind: [each[kind][f"{film}_change_percent"] for film in ("eye", "fine")] for kind in PAIRS}
         cells = [f"{each[kind]['jnd']:+.2f}; {eye:.1f}; {fine:.1f}" for kind, (eye, fine) in changes.items()]
         ratios = np.divide(changes["print"], changes["screen"])
-        rows.append((case_name(*case), *cells, f"{ratios[0]:.2f}; {ratios[1]:.2f}"))
+        rows.append((name, *cells, f"{ratios[0]:.2f}; {ratios[1]:.2f}"))
     return table(head, rows)
 
 
@@ -148,7 +142,7 @@ def draw(path: Path) -> Path:
     figure, axes = pyplot.subplots(1, len(FRONTS), figsize=(7.2, 3.4), layout="constrained", sharey=True)
     colours = {"screen": FAINT, "naive": "#b3541e", "print": INK}
     for axis, texture in zip(axes, FRONTS, strict=True):
-        own = [found[case_name(*case)] for case in CASES if case[0] == texture and case[2] == "mask-50"]
+        own = [each for name, each in found.items() if name.split()[0] == texture and "," not in name]
         for kind, words in PAIRS.items():
             points = [(each[kind]["jnd"], each[kind]["eye_change_percent"]) for each in own]
             if kind != "naive":

@@ -1,88 +1,63 @@
 """The front of fingers: how alike a change feels to 18 skins, against the change of the pictures.
 
-python -m benchmarks.surfaces.fingers                  # every case that is not in the results yet
-python -m benchmarks.surfaces.fingers gravel+2         # these cases only
-python -m benchmarks.surfaces.fingers --again          # measure anew
-python -m benchmarks.surfaces.fingers --figure         # only draw docs/images/fingers.png from the results
+retouch study benchmarks/surfaces/fingers.toml -o runs/fingers
+python -m benchmarks.surfaces.fingers runs/fingers     # presses the results of the study
+python -m benchmarks.surfaces.fingers                  # draws docs/images/fingers.png again, prints the table
+
+The rows that results/fingers.json holds by now are of a script that took the same descents (at commit
+340f9f0); their changes of the pictures are those that the descent saw.
 """
 
 from __future__ import annotations
 
-import time
-from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
 
 import tactile
+from benchmarks.shared.charts import FAINT, frame, pyplot, style
 from benchmarks.shared.common import IMAGES, load, machine, parser_of, save, table
-from optimize.descent.driver import descend
-from optimize.descent.gauss_newton.method import GaussNewton
-from optimize.descent.problem import FingerRange, Problem
-from optimize.descent.targets import Targets
+from benchmarks.shared.studies import Row, folder_of, rows_in
+from optimize.run_directory.key import SETTINGS
+from optimize.settings.run_file import load_run
 from relief.common.arrays import Array
-from visual.scene import Scene, load_scene
+from relief.common.formats import RUN_HEIGHTS
+from relief.heightmap import load_heights
+from tactile.jnd import ROUGHNESS_JND
 
-CASES = {"gravel+2": ("gravel", 2.0), "brick+2": ("brick", 2.0), "grass-2": ("grass", -2.0)}
-"""Texture and JND of each case; the steered finger is the default one."""
-WEIGHTS = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0)
-"""Picture change in % that counts as much as a just-noticeable difference; 0 leaves the other fingers out."""
+CASES = ("gravel+2", "brick+2", "grass-2")
+"""Texture and JND of each front; the steered finger is the default one."""
 MODULI_MPA = (0.25, 0.354, 0.5, 0.707, 1.0, 2.0)
 DEPTHS_MM = (0.5, 0.75, 1.0)
-STEPS = 40
 IMAGE = IMAGES / "fingers.png"
 
 
 def main() -> None:
     parser = parser_of(__doc__)
-    parser.add_argument("cases", nargs="*", help="such as gravel+2")
-    parser.add_argument("--weights", nargs="*", type=float, default=WEIGHTS)
-    parser.add_argument("--again", action="store_true")
-    parser.add_argument("--figure", action="store_true")
-    arguments = parser.parse_args()
-    results = load("fingers") or {"rows": {}}
-    if arguments.figure:
-        draw(results["rows"])
-        return
-    results["machine"] = machine()
-    for case, (texture, jnd) in CASES.items():
-        rows = results["rows"]
-        wanted = [
-            weight
-            for weight in arguments.weights
-            if (not arguments.cases or case in arguments.cases)
-            and (arguments.again or f"{case}, {weight:g}" not in rows)
-        ]
-        if not wanted:
-            continue
-        scene = load_scene("mitsuba_scenes/studio.xml", texture=f"mitsuba_scenes/textures/{texture}.png")
-        before = by_skin(scene.heights)
-        for weight in wanted:
-            rows[f"{case}, {weight:g}"] = measure(scene, before, jnd, weight)
-            save("fingers", results)
-            print(case, weight, rows[f"{case}, {weight:g}"], flush=True)
-    print(as_table(results["rows"]))
+    parser.add_argument("study", type=Path, nargs="?", metavar="STUDY", help="folder of the finished study")
+    study = parser.parse_args().study
+    if study is not None:
+        rows = {f"{row['case']}, {row['weight']}": measured(study, row) for row in rows_in(study)}
+        save("fingers", {"rows": rows, "machine": machine()})
+    rows = load("fingers")["rows"]
+    print(as_table(rows))
+    draw(rows)
 
 
-def measure(scene: Scene, before: Array, jnd: float, weight: float) -> dict[str, Any]:
-    """One descent; `before` is the original's roughness to each skin."""
-    factor = tactile.jnd_scaled(1.0, jnd)
-    steered = Problem(scene.heights, scene.size_mm, tactile.Skin(), Targets(), scene)
-    goal = factor * steered.press(scene.heights, gradients=False).values["roughness"]
-    targets = Targets.of(0.01, roughness=goal)
-    fingers = FingerRange(np.array([factor]), weight) if weight else None
-    method = GaussNewton(replace(steered, targets=targets, fingers=fingers))
-    cpu_began = time.process_time()
-    start = method.begin(0, scene.heights, {})
-    descent = descend(method, targets, start, STEPS)
-    off = np.log(by_skin(descent.best.heights) / before) / np.log(tactile.jnd_scaled(1.0, 1.0))
+def measured(study: Path, row: Row) -> dict[str, Any]:
+    """How the result of a row feels to each skin, and what it cost."""
+    folder = folder_of(study, row)
+    texture = load_run(folder / SETTINGS).texture
+    before, after = (by_skin(load_heights(file)) for file in (texture, folder / RUN_HEIGHTS))
+    off = np.log(after / before) / np.log(ROUGHNESS_JND)
     return {
-        "reason": descent.reason.name.lower(),
-        "steps": descent.last.step,
-        "cpu_seconds": time.process_time() - cpu_began,
-        "picture_rms_percent": descent.best.picture_rms,
-        "picture_mean_percent": descent.best.picture_mean,
+        "reason": row["reason"],
+        "steps": row["steps"],
+        "cpu_seconds": row["cpu_s"],
+        "picture_rms_percent": row["change_rms_percent"],
+        "picture_mean_percent": row["change_percent"],
         "jnd_mean": float(off.mean()),
         "jnd_std": float(off.std()),
         "jnd_min": float(off.min()),
@@ -122,9 +97,6 @@ def as_table(rows: dict[str, Any]) -> str:
 
 def draw(rows: dict[str, Any]) -> None:
     """The front of every case: spread over the skins against the change of the pictures."""
-    # Imported here: the measurements need no matplotlib.
-    from benchmarks.shared.charts import FAINT, frame, pyplot, style
-
     style()
     figure, axes = pyplot.subplots(1, len(CASES), figsize=(9.0, 3.2), sharey=True, layout="constrained")
     highest = 1.1 * max(row["jnd_std"] for row in rows.values())

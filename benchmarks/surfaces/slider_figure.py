@@ -1,20 +1,20 @@
 """The picture of a slider: a strip whose roughness grows from end to end, and whose look stays.
 
-python -m benchmarks.surfaces.varied slider
-python -m benchmarks.surfaces.slider_figure runs/varied    # writes docs/images/slider.png
+python -m benchmarks.surfaces.slider_figure runs/varied/study    # writes docs/images/slider.png
+
+The study is that of `benchmarks.surfaces.varied`.
 """
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.shared.charts import FAINT, INK, frame, pyplot, style
-from benchmarks.shared.common import IMAGES, load
+from benchmarks.shared.common import IMAGES, folder_named, load
 from benchmarks.shared.scenes import picture
+from benchmarks.shared.studies import folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from relief.common.arrays import Array
@@ -34,14 +34,13 @@ LINES: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def main() -> None:
-    folder = Path(sys.argv[1]) / "slider"
+    study = folder_named(__doc__, "STUDY")
+    folder = next(folder_of(study, row) for row in rows_in(study) if row["case"] == "slider")
     run = load_run(folder / SETTINGS)
     scene = load_scene(run.scene, texture=run.texture)
     reliefs = (scene.heights, load_heights(folder / RUN_HEIGHTS))
     looks = [picture(scene, heights, RESOLUTION) for heights in reliefs]
-    results = load("varied")
-    assert results is not None
-    draw(looks, results["slider"]["places"], scene.size_mm)
+    draw(looks, load("varied")["slider"]["places"], scene.size_mm)
     print(IMAGE)
 
 
