@@ -233,5 +233,6 @@ def _run(study: Study, table: TableOfRuns, values: Sequence[_Value], quick: bool
 def _overrides(settings: Mapping[str, Any]) -> Iterator[str]:
     """Settings in the form of `--set`."""
     for key, value in settings.items():
-        text = tomli_w.dumps({"value": value})
-        yield f"{key}={text.removeprefix('value = ').strip()}"
+        # In a list, where tables of any length stay inline.
+        text = tomli_w.dumps({"value": [value]}).removeprefix("value = [").strip().removesuffix("]")
+        yield f"{key}={text.strip().removesuffix(',')}"
