@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.runs.rules import rules
-from benchmarks.shared.checkouts import checkouts, process
+from benchmarks.shared.checkouts import DEMO_RUNS, MODELS, checkouts, process
 from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, put, save, table
 from optimize.settings.run_file import load_run
 from optimize.verification.converged import converged
@@ -33,9 +33,6 @@ from relief.heightmap import load_heights, save_heights_exr
 from visual.noise import Batches
 from visual.scene import Scene, load_scene
 
-TEXTURES = ("gravel", "brick", "grass")
-CASES = [(texture, jnd) for texture in TEXTURES for jnd in (-2, 2)]
-KINDS = {"exact": (), "fast": ("--fast",)}
 FINE = 256
 PARTS = ("set_up", "descent", "verify")
 """Parts of a run in `time_s` and `cpu_s` of result.json. The other seconds go to imports and files."""
@@ -79,8 +76,8 @@ def seconds(before: str | None, repeats: int) -> list[dict[str, Any]]:
     with checkouts(before) as folders, tempfile.TemporaryDirectory() as out:
         for folder in folders.values():
             warm_up(folder, out)
-        for kind, options in KINDS.items():
-            cases = [(name, jnd, 128) for name, jnd in CASES] + (
+        for kind, options in MODELS.items():
+            cases = [(name, jnd, 128) for name, jnd in DEMO_RUNS] + (
                 [("gravel", 2, FINE)] if kind == "exact" else []
             )
             for texture, jnd, samples in cases:
@@ -157,7 +154,7 @@ def change_by_samples() -> list[dict[str, Any]]:
     """Errors of the change of pictures by samples a pixel, against many samples; results of the demo runs."""
     rows = []
     with tempfile.TemporaryDirectory() as out:
-        for texture, jnd in CASES:
+        for texture, jnd in DEMO_RUNS:
             one_run(ROOT, [texture, "--set", f"touch.jnd={jnd}", "--fast"], Path(out))
             run = load_run(texture)
             scene = load_scene(run.scene, relief=run.relief(PATCH_SIDE_MM))

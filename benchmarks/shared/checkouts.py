@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,6 +15,10 @@ from benchmarks.shared.common import ROOT
 
 NOW = "now"
 """Name of this tree among the versions."""
+DEMO_RUNS = [(texture, jnd) for texture in ("gravel", "brick", "grass") for jnd in (-2, 2)]
+"""Bundled run and target, JND, of the demo runs."""
+MODELS: Mapping[str, Sequence[str]] = {"exact": (), "fast": ("--fast",)}
+"""Options of `optimize` by the models that steer."""
 
 
 @contextmanager

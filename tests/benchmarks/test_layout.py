@@ -1,0 +1,55 @@
+"""The layout of the code, told of small sources; files to open for a wish are there."""
+
+import ast
+from pathlib import PurePosixPath
+
+import pytest
+
+from benchmarks.runs.layout import NOW, WISHES, as_text, code_lines, measured, of_tree
+from benchmarks.shared.common import ROOT
+
+SOURCES = {
+    PurePosixPath(name): text
+    for name, text in {
+        "room/__init__.py": '"""A room."""\n',
+        "room/first.py": '"""A module.\n\nLines.\n"""\n# Why.\nfrom room import second\n\nIT = second\n',
+        "room/second.py": "def late():\n    import os\n    from room.first import IT\n    print(os, IT)\n",
+        "room/inner/third.py": "import room.second\n",
+        "tests/test_room.py": "def test() -> None:\n    import room\n",
+    }.items()
+}
+
+
+def test_modules_lines_and_imports_are_counted_by_package() -> None:
+    found = measured(SOURCES)
+    assert found["packages"]["room"] == {
+        "modules": 4,
+        "code_lines": 7,
+        "inner_imports": 2,
+        "largest_folder": "room",
+        "its_modules": 2,
+    }
+    assert found["total"] == {"modules": 4, "code_lines": 7, "inner_imports": 2}
+    assert found["folders"] == {"room": 2, "room/inner": 1, "tests": 1}
+
+
+def test_circles_run_through_functions_and_leave_tests_out() -> None:
+    found = measured(SOURCES)
+    assert found["circles"] == [["room.first", "room.second"]]
+    assert "import circles: room.first room.second" in as_text(found)
+
+
+def test_strings_that_are_values_are_code() -> None:
+    text = 'def one() -> str:\n    """Doc."""\n    return """a\n    b"""\n'
+    assert code_lines(text, ast.parse(text)) == 3
+
+
+@pytest.mark.parametrize("wish", WISHES)
+def test_files_to_open_are_there(wish: str) -> None:
+    missing = [file for file in getattr(WISHES[wish], NOW) if not (ROOT / file).is_file()]
+    assert not missing
+
+
+def test_no_folder_of_benchmarks_is_a_flat_list() -> None:
+    own = {path: text for path, text in of_tree(ROOT).items() if path.parts[0] == "benchmarks"}
+    assert max(measured(own)["folders"].values()) <= 16
