@@ -86,7 +86,9 @@ def measured(free: Path, known: Path) -> dict[str, Any]:
     printer = settings.print.described
     assert printer is not None
     screen = load_scene(settings.scene, texture=settings.texture, size_mm=SIZE_MM)
-    prints = load_scene(settings.scene, relief=Relief.read(settings.texture, size_mm=SIZE_MM, printer=printer))
+    prints = load_scene(
+        settings.scene, relief=Relief.read(settings.texture, size_mm=SIZE_MM, printer=printer)
+    )
     result, pitch_mm = load_heights(free / RUN_HEIGHTS), SIZE_MM / screen.heights.shape[1]
     naive = np.minimum(printed(result, pitch_mm, printer), printer.top_mm(HEIGHT_LIMIT_MM))
     pairs = {
