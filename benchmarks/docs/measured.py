@@ -92,6 +92,7 @@ def _machine() -> str:
 def _runs() -> str:
     return f"""## Whole runs
 
+The runs of `benchmarks/runs/descents.toml`, as measured at commit 340f9f0; their table is printed by
 `python -m benchmarks.runs.descents`. {descents.NOTES}
 
 {descents.as_table(load("runs")["rows"])}
