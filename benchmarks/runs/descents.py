@@ -1,6 +1,6 @@
 """Whole runs on the demo textures: ways down, with and without the shadow-edge term, beside linear scaling.
 
-python -m benchmarks.runs.descents     # the table of docs/measured.md
+python -m benchmarks.runs.descents     # prints the table
 
 The runs are the study `descents.toml` beside this file: `retouch study benchmarks/runs/descents.toml`. The
 table is that of results/runs.json, which a script has measured along the same descents (at commit 340f9f0),

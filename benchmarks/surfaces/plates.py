@@ -3,7 +3,7 @@
 python -m benchmarks.surfaces.plates textures            # the plates, from the tiles that come with Retouch
 retouch study benchmarks/surfaces/plates.toml -o runs/plates/study --workers 2
 cp runs/plates/study/study.json benchmarks/results/studies/plates.json
-python -m benchmarks.surfaces.plates                     # the table of docs/measured.md
+python -m benchmarks.surfaces.plates                     # prints the table
 """
 
 from __future__ import annotations
