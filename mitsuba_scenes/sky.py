@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 from numpy.typing import NDArray
 
 FILE = Path(__file__).resolve().parent / "skies" / "evening.exr"
@@ -36,8 +37,6 @@ def evening() -> NDArray[np.float16]:
 
 def write(path: Path) -> None:
     """Write the sky as an EXR of half precision."""
-    import OpenEXR
-
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     OpenEXR.File(header, {"RGB": evening()}).write(str(path))
 

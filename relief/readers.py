@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenEXR
 from numpy.typing import NDArray
+from PIL import Image
 
 from relief.common.arrays import Array
 from relief.common.errors import InputError, PictureError
@@ -79,8 +81,6 @@ def _no_stderr() -> Iterator[None]:
 
 def read_picture(path: Path, check: Check) -> Content:
     """Read the grey values of a PNG or TIFF, in [0, 1], or the mm of a TIFF of floating-point numbers."""
-    from PIL import Image
-
     with damage_named(path, "a PNG or TIFF"):
         try:
             image = Image.open(path, formats=["PNG", "TIFF"])
@@ -149,8 +149,6 @@ def exr_channels(path: Path, check: Check) -> tuple[dict[str, NDArray[Any]], dic
     Returns:
         The channels (rows, cols) by name, A last, and the lengths of the header.
     """
-    import OpenEXR
-
     with damage_named(path, "an EXR"):
         with OpenEXR.File(str(path), header_only=True) as file:
             if len(file.parts) != 1:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from visual.backend.mitsuba import mi
 from visual.exact.background import Background, black_background, scene_background
 from visual.exact.light_scene import LightScene, LitScene
 from visual.geometry.film_filter import film_filter
@@ -149,8 +150,6 @@ def _integrator(needs: Needs, bsdf_samples: int) -> Any:
         needs: of the scene; one bounce takes no path tracer.
         bsdf_samples: rays that leave the material at random to meet a light, for each sample.
     """
-    import mitsuba as mi
-
     if needs.direct:
         return mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": bsdf_samples})
     # Not "prb", which divides by the cosine at which light leaves for the next face. In the furrows of a

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+from manifold3d import CrossSection, FillRule, triangulate
 from numpy.typing import NDArray
 
 from relief.body import Body
@@ -105,8 +106,6 @@ def _from_below(vertices: Points) -> Points:
 
 def _letters(lines: Sequence[str], rim: Points) -> list[Points]:
     """Outlines of the letters, mm, as seen from below: outer ones counter-clockwise, holes clockwise."""
-    from manifold3d import CrossSection, FillRule
-
     pixels = bitmap(list(lines))
     rows, cols = pixels.shape
     low, high = rim.min(axis=0), rim.max(axis=0)
@@ -122,8 +121,6 @@ def _letters(lines: Sequence[str], rim: Points) -> list[Points]:
 
 def _triangles(outlines: Sequence[Points], indices: Sequence[NDArray[np.intp]]) -> NDArray[np.intp]:
     """Triangles inside outlines, by the indices of their vertices."""
-    from manifold3d import triangulate
-
     return np.concatenate(indices)[np.asarray(triangulate(list(outlines)), dtype=np.intp)]
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from lxml import etree
 
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
@@ -58,9 +59,6 @@ def read_3mf(content: bytes, path: Path) -> Parsed:
 
 def _root(content: bytes, path: Path) -> Any:
     """The root of a model, without entities, which could name other files or grow without bound."""
-    # Imported here, because few meshes are 3MF.
-    from lxml import etree
-
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
         raise InputError(f"{path}: declares entities, which a 3MF file does not need")
     parser = etree.XMLParser(resolve_entities=False, no_network=True, huge_tree=True, load_dtd=False)

@@ -6,6 +6,7 @@ from the place, and the heights stand over the unrolled feet.
 """
 
 import numpy as np
+import potpourri3d
 from scipy.spatial import cKDTree
 
 from relief.body import Body
@@ -64,8 +65,6 @@ class Unroller:
 
     def unrolled(self, vertex: int, frame: Frame) -> Body:
         """The textured mesh around a vertex of the object: (x, y, height) in the axes of its frame, mm."""
-        import potpourri3d
-
         numbers, faces = self._around(vertex, frame)
         solver = potpourri3d.MeshVectorHeatSolver(self.object.vertices[numbers], faces)
         start = int(np.searchsorted(numbers, vertex))

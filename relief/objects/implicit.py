@@ -4,7 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 import scipy.sparse as sp
+from manifold3d import Manifold, Mesh64
 from numpy.typing import NDArray
+from skimage import measure
 
 from relief.body import Body
 from relief.common.arrays import Array
@@ -36,8 +38,6 @@ def body_of(field: Field, low: Array, high: Array, edge_mm: float, floor_z: floa
     Raises:
         InputError: The field is nowhere negative.
     """
-    from skimage.measure import marching_cubes
-
     low = np.asarray(low, dtype=np.float64) - 2.0 * edge_mm
     counts = np.ceil((np.asarray(high, dtype=np.float64) + 2.0 * edge_mm - low) / edge_mm).astype(int) + 1
     axes = [low[axis] + edge_mm * np.arange(counts[axis]) for axis in range(3)]
@@ -45,7 +45,9 @@ def body_of(field: Field, low: Array, high: Array, edge_mm: float, floor_z: floa
     values = field(grid).reshape(counts)
     if not values.min() < 0.0 < values.max():
         raise InputError("field: there is no surface in the box")
-    vertices, faces, *_ = marching_cubes(values, 0.0, spacing=(edge_mm,) * 3, gradient_direction="descent")
+    vertices, faces, *_ = measure.marching_cubes(
+        values, 0.0, spacing=(edge_mm,) * 3, gradient_direction="descent"
+    )
     vertices = project(field, vertices.astype(np.float64) + low)
     vertices = relaxed(vertices, faces.astype(np.intp), lambda points: project(field, points, 1))
     if floor_z is not None:
@@ -91,8 +93,6 @@ def relaxed(vertices: Array, faces: NDArray[np.intp], onto: Callable[[Array], Ar
 
 def trimmed(body: Body, floor_z: float | None) -> Body:
     """The part of a body above a plane, closed by a flat bottom; without a plane the body, put in order."""
-    from manifold3d import Manifold, Mesh64
-
     solid = Manifold(Mesh64(vert_properties=body.vertices, tri_verts=body.faces.astype(np.uint64)))
     if floor_z is not None:
         solid = solid.trim_by_plane((0.0, 0.0, 1.0), floor_z)

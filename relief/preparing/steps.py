@@ -7,6 +7,7 @@ edges, which the picture shows clearly, stay.
 """
 
 import numpy as np
+import scipy
 
 from relief.common.arrays import Array
 from relief.common.progress import Stage, stage
@@ -36,10 +37,8 @@ def smooth_steps(grey: Array, step: float) -> Array:
     Returns:
         (rows, cols) values, each within half a step of ``grey``.
     """
-    from scipy import ndimage
-
     stored = grey / step
-    smooth, blurred = stored, ndimage.gaussian_filter(stored, NEARBY[0], mode="nearest")
+    smooth, blurred = stored, scipy.ndimage.gaussian_filter(stored, NEARBY[0], mode="nearest")
     with stage("smoothing the steps of grey", len(NEARBY) * ITERATIONS, at_most=True) as advance:
         for nearby in NEARBY:
             smooth = _estimate(stored, smooth, _squared_curvature(blurred, nearby), advance)
@@ -56,20 +55,16 @@ def _second_differences(heights: Array) -> tuple[Array, Array, Array]:
 
 def _squared_curvature(heights: Array, nearby: float) -> Array:
     """Mean square of the three second differences near each sample."""
-    from scipy import ndimage
-
     down, right, mixed = _second_differences(heights)
     squares = np.zeros_like(heights)
     squares[1:-1] += down**2
     squares[:, 1:-1] += right**2
     squares[1:, 1:] += 2.0 * mixed**2
-    return ndimage.gaussian_filter(squares, nearby, mode="nearest") / 3.0
+    return scipy.ndimage.gaussian_filter(squares, nearby, mode="nearest") / 3.0
 
 
 def _estimate(stored: Array, start: Array, squared_curvature: Array, advance: Stage) -> Array:
     """The most likely heights within half a step of the stored ones, in steps."""
-    from scipy.optimize import minimize
-
     weight = 1.0 / (squared_curvature + LEAST_CURVATURE**2)
     between = (weight[1:, 1:] + weight[:-1, :-1] + weight[1:, :-1] + weight[:-1, 1:]) / 4.0
     weights = weight[1:-1], weight[:, 1:-1], 2.0 * between
@@ -94,7 +89,7 @@ def _estimate(stored: Array, start: Array, squared_curvature: Array, advance: St
 
     bounds = np.stack([stored.ravel() - 0.5, stored.ravel() + 0.5], axis=1)
     options = {"maxiter": ITERATIONS, "maxcor": REMEMBERED, "ftol": 1e-7}
-    result = minimize(
+    result = scipy.optimize.minimize(
         energy,
         start.ravel(),
         jac=True,

@@ -15,6 +15,7 @@ on one another, and are joined in one of two ways.
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from relief.common.arrays import Array, Index
@@ -97,13 +98,11 @@ def make_tile(texture: Array, samples: int, method: str | None = None) -> Tile:
         samples: Samples a side of the tile.
         method: A member of `METHODS`; None takes the one with the smaller seam error.
     """
-    from scipy.stats import wasserstein_distance
-
     joined = {"blend": _blend(texture, samples), "cut": _cut(texture, samples)}
     errors = {name: _seam_error(tile, texture, seam) for name, (tile, seam) in joined.items()}
     method = method or min(METHODS, key=errors.__getitem__)
     heights = joined[method][0]
-    change = wasserstein_distance(heights.ravel(), texture.ravel()) / (np.ptp(texture) or 1.0)
+    change = scipy.stats.wasserstein_distance(heights.ravel(), texture.ravel()) / (np.ptp(texture) or 1.0)
     return Tile(heights, method, errors, border_ratio(heights), float(change))
 
 
@@ -116,12 +115,10 @@ def border_ratio(heights: Array) -> float:
 
 def _blend(texture: Array, samples: int) -> tuple[Array, NDArray[np.bool_]]:
     """The blended tile, and where copies are blended."""
-    from scipy.special import ndtr, ndtri
-    from scipy.stats import rankdata
-
     overlap = len(texture) - samples
     ordered = np.sort(texture, axis=None)
-    normal = ndtri((rankdata(texture, axis=None) - 0.5) / texture.size).reshape(texture.shape)
+    quantiles = (scipy.stats.rankdata(texture, axis=None) - 0.5) / texture.size
+    normal = scipy.special.ndtri(quantiles).reshape(texture.shape)
     first = np.ones(samples)
     # The weight has no slope where the blend begins and ends.
     first[:overlap] = 0.5 - 0.5 * np.cos(np.pi * (np.arange(overlap) + 0.5) / overlap)
@@ -134,15 +131,13 @@ def _blend(texture: Array, samples: int) -> tuple[Array, NDArray[np.bool_]]:
             total += weight * beyond[rows, cols]
             squares += weight**2
     # Divided so, independent copies keep the variance of one; a plain mean of them would be flatter.
-    rank = ndtr(total / np.sqrt(squares)) * texture.size - 0.5
+    rank = scipy.special.ndtr(total / np.sqrt(squares)) * texture.size - 0.5
     tile = np.interp(rank, np.arange(texture.size), ordered)
     return tile, np.maximum.outer(second, second) > 0.0
 
 
 def _cut(texture: Array, samples: int) -> tuple[Array, NDArray[np.bool_]]:
     """The tile joined along a cut, and where the cut is near."""
-    from scipy import fft, ndimage
-
     row, col = _sources(texture, samples)
     tile = texture[row, col]
     slopes_out = np.zeros_like(tile)
@@ -157,8 +152,8 @@ def _cut(texture: Array, samples: int) -> tuple[Array, NDArray[np.bool_]]:
     wave = 2.0 * np.cos(2.0 * np.pi * np.arange(samples) / samples) - 2.0
     laplacian = np.add.outer(wave, wave)
     laplacian[0, 0] = 1.0  # The mean has no slope.
-    heights = fft.ifft2(fft.fft2(slopes_out) / laplacian).real
-    near = ndimage.binary_dilation(np.pad(seam, SEAM_REACH, mode="wrap"), iterations=SEAM_REACH)
+    heights = scipy.fft.ifft2(scipy.fft.fft2(slopes_out) / laplacian).real
+    near = scipy.ndimage.binary_dilation(np.pad(seam, SEAM_REACH, mode="wrap"), iterations=SEAM_REACH)
     inner = slice(SEAM_REACH, -SEAM_REACH)
     return heights - heights.mean() + tile.mean(), near[inner, inner]
 
@@ -219,8 +214,6 @@ def _closed_path(costs: Array) -> Index:
 
 def _seam_error(tile: Array, texture: Array, seam: NDArray[np.bool_]) -> float:
     """`Tile.seam_errors` of one tile; ``seam`` is where its copies are joined."""
-    from scipy.stats import wasserstein_distance
-
     samples, size = len(tile), len(texture)
     row, col = np.nonzero(seam)
     errors = []
@@ -237,5 +230,6 @@ def _seam_error(tile: Array, texture: Array, seam: NDArray[np.bool_]) -> float:
                     r, c = r[inside], c[inside]
                     own.append(np.abs(texture[r + down, c + right] - texture[r, c]))
         usual = np.mean([np.abs(part[lag:] - part[:-lag]).mean() for part in (texture, texture.T)])
-        errors.append(wasserstein_distance(np.concatenate(made), np.concatenate(own)) / (usual or 1.0))
+        error = scipy.stats.wasserstein_distance(np.concatenate(made), np.concatenate(own))
+        errors.append(error / (usual or 1.0))
     return float(seam.mean() * np.mean(errors))

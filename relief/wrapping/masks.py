@@ -22,6 +22,7 @@ from scipy.spatial import cKDTree
 from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.formats import HEIGHT_MAPS
+from relief.heightmap import load_field
 
 FALLOFF_DEGREES = 10.0
 """Width of the falloff of angles, degrees."""
@@ -134,8 +135,6 @@ def _inside(belongs: NDArray[np.bool_], places: Array, falloff_mm: float) -> Arr
 
 
 def _pictured(path: str, points: Points) -> Array:
-    from relief.heightmap import load_field
-
     if points.uv is None:
         raise InputError(
             f"mask: {path}: a picture lies over texture coordinates, and the mesh has none; "

@@ -9,6 +9,7 @@ neighbours; on a plane, a cylinder or a cone all agree, and no seam is left.
 from dataclasses import dataclass
 
 import numpy as np
+import potpourri3d
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -129,8 +130,6 @@ class _Cover:
 
     def _map(self, seed: int) -> tuple[NDArray[np.intp], Array, NDArray[np.intp]]:
         """The logarithmic map of a vertex: vertices, coordinates, and the triangles in between."""
-        import potpourri3d
-
         reach = OVERLAP * MARGIN * self._expected_radius(seed)
         around = np.array(self.tree.query_ball_point(self.body.vertices[seed], reach))
         number = np.full(len(self.body.vertices), -1)

@@ -1,10 +1,8 @@
 """Fields of touch and sight, many reliefs at a time: the training data of nets."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import torch
@@ -13,10 +11,10 @@ from numpy.typing import NDArray
 import mitsuba_scenes
 import tactile
 from relief.relief import Relief
-
-if TYPE_CHECKING:
-    from visual.reference.renderer import ReferenceRenderer
-    from visual.scene import Scene
+from visual.backend.plate import plate_bsdf
+from visual.reference.renderer import ReferenceRenderer
+from visual.scene import Scene
+from visual.scene_file.check import check_scene
 
 Array = NDArray[Any]
 LightRule = Literal["studio", "random"]
@@ -120,22 +118,15 @@ def light_directions(rule: LightRule, count: int, seed: int) -> Array:
 @lru_cache(maxsize=2)
 def _studio(samples: int, strata: int) -> ReferenceRenderer:
     """Load the studio once; only heights and lights change afterwards."""
-    from visual.reference.renderer import ReferenceRenderer
-
     return ReferenceRenderer(_studio_scene(samples), strata)
 
 
 def studio_material() -> Any:
     """Return the Mitsuba BSDF of the plate in the paper's studio."""
-    from visual.backend.plate import plate_bsdf
-
     return plate_bsdf(_studio_scene(16).light_scenes()[0].scene)
 
 
 def _studio_scene(samples: int) -> Scene:
     """The paper's studio with a flat plate."""
-    from visual.scene import Scene
-    from visual.scene_file.check import check_scene
-
     checked = check_scene(STUDIO, {"resolution": str(samples)})
     return Scene(checked, Relief(np.zeros((samples, samples))), VARIANT)

@@ -9,15 +9,21 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 
+import tactile
 from relief.common.errors import InputError
+from retouch.training.fields import VARIANT, light_directions, picture_fields, touch_fields
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import entry
 from surrogate.corpus.optimised import Optimised, checksum
 from surrogate.corpus.recipes import Recipe
 from surrogate.data.request import DatasetRequest
 from surrogate.data.shard import Failure, Row, layout, shard_bytes
+from visual.backend import llvm
+from visual.backend.mitsuba import dr
+from visual.backend.variants import load_mitsuba
 
 Array = NDArray[Any]
 
@@ -142,9 +148,6 @@ def _fields(request: DatasetRequest, heights: list[Array]) -> list[dict[str, Arr
 
 
 def _touch_fields(request: DatasetRequest, heights: Array) -> dict[str, Array]:
-    import tactile
-    from retouch.training.fields import touch_fields
-
     assert request.touch != "none"
     parameters: dict[str, Any] = dict(request.skin)
     try:
@@ -154,8 +157,6 @@ def _touch_fields(request: DatasetRequest, heights: Array) -> dict[str, Array]:
 
 
 def _light_fields(request: DatasetRequest, heights: Array) -> dict[str, Array]:
-    from retouch.training.fields import light_directions, picture_fields
-
     assert request.lights != "none"
     # The seed depends on the heights alone: a texture has the same lights wherever it stands in a data set.
     seed = int(hashlib.sha256(f"lights {checksum(heights)}".encode()).hexdigest()[:15], 16)
@@ -166,8 +167,6 @@ def _light_fields(request: DatasetRequest, heights: Array) -> dict[str, Array]:
 @contextmanager
 def _one_thread(request: DatasetRequest) -> Iterator[None]:
     """Use one thread: sums keep their order, and processes share the cores better than threads do."""
-    import torch
-
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
@@ -179,17 +178,10 @@ def _one_thread(request: DatasetRequest) -> Iterator[None]:
 
 @contextmanager
 def _one_thread_of_drjit() -> Iterator[None]:
-    from visual.backend import llvm
-
     try:
         llvm.prepare()
     except llvm.LLVMMissing as error:
         raise InputError(f"pictures: {error}") from error
-    import drjit as dr
-
-    from retouch.training.fields import VARIANT
-    from visual.backend.variants import load_mitsuba
-
     # This comes first because it sets the number of threads once in a process.
     load_mitsuba(colour=False, variant=VARIANT)
     before = dr.thread_count()

@@ -13,7 +13,9 @@ import torch
 from relief.common.errors import InputError
 from relief.common.files import write_atomically
 from retouch.training.curves import curves_page
+from retouch.training.look_setup import look_setup
 from retouch.training.setup import Kind, TrainingSetup
+from retouch.training.touch_setup import touch_setup
 from surrogate.data.field_set import Fieldset, open_fieldset
 from surrogate.data.request import DATASET_FILE
 from surrogate.nets.checkpoint import CHECKPOINT_FILE, TrainingKey, load_training, save_training
@@ -107,11 +109,7 @@ def train_net(
 
 def _setup(kind: Kind, data: Fieldset, request: TrainingRequest) -> TrainingSetup:
     if kind == "touch":
-        from retouch.training.touch_setup import touch_setup
-
         return touch_setup(data, request.tested, request.reference)
-    from retouch.training.look_setup import look_setup
-
     return look_setup(data, request.tested)
 
 

@@ -13,6 +13,8 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
+import scipy
+import skimage.data
 from numpy.typing import ArrayLike, NDArray
 
 from relief.common.limits import PATCH_SIDE_MM
@@ -54,8 +56,6 @@ class Crop:
 
     def heights(self) -> NDArray[np.float64]:
         """Heights (SAMPLES, SAMPLES) from 0 to ``relief_mm``, in mm."""
-        import skimage.data
-
         across = SHRINK * round(SAMPLES * (1.0 + OVERLAP) if self.tile else SAMPLES)
         photograph = getattr(skimage.data, self.photograph)()
         means = _shrunk(photograph[self.top : self.top + across, self.left : self.left + across])
@@ -137,9 +137,7 @@ def relief_from_photograph(grey: ArrayLike) -> NDArray[np.float64]:
 
 def _shrunk(grey: ArrayLike) -> NDArray[np.float64]:
     """The photograph blurred and shrunk by averaging areas."""
-    from scipy import ndimage
-
-    smooth = ndimage.gaussian_filter(np.asarray(grey, dtype=np.float64), SMOOTHING, mode="reflect")
+    smooth = scipy.ndimage.gaussian_filter(np.asarray(grey, dtype=np.float64), SMOOTHING, mode="reflect")
     rows, cols = smooth.shape[0] // SHRINK, smooth.shape[1] // SHRINK
     return np.asarray(smooth.reshape(rows, SHRINK, cols, SHRINK).mean(axis=(1, 3)))
 

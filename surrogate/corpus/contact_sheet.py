@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw
 
 from relief.common.files import write_atomically
 from relief.common.limits import PATCH_SIDE_MM
@@ -91,8 +92,6 @@ def contact_sheet(rows: Mapping[str, Sequence[NDArray[np.floating]]], across: in
     Returns:
         A grey PNG.
     """
-    from PIL import Image, ImageDraw
-
     cells = []
     for label, reliefs in rows.items():
         tiles = [np.rint(shaded(heights) * 255).astype(np.uint8) for heights in reliefs]

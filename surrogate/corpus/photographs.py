@@ -14,7 +14,9 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
+from PIL import Image
 
 from relief.common.errors import InputError
 from relief.common.limits import PATCH_SIDE_MM
@@ -169,8 +171,6 @@ def crop(rng: np.random.Generator, picture: Field, size: int, side_mm: float = P
 
 
 def _square(rng: np.random.Generator, picture: Field, size: int, side_mm: float) -> Field:
-    from scipy import ndimage
-
     rows, cols = picture.shape
     angle = rng.choice([0.0, rng.uniform(0, np.pi / 2)])
     spread = np.cos(angle) + np.sin(angle)
@@ -187,7 +187,7 @@ def _square(rng: np.random.Generator, picture: Field, size: int, side_mm: float)
     margin = int(np.ceil(4 * blur)) + 2
     top, left = max(int(row - reach) - margin, 0), max(int(col - reach) - margin, 0)
     part = picture[top : int(row + reach) + margin + 1, left : int(col + reach) + margin + 1]
-    smooth = ndimage.gaussian_filter(part, blur, mode="nearest")
+    smooth = scipy.ndimage.gaussian_filter(part, blur, mode="nearest")
     along = ((np.arange(size) + 0.5) / size - 0.5) * across
     right, down = np.meshgrid(along, along)
     at = np.stack(
@@ -196,13 +196,11 @@ def _square(rng: np.random.Generator, picture: Field, size: int, side_mm: float)
             col - left + np.cos(angle) * right + np.sin(angle) * down,
         ]
     )
-    return ndimage.map_coordinates(smooth, at, order=1, mode="nearest")
+    return scipy.ndimage.map_coordinates(smooth, at, order=1, mode="nearest")
 
 
 @functools.cache
 def _bundled(name: str) -> Field:
-    from PIL import Image
-
     with (resources.files("skimage") / "data" / FILES[name]).open("rb") as file, Image.open(file) as image:
         return _read_only(np.asarray(image.convert("L"), dtype=np.float64) / 255)
 

@@ -1,6 +1,7 @@
 """Flat faces and sharp folds: crumpled paper, foil, split stone."""
 
 import numpy as np
+import scipy
 
 from surrogate.families.fields import Field, coordinates, log_uniform, repeats, scattered, smooth_noise, unit
 from surrogate.families.grid import Grid
@@ -18,10 +19,8 @@ def crumpled(rng: np.random.Generator, grid: Grid) -> Field:
 
 
 def _faces(rng: np.random.Generator, grid: Grid, spacing: float) -> Field:
-    from scipy.interpolate import LinearNDInterpolator
-
     points = scattered(rng, grid, spacing, 0.45, margin_mm=0.0)
     heights = rng.standard_normal(len(points))
     every = repeats(points, grid.period())
-    faces = LinearNDInterpolator(every, np.resize(heights, len(every)))
+    faces = scipy.interpolate.LinearNDInterpolator(every, np.resize(heights, len(every)))
     return faces(np.stack(coordinates(grid), axis=-1))

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from surrogate.families.grid import Grid, Period
@@ -246,10 +247,8 @@ def nearest(points: Field, x: Field, y: Field, count: int, period: Period = None
 
     With periods (`Grid.period`), points repeat, and any number of points is enough.
     """
-    from scipy.spatial import cKDTree
-
     every = repeats(points, period)
-    distance, index = cKDTree(every).query(np.stack([x, y], axis=-1), k=np.arange(1, count + 1))
+    distance, index = scipy.spatial.cKDTree(every).query(np.stack([x, y], axis=-1), k=np.arange(1, count + 1))
     place = every[index]
     return Nearest(
         index % len(points), place, distance, x[..., None] - place[..., 0], y[..., None] - place[..., 1]

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenEXR
 from PIL import Image, UnidentifiedImageError
 
 from relief.common.errors import InputError
 from visual.backend.messages import last_line
+from visual.backend.mitsuba import mi
 
 SMALLEST_MAP = (3, 2)
 """Least rows and columns of an environment map: Mitsuba reads no smaller ones."""
@@ -36,8 +38,6 @@ def read_bitmap(path: Path, where: str, smallest: tuple[int, int] = (1, 1)) -> A
         InputError: a file that is missing, damaged, no picture, too large or too small, or whose values are
             not finite; in one line.
     """
-    import mitsuba as mi
-
     rows, cols = _picture_size(path, where)
     if not (smallest[0] <= rows <= LARGEST[0] and smallest[1] <= cols <= LARGEST[1]):
         sizes = " to ".join(f"{size[1]} x {size[0]}" for size in (smallest, LARGEST))
@@ -80,8 +80,6 @@ def _picture_size(path: Path, where: str) -> tuple[int, int]:
 
 
 def _exr_size(path: Path) -> tuple[int, int]:
-    import OpenEXR
-
     with OpenEXR.File(str(path), header_only=True) as file:
         low, high = file.parts[0].header["dataWindow"]
         return int(high[1]) - int(low[1]) + 1, int(high[0]) - int(low[0]) + 1

@@ -24,6 +24,7 @@ from relief import grid, heightmap
 from relief.common.errors import InputError
 from relief.common.limits import PATCH_SIDE_MM
 from visual.backend import buffers
+from visual.backend.mitsuba import dr, mi
 
 PLUGIN = "heightfield"
 
@@ -35,15 +36,11 @@ def register() -> None:
 
 @cache
 def _register_for_every_variant() -> None:
-    import mitsuba as mi
-
     mi.detail.add_variant_callback(_register_in)
     _register_in(None, mi.variant())
 
 
 def _register_in(_: str | None, variant: str | None) -> None:
-    import mitsuba as mi
-
     if variant is not None:
         mi.register_shape(PLUGIN, _plugin_class(variant))
 
@@ -51,8 +48,6 @@ def _register_in(_: str | None, variant: str | None) -> None:
 @cache
 def _plugin_class(variant: str) -> type:
     """The plugin in one variant, which must be set: each has a base class and array types of its own."""
-    import drjit as dr
-    import mitsuba as mi
 
     class HeightField(mi.Mesh):
         def __init__(self, props: Any) -> None:
@@ -109,8 +104,6 @@ def _plugin_class(variant: str) -> type:
 
 def _is_textured(props: Any) -> bool:
     """Whether an object in the plate, as its material, shows a texture that varies over the plate."""
-    import mitsuba as mi
-
     nested = (value for _, value in props.items() if isinstance(value, mi.Object))
     # Only textures that depend on the place have a transform of texture coordinates.
     return any(key.endswith("to_uv") for value in nested for key in mi.traverse(value).keys())  # noqa: SIM118
@@ -124,8 +117,6 @@ def check_placement(props: Any, where: str) -> None:
 
 def _read(props: Any) -> tuple[float, np.ndarray]:
     """Side of the plate, mm, and heights (rows, cols), mm, from a plugin's properties."""
-    import mitsuba as mi
-
     size_mm = float(props.get("size_mm", PATCH_SIDE_MM))
     if not (np.isfinite(size_mm) and size_mm > 0):
         raise InputError(f"heightfield: size_mm: {size_mm} is not a length above 0")

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.common.arrays import Array
+from visual.backend.mitsuba import mi
 from visual.backend.plate import plate_shape
 
 MISSED_MM = 1e4
@@ -45,8 +46,6 @@ def first_hits(scene: Any, origins: Array, directions: Array) -> tuple[NDArray[n
     Returns:
         Face (rays,), -1 where a ray meets nothing or another shape, and distance (rays,), mm.
     """
-    import mitsuba as mi
-
     if len(origins) == 0:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
     hit = scene.ray_intersect_preliminary(_rays(origins, directions))
@@ -57,8 +56,6 @@ def first_hits(scene: Any, origins: Array, directions: Array) -> tuple[NDArray[n
 
 
 def _rays(origins: Array, directions: Array) -> Any:
-    import mitsuba as mi
-
     o, d = (
         mi.Vector3f(*(mi.Float(np.ascontiguousarray(v[:, a], dtype=np.float32)) for a in range(3)))
         for v in (origins, directions)

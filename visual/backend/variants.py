@@ -1,15 +1,17 @@
 """Variants of Mitsuba: which one renders, and whether its pictures have gradients."""
 
 import difflib
+import sys
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
 
 from relief.common.errors import InputError
 from visual.backend import llvm
+from visual.backend.mitsuba import dr, mi
 
 WITHOUT_LLVM = "scalar_rgb"
 """Variant that needs no libLLVM; its pictures have three channels, those of grey scenes too."""
@@ -68,18 +70,12 @@ def choose_variant(colour: bool, variant: str | None = None) -> Variant:
 
 def has_cuda() -> bool:
     """Whether Dr.Jit can compute on a CUDA device of this machine."""
-    # Only after libLLVM has been chosen.
-    import drjit
-
-    return bool(drjit.has_backend(drjit.JitBackend.CUDA))
+    return bool(dr.has_backend(dr.JitBackend.CUDA))
 
 
 def _requested(name: str, missing: str) -> Variant:
     """The user's own choice, checked; `missing` says why libLLVM is missing, empty if there is one."""
-    # Only after libLLVM has been chosen.
-    import mitsuba
-
-    names = mitsuba.variants()
+    names = mi.variants()
     if name not in names:
         nearest = difflib.get_close_matches(name, names, n=1, cutoff=0.0)
         raise InputError(f"variant: {name!r} is not a variant of Mitsuba; the nearest is {nearest[0]!r}")
@@ -93,57 +89,43 @@ def _requested(name: str, missing: str) -> Variant:
 def load_mitsuba(colour: bool, variant: str | None = None) -> ModuleType:
     """The module `mitsuba` with the variant of `choose_variant` set; arguments and errors are the same."""
     chosen = choose_variant(colour, variant)
-    import mitsuba
-
     _require_threads()
     use(chosen.name)
-    module: ModuleType = mitsuba
-    return module
+    return sys.modules["mitsuba"]
 
 
 @cache
 def _require_threads() -> None:
     """Give Dr.Jit at least `FEWEST_THREADS` threads, once."""
-    import drjit
-
-    if drjit.thread_count() < FEWEST_THREADS:
-        drjit.set_thread_count(FEWEST_THREADS)
+    if dr.thread_count() < FEWEST_THREADS:
+        dr.set_thread_count(FEWEST_THREADS)
 
 
 @contextmanager
 def few_threads() -> Iterator[None]:
     """Give Dr.Jit `FEWEST_THREADS` threads in the block, for processes that share the cores of a machine."""
-    with suppress(llvm.LLVMMissing):
-        # Before Dr.Jit is imported, which would take another libLLVM.
-        llvm.prepare()
-    import drjit
-
-    before = drjit.thread_count()
-    drjit.set_thread_count(FEWEST_THREADS)
+    before = dr.thread_count()
+    dr.set_thread_count(FEWEST_THREADS)
     try:
         yield
     finally:
-        drjit.set_thread_count(before)
+        dr.set_thread_count(before)
 
 
 def use(name: str) -> None:
     """Set again the variant in which a scene was loaded, should another be set."""
-    import mitsuba
-
-    if mitsuba.variant() == name:
+    if mi.variant() == name:
         return
     with warnings.catch_warnings():
         # Every change of the variant loads Mitsuba's integrators anew, and Dr.Jit counts the functions that
         # are compiled by it: after some hundred changes, as in a study, it warns of more than 1000.
         warnings.filterwarnings("ignore", "The AST-transforming decorator", RuntimeWarning)
-        mitsuba.set_variant(name)
+        mi.set_variant(name)
 
 
 def require_gradients() -> None:
     """Raise `InputError` if the variant that `load_mitsuba` has set gives no gradients."""
-    import mitsuba
-
-    name = mitsuba.variant()
+    name = mi.variant()
     missing = without_gradients("None" if name is None else name)
     if missing:
         raise InputError(missing)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from relief.common.arrays import Array
+from visual.backend.mitsuba import dr, mi
 
 Background = Callable[[Array], Array]
 """Radiance (rays,) along unit directions (rays, 3) from the camera in which no plate is seen."""
@@ -23,9 +24,6 @@ def scene_background(scene: Any) -> Background:
         return black_background
 
     def radiance(directions: Array) -> Array:
-        import drjit as dr
-        import mitsuba as mi
-
         if len(directions) == 0:
             return np.zeros(0)
         si = dr.zeros(mi.SurfaceInteraction3f, len(directions))

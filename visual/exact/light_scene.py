@@ -8,20 +8,17 @@ import numpy as np
 
 from relief.common.arrays import Array
 from visual.backend import buffers, variants
+from visual.backend.mitsuba import dr, mi
 from visual.exact.background import Background, black_background
 from visual.geometry.projection import Projection
 from visual.lights.parallel import ParallelLights
 
 
 def _variant() -> str:
-    import mitsuba as mi
-
     return str(mi.variant())
 
 
 def _has_gradient(values: Any) -> bool:
-    import drjit as dr
-
     return bool(dr.grad_enabled(values))
 
 
@@ -41,8 +38,6 @@ class LitScene:
             switches: for each light, by its number, parameters that put it out when they are 0. Lights
                 without any shine always.
         """
-        import mitsuba as mi
-
         self.scene, self.params = scene, mi.traverse(scene)
         self.variant = _variant()
         switches = switches or {}
@@ -116,8 +111,6 @@ class LightScene:
 
     def prepare(self, camera: int) -> None:
         """Let this light alone shine, and give the film of one of `sensors` the size of its camera."""
-        import mitsuba as mi
-
         variants.use(self.lit.variant)
         self.lit.shine(self.shining)
         film = self.scene.sensors()[self.sensors[camera]].film()

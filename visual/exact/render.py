@@ -20,6 +20,7 @@ from torch import Tensor
 from relief.common.arrays import Array
 from relief.common.progress import stage, this_stage
 from visual.backend import buffers
+from visual.backend.mitsuba import dr, mi
 from visual.backend.plate import plate_bsdf
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
 from visual.exact.light_scene import LightScene
@@ -171,9 +172,6 @@ def condition_pictures(alone: Sequence[Array], ambient: Array | None) -> Array:
 
 @stage("rendering a picture", total=1.0)
 def _render(light: LightScene, heights: Array, settings: RenderSettings, index: PictureIndex) -> Array:
-    import drjit as dr
-    import mitsuba as mi
-
     light.set_heights(heights)
     light.prepare(index.camera)
     camera = light.cameras[index.camera]
@@ -231,9 +229,6 @@ def interior_gradient(
     Returns:
         (rows, cols) d loss / d mm.
     """
-    import drjit as dr
-    import mitsuba as mi
-
     light.prepare(index.camera)
     integrator = light.gradient_integrator or light.integrator
     key = buffers.heights_key(light.params)

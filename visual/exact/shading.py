@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from relief.common.arrays import Array
+from visual.backend.mitsuba import dr, mi
 from visual.lights.parallel import LUMINANCE, ParallelLights
 
 
@@ -48,8 +49,6 @@ def shade(
     Returns:
         All (lights, faces).
     """
-    import drjit as dr
-
     given, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera, uv)
     results = []
     for which in range(4 if by_uv else 2):
@@ -88,9 +87,6 @@ def _radiance(
     uv: Array | None,
 ) -> tuple[list[Any], Callable[..., Any]]:
     """Slopes (and texture coordinates) as Dr.Jit arrays, light by light, and the function to radiance."""
-    import drjit as dr
-    import mitsuba as mi
-
     count, faces = len(lights), len(slope_x)
     view = np.atleast_2d(toward_camera)
     if not np.ptp(view, axis=0).any():

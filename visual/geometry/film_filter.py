@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from relief.common.arrays import Array
+from visual.backend.mitsuba import mi
 
 POINTS = 64
 """Points of a filter in each part of a pixel: their mean is the integral over the part within 0.01 %."""
@@ -33,8 +34,6 @@ class FilmFilter:
 
     def weight(self, distance: Array) -> Array:
         """Weights, not normalised, at distances from a pixel's centre along one side, pixels."""
-        import mitsuba as mi
-
         flat = mi.Float(np.ravel(distance).astype(np.float32))
         values = np.asarray(self.rfilter.eval(flat), dtype=np.float64).reshape(distance.shape)
         return np.where(np.abs(distance) < self.radius, values, 0.0)

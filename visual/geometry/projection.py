@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from relief.common.arrays import Array, Index
+from visual.backend.mitsuba import mi
 from visual.geometry.film_filter import FilmFilter
 
 
@@ -118,8 +119,6 @@ def projection_of(sensor: Any, rows: int, cols: int) -> Projection:
         sensor: of a Mitsuba scene.
         rows, cols: of the picture, in the proportions of the sensor's film.
     """
-    import mitsuba as mi
-
     u, v = (mi.Float(values) for values in ([0.0, 1.0, 0.0], [0.0, 0.0, 1.0]))
     ray, _ = sensor.sample_ray(0.0, 0.0, mi.Point2f(u, v), mi.Point2f(0.5, 0.5))
     origins, directions = (np.array(a, dtype=np.float64).T for a in (ray.o, ray.d))

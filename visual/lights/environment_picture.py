@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from relief.common.errors import InputError
 from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
+from visual.backend.mitsuba import mi
 from visual.lights.kind import Light
 
 Array = NDArray[np.float64]
@@ -25,8 +26,6 @@ def environment_picture(light: Light) -> Array:
         InputError: a file that is missing, damaged, no picture, too large or too small, or whose values are
             not finite; in one line.
     """
-    import mitsuba as mi
-
     if light.filename is None:
         raise InputError(f"{light.kind}: filename: missing")
     bitmap = read_bitmap(light.filename, f"{light.filename}: {light.kind}", SMALLEST_MAP).convert(

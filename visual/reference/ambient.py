@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from relief.common.arrays import Array
+from visual.backend.mitsuba import dr, mi
 from visual.geometry.film_samples import PictureSamples
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.reference.horizon import horizon_tangent
@@ -33,9 +34,6 @@ def ambient_radiance(
     Returns:
         (samples,).
     """
-    import drjit as dr
-    import mitsuba as mi
-
     count = len(samples.face)
     lane = dr.arange(mi.UInt32, count * azimuths)
     point = lane // azimuths

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from relief.common.arrays import Array
+from visual.backend.mitsuba import dr, mi
 
 NEAREST_MM = 1e-5
 """Least distance of edges, mm: a point lies on nearer ones, which belong to the point's own face."""
@@ -32,9 +33,6 @@ def horizon_tangent(heights: Array, size_mm: float, x: Any, y: Any, z: Any, acro
     Returns:
         Dr.Jit array, negative where all of the plate lies below; without the face on which a point lies.
     """
-    import drjit as dr
-    import mitsuba as mi
-
     rows, cols = heights.shape
     table = mi.Float(heights.astype(np.float32).ravel())
     highest = float(heights.max())

@@ -6,10 +6,8 @@ plugins and files inside the scene's folder are allowed. Objects are instantiate
 the only place of plugins.
 """
 
-import contextlib
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -18,8 +16,9 @@ from mitsuba_scenes import find_file
 from relief import heightmap
 from relief.common.errors import InputError
 from relief.grid import NO_HALO, Halo
-from visual.backend import heightfield, llvm
+from visual.backend import heightfield
 from visual.backend.messages import last_line
+from visual.backend.mitsuba import mi
 from visual.backend.variants import WITHOUT_LLVM
 from visual.scene_file.nodes import NodeCheck
 from visual.scene_file.parsed import WEIGHT, CheckedScene, children
@@ -47,8 +46,8 @@ def check_scene(path: str | Path, defines: Mapping[str, str] | None = None) -> C
         if key not in text.parameters:
             fault = f"the scene has no such parameter{nearest(key, text.parameters)}"
             raise InputError(f"{path}: defines: {key}: {fault}", f"{path}: -D {key}: {fault}")
-    mi = _mitsuba()
-    state = _parse(mi, path, defines)
+    _require_variant()
+    state = _parse(path, defines)
     NodeCheck(path, state.nodes, set(defines.values())).check()
     kinds = {node.type.name for node in state.nodes}
     for kind in ("Sensor", "Emitter"):
@@ -85,7 +84,7 @@ def instantiate(
     Raises:
         InputError: heights that cannot be, or what Mitsuba refuses.
     """
-    mi = _mitsuba()
+    _require_variant()
     heightfield.register()
     state = mi.parser.ParserState(checked.state)
     plate = state.nodes[checked.plate].props
@@ -100,7 +99,7 @@ def instantiate(
     plate["heights"] = mi.TensorXf(samples.astype("float32"))
     plate["halo_rows"], plate["halo_cols"] = halo
     if lights is not None:
-        _drop_lights(mi, state, keep=lights)
+        _drop_lights(state, keep=lights)
         for light in lights:
             state.nodes[light].props.set_id(light_id(light))
     for node in state.nodes:
@@ -109,8 +108,8 @@ def instantiate(
         for key in node.props:
             # Reading marks a property as used; Mitsuba names those that none of its objects uses.
             node.props.mark_queried(key, False)
-    _trust_only(mi)
-    config = _config(mi)
+    _trust_only()
+    config = _config()
     try:
         return mi.parser.instantiate(config, state)
     except FAULTS as error:
@@ -122,29 +121,22 @@ def light_id(node: int) -> str:
     return f"light-{node}"
 
 
-def _mitsuba() -> ModuleType:
-    """Mitsuba with a variant set: parsing needs one, no matter which."""
-    with contextlib.suppress(llvm.LLVMMissing):
-        llvm.prepare()
-    # Only after libLLVM has been chosen: importing Mitsuba loads it.
-    import mitsuba
-
-    if mitsuba.variant() is None:
-        mitsuba.set_variant(WITHOUT_LLVM)
-    module: ModuleType = mitsuba
-    return module
+def _require_variant() -> None:
+    """Set a variant if none is: parsing needs one, no matter which."""
+    if mi.variant() is None:
+        mi.set_variant(WITHOUT_LLVM)
 
 
-def _config(mi: ModuleType) -> Any:
-    config = mi.parser.ParserConfig(mi.variant())
+def _config() -> Any:
+    config = mi.parser.ParserConfig(str(mi.variant()))
     # Plugins in Python hold the interpreter's lock, and merging would make the plate a plain mesh.
     config.parallel = config.merge_meshes = config.merge_equivalent = False
     return config
 
 
-def _parse(mi: ModuleType, path: Path, defines: Mapping[str, str]) -> Any:
-    config = _config(mi)
-    _trust_only(mi, path.resolve().parent)
+def _parse(path: Path, defines: Mapping[str, str]) -> Any:
+    config = _config()
+    _trust_only(path.resolve().parent)
     try:
         state = mi.parser.parse_file(config, str(path.resolve()), **defines)
         mi.parser.transform_upgrade(config, state)
@@ -152,19 +144,20 @@ def _parse(mi: ModuleType, path: Path, defines: Mapping[str, str]) -> Any:
     except FAULTS as error:
         raise InputError(f"{path}: {last_line(error)}") from error
     finally:
-        _trust_only(mi)
+        _trust_only()
     return state
 
 
-def _trust_only(mi: ModuleType, *folders: Path) -> None:
+def _trust_only(*folders: Path) -> None:
     """Let Mitsuba look for files and plugins in these folders and its own, and nowhere else."""
-    resolver = mi.file_resolver()
+    file_resolver: Any = mi.file_resolver
+    resolver = file_resolver()
     resolver.clear()
     for folder in (*folders, Path(str(mi.__file__)).parent):
         resolver.append(str(folder))
 
 
-def _drop_lights(mi: ModuleType, state: Any, keep: Collection[int]) -> None:
+def _drop_lights(state: Any, keep: Collection[int]) -> None:
     dropped = {
         index
         for index, node in enumerate(state.nodes)

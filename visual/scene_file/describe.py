@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from relief.common.errors import InputError
 from relief.common.limits import PATCH_SIDE_MM
+from visual.backend.mitsuba import mi
 from visual.lights.kind import RGB, EmitterShape, Light
 from visual.lights.quadrature import KINDS, kind_of
 from visual.scene_file.parsed import WEIGHT, Camera, CheckedScene, Description, Plate, children
@@ -95,8 +96,6 @@ class _Reader:
 
     def rgb(self, index: int, key: str, default: float) -> RGB | None:
         """A colour, a grey or a constant spectrum as red, green and blue; None for any other spectrum."""
-        import mitsuba as mi
-
         props = self.nodes[index].props
         if key not in props:
             return default, default, default
@@ -245,8 +244,6 @@ class _Reader:
 
 
 def _is_grey_picture(props: Any) -> bool:
-    import mitsuba as mi
-
     if "filename" not in props:
         return False
     formats = mi.Bitmap.PixelFormat

@@ -10,6 +10,7 @@ import numpy as np
 
 from relief.common.errors import InputError
 from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
+from visual.backend.mitsuba import mi
 from visual.backend.ply import check_ply
 from visual.lights.quadrature import KINDS
 from visual.scene_file.bounds import (
@@ -120,8 +121,6 @@ class NodeCheck:
             index: of the node.
             of_value: of a texture, the range of the parameter whose value it is.
         """
-        import mitsuba as mi
-
         plugin, props = self._plugin(index), self.nodes[index].props
         known = plugins(self._kind(index))[plugin]
         if "filename" in known and "filename" not in props:

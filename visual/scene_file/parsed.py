@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from visual.backend.mitsuba import mi
 from visual.lights.kind import RGB, Light
 
 WEIGHT = "weight"
@@ -107,8 +108,6 @@ class Description:
 
 def children(nodes: Any, index: int) -> Iterator[int]:
     """Numbers of the nodes that a node of a parsed scene refers to, in the file's order."""
-    import mitsuba as mi
-
     props = nodes[index].props
     for key in props:
         value = props[key]

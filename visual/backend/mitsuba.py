@@ -1,0 +1,38 @@
+"""Mitsuba (`mi`) and Dr.Jit (`dr`), loaded at their first use, after the choice of libLLVM.
+
+Modules of this package name both at their top: importing one of them loads neither. Attributes are asked of
+Mitsuba each time, because they belong to the variant that is set.
+"""
+
+from contextlib import suppress
+from functools import cached_property
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from visual.backend import llvm
+
+if TYPE_CHECKING:
+    import drjit as dr
+    import mitsuba as mi
+else:
+
+    class _LoadedAtFirstUse:
+        """A module that is imported as soon as one of its attributes is asked for."""
+
+        def __init__(self, name: str) -> None:
+            self._name = name
+
+        @cached_property
+        def _module(self) -> ModuleType:
+            with suppress(llvm.LLVMMissing):
+                # Dr.Jit would take another libLLVM; without any, the scalar variant renders.
+                llvm.prepare()
+            return import_module(self._name)
+
+        def __getattr__(self, attribute: str) -> Any:
+            return getattr(self._module, attribute)
+
+    dr, mi = _LoadedAtFirstUse("drjit"), _LoadedAtFirstUse("mitsuba")
+
+__all__ = ["dr", "mi"]
