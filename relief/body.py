@@ -26,6 +26,17 @@ class Body(NamedTuple):
     vertices: NDArray[np.float64]
     faces: NDArray[np.intp]
 
+    @property
+    def normals(self) -> Array:
+        """(faces, 3) outward normals of the faces, as long as twice their area, mm²."""
+        a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
+        return np.cross(b - a, c - a)
+
+    @property
+    def areas(self) -> Array:
+        """(faces,) areas of the faces, mm²."""
+        return np.asarray(0.5 * np.linalg.norm(self.normals, axis=1))
+
 
 @dataclass(frozen=True)
 class Part:
@@ -66,11 +77,10 @@ def joined(parts: Sequence[Part]) -> Body:
 def stl(body: Body) -> bytes:
     """A body as a binary STL file."""
     triangles = np.zeros(len(body.faces), TRIANGLE)
-    corners = body.vertices[body.faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = body.normals
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     triangles["normal"] = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
-    triangles["corners"] = corners
+    triangles["corners"] = body.vertices[body.faces]
     return b"Retouch".ljust(80) + np.uint32(len(triangles)).tobytes() + triangles.tobytes()
 
 

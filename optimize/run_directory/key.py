@@ -10,6 +10,7 @@ from optimize.settings.run_file import Run, load_run
 from relief.common.errors import InputError
 from relief.common.files import read_limited
 from relief.common.formats import PLATES
+from relief.common.nesting import flattened
 
 SETTINGS = "run.toml"
 RESULT = "result.json"
@@ -93,15 +94,5 @@ def _sound(value: str | float | None) -> bool:
 
 
 def _key(description: Mapping[str, Any]) -> dict[str, Any]:
-    settings = _flat(description["settings"]) | dict(description["sha256"])
+    settings = flattened(description["settings"]) | dict(description["sha256"])
     return {name: value for name, value in settings.items() if name not in NAMES}
-
-
-def _flat(values: Mapping[str, Any], before: str = "") -> dict[str, Any]:
-    """Flatten nested mappings and lists of them; keys and numbers in lists are joined by dots."""
-    flat: dict[str, Any] = {}
-    for name, value in values.items():
-        if isinstance(value, list) and all(isinstance(item, Mapping) for item in value):
-            value = dict(enumerate(value))
-        flat |= _flat(value, f"{before}{name}.") if isinstance(value, Mapping) else {before + name: value}
-    return flat

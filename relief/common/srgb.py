@@ -1,14 +1,11 @@
 """The sRGB curve (IEC 61966-2-1): from linear values to those that a screen shows, and back."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating[Any]]
+from relief.common.arrays import FloatArray
 
 
-def srgb(radiance: Array, white: float) -> Array:
+def srgb(radiance: FloatArray, white: float) -> FloatArray:
     """Values in [0, 1] that a screen shows as the radiance.
 
     Args:
@@ -19,6 +16,6 @@ def srgb(radiance: Array, white: float) -> Array:
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
 
 
-def linear_rgb(shown: Array) -> Array:
+def linear_rgb(shown: FloatArray) -> FloatArray:
     """Linear values in [0, 1] of values that a screen shows, of any shape, the inverse of `srgb`."""
     return np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)

@@ -8,7 +8,7 @@ import numpy as np
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
-from relief.meshes.places import Frame, face_normals, vertex_normals
+from relief.meshes.places import Frame, vertex_normals
 from relief.meshes.raster import rasterise
 
 SAMPLES = 128
@@ -74,7 +74,7 @@ class Cropper:
     def __init__(self, body: Body, samples: int = SAMPLES, fine_mm: float = FINE_MM) -> None:
         self._faces = body.faces
         self._corners = body.vertices[body.faces]
-        self._normals = face_normals(body)
+        self._normals = body.normals
         edges = np.linalg.norm(self._corners - np.roll(self._corners, 1, axis=1), axis=2)
         self._fine = edges.max(axis=1) <= fine_mm
         self._vertex_normals = vertex_normals(body)

@@ -52,26 +52,20 @@ class SurfacePoints:
     area_mm2: float
 
 
-def face_normals(body: Body) -> Array:
-    """(m, 3) normals of faces, as long as twice their area."""
-    a, b, c = np.moveaxis(body.vertices[body.faces], 1, 0)
-    return np.cross(b - a, c - a)
-
-
 def vertex_normals(body: Body) -> Array:
     """(n, 3) unit normals of vertices, the mean over their faces by area."""
-    corners, normals = body.faces.ravel(), np.repeat(face_normals(body), 3, axis=0)
+    corners, normals = body.faces.ravel(), np.repeat(body.normals, 3, axis=0)
     sums = np.stack([np.bincount(corners, along, len(body.vertices)) for along in normals.T], axis=1)
     length = np.linalg.norm(sums, axis=1, keepdims=True)
     return np.asarray(sums / np.where(length == 0.0, 1.0, length))
 
 
-def surface_points(body: Body, seed: int = 0) -> SurfacePoints:
+def surface_points(body: Body) -> SurfacePoints:
     """Points on a body, as many on equal areas, without the side that lies on the printer's bed.
 
     A body that is nothing but that side, which no solid is, keeps it.
     """
-    normals = face_normals(body)
+    normals = body.normals
     double = np.linalg.norm(normals, axis=1)
     units = normals / np.where(double == 0.0, 1.0, double)[:, None]
     highest = body.vertices[body.faces, 2].max(axis=1)
@@ -79,7 +73,7 @@ def surface_points(body: Body, seed: int = 0) -> SurfacePoints:
     weights = np.where(bed, 0.0, double) if not bed.all() else double
     area = 0.5 * float(weights.sum())
     count = int(np.clip(area * POINTS_PER_MM2, FEWEST_POINTS, MOST_POINTS))
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(0)
     # One point in each of `count` equal shares of the area, in the order of the faces.
     shares = (np.arange(count) + random.random(count)) / count
     face = np.searchsorted(np.cumsum(weights) / weights.sum(), shares, side="right").clip(
@@ -142,8 +136,8 @@ def _fitted(points: SurfacePoints, number: int, near: Index) -> Frame:
         if np.count_nonzero(used) < 20:
             break
         terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)[used]
-        found, *_ = np.linalg.lstsq(terms * weights[used, None], z[used] * weights[used], rcond=1e-6)
-        axis = _unit(axis - found[1] * axes[0] - found[2] * axes[1], axis)
+        surface, *_ = np.linalg.lstsq(terms * weights[used, None], z[used] * weights[used], rcond=1e-6)
+        axis = _unit(axis - surface[1] * axes[0] - surface[2] * axes[1], axis)
     return Frame(at, _axes(axis))
 
 

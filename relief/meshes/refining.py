@@ -135,11 +135,5 @@ def expected_faces(body: Body, edge_mm: float, where: NDArray[np.bool_]) -> int:
         edge_mm: Longest edge allowed, mm.
         where: (faces,) triangles that are refined.
     """
-    areas = face_areas(body)
+    areas = body.areas
     return int(len(areas) + np.maximum(areas[where] / (AREA_PER_FACE * edge_mm**2) - 1.0, 0.0).sum())
-
-
-def face_areas(body: Body) -> Array:
-    """Areas of the triangles, (faces,) mm²."""
-    a, b, c = np.moveaxis(body.vertices[body.faces], 1, 0)
-    return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))

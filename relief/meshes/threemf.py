@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
+from relief.body import Body, Part, joined
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
 from relief.meshes.parsed import LARGEST_FILE, Parsed
@@ -84,7 +85,7 @@ class _Bodies:
     def __init__(self, objects: dict[tuple[str, str], Any], path: Path) -> None:
         self._objects, self._path = objects, path
         self._read: dict[tuple[str, str], Solid] = {}
-        self._built: list[Solid] = []
+        self._built: list[Part] = []
         self._faces = self._visited = 0
 
     def add(self, model: str, reference: Any, transform: Array, depth: int) -> None:
@@ -100,9 +101,7 @@ class _Bodies:
             vertices, faces = self._solid(key, element.find("{*}mesh"))
             self._faces += len(faces)
             check_count(self._faces, "faces", self._path)
-            placed = vertices @ transform[:3] + transform[3]
-            # A mirror image turns faces inside out.
-            self._built.append((placed, faces if np.linalg.det(transform[:3]) > 0.0 else faces[:, ::-1]))
+            self._built.append(Part("", Body(vertices, faces), transform))
         for component in element.iterfind("{*}components/{*}component"):
             inner = _transform(component.get("transform"), self._path)
             joined = np.vstack([inner[:3] @ transform[:3], inner[3] @ transform[:3] + transform[3]])
@@ -120,10 +119,8 @@ class _Bodies:
             self._read[key] = (np.array(vertices, dtype=np.float64).reshape(-1, 3), faces)
         return self._read[key]
 
-    def joined(self) -> Solid:
+    def joined(self) -> Body:
         """All bodies as one."""
-        starts = np.cumsum([0, *(len(vertices) for vertices, _ in self._built)])
-        faces = [faces + start for (_, faces), start in zip(self._built, starts, strict=False)]
-        if not faces:
+        if not self._built:
             raise InputError(f"{self._path}: builds nothing: put an object on the plate and save again")
-        return np.concatenate([vertices for vertices, _ in self._built]), np.concatenate(faces)
+        return joined(self._built)

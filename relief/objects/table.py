@@ -38,7 +38,6 @@ def _every_second_link(first: int) -> Region:
 
 
 _RING, _THICK, _WIDE = swept.BRACELET_MM
-_ACROSS = 2.0 * (_RING + _THICK)
 
 OBJECTS: dict[str, BundledObject] = {
     "starfish": BundledObject("starfish that lies flat, about 80 mm wide", smooth.starfish),

@@ -12,7 +12,7 @@ from relief.seam import misfit
 
 
 @dataclass(frozen=True)
-class Plate:
+class RepeatedTile:
     """A tile repeated from its first row and column on.
 
     Attributes:
@@ -35,7 +35,7 @@ class Plate:
         )
 
 
-def repeated(tile: Array, tile_mm: float, plate_mm: float) -> Plate:
+def repeated(tile: Array, tile_mm: float, plate_mm: float) -> RepeatedTile:
     """Repeat a tile over a plate.
 
     Args:
@@ -58,4 +58,4 @@ def repeated(tile: Array, tile_mm: float, plate_mm: float) -> Plate:
         )
     samples = round(plate_mm / tile_mm * side)
     place = np.arange(samples) % side
-    return Plate(tile[np.ix_(place, place)], samples * tile_mm / side, tile_mm, side)
+    return RepeatedTile(tile[np.ix_(place, place)], samples * tile_mm / side, tile_mm, side)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from relief.common.arrays import Array
+from relief.common.arrays import Array, smooth_step
 from relief.common.errors import InputError
 from relief.common.formats import HEIGHT_MAPS
 from relief.heightmap import load_field
@@ -57,12 +57,6 @@ class Points:
     normals: Array
     uv: Array | None
     regions: Regions
-
-
-def smooth_step(share: Array) -> Array:
-    """0 below 0, 1 above 1, and a smooth rise between."""
-    share = np.clip(share, 0.0, 1.0)
-    return np.asarray(share * share * (3.0 - 2.0 * share))
 
 
 def mask_at(text: str, points: Points, falloff_mm: float) -> Array:

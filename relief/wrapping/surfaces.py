@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from relief.body import Body
-from relief.common.arrays import Array
+from relief.common.arrays import Array, smooth_step
 from relief.common.errors import InputError
-from relief.meshes.refining import Refined, expected_faces, face_areas, refined
+from relief.meshes.refining import Refined, expected_faces, refined
 from relief.wrapping.clearance import smooth_normals
 from relief.wrapping.flipping import even_triangles
-from relief.wrapping.masks import Points, Regions, mask_at, smooth_step
+from relief.wrapping.masks import Points, Regions, mask_at
 from relief.wrapping.patches import Layout
 from relief.wrapping.tiles import Tile
 
@@ -95,9 +95,9 @@ class BaseSurface:
     def _vertex_uv(self) -> Array | None:
         if self.uv is None:
             return None
-        found = np.zeros((len(self.body.vertices), 2))
-        found[self.body.faces] = self.uv
-        return found
+        uv = np.zeros((len(self.body.vertices), 2))
+        uv[self.body.faces] = self.uv
+        return uv
 
     def rim(self) -> Array:
         """(n, 3) points on the rim of the bottom, mm, at most `RIM_MM` apart."""
@@ -155,7 +155,7 @@ class FineSurface:
         heights = np.zeros(len(chosen))
         heights[chosen] = tile.blended(*self.layout.at(self.parent[chosen], self.share[chosen]))
         faces = np.flatnonzero(chosen[fine.body.faces].all(axis=1))
-        area = face_areas(Body(fine.body.vertices, fine.body.faces[faces]))
+        area = Body(fine.body.vertices, fine.body.faces[faces]).areas
         missed = np.empty(len(faces))
         for start in range(0, len(faces), FACES_AT_ONCE):
             part = faces[start : start + FACES_AT_ONCE]
@@ -182,8 +182,7 @@ def check_count(count: int, settings: Settings) -> None:
 def _bottom(body: Body) -> NDArray[np.bool_]:
     """(faces,) the lowest triangles that point down, if they have an area."""
     corners = body.vertices[body.faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normal, axis=1)
+    normal, areas = body.normals, body.areas
     lowest = (corners[:, :, 2] <= body.vertices[:, 2].min() + BOTTOM).all(axis=1)
-    flat = lowest & (normal[:, 2] < -0.9999 * length)
-    return np.asarray(flat & (0.5 * length[flat].sum() >= LEAST_BOTTOM_MM2))
+    flat = lowest & (normal[:, 2] < -0.9999 * np.linalg.norm(normal, axis=1))
+    return np.asarray(flat & (areas[flat].sum() >= LEAST_BOTTOM_MM2))

@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from relief.body import Body
 from relief.common.arrays import Array
-from relief.meshes.refining import face_areas
 from relief.wrapping.patches import Layout, singular_values
 
 STRETCH = 0.25
@@ -24,7 +23,7 @@ def by_texture_coordinates(body: Body, uv: Array | None, where: NDArray[np.bool_
     """
     if uv is None:
         return None
-    corners, areas = body.vertices[body.faces], face_areas(body)
+    corners, areas = body.vertices[body.faces], body.areas
     low, high = (np.abs(value) for value in singular_values(corners, uv))
     order = np.argsort(low[where] * high[where])
     middle = np.searchsorted(np.cumsum(areas[where][order]), 0.5 * areas[where].sum())

@@ -10,7 +10,7 @@ from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.progress import say, stage
-from relief.meshes.refining import AREA_PER_FACE, expected_faces, face_areas, refined
+from relief.meshes.refining import AREA_PER_FACE, expected_faces, refined
 from relief.wrapping.clearance import room
 from relief.wrapping.masks import Regions, mask_at
 from relief.wrapping.patches import lay_out
@@ -121,7 +121,7 @@ def wrap(
         offset = height - settings.level * tallest
         moved = offset * textured * surface.of_vertices(factor)
         vertices = fine.body.vertices + moved[:, None] * surface.points.normals
-    areas = face_areas(base.body)
+    areas = base.body.areas
     return Wrapped(
         body=Body(vertices, fine.body.faces),
         original=fine.body,
@@ -155,7 +155,7 @@ def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], s
     edge = settings.edge_mm
     if edge is None:
         others = float(np.count_nonzero(~where))
-        area = float(face_areas(body)[where].sum())
+        area = float(body.areas[where].sum())
         edge = max(pitch, np.sqrt(area / (AREA_PER_FACE * max(settings.faces - others, 1.0))))
     count = expected_faces(body, edge, where)
     if settings.edge_mm is not None:
@@ -167,7 +167,7 @@ def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], s
 
 def _lowered(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float) -> float:
     """Part of the textured area where the relief is lowered. Raises InputError if that is most of it."""
-    areas = face_areas(body)[where]
+    areas = body.areas[where]
     part = float((areas * (factor[body.faces[where]].min(axis=1) < 0.99)).sum() / areas.sum())
     if part > MOST_LOWERED:
         room_mm = float(np.median(factor[body.faces[where]])) * tallest

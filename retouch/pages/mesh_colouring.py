@@ -18,6 +18,7 @@ from relief.meshes.places import vertex_normals
 from retouch.pages.colour_maps import NO_CONTACT, VIRIDIS
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tactile.quantities import ROUGHNESS
+from visual.backend.variants import load_mitsuba
 
 NEIGHBOURS, WIDTH_MM = 8, 2.5
 """Places whose roughness goes into the colour of a vertex, and the width of their weights, mm."""
@@ -88,8 +89,6 @@ def write_coloured(folder: Path, stem: str, feel: MeshFeel, skin: str) -> tuple[
 
 def _view(body: Body, colours: Array, direction: Array) -> Array:
     """(rows, cols, 3) picture in sRGB, 0 to 255, of a body seen from a direction."""
-    from visual.backend.variants import load_mitsuba
-
     mi = load_mitsuba(colour=True)
     low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
     centre, radius = (low + high) / 2, 0.5 * float(np.linalg.norm(high - low))

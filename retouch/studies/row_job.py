@@ -29,6 +29,7 @@ from retouch.studies.records import (
     record_bytes,
     write_failure,
 )
+from visual.backend.variants import few_threads
 
 END_OF_ALL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EIO})
 """Errors of the disk: no other row would fare better, so the study ends, and goes on when they are mended."""
@@ -155,8 +156,6 @@ def _failed(job: RowJob, error: Exception) -> str:
 def _one_thread() -> Iterator[None]:
     """Use one thread for arithmetic, and of Dr.Jit as few as Mitsuba can do with."""
     import torch
-
-    from visual.backend.variants import few_threads
 
     before = torch.get_num_threads()
     torch.set_num_threads(1)

@@ -26,7 +26,7 @@ TICK_S = 0.2
 """Seconds between two looks at the clock."""
 
 
-class Surface(Protocol):
+class Display(Protocol):
     """Where progress is shown."""
 
     def show(self, now: "Shown | None") -> None:
@@ -67,8 +67,8 @@ def followed(callback: Callable[[Progress], None] | None, quiet: bool | None) ->
 
 
 @contextmanager
-def _watched(surface: Surface) -> Iterator[None]:
-    watch = _Watch(surface)
+def _watched(display: Display) -> Iterator[None]:
+    watch = _Watch(display)
     thread = threading.Thread(target=watch.run, name="progress", daemon=True)
     thread.start()
     try:
@@ -77,15 +77,15 @@ def _watched(surface: Surface) -> Iterator[None]:
     finally:
         watch.over.set()
         thread.join()
-        surface.show(None)
+        display.show(None)
 
 
 class _Watch:
     """Listener that knows the stages under way, and shows those that last."""
 
-    def __init__(self, surface: Surface) -> None:
+    def __init__(self, display: Display) -> None:
         self.over = threading.Event()
-        self._surface = surface
+        self._display = display
         # Reentrant: an interrupt may say its line while a stage reports.
         self._lock = threading.RLock()
         self._under_way: list[tuple[Progress, float, int]] = []
@@ -96,25 +96,25 @@ class _Watch:
             known = self._under_way[progress.level :]
             del self._under_way[progress.level :]
             if progress.detail and (not known or progress.detail != known[0][0].detail):
-                self._surface.line(progress.detail + _rest(progress))
+                self._display.line(progress.detail + _rest(progress))
             if not progress.ended:
                 self._count += not known
                 number = known[0][2] if known else self._count
                 self._under_way.append((progress, time.monotonic() - progress.seconds, number))
             elif not self._under_way:
                 # At once, because results may be printed next.
-                self._surface.show(None)
+                self._display.show(None)
 
     def say(self, line: str) -> None:
         with self._lock:
-            self._surface.say(line)
+            self._display.say(line)
 
     def run(self) -> None:
         """Show what is under way until `over` is set."""
         while not self.over.wait(TICK_S):
             # A closed stderr must not end what is being shown.
             with self._lock, suppress(OSError):
-                self._surface.show(self._shown(time.monotonic()))
+                self._display.show(self._shown(time.monotonic()))
 
     def _shown(self, now: float) -> Shown | None:
         lasting = [one for one in self._under_way if now - one[1] >= PATIENCE_S]

@@ -15,7 +15,7 @@ from relief.common.errors import InputError
 from relief.common.files import partial_file
 from relief.common.limits import LARGEST_SIDE
 from surrogate.corpus.optimised import Optimised, checksum, load
-from surrogate.corpus.photographs import FILES, Photograph
+from surrogate.corpus.photographs import FILES
 from surrogate.corpus.recipes import Recipe, heights
 from surrogate.corpus.splits import Split
 from surrogate.families import FAMILIES
@@ -97,15 +97,12 @@ def optimised(folder: Path) -> list[Entry]:
     return [line for line in read_manifest(folder / MANIFEST_FILE) if line.texture.kind == "optimised"]
 
 
-def read(
-    line: Entry, folder: Path, photographs: Mapping[str, Photograph] | None = None
-) -> NDArray[np.float32]:
+def read(line: Entry, folder: Path) -> NDArray[np.float32]:
     """Make or load the heights of an entry, and compare them with its checksum.
 
     Args:
         line: The entry.
         folder: Folder of the manifest.
-        photographs: Pictures by name; by default those of scikit-image.
 
     Returns:
         Heights (samples, samples) in mm.
@@ -117,7 +114,7 @@ def read(
     if isinstance(texture, Optimised):
         name, heights_mm = texture.path, load(folder, texture)
     else:
-        name, heights_mm = f"texture {texture.index}", heights(texture, photographs, samples=line.samples)
+        name, heights_mm = f"texture {texture.index}", heights(texture, samples=line.samples)
     if checksum(heights_mm) != line.sha256:
         raise InputError(f"{folder}: {name}: sha256: the heights are not those of the manifest")
     return heights_mm

@@ -113,11 +113,9 @@ def recipe(
     )
 
 
-def recipes(
-    seed: int, count: int, photographs: Sequence[Photograph] = (), procedural_share: float = PROCEDURAL_SHARE
-) -> Iterator[Recipe]:
+def recipes(seed: int, count: int, photographs: Sequence[Photograph] = ()) -> Iterator[Recipe]:
     """Draw the first ``count`` textures of a corpus, one by one, as `recipe` does."""
-    return (recipe(seed, index, photographs, procedural_share) for index in range(count))
+    return (recipe(seed, index, photographs) for index in range(count))
 
 
 def heights(

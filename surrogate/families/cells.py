@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from relief.common.arrays import smooth_step
 from surrogate.families import fields
 from surrogate.families.fields import Field
 from surrogate.families.grid import Grid
@@ -22,7 +23,7 @@ def leather(rng: np.random.Generator, grid: Grid) -> Field:
     tall = rng.uniform(0.75, 1.0, len(points))[cell]
     folds = fields.scattered(rng, grid, spacing * rng.uniform(3, 5), 0.5, squeeze=squeeze)
     creases, _ = fields.border_distance(folds, x, y, grid.period(squeeze))
-    creased = fields.smoothstep(0.35 + creases / (0.5 * spacing))
+    creased = smooth_step(0.35 + creases / (0.5 * spacing))
     swell = rng.uniform(0.02, 0.15) * fields.smooth_noise(rng, grid, rng.uniform(1.0, 2.0))
     return fields.unit(
         cushions * tall * creased + swell + rng.uniform(0.0, 0.04) * fields.rough_noise(rng, grid, 0.6, 1.0)
@@ -45,7 +46,7 @@ def cracked(rng: np.random.Generator, grid: Grid) -> Field:
     curl = rng.uniform(0.0, 0.3) * np.exp(-distance / (0.2 * spacing))
     shards = fields.scattered(rng, grid, spacing / rng.uniform(2.0, 3.0), 0.5)
     finer, _ = fields.border_distance(shards, x, y, grid.period())
-    hairlines = rng.uniform(0.0, 0.2) * (1 - fields.smoothstep(finer / (0.5 * crack + 0.08)))
+    hairlines = rng.uniform(0.0, 0.2) * (1 - smooth_step(finer / (0.5 * crack + 0.08)))
     grain = rng.uniform(0.0, 0.03) * fields.rough_noise(rng, grid, 1.0, 1.2)
     level = 1 + tilted + curl - hairlines + grain
-    return fields.unit(level * fields.smoothstep((distance - crack / 4) / (crack + 0.08)))
+    return fields.unit(level * smooth_step((distance - crack / 4) / (crack + 0.08)))

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from relief.common.arrays import smooth_step
 from surrogate.families import fields
 from surrogate.families.fields import Field
 from surrogate.families.grid import Grid
@@ -11,9 +12,9 @@ from surrogate.families.grid import Grid
 _SHAPES: tuple[Callable[[Field, Field], Field], ...] = (
     lambda x, y: fields.dome(np.hypot(x, y)),
     lambda x, y: np.maximum(1 - np.hypot(x, y), 0.0),
-    lambda x, y: fields.smoothstep((1 - np.hypot(x, y)) / 0.35),
+    lambda x, y: smooth_step((1 - np.hypot(x, y)) / 0.35),
     lambda x, y: np.maximum(1 - np.maximum(np.abs(x), np.abs(y)), 0.0),
-    lambda x, y: fields.smoothstep((1 - np.maximum(np.abs(x), np.abs(y))) / 0.35),
+    lambda x, y: smooth_step((1 - np.maximum(np.abs(x), np.abs(y))) / 0.35),
     lambda x, y: fields.dome((np.hypot(x, y) - 0.7) / 0.3),
 )
 """Heights in [0, 1] over coordinates in dot radii: dome, cone, disc, pyramid, square stud, ring."""
@@ -47,4 +48,4 @@ def chequer_plate(rng: np.random.Generator, grid: Grid) -> Field:
     flipped = (np.floor(u) + np.floor(v)) % 2 == 1
     du, dv = (u % 1.0 - 0.5) * spacing, (v % 1.0 - 0.5) * spacing
     along, across = fields.turned(np.where(flipped, -dv, du), np.where(flipped, du, dv), np.pi / 4)
-    return fields.unit(fields.smoothstep((1 - (along / length) ** 2 - np.abs(across) / width) / 0.7))
+    return fields.unit(smooth_step((1 - (along / length) ** 2 - np.abs(across) / width) / 0.7))

@@ -80,12 +80,6 @@ def unit(heights: Field) -> Field:
     return (heights - low) / (high - low)
 
 
-def smoothstep(t: ArrayLike) -> Field:
-    """Return 0 below 0, 1 above 1, and a cubic with flat ends between."""
-    t = np.clip(np.asarray(t, dtype=np.float64), 0.0, 1.0)
-    return t * t * (3 - 2 * t)
-
-
 def dome(t: ArrayLike) -> Field:
     """Return half a circle: 1 where t = 0, 0 where \\|t\\| >= 1, vertical at its foot."""
     t = np.asarray(t, dtype=np.float64)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from relief.common.arrays import smooth_step
 from surrogate.families import fields
 from surrogate.families.fields import Field
 from surrogate.families.grid import Grid
@@ -19,7 +20,7 @@ def _ribs(rng: np.random.Generator) -> Callable[[Field], Field]:
         lambda t: 0.5 + 0.5 * np.cos(2 * np.pi * t),
         lambda t: (0.5 + 0.5 * np.cos(2 * np.pi * t)) ** sharpness,
         lambda t: np.where(t < peak, t / peak, (1 - t) / (1 - peak)),
-        lambda t: fields.smoothstep((duty / 2 - np.abs(t - 0.5)) / edge + 0.5),
+        lambda t: smooth_step((duty / 2 - np.abs(t - 0.5)) / edge + 0.5),
         lambda t: fields.dome((t - 0.5) / max(duty, 0.45)),
     ]
     return profiles[rng.integers(len(profiles))]

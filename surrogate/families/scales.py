@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from surrogate.families.fields import Field, any_direction, lattice, log_uniform, smoothstep, unit
+from relief.common.arrays import smooth_step
+from surrogate.families.fields import Field, any_direction, lattice, log_uniform, unit
 from surrogate.families.grid import Grid
 
 
@@ -22,5 +23,5 @@ def scales(rng: np.random.Generator, grid: Grid) -> Field:
         down = (of_row - v) / 2
         rim = 1 - np.abs(across) ** roundness - np.maximum(down, 0.0) ** roundness
         rise = 0.3 + 0.7 * down - arch * across**2 * 0.5
-        heights = np.maximum(heights, rise * smoothstep(rim / 0.25))
+        heights = np.maximum(heights, rise * smooth_step(rim / 0.25))
     return unit(heights)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from relief.common.arrays import smooth_step
 from surrogate.families import fields
 from surrogate.families.fields import Field
 from surrogate.families.grid import Grid
@@ -24,7 +25,7 @@ def terraces(rng: np.random.Generator, grid: Grid) -> Field:
     ground = fields.unit(grounds[rng.integers(len(grounds))]) * levels
     edge = rng.uniform(0.08, 0.3)
     floor = np.floor(ground)
-    stepped = floor + fields.smoothstep((ground - floor - 1 + edge) / edge)
+    stepped = floor + smooth_step((ground - floor - 1 + edge) / edge)
     return fields.unit(stepped + rng.uniform(0.0, 0.25) * ground)
 
 
@@ -54,5 +55,5 @@ def blocks(rng: np.random.Generator, grid: Grid) -> Field:
             inside = np.minimum(wide / 2 - np.abs(across), tall / 2 - np.abs(along))
         else:
             inside = np.minimum(np.minimum(u - left, right - u), np.minimum(v - bottom, top - v))
-        heights += rng.random() * fields.smoothstep(inside / edge + 0.5)
+        heights += rng.random() * smooth_step(inside / edge + 0.5)
     return fields.unit(heights)

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from relief.common.arrays import smooth_step
 from surrogate.families import fields
 from surrogate.families.fields import Field
 from surrogate.families.grid import Grid
@@ -31,7 +32,7 @@ def tiles(rng: np.random.Generator, grid: Grid) -> Field:
     tilt = rng.normal(0.0, rng.uniform(0.0, 0.06), (count, 2))[tile]
     face = level + tilt[..., 0] * np.sin(u) + tilt[..., 1] * np.sin(v)
     rough = rng.uniform(0.0, 0.08) * fields.rough_noise(rng, grid, 1.2, 1.2)
-    return fields.unit((face + rough) * fields.smoothstep((inside - joint / 2) / rounding) + 0.3 * rough)
+    return fields.unit((face + rough) * smooth_step((inside - joint / 2) / rounding) + 0.3 * rough)
 
 
 def _courses(

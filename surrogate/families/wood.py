@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from relief.common.arrays import smooth_step
 from surrogate.families import fields
 from surrogate.families.fields import Field
 from surrogate.families.grid import Grid
@@ -17,9 +18,9 @@ def wood(rng: np.random.Generator, grid: Grid) -> Field:
     rings = rings + rng.uniform(0.2, 0.8) * fields.streaks(rng, grid, 1.0, rng.uniform(2.0, 5.0), angle)
     place = (rings / spacing + 0.25 * fields.smooth_noise(rng, grid, 2.5)) % 1.0
     steep = rng.uniform(0.15, 0.3)
-    ridges = place ** rng.uniform(1.0, 2.5) * (1 - fields.smoothstep((place - 1 + steep) / steep))
+    ridges = place ** rng.uniform(1.0, 2.5) * (1 - smooth_step((place - 1 + steep) / steep))
     fibres = rng.uniform(0.04, 0.15) * fields.streaks(rng, grid, 0.06, rng.uniform(10.0, 25.0), angle)
-    pores = fields.smoothstep((fields.streaks(rng, grid, 0.07, 7.0, angle) - rng.uniform(1.3, 2.2)) / 0.6)
+    pores = smooth_step((fields.streaks(rng, grid, 0.07, 7.0, angle) - rng.uniform(1.3, 2.2)) / 0.6)
     return fields.unit(ridges + fibres - rng.uniform(0.0, 0.5) * pores)
 
 
@@ -44,7 +45,7 @@ def bark(rng: np.random.Generator, grid: Grid) -> Field:
     points = fields.scattered(rng, grid, spacing, rng.uniform(0.4, 0.6), squeeze=longer)
     distance, plate = fields.border_distance(points, u, v, grid.period(longer))
     tall = rng.uniform(0.6, 1.0, len(points))[plate]
-    plates = tall * fields.smoothstep(distance / (spacing * rng.uniform(0.25, 0.5))) ** rng.uniform(0.6, 1.0)
+    plates = tall * smooth_step(distance / (spacing * rng.uniform(0.25, 0.5))) ** rng.uniform(0.6, 1.0)
     rough = fields.streaks(rng, grid, 0.12, rng.uniform(2.0, 5.0), angle)
     rugged = rng.uniform(0.02, 0.08) * rough + rng.uniform(0.01, 0.05) * fields.rough_noise(
         rng, grid, 1.5, 1.2

@@ -1,7 +1,6 @@
 """Checkpoint of a training, one file that is replaced atomically after every epoch, and its curves."""
 
 import json
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
@@ -11,6 +10,7 @@ from pydantic import ConfigDict, Field, TypeAdapter
 
 from relief.common.errors import InputError
 from relief.common.files import write_atomically
+from relief.common.nesting import flattened
 from relief.common.tensors import read_tensors, tensor_bytes
 from surrogate.nets.training import Epoch, Settings, Training
 from surrogate.nets.unet import Shape, UNet
@@ -84,7 +84,7 @@ def load_training(folder: Path, key: TrainingKey) -> Training:
         raise InputError(f"{path}: is longer than {LARGEST_FILE} bytes")
     arrays, text = read_tensors(path)
     header = parse_json(_HEADER, text, f"{path}: training")
-    stored, requested = _flat(asdict(header.begun)), _flat(asdict(key))
+    stored, requested = flattened(asdict(header.begun)), flattened(asdict(key))
     for name, value in requested.items():
         if stored[name] != value:
             raise InputError(f"{path}: {name}: begun with {stored[name]}, cannot resume with {value}")
@@ -99,14 +99,3 @@ def load_training(folder: Path, key: TrainingKey) -> Training:
         if bool((squares < 0).any()):
             raise InputError(f"{path}: second.{name}: is negative; means of squares are not")
     return Training(**parts, epochs=header.epochs)
-
-
-def _flat(values: Mapping[str, object], before: str = "") -> dict[str, object]:
-    """Flatten nested mappings; keys are joined by dots."""
-    flat: dict[str, object] = {}
-    for name, value in values.items():
-        if isinstance(value, Mapping):
-            flat |= _flat(value, f"{before}{name}.")
-        else:
-            flat[before + name] = value
-    return flat

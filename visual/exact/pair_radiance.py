@@ -11,16 +11,13 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.common.arrays import Array, Index
 from visual.exact.shading import Shading, shade, unshadowed
 from visual.geometry.film_samples import PictureSamples
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
 from visual.lights.parallel import ParallelLights
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class PairRadiance(NamedTuple):

@@ -64,24 +64,23 @@ class BsdfTable:
         return BsdfTable(self.values.float())
 
 
-def light_table(bsdf: Any, lights: ParallelLights, entries: int = ENTRIES) -> BsdfTable:
+def light_table(bsdf: Any, lights: ParallelLights) -> BsdfTable:
     """Tabulate a material under each of some parallel lights alone.
 
     Args:
         bsdf: of Mitsuba.
         lights: parallel lights.
-        entries: a side.
     """
-    slope_x, slope_y = _slopes(entries)
+    slope_x, slope_y = _slopes(ENTRIES)
     single = zip(lights.toward, lights.irradiance, strict=True)
     radiance = [
         unshadowed(bsdf, slope_x, slope_y, ParallelLights(toward[None], np.asarray(irradiance)[None]), ABOVE)
         for toward, irradiance in single
     ]
-    return BsdfTable(torch.from_numpy(np.concatenate(radiance).reshape(-1, entries, entries)))
+    return BsdfTable(torch.from_numpy(np.concatenate(radiance).reshape(-1, ENTRIES, ENTRIES)))
 
 
-def ambient_table(bsdf: Any, radiance: NDArray[np.float64], entries: int = AMBIENT_ENTRIES) -> BsdfTable:
+def ambient_table(bsdf: Any, radiance: NDArray[np.float64]) -> BsdfTable:
     """Tabulate a material under an unoccluded sky of constant radiance, down to the horizon.
 
     The sky is a golden-angle spiral of directions, uniform in solid angle.
@@ -89,19 +88,18 @@ def ambient_table(bsdf: Any, radiance: NDArray[np.float64], entries: int = AMBIE
     Args:
         bsdf: of Mitsuba.
         radiance: (3,) red, green and blue.
-        entries: a side.
     """
     index = np.arange(SKY_DIRECTIONS)
     z = (index + 0.5) / SKY_DIRECTIONS
     planar = np.sqrt(1.0 - z * z)
     toward = np.stack((planar * np.cos(GOLDEN_ANGLE * index), planar * np.sin(GOLDEN_ANGLE * index), z), 1)
     share = np.outer(np.full(SKY_DIRECTIONS, 2.0 * np.pi / SKY_DIRECTIONS), radiance)
-    slope_x, slope_y = _slopes(entries)
-    total = np.zeros(entries * entries)
+    slope_x, slope_y = _slopes(AMBIENT_ENTRIES)
+    total = np.zeros(AMBIENT_ENTRIES**2)
     for first in range(0, SKY_DIRECTIONS, BATCH):
         part = slice(first, first + BATCH)
         total += unshadowed(bsdf, slope_x, slope_y, ParallelLights(toward[part], share[part]), ABOVE).sum(0)
-    return BsdfTable(torch.from_numpy(total.reshape(1, entries, entries)))
+    return BsdfTable(torch.from_numpy(total.reshape(1, AMBIENT_ENTRIES, AMBIENT_ENTRIES)))
 
 
 def _slopes(entries: int) -> tuple[Any, Any]:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.common.arrays import Array
 from relief.common.errors import InputError
 from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
 from visual.backend.mitsuba import mi
 from visual.lights.kind import Light
-
-Array = NDArray[np.float64]
 
 
 def environment_picture(light: Light) -> Array:

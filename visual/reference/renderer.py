@@ -68,18 +68,17 @@ class ReferenceRenderer:
         self._single = self._fine.thinned(1)
         self._share = pixel_shares(self._plate, self._fine.samples)
 
-    def parallel_pictures(self, heights: Array, toward: Array, irradiance: float = np.pi) -> Array:
-        """Pictures under each of some parallel lights alone.
+    def parallel_pictures(self, heights: Array, toward: Array) -> Array:
+        """Pictures under each of some parallel lights alone, of irradiance pi on a plane that faces it.
 
         Args:
             heights: (rows, cols) mm.
             toward: (lights, 3) unit vectors toward the lights.
-            irradiance: on a plane that faces the light.
 
         Returns:
             (lights, rows, cols) radiance.
         """
-        lights = ParallelLights(toward, np.full(len(toward), irradiance))
+        lights = ParallelLights(toward, np.full(len(toward), np.pi))
         mesh = self._place(heights)
         radiance = unshadowed(self._bsdf, *mesh.slopes, lights, self._camera.toward(mesh.centres))[
             :, self._coarse.samples.pair_face
