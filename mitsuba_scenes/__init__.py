@@ -27,11 +27,11 @@ def bundled(name: str | os.PathLike[str], *suffixes: str) -> Path | None:
     for file in _files(suffixes):
         names.setdefault(file.name, file)
         names.setdefault(file.stem, file)
-    found = names.get(name)
-    if found is not None and name != found.name:
+    bundled = names.get(name)
+    if bundled is not None and name != bundled.name:
         for own in filter(os.path.isfile, (name + suffix for suffix in suffixes)):
-            _log.warning("%s: the %s that comes with Retouch, not the %s here", name, found.name, own)
-    return found
+            _log.warning("%s: the %s that comes with Retouch, not the %s here", name, bundled.name, own)
+    return bundled
 
 
 def find_file(path: str | os.PathLike[str], *suffixes: str) -> Path:

@@ -42,7 +42,7 @@ def load_map(path: str | os.PathLike[str], surface: Surface) -> tuple[Array, boo
     if not np.isfinite(values).all():
         raise InputError(f"{path}: {np.count_nonzero(~np.isfinite(values))} values are not finite")
     sizes = zip(shape, values.shape, strict=True)
-    nearest = (((np.arange(n) + 0.5) * (given / n)).astype(int) for n, given in sizes)
+    nearest = (((np.arange(n) + 0.5) * (stored / n)).astype(int) for n, stored in sizes)
     return values[np.ix_(*nearest)], not holds_mm(path)
 
 

@@ -17,9 +17,7 @@ from PIL import Image
 from relief.common.arrays import Array
 from relief.common.errors import InputError, PictureError
 from relief.common.lengths import HEADER, lengths_of, shown
-from relief.common.limits import (
-    LARGEST_SIDE,
-)
+from relief.common.limits import LARGEST_SIDE
 
 LARGEST_FIELD_SIDE = 8192
 """Most samples a side of a picture that textures are cut from."""

@@ -66,10 +66,10 @@ def check_seams(heights: ArrayLike, repeats: tuple[bool, bool], name: object) ->
     """
     sentence = misfit(heights, repeats)
     if sentence is not None:
-        told = f"{name}: repeats: {sentence}; make a tile of it with: "
+        refusal = f"{name}: repeats: {sentence}; make a tile of it with: "
         path = Path(str(name))
         # In the working directory: the height map may lie among those of the package.
         out = f"{path.stem}-tile.png"
-        for_python = f"{told}retouch.prepare({str(path)!r}, tile='auto').save({out!r})"
-        for_command = f"{told}retouch prepare {shlex.quote(str(path))} -o {shlex.quote(out)} --tile"
+        for_python = f"{refusal}retouch.prepare({str(path)!r}, tile='auto').save({out!r})"
+        for_command = f"{refusal}retouch prepare {shlex.quote(str(path))} -o {shlex.quote(out)} --tile"
         raise InputError(for_python, for_command)

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
 from optimize.descent.correction import CorrectionState, OuterIteration
@@ -18,13 +17,12 @@ from optimize.descent.targets import Target, Targets
 from optimize.run_directory.key import CHANGEABLE, run_key
 from optimize.settings.run_file import Run
 from optimize.settings.toml_files import NotNegative, Positive
+from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.files import write_atomically
 from relief.common.limits import DEEPEST_RELIEF_MM
 from relief.common.tensors import read_tensors, tensor_bytes
 from tactile.quantities import QUANTITIES
-
-Array = NDArray[np.float64]
 
 FILE = Path("checkpoint") / "descent.safetensors"
 

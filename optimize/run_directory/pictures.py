@@ -4,17 +4,13 @@ import itertools
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.common.arrays import FloatArray
 from relief.common.files import partial_folder
 from relief.common.srgb import srgb
 from relief.heightmap import write_exr
-
-Array = NDArray[np.floating[Any]]
-
 
 LONGEST_NAME = 48
 """Most characters of a file name without its endings: four bytes each still fit into 255 bytes."""
@@ -36,7 +32,7 @@ def file_names(conditions: Sequence[str]) -> list[str]:
 
 
 def write_pictures(
-    folder: Path, conditions: Sequence[str], pictures: Array, white: float, suffix: str = ""
+    folder: Path, conditions: Sequence[str], pictures: FloatArray, white: float, suffix: str = ""
 ) -> list[Path]:
     """Write each picture as `<condition>[-suffix].exr` (radiance, float32) and `.png` (sRGB, `white` is 255).
 
@@ -64,7 +60,7 @@ def write_pictures(
     return [folder / name for name in names]
 
 
-def _write_png(path: Path, shown: Array) -> None:
+def _write_png(path: Path, shown: FloatArray) -> None:
     from PIL import Image
 
     Image.fromarray(np.rint(shown * 255.0).astype(np.uint8)).save(path)

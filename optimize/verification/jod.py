@@ -11,12 +11,10 @@ from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relief.common.arrays import FloatArray
 from relief.common.errors import InputError
 from relief.common.srgb import srgb
-
-Array = NDArray[np.floating[Any]]
 
 IDENTICAL = 10.0
 """JOD of a picture and itself."""
@@ -32,7 +30,7 @@ def jod_obstacle() -> str | None:
     return INSTALL if find_spec(PACKAGE) is None else None
 
 
-def jod(before: Array, after: Array, white: float, pixels_per_degree: float) -> float:
+def jod(before: FloatArray, after: FloatArray, white: float, pixels_per_degree: float) -> float:
     """JOD of two pictures as displayed, at most 10.
 
     Args:

@@ -11,27 +11,27 @@ from numpy.typing import NDArray
 from optimize.verification.converged import Known
 from optimize.verification.jod import jod
 from optimize.verification.picture_change import change
+from relief.common.arrays import FloatArray
 from relief.common.limits import EYE_DISTANCE_CM
 from relief.common.progress import stage
 from relief.common.srgb import srgb
 from visual.noise import Batches
 from visual.scene import Scene
 
-Array = NDArray[np.floating[Any]]
 Weights = NDArray[np.float64]
 
 
-def mean_change(before: Array, after: Array, weights: Array | float = 1.0) -> float:
+def mean_change(before: FloatArray, after: FloatArray, weights: FloatArray | float = 1.0) -> float:
     """Mean absolute difference of arrays of one shape, in their unit, by weights with mean 1."""
     return float((weights * np.abs(after - before)).mean())
 
 
-def rms_change(before: Array, after: Array, weights: Array | float = 1.0) -> float:
+def rms_change(before: FloatArray, after: FloatArray, weights: FloatArray | float = 1.0) -> float:
     """Root mean square difference of arrays of one shape, in their unit, by weights with mean 1."""
     return float(np.sqrt((weights * np.square(after - before)).mean()))
 
 
-def dssim(before: Array, after: Array, white: float) -> float:
+def dssim(before: FloatArray, after: FloatArray, white: float) -> float:
     """Structural dissimilarity (1 - SSIM) / 2 of two pictures as displayed (Wang et al. 2004), in [0, 1].
 
     Args:
@@ -54,7 +54,7 @@ def pixels_per_degree(pixels_per_mm: float, distance_cm: float) -> float:
     return pixels_per_mm * 20.0 * distance_cm * math.tan(math.radians(0.5))
 
 
-def flip(before: Array, after: Array, white: float, pixels_per_degree: float) -> float:
+def flip(before: FloatArray, after: FloatArray, white: float, pixels_per_degree: float) -> float:
     """Mean FLIP difference of two pictures as displayed (Andersson et al. 2020), in [0, 1].
 
     Args:
@@ -144,7 +144,9 @@ def look(
     }
 
 
-def less_noise(difference: Callable[[Array, Array], float], before: Array, after: Array) -> float:
+def less_noise(
+    difference: Callable[[FloatArray, FloatArray], float], before: FloatArray, after: FloatArray
+) -> float:
     """A difference of two mean pictures, less the part of the noise that falls as 1 over the samples.
 
     Half of the batches have twice the noise's square, so that twice the difference by all less that by half

@@ -11,6 +11,8 @@ Index = NDArray[np.int64]
 """Array of numbers of things: faces, vertices, pixels, height samples."""
 FloatArray = NDArray[np.floating[Any]]
 """Array of floating-point numbers of any precision."""
+AnyArray = NDArray[Any]
+"""Array of any type."""
 
 
 def smooth_step(t: ArrayLike) -> Array:

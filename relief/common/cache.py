@@ -43,7 +43,7 @@ def fingerprint(module: str) -> str:
         name = waiting.pop()
         if name not in sources and (spec := find_spec(name)) is not None and spec.origin is not None:
             sources[name] = Path(spec.origin).read_text(encoding="utf-8")
-            waiting += [found for found in _IMPORT.findall(sources[name]) if found.startswith(package)]
+            waiting += [each for each in _IMPORT.findall(sources[name]) if each.startswith(package)]
     return hashlib.sha256(json.dumps(sources, sort_keys=True).encode()).hexdigest()
 
 
@@ -67,15 +67,15 @@ def cached(
     """
     text = json.dumps(dict(key), sort_keys=True)
     path = cache_folder() / f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.safetensors"
-    found = _read(path, kind, text, layout)
-    if found is not None:
-        return found
+    stored = _read(path, kind, text, layout)
+    if stored is not None:
+        return stored
     with ExitStack() as stack:
         with suppress(OSError, ImportError):
             stack.enter_context(_one_builder(path.parent))
-        found = _read(path, kind, text, layout)
-        if found is not None:
-            return found
+        stored = _read(path, kind, text, layout)
+        if stored is not None:
+            return stored
         _log.info("%s: not in the cache, is built", kind)
         arrays = build()
         with suppress(OSError):
@@ -128,7 +128,7 @@ def _has_layout(arrays: Arrays, layout: Layout) -> bool:
     for name, (shape, kind) in layout.items():
         array = arrays[name]
         lengths = zip(array.shape, shape, strict=False)
-        if array.ndim != len(shape) or any(length not in (found, -1) for found, length in lengths):
+        if array.ndim != len(shape) or any(length not in (wanted, -1) for wanted, length in lengths):
             return False
         if array.dtype != np.dtype(kind):
             return False

@@ -39,11 +39,11 @@ def self_intersections(body: Body) -> int:
     faces = np.asarray(body.faces)
     corners = body.vertices[faces]
     first, second = _overlapping(corners)
-    found = 0
+    crossings = 0
     for start in range(0, len(first), PAIRS):
         part = slice(start, start + PAIRS)
-        found += int(np.count_nonzero(_meet(body.vertices, faces[first[part]], faces[second[part]])))
-    return found
+        crossings += int(np.count_nonzero(_meet(body.vertices, faces[first[part]], faces[second[part]])))
+    return crossings
 
 
 def _overlapping(corners: Array) -> tuple[Index, Index]:

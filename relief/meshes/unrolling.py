@@ -74,8 +74,8 @@ class Unroller:
         flat[numbers] = solver.compute_log_map(start) @ basis
         flat[numbers[np.linalg.norm(flat[numbers], axis=1) > REACH_MM]] = np.nan
         # Coordinates are worked out only where there are any: a textured mesh may have a million faces.
-        known = np.isfinite(flat).all(axis=1)[self.object.faces].all(axis=1)
-        kept = known[self._face][self._textured.faces].all(axis=1)
+        mapped = np.isfinite(flat).all(axis=1)[self.object.faces].all(axis=1)
+        kept = mapped[self._face][self._textured.faces].all(axis=1)
         used, inverse = np.unique(self._textured.faces[kept], return_inverse=True)
         at = np.einsum("nc,ncd->nd", self._shares[used], flat[self.object.faces[self._face[used]]])
         return Body(np.column_stack([at, self._heights[used]]), inverse.reshape(-1, 3))
@@ -106,10 +106,10 @@ def feet(points: Array, body: Body) -> tuple[Index, Array]:
     best = np.full(len(points), np.inf)
     face, shares = np.zeros(len(points), dtype=np.int64), np.zeros((len(points), 3))
     for candidate in near.T:
-        found = _nearest(points, corners[candidate])
-        distance = np.linalg.norm(np.einsum("nc,ncd->nd", found, corners[candidate]) - points, axis=1)
+        nearest = _nearest(points, corners[candidate])
+        distance = np.linalg.norm(np.einsum("nc,ncd->nd", nearest, corners[candidate]) - points, axis=1)
         closer = distance < best
-        best[closer], face[closer], shares[closer] = distance[closer], candidate[closer], found[closer]
+        best[closer], face[closer], shares[closer] = distance[closer], candidate[closer], nearest[closer]
     return face, shares
 
 

@@ -119,16 +119,14 @@ def prepare(
     path = Path(path)
     with naming(path):
         wanted = FULL if levels is None else Levels.read(levels)
-        for key, value, known in (("grey", grey, tuple(GREYS)), ("tile", tile, (None, AUTO, *METHODS))):
-            if value not in known:
-                raise InputError(
-                    f"{key}: {value!r} is not one of {', '.join(name for name in known if name)}"
-                )
+        for key, value, names in (("grey", grey, tuple(GREYS)), ("tile", tile, (None, AUTO, *METHODS))):
+            if value not in names:
+                raise InputError(f"{key}: {value!r} is not one of {', '.join(filter(None, names))}")
         asked = {"size_mm": size_mm, "relief_mm": relief_mm}
-        given = {key: in_range(key, length) for key, length in asked.items() if length is not None}
+        checked = {key: in_range(key, length) for key, length in asked.items() if length is not None}
     with stage(f"reading {path}"):
         picture = open_picture(path)
-    lengths = dict(picture.lengths) | given
+    lengths = dict(picture.lengths) | checked
     if picture.bits is None and relief_mm is None:
         lengths.pop("relief_mm", None)
     elif "relief_mm" in picture.lengths and relief_mm is None and levels is None:
@@ -203,8 +201,7 @@ class _Work:
         self, values: NDArray[np.float32], samples: int | None, keep_steps: bool, tile: str | None
     ) -> Array:
         """The values at the samples of the height map, without steps, periodic if asked for."""
-        side = float(len(values))
-        reach = 1.0
+        side, reach = float(len(values)), 1.0
         if tile is not None:
             with stage("looking for a period"):
                 side *= period(resampled(values, min(len(values), PERIOD_SIDE)))
@@ -233,16 +230,16 @@ class _Work:
         if tile is None:
             return heights
         with stage("joining the borders"):
-            made = make_tile(heights, samples, None if tile == AUTO else tile)
-        error, other = (f"{100.0 * made.seam_errors[name]:.1f} %" for name in (made.method, made.other))
+            joint = make_tile(heights, samples, None if tile == AUTO else tile)
+        error, other = (f"{100.0 * joint.seam_errors[name]:.1f} %" for name in (joint.method, joint.other))
         self.done["tile"] = (
-            f"{made.method}, {self.side:.0f} x {self.side:.0f} pixels repeat; seam error {error} "
-            f"({made.other}: {other}); steps across the border {made.border_ratio:.2f} times those inside; "
-            f"heights differ from the picture's by {100.0 * made.histogram_change:.1f} % of their range"
+            f"{joint.method}, {self.side:.0f} x {self.side:.0f} pixels repeat; seam error {error} "
+            f"({joint.other}: {other}); steps across the border {joint.border_ratio:.2f} times those inside; "
+            f"heights differ from the picture's by {100.0 * joint.histogram_change:.1f} % of their range"
         )
-        told = ("method", "seam_errors", "border_ratio", "histogram_change")
-        self.numbers["tile"] = {name: getattr(made, name) for name in told} | {"pixels": self.side}
-        return made.heights
+        kept = ("method", "seam_errors", "border_ratio", "histogram_change")
+        self.numbers["tile"] = {name: getattr(joint, name) for name in kept} | {"pixels": self.side}
+        return joint.heights
 
     def _smoothed(self, heights: Array, step: float) -> Array:
         smooth = smooth_steps(heights, step)

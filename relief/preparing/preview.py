@@ -47,13 +47,13 @@ def preview(prepared: Prepared, figures: Sequence[tuple[str, str]] = ()) -> byte
     span = float(np.ptp(prepared.heights)) or 1.0
     unit = 1.0 if prepared.relief_mm is not None else ASSUMED_SLOPE * size_mm / span
     heights = (prepared.heights - prepared.heights.min()) * unit
-    known = prepared.relief_mm is not None
+    in_mm = prepared.relief_mm is not None
     light = f"{repeats} x {repeats} repeats under raking light" if tile else "under raking light"
     panels = [
         ("picture, and the square that was taken", _picture(prepared)),
         ("height map, white is high", _grey(heights)),
         (
-            light if known else f"{light}, relief assumed",
+            light if in_mm else f"{light}, relief assumed",
             _shaded(np.tile(heights, (repeats, repeats)), repeats * size_mm),
         ),
     ]
@@ -66,7 +66,7 @@ def preview(prepared: Prepared, figures: Sequence[tuple[str, str]] = ()) -> byte
         draw.text((x, y), label, FAINT, _font(17))
         sheet.paste(panel, (x, y + 28))
     y += 28 + PANEL + GAP
-    y = _profile(draw, y, heights, size_mm, known)
+    y = _profile(draw, y, heights, size_mm, in_mm)
     y = _figures(draw, y, figures)
     for subject, text in lines:
         draw.text((MARGIN, y), subject, FAINT, _font(17))
@@ -144,7 +144,7 @@ def _shaded(heights: Array, size_mm: float) -> Image.Image:
     return Image.fromarray(np.rint(colour).astype(np.uint8))
 
 
-def _profile(draw: ImageDraw.ImageDraw, y: int, heights: Array, size_mm: float, known: bool) -> int:
+def _profile(draw: ImageDraw.ImageDraw, y: int, heights: Array, size_mm: float, in_mm: bool) -> int:
     """Draw a section through the middle row, to scale; returns where the next thing goes."""
     across = WIDTH - 2 * MARGIN
     scale = min(across / size_mm, PROFILE_HEIGHT / (heights.max() or 1.0))
@@ -152,7 +152,7 @@ def _profile(draw: ImageDraw.ImageDraw, y: int, heights: Array, size_mm: float, 
     at = MARGIN + scale * size_mm * (np.arange(len(row)) + 0.5) / len(row)
     foot = y + 26 + round(scale * heights.max())
     said = f"section through the middle, to scale, {size_mm:g} mm wide"
-    draw.text((MARGIN, y), said if known else "section through the middle, relief assumed", FAINT, _font(17))
+    draw.text((MARGIN, y), said if in_mm else "section through the middle, relief assumed", FAINT, _font(17))
     outline = [*zip(at.tolist(), (foot - scale * row).tolist(), strict=True)]
     draw.polygon([(at[0], foot + 14), *outline, (at[-1], foot + 14)], fill=(226, 218, 204))
     draw.line(outline, fill=INK, width=2)

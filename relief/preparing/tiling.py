@@ -218,11 +218,11 @@ def _seam_error(tile: Array, texture: Array, seam: NDArray[np.bool_]) -> float:
     row, col = np.nonzero(seam)
     errors = []
     for lag in LAGS:
-        made: list[Array] = []
+        at_seam: list[Array] = []
         own: list[Array] = []
         for down, right in ((lag, 0), (0, lag)):
             ahead = tile[(row + down) % samples, (col + right) % samples]
-            made.append(np.abs(ahead - tile[row, col]))
+            at_seam.append(np.abs(ahead - tile[row, col]))
             for below in (0, samples):
                 for beside in (0, samples):
                     r, c = row + below, col + beside
@@ -230,6 +230,6 @@ def _seam_error(tile: Array, texture: Array, seam: NDArray[np.bool_]) -> float:
                     r, c = r[inside], c[inside]
                     own.append(np.abs(texture[r + down, c + right] - texture[r, c]))
         usual = np.mean([np.abs(part[lag:] - part[:-lag]).mean() for part in (texture, texture.T)])
-        error = scipy.stats.wasserstein_distance(np.concatenate(made), np.concatenate(own))
+        error = scipy.stats.wasserstein_distance(np.concatenate(at_seam), np.concatenate(own))
         errors.append(error / (usual or 1.0))
     return float(seam.mean() * np.mean(errors))

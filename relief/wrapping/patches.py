@@ -110,9 +110,9 @@ class _Cover:
         open_ = needed & (self.best > 1.0) & ~self.tried
         if not open_.any():
             return None
-        known = np.flatnonzero(open_ & np.isfinite(self.best))
-        if len(known):
-            return int(known[np.argmax(self.best[known])])
+        reached = np.flatnonzero(open_ & np.isfinite(self.best))
+        if len(reached):
+            return int(reached[np.argmax(self.best[reached])])
         candidates = np.flatnonzero(open_)
         return int(candidates[np.argmax(self.body.vertices[candidates, 2])])
 
@@ -214,8 +214,8 @@ class _Cover:
         total = weight_of.sum(axis=1, keepdims=True)
         weight_of = np.divide(weight_of, total, out=np.zeros_like(weight_of), where=total > 0.0)
         leading = np.argmax(weight_of.sum(axis=2), axis=1)
-        known = patch_of[np.arange(count), leading] >= 0
-        stretch[known] = stretches(self.body.vertices[faces[known]], uv_of[np.arange(count), leading][known])
+        laid = patch_of[np.arange(count), leading] >= 0
+        stretch[laid] = stretches(self.body.vertices[faces[laid]], uv_of[np.arange(count), leading][laid])
         return Layout(patch_of, uv_of, weight_of, stretch, len(self.patches))
 
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from relief.common.arrays import FloatArray
 from relief.common.srgb import srgb
 from relief.shading import facing
 
-Array = NDArray[np.floating]
 Table = NDArray[np.uint8]
 
 
@@ -42,7 +42,7 @@ NO_CONTACT = (0xDD, 0xDA, 0xD4)
 """Colour of pixels without pressure: a grey that no pressure has."""
 
 
-def picture_uri(radiance: Array, white: float, side: int) -> str:
+def picture_uri(radiance: FloatArray, white: float, side: int) -> str:
     """A picture of linear radiance, at most `side` pixels long; `white` is full white.
 
     Args:
@@ -53,12 +53,12 @@ def picture_uri(radiance: Array, white: float, side: int) -> str:
     return _png(srgb(small.squeeze(-1) if radiance.ndim == 2 else small, white) * 255.0, GREY)
 
 
-def map_uri(values: Array, low: float, high: float, table: Table, side: int) -> str:
+def map_uri(values: FloatArray, low: float, high: float, table: Table, side: int) -> str:
     """A map (rows, cols) in the colours of a table from `low` to `high`, at most `side` pixels long."""
     return _png((shrunk(values, side) - low) / (high - low) * 255.0, table)
 
 
-def contact_uri(pressure: Array, high: float, side: int) -> str:
+def contact_uri(pressure: FloatArray, high: float, side: int) -> str:
     """A map (rows, cols) of pressure from 0 to `high`, with pixels without pressure in grey."""
     table = YELLOW_BLUE.copy()
     table[0] = NO_CONTACT
@@ -66,12 +66,12 @@ def contact_uri(pressure: Array, high: float, side: int) -> str:
     return _png(np.where(small > 0.0, 1.0 + small / high * 254.0, 0.0), table)
 
 
-def hillshade(heights: Array, size_mm: float) -> Array:
+def hillshade(heights: FloatArray, size_mm: float) -> FloatArray:
     """Lambert shading in [0, 1] of heights, mm, both (rows, cols); light from the top left, 45 degrees up."""
     return np.clip(facing(heights, size_mm, 135.0, 45.0), 0.0, 1.0)
 
 
-def shrunk(values: Array, side: int) -> Array:
+def shrunk(values: FloatArray, side: int) -> FloatArray:
     """An array (rows, cols) averaged down to at most `side` pixels a side; a smaller one is unchanged."""
     rows, cols = values.shape
     scale = side / max(rows, cols)
@@ -87,7 +87,7 @@ def bar_uri(table: Table) -> str:
     return _png(np.arange(256.0)[None, :], table)
 
 
-def _png(indices: Array, table: Table) -> str:
+def _png(indices: FloatArray, table: Table) -> str:
     image = Image.fromarray(np.clip(indices.round(), 0, 255).astype(np.uint8))
     if table is not GREY:
         image.putpalette(table.tobytes())

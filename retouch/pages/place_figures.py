@@ -8,12 +8,11 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
+from relief.common.arrays import Array
 from relief.common.formatting import number
 from retouch.pages import colour_maps, svg
 from retouch.pages.content import Report
 from tactile.jnd import ROUGHNESS_JND
-
-Array = NDArray[np.float64]
 
 LEAST_LIMIT_JND = 0.25
 """Least end of the scale of distances from the target, just-noticeable differences: what is met."""

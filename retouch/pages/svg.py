@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
-from numpy.typing import NDArray
 
+from relief.common.arrays import FloatArray
 from retouch.pages.colour_maps import Table, bar_uri
 
-Array = NDArray[np.floating]
 Range = tuple[float, float]
 """Low and high end."""
 
@@ -222,7 +221,7 @@ class Profile:
         size_mm: side of the plate.
     """
 
-    heights: Array
+    heights: FloatArray
     size_mm: float
 
     def path(self, row: int, top_mm: float) -> str:

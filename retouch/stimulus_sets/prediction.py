@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
+
+from relief.common.arrays import Array
 
 CONTACT_JND = 1.4
 """Ratio of two contact areas that is one just-noticeable difference of coldness."""
@@ -21,8 +22,6 @@ GRID_STEP_JND, GRID_REACH_JND = 0.01, 6.0
 """Grid of the integrals of `sorted_right`: step, and reach beyond the outermost plates; 8 noises."""
 SORTS, SEED = 20_000, 0
 """Simulated sorts of `far_discrepancy`, and the seed of their noise."""
-
-Array = NDArray[np.float64]
 
 
 def probability(jnd: float) -> float:

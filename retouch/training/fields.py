@@ -6,17 +6,16 @@ from typing import Any, Literal
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 import mitsuba_scenes
 import tactile
 from relief.relief import Relief
+from relief.common.arrays import AnyArray
 from visual.backend.plate import plate_bsdf
 from visual.reference.renderer import ReferenceRenderer
 from visual.scene import Scene
 from visual.scene_file.check import check_scene
 
-Array = NDArray[Any]
 LightRule = Literal["studio", "random"]
 
 STUDIO = Path(str(mitsuba_scenes.__file__)).with_name("studio.xml")
@@ -32,8 +31,8 @@ BATCH = 16
 
 
 def touch_fields(
-    heights: Array, size_mm: float, skin: tactile.Skin, model: Literal["layer", "fem"]
-) -> dict[str, Array]:
+    heights: AnyArray, size_mm: float, skin: tactile.Skin, model: Literal["layer", "fem"]
+) -> dict[str, AnyArray]:
     """Press the skin on reliefs, in double precision.
 
     Args:
@@ -50,7 +49,7 @@ def touch_fields(
         tactile.ContactError: A contact did not converge.
         tactile.InputError: Some heights are not finite.
     """
-    parts: list[dict[str, Array]] = []
+    parts: list[dict[str, AnyArray]] = []
     for first in range(0, len(heights), BATCH):
         batch = torch.as_tensor(np.asarray(heights[first : first + BATCH], dtype=np.float64))
         touch = tactile.press(batch, size_mm, skin, model)
@@ -68,7 +67,7 @@ def touch_fields(
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def picture_fields(heights: Array, toward: Array, strata: int, seed: int) -> dict[str, Array]:
+def picture_fields(heights: AnyArray, toward: AnyArray, strata: int, seed: int) -> dict[str, AnyArray]:
     """Compute pictures of one relief in the studio's material, from above, a pixel at each sample.
 
     Light is linear: the picture under several lights is the sum of these pictures, each times its strength.
@@ -91,7 +90,7 @@ def picture_fields(heights: Array, toward: Array, strata: int, seed: int) -> dic
     }
 
 
-def light_directions(rule: LightRule, count: int, seed: int) -> Array:
+def light_directions(rule: LightRule, count: int, seed: int) -> AnyArray:
     """Return unit vectors (count, 3) toward parallel lights.
 
     Args:

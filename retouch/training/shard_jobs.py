@@ -13,6 +13,7 @@ import torch
 from numpy.typing import NDArray
 
 import tactile
+from relief.common.arrays import AnyArray
 from relief.common.errors import InputError
 from retouch.training.fields import VARIANT, light_directions, picture_fields, touch_fields
 from surrogate.corpus import recipes as corpus
@@ -24,8 +25,6 @@ from surrogate.data.shard import Failure, Row, layout, shard_bytes
 from visual.backend import llvm
 from visual.backend.mitsuba import dr
 from visual.backend.variants import load_mitsuba
-
-Array = NDArray[Any]
 
 PACKAGES = ("retouch", "mitsuba", "drjit", "torch", "numpy", "scipy", "scikit-image", "pillow")
 """Packages that the values of fields depend on."""
@@ -88,14 +87,14 @@ def run_shard(job: ShardJob) -> bytes:
 def _run(job: ShardJob) -> bytes:
     request = job.request
     places = request.places(job.number)
-    heights_of: dict[int, Array] = {}
+    heights_of: dict[int, AnyArray] = {}
     reasons: dict[int, str] = {}
     for place, texture in zip(places, job.textures, strict=True):
         try:
             heights_of[place] = _heights(job, place, texture)
         except _NoFieldsError as error:
             reasons[place] = str(error)
-    fields: dict[int, dict[str, Array]] = {}
+    fields: dict[int, dict[str, AnyArray]] = {}
     try:
         fields = dict(zip(heights_of, _fields(request, list(heights_of.values())), strict=True))
     except _NoFieldsError:
@@ -115,8 +114,8 @@ def _run(job: ShardJob) -> bytes:
     return shard_bytes(request, job.number, rows, failures, tensors)
 
 
-def _heights(job: ShardJob, place: int, texture: Recipe | Optimised) -> Array:
-    heights: Array | str | None = job.local_heights.get(place)
+def _heights(job: ShardJob, place: int, texture: Recipe | Optimised) -> AnyArray:
+    heights: AnyArray | str | None = job.local_heights.get(place)
     if heights is None:
         assert isinstance(texture, Recipe)
         try:
@@ -130,9 +129,9 @@ def _heights(job: ShardJob, place: int, texture: Recipe | Optimised) -> Array:
     return heights
 
 
-def _fields(request: DatasetRequest, heights: list[Array]) -> list[dict[str, Array]]:
+def _fields(request: DatasetRequest, heights: list[AnyArray]) -> list[dict[str, AnyArray]]:
     """Compute every tensor of the layout for some reliefs; _NoFieldsError if one of them has none."""
-    each: list[dict[str, Array]] = [{"heights": relief} for relief in heights]
+    each: list[dict[str, AnyArray]] = [{"heights": relief} for relief in heights]
     if request.touch != "none" and each:
         touch = _touch_fields(request, np.stack(heights))
         for number, fields in enumerate(each):
@@ -147,7 +146,7 @@ def _fields(request: DatasetRequest, heights: list[Array]) -> list[dict[str, Arr
     return each
 
 
-def _touch_fields(request: DatasetRequest, heights: Array) -> dict[str, Array]:
+def _touch_fields(request: DatasetRequest, heights: AnyArray) -> dict[str, AnyArray]:
     assert request.touch != "none"
     parameters: dict[str, Any] = dict(request.skin)
     try:
@@ -156,7 +155,7 @@ def _touch_fields(request: DatasetRequest, heights: Array) -> dict[str, Array]:
         raise _NoFieldsError(f"touch: {error}") from error
 
 
-def _light_fields(request: DatasetRequest, heights: Array) -> dict[str, Array]:
+def _light_fields(request: DatasetRequest, heights: AnyArray) -> dict[str, AnyArray]:
     assert request.lights != "none"
     # The seed depends on the heights alone: a texture has the same lights wherever it stands in a data set.
     seed = int(hashlib.sha256(f"lights {checksum(heights)}".encode()).hexdigest()[:15], 16)

@@ -84,7 +84,8 @@ def train_net(
     side = data.request.samples
     if side % shape.multiple:
         raise InputError(f"{request.data}: samples: {side} is no multiple of {shape.multiple}")
-    key = TrainingKey(kind, shape, request.settings, _checksum(request.data / DATASET_FILE))
+    checksum = hashlib.sha256((request.data / DATASET_FILE).read_bytes()).hexdigest()
+    key = TrainingKey(kind, shape, request.settings, checksum)
     if not request.resume and (request.out / CHECKPOINT_FILE).exists():
         exists = f"{request.out / CHECKPOINT_FILE}: exists; {{}}, or choose another folder"
         raise InputError(exists.format("resume=True goes on"), exists.format("--resume goes on"))
@@ -140,7 +141,3 @@ def _card(setup: TrainingSetup, data: Fieldset, net: UNet, key: TrainingKey, tra
         versions={"reference": setup.reference} | {name: version(name) for name in PACKAGES},
         sample=setup.figures(net),
     )
-
-
-def _checksum(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()

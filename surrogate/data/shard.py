@@ -17,14 +17,13 @@ from pydantic import ConfigDict, Field, TypeAdapter
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
+from relief.common.arrays import AnyArray
 from relief.common.errors import InputError
 from relief.common.limits import HEIGHT_LIMIT_MM
 from surrogate.corpus.manifest import Entry, parse_entry, text_of
 from surrogate.corpus.splits import Split
 from surrogate.data.request import MOST_TEXTURES, DatasetRequest
 from surrogate.validation import parse_json
-
-Array = NDArray[Any]
 
 SINGLE, DOUBLE = np.dtype("<f4"), np.dtype("<f8")
 RANGES = {
@@ -155,7 +154,7 @@ class Shard:
         """Return the rows of the textures of a split, or of all."""
         return np.array([k for k, row in enumerate(self.rows) if split in (None, row.split)], dtype=np.intp)
 
-    def read(self, name: str, places: NDArray[np.intp] | slice = slice(None)) -> Array:
+    def read(self, name: str, places: NDArray[np.intp] | slice = slice(None)) -> AnyArray:
         """Read a tensor of all textures or of some.
 
         Args:
@@ -196,7 +195,7 @@ def shard_bytes(
     number: int,
     rows: tuple[Row, ...],
     failures: tuple[Failure, ...],
-    tensors: Mapping[str, Array],
+    tensors: Mapping[str, AnyArray],
 ) -> bytes:
     """Return the content of a shard's file.
 
@@ -287,6 +286,6 @@ def _open_shard(path: Path, request: DatasetRequest, number: int) -> Shard:
     return Shard(path, request, number, rows, header.failures, header.checksums)
 
 
-def _checksums(values: Iterable[Array]) -> tuple[int, ...]:
+def _checksums(values: Iterable[AnyArray]) -> tuple[int, ...]:
     """Return the CRC-32 of each texture's values."""
     return tuple(zlib.crc32(np.asarray(part, order="C").tobytes()) for part in values)

@@ -18,8 +18,7 @@ HEIGHTS = "heights"
 def write_geometry(params: Any, positions: Any, faces: Any) -> None:
     """Give a mesh new vertices (interleaved x, y, z) and new faces (three vertex indices each)."""
     params[FACES] = faces
-    params[VERTEX_POSITIONS] = positions
-    params.update()
+    write_positions(params, positions)
 
 
 def write_positions(params: Any, positions: Any) -> None:

@@ -29,13 +29,9 @@ from visual.backend.mitsuba import dr, mi
 PLUGIN = "heightfield"
 
 
+@cache
 def register() -> None:
     """Make the plugin known to Mitsuba, in the variant set now and in every later one; may be repeated."""
-    _register_for_every_variant()
-
-
-@cache
-def _register_for_every_variant() -> None:
     mi.detail.add_variant_callback(_register_in)
     _register_in(None, mi.variant())
 

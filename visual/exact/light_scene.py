@@ -14,14 +14,6 @@ from visual.geometry.projection import Projection
 from visual.lights.parallel import ParallelLights
 
 
-def _variant() -> str:
-    return str(mi.variant())
-
-
-def _has_gradient(values: Any) -> bool:
-    return bool(dr.grad_enabled(values))
-
-
 class LitScene:
     """A Mitsuba scene with some lights, of which not all need shine.
 
@@ -39,14 +31,13 @@ class LitScene:
                 without any shine always.
         """
         self.scene, self.params = scene, mi.traverse(scene)
-        self.variant = _variant()
+        self.variant = str(mi.variant())
         switches = switches or {}
         self.unknown = sorted({key for keys in switches.values() for key in keys} - set(self.params.keys()))
-        known = switches if not self.unknown else {}
         # Copies: Mitsuba gives references, which a later write would change.
         self._values = {
             light: {key: type(self.params[key])(self.params[key]) for key in keys}
-            for light, keys in known.items()
+            for light, keys in ({} if self.unknown else switches).items()
         }
         self._shining = frozenset(self._values)
 
@@ -106,7 +97,7 @@ class LightScene:
         variants.use(self.lit.variant)
         wanted = np.array(heights, dtype=np.float32).ravel()
         held = self.params[buffers.heights_key(self.params)]
-        if _has_gradient(held) or not np.array_equal(np.asarray(held), wanted):
+        if dr.grad_enabled(held) or not np.array_equal(np.asarray(held), wanted):
             buffers.set_heights(self.params, wanted)
 
     def prepare(self, camera: int) -> None:

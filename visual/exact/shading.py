@@ -49,10 +49,10 @@ def shade(
     Returns:
         All (lights, faces).
     """
-    given, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera, uv)
+    variables, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera, uv)
     results = []
     for which in range(4 if by_uv else 2):
-        attached = [type(values)(values) for values in given]
+        attached = [type(values)(values) for values in variables]
         dr.enable_grad(attached[which])
         value = radiance(*attached)
         dr.forward(attached[which])
@@ -74,8 +74,8 @@ def unshadowed(
     """Radiance (lights, faces) without its derivatives; arguments as of `shade`."""
     if len(slope_x) == 0:
         return np.zeros((len(lights), 0))
-    given, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera, uv)
-    return np.asarray(radiance(*given), dtype=np.float64).reshape(len(lights), len(slope_x))
+    variables, radiance = _radiance(bsdf, slope_x, slope_y, lights, toward_camera, uv)
+    return np.asarray(radiance(*variables), dtype=np.float64).reshape(len(lights), len(slope_x))
 
 
 def _radiance(
@@ -92,7 +92,7 @@ def _radiance(
     if not np.ptp(view, axis=0).any():
         view = view[:1]
     coordinates = () if uv is None else uv.T
-    given = [mi.Float(np.tile(v, count).astype(np.float32)) for v in (slope_x, slope_y, *coordinates)]
+    variables = [mi.Float(np.tile(v, count).astype(np.float32)) for v in (slope_x, slope_y, *coordinates)]
     toward = mi.Vector3f(
         *(mi.Float(np.repeat(lights.toward[:, a], faces).astype(np.float32)) for a in range(3))
     )
@@ -116,4 +116,4 @@ def _radiance(
             value[0] * irradiance[0] if mi.is_monochromatic else mi.luminance(value * mi.Color3f(irradiance))
         )
 
-    return given, radiance
+    return variables, radiance

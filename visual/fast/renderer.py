@@ -20,14 +20,7 @@ from relief.surface import Surface
 from visual.fast.ambient_net import AmbientLight, UnoccludedLight
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.lit_picture import lit_picture, lit_share, pooled_faces
-from visual.fast.refinement import (
-    face_slopes,
-    on_quarters,
-    on_triangles,
-    pixel_means,
-    quarter_means,
-    refined,
-)
+from visual.fast.refinement import face_slopes, on_quarters, on_triangles, pixel_means, quarter_means, refined
 from visual.fast.shadow_sweep import ShadowSweep, shadow_sweep
 from visual.geometry.halo import halo_of
 from visual.lights.parallel import OVERHEAD

@@ -40,12 +40,8 @@ def _quadrature(light: Light, count: int) -> Draw:
     return partial(ambient_lights, np.array(light.strength), count)
 
 
-def _words(light: Light) -> str:
-    return "light from all around"
-
-
 AMBIENT = LightKind(
-    _words,
+    lambda light: "light from all around",
     "radiance",
     _quadrature,
     ambient=True,

@@ -13,16 +13,7 @@ from visual.backend.bitmap import SMALLEST_MAP, read_bitmap
 from visual.backend.mitsuba import mi
 from visual.backend.ply import check_ply
 from visual.lights.quadrature import KINDS
-from visual.scene_file.bounds import (
-    ANY_VALUE,
-    FILE,
-    LARGEST_FILM,
-    OF_TEXTURE,
-    Range,
-    colour,
-    plugins,
-    shown,
-)
+from visual.scene_file.bounds import ANY_VALUE, FILE, LARGEST_FILM, OF_TEXTURE, Range, colour, plugins, shown
 from visual.scene_file.parsed import children
 from visual.scene_file.text import file_of_scene, file_of_user, nearest
 
@@ -73,10 +64,10 @@ class NodeCheck:
                 )
         for index in range(len(self.nodes)):
             kind, plugin = self._kind(index), self._plugin(index)
-            known = plugins(kind)
-            if plugin not in known:
+            allowed = plugins(kind)
+            if plugin not in allowed:
                 self._refuse(
-                    index, f'{kind.lower()} plugin "{plugin}" is not allowed{nearest(plugin, known)}'
+                    index, f'{kind.lower()} plugin "{plugin}" is not allowed{nearest(plugin, allowed)}'
                 )
         for index in range(len(self.nodes)):
             if self._kind(index) != "Scene":
@@ -122,17 +113,17 @@ class NodeCheck:
             of_value: of a texture, the range of the parameter whose value it is.
         """
         plugin, props = self._plugin(index), self.nodes[index].props
-        known = plugins(self._kind(index))[plugin]
-        if "filename" in known and "filename" not in props:
+        parameters = plugins(self._kind(index))[plugin]
+        if "filename" in parameters and "filename" not in props:
             self._refuse(index, "filename: missing")
         for key, value in props.items():
             is_object = isinstance(value, mi.Properties.ResolvedReference)
             if is_object and (plugin == "scene" or self._kind(value.index()) != "Texture"):
                 self._check_nesting(index, value.index())
                 continue
-            if key not in known:
-                self._refuse(index, f"{key}: no such parameter{nearest(key, known)}")
-            kind = known[key]
+            if key not in parameters:
+                self._refuse(index, f"{key}: no such parameter{nearest(key, parameters)}")
+            kind = parameters[key]
             if of_value and key in OF_TEXTURE.get(plugin, ()):
                 kind = colour(*of_value)
             if is_object and kind.values:

@@ -164,7 +164,7 @@ def file_of_user(folder: Path, name: str, where: str) -> Path:
     raise InputError(f"{where}: filename: {name!r}: no such file")
 
 
-def nearest(word: str, known: Collection[str]) -> str:
+def nearest(word: str, words: Collection[str]) -> str:
     """The end of a message about an unknown word: a question for the known word most like it, if any is."""
-    alike = difflib.get_close_matches(word, sorted(known), n=1, cutoff=0.5)
+    alike = difflib.get_close_matches(word, sorted(words), n=1, cutoff=0.5)
     return f"; did you mean {alike[0]}?" if alike else ""

@@ -206,7 +206,7 @@ def test_a_texture_that_fails_is_left_out_and_listed(tmp_path: Path, monkeypatch
     plan = small()
     fifth = made(next(iter(plan.textures(2))), samples=SIDE)  # type: ignore[arg-type]
     monkeypatch.setattr(shard_jobs.corpus, "heights", spoilt)
-    monkeypatch.setattr("retouch.training.fields.touch_fields", unable)
+    monkeypatch.setattr(shard_jobs, "touch_fields", unable)
     failures = make_dataset(plan, tmp_path / "data", in_process, ignore)
     assert [(failure.index, failure.reason) for failure in failures] == [
         (2, "heights: not every value is finite"),
