@@ -9,8 +9,8 @@ import torch
 
 import mitsuba_scenes
 import tactile
-from relief.relief import Relief
 from relief.common.arrays import AnyArray
+from relief.relief import Relief
 from visual.backend.plate import plate_bsdf
 from visual.reference.renderer import ReferenceRenderer
 from visual.scene import Scene
