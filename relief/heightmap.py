@@ -11,7 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenEXR
 from numpy.typing import ArrayLike, NDArray
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from relief.common.arrays import Array
 from relief.common.errors import InputError, PictureError, naming
@@ -140,8 +143,6 @@ def holds_mm(path: str | os.PathLike[str]) -> bool:
     path = Path(path)
     if path.suffix.lower() not in (".tif", ".tiff"):
         return path.suffix.lower() in (".exr", ".npy")
-    from PIL import Image
-
     try:
         with damage_named(path, "a TIFF"), Image.open(path, formats=["TIFF"]) as image:
             return image.mode == "F"
@@ -242,8 +243,6 @@ def write_exr(path: Path, samples: ArrayLike, attributes: Mapping[str, Any] | No
     Raises:
         OSError: The file cannot be written.
     """
-    import OpenEXR
-
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage} | dict(attributes or {})
     try:
         values = np.ascontiguousarray(samples, dtype=np.float32)
@@ -270,9 +269,6 @@ def save_heights_png(
     Raises:
         InputError: A height is outside the range that the picture can hold, or a length out of `RANGES`.
     """
-    from PIL import Image
-    from PIL.PngImagePlugin import PngInfo
-
     text = PngInfo()
     for key, length in header_of(path, size_mm=size_mm, relief_mm=relief_mm).items():
         text.add_text(key, repr(length))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
 from relief.common.arrays import FloatArray
 from relief.common.files import partial_folder
@@ -61,6 +62,4 @@ def write_pictures(
 
 
 def _write_png(path: Path, shown: FloatArray) -> None:
-    from PIL import Image
-
     Image.fromarray(np.rint(shown * 255.0).astype(np.uint8)).save(path)
