@@ -24,7 +24,7 @@ import torch
 from torch import Tensor
 
 from optimize.descent import energies
-from optimize.descent.driver import PRESSURES, Iterate, Remembered
+from optimize.descent.driver import PRESSURES, ArraySchema, Iterate
 from optimize.descent.problem import Problem, change_percent
 from optimize.descent.smoothing import smoothed
 from optimize.descent.step_pictures import fixed_pictures
@@ -110,15 +110,15 @@ class AdamDescent:
         self._heights = torch.as_tensor(problem.heights)
 
     @staticmethod
-    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
+    def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
         """The pressure, and after the first step the means of gradient and square; see the protocol."""
-        mean, square = (Remembered(heights.shape, low, math.inf) for low in (-math.inf, 0.0))
+        mean, square = (ArraySchema(heights.shape, low, math.inf) for low in (-math.inf, 0.0))
         begun = {"mean": mean, "square": square} if {"mean", "square"} & memory.keys() else {}
         return {"pressure": PRESSURES, **begun}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights; see the protocol."""
-        return self._stand(step, heights, memory)
+        return self._iterate_at(step, heights, memory)
 
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step of Adam."""
@@ -134,7 +134,7 @@ class AdamDescent:
         change = -self._settings.learning_rate * decay * smoothed(direction, smoothing)
         heights = self._problem.placed(iterate.heights + change)
         memory = {"pressure": iterate.memory["pressure"], **moments._asdict()}
-        return self._stand(number, heights, memory)
+        return self._iterate_at(number, heights, memory)
 
     def satisfied(self, iterate: Iterate) -> bool:
         """Whether the paper's stopping rule is wanted and holds; see the protocol."""
@@ -157,7 +157,7 @@ class AdamDescent:
         )
         return pictures * self._unit
 
-    def _stand(self, step: int, heights: Array, memory: Mapping[str, Array]) -> Iterate:
+    def _iterate_at(self, step: int, heights: Array, memory: Mapping[str, Array]) -> Iterate:
         problem, targets = self._problem, self._problem.targets
         self._heights = torch.tensor(heights, requires_grad=True)
         fields, pressure = problem.fields(self._heights), memory.get("pressure")

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from scipy import ndimage
 
-from optimize.descent.driver import Iterate, Remembered
+from optimize.descent.driver import ArraySchema, Iterate
 from optimize.descent.problem import Problem, change_percent
 from relief.common.arrays import Array
 from relief.common.limits import HEIGHT_LIMIT_MM
@@ -95,8 +95,8 @@ def stretched(relief: Array, factor: float) -> Array:
         relief = ndimage.gaussian_filter(relief, math.sqrt((1.0 / factor**2 - 1.0) / 12.0), mode="reflect")
     middle = 0.5 * (np.array(relief.shape) - 1.0)
     at = [(np.arange(n) - m) / factor + m for n, m in zip(relief.shape, middle, strict=True)]
-    found = ndimage.map_coordinates(relief, np.meshgrid(*at, indexing="ij"), order=3, mode="reflect")
-    return np.asarray(np.clip(found, relief.min(), relief.max()))
+    scaled = ndimage.map_coordinates(relief, np.meshgrid(*at, indexing="ij"), order=3, mode="reflect")
+    return np.asarray(np.clip(scaled, relief.min(), relief.max()))
 
 
 class LinearScaling:
@@ -110,7 +110,7 @@ class LinearScaling:
         self._original = self._pictures(problem.heights)
 
     @staticmethod
-    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
+    def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
         """Nothing; see the protocol."""
         return {}
 

@@ -31,8 +31,9 @@ from visual.scene import Scene
 
 _log = logging.getLogger(__name__)
 
-RUNGS = (2.0, 4.0)
-"""Ends of the short descents, JND. A reach within them is measured, one beyond them extrapolated."""
+CURVE_JND = (2.0, 4.0)
+"""Samples of the picture-change curve: ends of the short descents, JND. A reach between the
+samples is measured, and a reach beyond them is extrapolated."""
 STEPS = 8
 """Most steps of each short descent; on the bundled textures three to seven arrive."""
 TOLERANCE = 0.01
@@ -42,8 +43,8 @@ SAMPLES = 64
 
 
 @dataclass(frozen=True)
-class Way:
-    """The reach in one sense.
+class ChangeCurve:
+    """The picture-change curve in one sense, rougher or smoother, and where it passes the limit.
 
     Attributes:
         jnd: just-noticeable differences from the original, positive; `LARGEST_JND` at most, as a run.
@@ -61,8 +62,8 @@ class Way:
 class Reach:
     """The reach both ways, with the models that estimated it."""
 
-    rougher: Way
-    smoother: Way
+    rougher: ChangeCurve
+    smoother: ChangeCurve
     touch: ModelName
     look: LookModel
 
@@ -99,32 +100,32 @@ def reach(scene: Scene, skin: Skin) -> Reach:
     )
     original = problem.press(scene.heights, gradients=False).values[ROUGHNESS.name]
     changed = _fast_change(scene) if look == "fast" else _rendered_change(scene)
-    with stage("short descents", 2 * len(RUNGS), at_most=True) as advance:
-        rougher, smoother = (_way(problem, original, sense, changed, advance) for sense in (1.0, -1.0))
+    with stage("short descents", 2 * len(CURVE_JND), at_most=True) as advance:
+        rougher, smoother = (_curve(problem, original, sense, changed, advance) for sense in (1.0, -1.0))
     return Reach(rougher, smoother, touch, look)
 
 
-def _way(
+def _curve(
     problem: Problem, original: Array, sense: float, changed: Callable[[Array], float], advance: Stage
-) -> Way:
+) -> ChangeCurve:
     ends: list[tuple[float, float]] = []
     heights, memory = problem.heights, dict[str, Array]()
-    for rung in RUNGS:
-        goals = [tactile.jnd_scaled(float(value), sense * rung) for value in original]
+    for magnitude in CURVE_JND:
+        goals = [tactile.jnd_scaled(float(value), sense * magnitude) for value in original]
         targets = Targets.of(TOLERANCE, roughness=goals)
         method = GaussNewton(replace(problem, targets=targets))
-        found = descend(method, targets, method.begin(0, heights, memory), STEPS).best
-        jnd = sense * float(tactile.jnd_apart(found.means[ROUGHNESS.name], float(original.mean())))
-        ends.append((jnd, changed(found.heights)))
+        reached = descend(method, targets, method.begin(0, heights, memory), STEPS).best
+        jnd = sense * float(tactile.jnd_apart(reached.means[ROUGHNESS.name], float(original.mean())))
+        ends.append((jnd, changed(reached.heights)))
         advance()
         _log.info("%+.2f JND: the pictures change by %.2f %% of white", sense * jnd, ends[-1][1])
-        if not targets.met(found.values):
-            return Way(min(jnd, crossing(ends, sense > 0.0)), False, tuple(ends))
+        if not targets.met(reached.values):
+            return ChangeCurve(min(jnd, crossing(ends, sense > 0.0)), False, tuple(ends))
         if ends[-1][1] >= LIMIT_PERCENT:
             break
         # Trust in longer steps is that of a new descent; the pressure is still a good start.
-        heights, memory = found.heights, {"pressure": found.memory["pressure"]}
-    return Way(crossing(ends, sense > 0.0), True, tuple(ends))
+        heights, memory = reached.heights, {"pressure": reached.memory["pressure"]}
+    return ChangeCurve(crossing(ends, sense > 0.0), True, tuple(ends))
 
 
 def crossing(ends: Sequence[tuple[float, float]], bends: bool) -> float:

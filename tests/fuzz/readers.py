@@ -88,8 +88,8 @@ def read_checkpoint(folder: Path, arguments: Sequence[Any]) -> None:
     checkpoint = load_checkpoint(run_dir)
     check_key(run_dir / results.SETTINGS, settings, checkpoint.key)
     current, state = checkpoint.current, checkpoint.state
-    remembered = METHODS[settings.descent.method].remembered(current.heights, current.memory)
-    check_memory(current.memory, remembered)
+    schema = METHODS[settings.descent.method].checkpoint_schema(current.heights, current.memory)
+    check_memory(current.memory, schema)
     history = History(
         run_dir, state.surrogate_targets, len(state.iterations), current.step, checkpoint.history
     )

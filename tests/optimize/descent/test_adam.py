@@ -85,7 +85,7 @@ def test_an_iterate_is_not_changed_by_later_steps(quick: Problem) -> None:
     start = method.begin(0, quick.heights, {})
     first = method.advance(start)
     for reached in (start, first):
-        check_memory(reached.memory, method.remembered(reached.heights, reached.memory))
+        check_memory(reached.memory, method.checkpoint_schema(reached.heights, reached.memory))
     kept = {name: value.copy() for name, value in first.memory.items()}
     method.advance(first)
     np.testing.assert_array_equal(start.heights, quick.heights)

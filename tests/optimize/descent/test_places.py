@@ -11,7 +11,7 @@ import tactile
 from optimize.descent.driver import descend
 from optimize.descent.energies import target_energy
 from optimize.descent.gauss_newton import windows
-from optimize.descent.gauss_newton.forces import YIELDING, Aim
+from optimize.descent.gauss_newton.forces import YIELDING, BoundedTargetForces
 from optimize.descent.gauss_newton.laplacian import laplacian
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
@@ -123,14 +123,14 @@ def slopes_of(count: int, apart: float) -> Array:
 
 
 def test_one_touch_is_met_exactly() -> None:
-    aim = Aim(Targets.of(TOLERANCE, **BOTH).each)
+    aim = BoundedTargetForces(Targets.of(TOLERANCE, **BOTH).each)
     slopes = np.array([[2.0, 0.3], [0.3, 500.0]])
     np.testing.assert_allclose(slopes @ aim.forces(slopes, np.array([0.01, -3.0])), [0.01, -3.0])
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-9, 1e-3])
 def test_forces_on_places_that_feel_alike_stay_bounded(apart: float) -> None:
-    aim, slopes = Aim((Target(ROUGHNESS, np.full(16, 0.1), TOLERANCE),)), slopes_of(16, apart)
+    aim, slopes = BoundedTargetForces((Target(ROUGHNESS, np.full(16, 0.1), TOLERANCE),)), slopes_of(16, apart)
     wanted = 0.01 + 0.002 * np.random.default_rng(0).standard_normal(16)
     forces = aim.forces(slopes, wanted)
     assert np.ptp(forces) < 2.0 * np.ptp(wanted) / YIELDING
@@ -138,7 +138,7 @@ def test_forces_on_places_that_feel_alike_stay_bounded(apart: float) -> None:
 
 
 def test_a_place_without_slope_takes_no_part() -> None:
-    aim, slopes = Aim((Target(ROUGHNESS, np.full(3, 0.1), TOLERANCE),)), slopes_of(3, 0.5)
+    aim, slopes = BoundedTargetForces((Target(ROUGHNESS, np.full(3, 0.1), TOLERANCE),)), slopes_of(3, 0.5)
     slopes[0] = slopes[:, 0] = 0.0
     forces = aim.forces(slopes, np.full(3, 0.01))
     assert np.isfinite(forces).all()
