@@ -100,7 +100,7 @@ def check_memory(memory: Mapping[str, Array], expected: Mapping[str, ArraySchema
 
 
 class DescentMethod(Protocol):
-    """A method that makes the steps.
+    """A method that makes the steps; its class is a `optimize.descent.methods.MethodClass`.
 
     Attributes:
         patience: steps without progress after which a descent has converged; None if the method runs by a
@@ -108,10 +108,6 @@ class DescentMethod(Protocol):
     """
 
     patience: int | None
-
-    @staticmethod
-    def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
-        """What a memory with such names has to be, for iterates of these heights (rows, cols)."""
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights, number `step`; `memory` is empty, or an earlier iterate's."""

@@ -25,7 +25,7 @@ from relief.common.progress import Stage, stage
 from tactile.model import ModelName
 from tactile.quantities import LARGEST_JND, LIMIT_PERCENT, ROUGHNESS
 from tactile.skin import Skin
-from visual.models import LookModel
+from visual.looks import EXACT, FAST, look_model
 from visual.noise import batched
 from visual.scene import Scene
 
@@ -65,7 +65,7 @@ class Reach:
     rougher: ChangeCurve
     smoother: ChangeCurve
     touch: ModelName
-    look: LookModel
+    look: str
 
     def as_json(self) -> dict[str, Any]:
         """Everything, for `retouch evaluate --reach --json`."""
@@ -88,18 +88,18 @@ def reach(scene: Scene, skin: Skin) -> Reach:
     if np.ptp(scene.heights) == 0.0:
         raise InputError("the texture is flat; there is no relief to change")
     touch: ModelName = "quick"
-    look: LookModel = "fast"
+    look = FAST
     try:
-        scene.fast_renderer()
+        scene.look(look).check()
     except InputError as unable:
         _log.info("exact models take the steps: %s", unable)
-        touch, look = "layer", "exact"
+        touch, look = "layer", EXACT
     repeats = scene.surface.repeats
     problem = Problem(
         scene.heights, scene.size_mm, skin, Targets(), scene, touch=touch, look=look, repeats=repeats
     )
     original = problem.press(scene.heights, gradients=False).values[ROUGHNESS.name]
-    changed = _fast_change(scene) if look == "fast" else _rendered_change(scene)
+    changed = _rendered_change(scene) if look_model(look).sampled else _change(scene, look)
     with stage("short descents", 2 * len(CURVE_JND), at_most=True) as advance:
         rougher, smoother = (_curve(problem, original, sense, changed, advance) for sense in (1.0, -1.0))
     return Reach(rougher, smoother, touch, look)
@@ -147,13 +147,13 @@ def crossing(ends: Sequence[tuple[float, float]], bends: bool) -> float:
     return float(min(LIMIT_PERCENT / max(rate, 1e-9), LARGEST_JND))
 
 
-def _fast_change(scene: Scene) -> Callable[[Array], float]:
-    """From heights to the mean change of the scene's pictures by the fast look, % of white."""
+def _change(scene: Scene, look: str) -> Callable[[Array], float]:
+    """From heights to the mean change of the scene's pictures by a look without noise, % of white."""
     weights = pixel_weights(scene.plate_weights(), scene.weights)
-    original = scene.render(scene.heights, model="fast").numpy()
+    original = scene.render(scene.heights, model=look).numpy()
 
     def changed(heights: Array) -> float:
-        difference = scene.render(heights, model="fast").numpy() - original
+        difference = scene.render(heights, model=look).numpy() - original
         return 100.0 * float((weights * np.abs(difference)).mean()) / scene.white
 
     return changed

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -30,15 +30,15 @@ from optimize.descent.gauss_newton.layers import HEIGHTS, PATIENCE, WEIGHT, Laye
 from optimize.descent.gauss_newton.masking import masking_weights
 from optimize.descent.gauss_newton.other_fingers import FingersFelt, OtherFingers
 from optimize.descent.gauss_newton.trust import DAMPING, LARGEST_SHARE, LEAST_SHARE, MOST_DAMPING, Trust
+from optimize.descent.methods import MethodSettings
 from optimize.descent.problem import Problem, change_percent
 from relief.common.arrays import Array
 from relief.common.progress import stage
 from tactile.measures import TouchMeasures
 from tactile.quantities import Values
 from visual.exact.discontinuities import EdgeSamples
-from visual.exact.view import Pictures, View
-from visual.fast.jacobian import FastView
-from visual.height_view import HeightView
+from visual.exact.view import Pictures
+from visual.looks import FixedSamples
 
 SMOOTHING = 10.0
 """Weight of the differences between neighbouring samples in the damping."""
@@ -93,7 +93,9 @@ class GaussNewton:
         targets = problem.targets.each
         self._target_forces = BoundedTargetForces(targets)
         self._slopes_hold = all(target.quantity.slope_holds for target in targets)
-        self._views = _views(problem)
+        resolution = REFINEMENT * max(problem.scene.resolution)
+        samples = FixedSamples(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
+        self._views = problem.scene.look(problem.look).views(samples)
         self._layers = None
         if problem.printer is not None:
             self._layers = Layers(problem.heights, problem.printer, problem.surface)
@@ -113,9 +115,14 @@ class GaussNewton:
         pixels = float(self._weights.sum()) * float((self._plate > 0.0).mean()) * self._target[0].size
         self._others = None if problem.fingers is None else OtherFingers(problem, problem.fingers, pixels)
 
+    @classmethod
+    def of_run(cls, problem: Problem, steps: int, settings: MethodSettings) -> Self:
+        """The method, whose settings are all in the problem; see `MethodClass`."""
+        return cls(problem)
+
     @staticmethod
     def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
-        """Trust, and pressures as a start of the next contacts; see the protocol."""
+        """Trust, and pressures as a start of the next contacts; see `MethodClass`."""
         trust = ArraySchema((2,), LEAST_SHARE, MOST_DAMPING)
         fingers = {"fingers": PRESSURES} if "fingers" in memory else {}
         return {"trust": trust, "pressure": PRESSURES, **fingers, **Layers.checkpoint_schema(heights, memory)}
@@ -273,13 +280,3 @@ class GaussNewton:
             free, load = sp.diags((~stay).astype(np.float64)), np.where(stay, 0.0, load)
             matrix, damping = free @ matrix @ free + sp.diags(stay.astype(np.float64)), free @ damping @ free
         return System(matrix, damping, load)
-
-
-def _views(problem: Problem) -> tuple[View | FastView | HeightView, ...]:
-    """Views that give the pictures of a step with their Jacobians."""
-    if problem.look == "heights":
-        return (HeightView(problem.heights, len(problem.scene.conditions)),)
-    if problem.look != "exact":
-        return (FastView(problem.scene.fast_renderer(shadows=problem.look == "fast")),)
-    resolution = REFINEMENT * max(problem.scene.resolution)
-    return problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
