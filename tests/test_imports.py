@@ -43,9 +43,7 @@ _ALLOWED = {
     "optimize": "optimize.runs relief.common",
     "optimize.__main__": "",
     "optimize.descent": "relief relief.common tactile visual visual.exact",
-    "optimize.descent.gauss_newton": (
-        "optimize.descent relief relief.common tactile visual visual.exact"
-    ),
+    "optimize.descent.gauss_newton": ("optimize.descent relief relief.common tactile visual visual.exact"),
     "optimize.estimates": (
         "optimize.descent optimize.descent.gauss_newton optimize.runs optimize.settings "
         "optimize.verification relief relief.common tactile visual"

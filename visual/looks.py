@@ -76,7 +76,7 @@ class StepView(Protocol):
 
 
 class SceneLook(Protocol):
-    """A look of one scene."""
+    """A look of one scene, with a picture for each of the scene's conditions."""
 
     def check(self) -> None:
         """Raise InputError if the look has no pictures of the scene."""

@@ -165,8 +165,10 @@ class AdamDescent:
     def _iterate_at(self, step: int, heights: Array, memory: Mapping[str, Array]) -> Iterate:
         problem, targets = self._problem, self._problem.targets
         self._heights = torch.tensor(heights, requires_grad=True)
-        fields, pressure = problem.fields(self._heights), memory.get("pressure")
-        begin = None if pressure is None else torch.as_tensor(pressure).reshape(fields.shape)
+        # The fast models of touch are in single precision, heights always in double.
+        dtype, pressure = problem.model.flat_strain.dtype, memory.get("pressure")
+        fields = problem.fields(self._heights).to(dtype)
+        begin = None if pressure is None else torch.as_tensor(pressure, dtype=dtype).reshape(fields.shape)
         touch = problem.model.press(fields, begin)
         values = {quantity.name: quantity.value(touch) for quantity in targets.quantities}
         pictures = self._pictures(self._heights)
