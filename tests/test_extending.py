@@ -1,6 +1,9 @@
 """The page on extending names files and tables that are there, and one row is all that a new thing takes."""
 
+import json
 import re
+import subprocess
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -169,3 +172,35 @@ def test_a_look_is_a_class_and_a_row(texture: Path, tmp_path: Path, monkeypatch:
     assert 0.0 < slopes_changed(results["slopes"]) < slopes_changed(results["heights"])
     by_adam = run(settings(texture, "look.model=slopes", "descent.method=adam"), tmp_path / "adam")
     assert by_adam.summary["stop"]["steps"] == 2
+
+
+def retouch(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """The command in a process with one more quantity, because run files get their keys when imported."""
+    command = [sys.executable, "-m", "tests.one_quantity_more", *arguments, "-o", str(folder)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        ("--mean-gap-scale", "0.97"),
+        ("--set=touch.mean_gap_mm_map={map}",),
+        ("--feel-of", "{other}", "--feel-of-quantity", "gap"),
+    ],
+    ids=["number", "a map", "feel of another"],
+)
+def test_a_quantity_is_a_row(texture: Path, tmp_path: Path, target: tuple[str, ...]) -> None:
+    save_heights_exr(tmp_path / "other.exr", waves(SAMPLES, 1.45).numpy())
+    np.save(tmp_path / "map.npy", np.full((SAMPLES, SAMPLES), 0.1))
+    files = {"other": tmp_path / "other.exr", "map": tmp_path / "map.npy"}
+    options = [option.format_map(files) for option in target]
+    tiny = ["touch.model=quick", "look.model=fast", "verify.model=layer", "verify.samples=4"]
+    arguments = ["optimize", str(texture), *options, "-D", f"resolution={SAMPLES}", "--no-baseline"]
+    done = retouch(tmp_path / "out", *arguments, *(f"--set={each}" for each in tiny))
+    assert done.returncode == 0, done.stderr
+    touch = json.loads((tmp_path / "out" / "result.json").read_text())["touch"]
+    assert touch["target_mean_gap_mm"] == pytest.approx(touch["mean_gap_mm"], rel=0.01)
+    assert touch["initial_mean_gap_mm"] != pytest.approx(touch["mean_gap_mm"], rel=0.01)
+    report = (tmp_path / "out" / "report.html").read_text()
+    assert "Mean gap" in report and "The mean distance of the skin from the plate." in report
+    assert "mean gap" in done.stdout

@@ -20,7 +20,7 @@ from relief.common.arrays import Array
 from relief.places import between
 from relief.relief import Relief
 from tactile.measures import measure_touch
-from tactile.quantities import GOAL_KEYS, ROUGHNESS
+from tactile.quantities import ROUGHNESS, goal_keys
 from tests.optimize.conftest import STUDIO, ProblemWith
 from tests.tactile.reliefs import SIZE
 from visual.scene import Scene, load_scene
@@ -90,9 +90,9 @@ def test_a_fast_model_feels_all_places_too(tile: Problem) -> None:
 
 def test_goals_by_jnd_are_each_places_own_and_by_number_keep_proportions() -> None:
     original = np.array([0.04, 0.05, 0.06])
-    np.testing.assert_allclose(GOAL_KEYS["jnd"][1].goals(2.0, original), original * 1.19**2)
-    np.testing.assert_allclose(GOAL_KEYS["roughness"][1].goals(0.1, original), 2.0 * original)
-    assert GOAL_KEYS["roughness"][1].goals(0.07, np.array([0.043])).tolist() == [0.07]
+    np.testing.assert_allclose(goal_keys()["jnd"][1].goals(2.0, original), original * 1.19**2)
+    np.testing.assert_allclose(goal_keys()["roughness"][1].goals(0.1, original), 2.0 * original)
+    assert goal_keys()["roughness"][1].goals(0.07, np.array([0.043])).tolist() == [0.07]
 
 
 def test_a_target_is_met_by_its_mean_and_by_every_place() -> None:
@@ -159,7 +159,7 @@ def test_the_laplacian_of_a_tile_goes_around() -> None:
 
 @pytest.mark.parametrize("key", ["jnd", "contact_area_scale"])
 def test_every_place_of_a_tile_reaches_its_own_goal(tile: Problem, key: str) -> None:
-    quantity, goal_key = GOAL_KEYS[key]
+    quantity, goal_key = goal_keys()[key]
     before = tile.press(tile.heights, gradients=False).values[quantity.name]
     number = {"jnd": 1.0, "contact_area_scale": 0.9}[key]
     targets = Targets((Target(quantity, goal_key.goals(number, before), TOLERANCE),))
