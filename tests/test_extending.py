@@ -204,3 +204,12 @@ def test_a_quantity_is_a_row(texture: Path, tmp_path: Path, target: tuple[str, .
     report = (tmp_path / "out" / "report.html").read_text()
     assert "Mean gap" in report and "The mean distance of the skin from the plate." in report
     assert "mean gap" in done.stdout
+
+
+def test_a_quantity_is_compared(texture: Path, tmp_path: Path) -> None:
+    save_heights_exr(tmp_path / "other.exr", waves(SAMPLES, 1.45).numpy())
+    done = retouch(tmp_path / "page.html", "compare", str(texture), str(tmp_path / "other.exr"), "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["first"]["mean_gap_mm"] > 0.0
+    page = (tmp_path / "page.html").read_text()
+    assert "Mean gap" in page and "The mean distance of the skin from the plate." in page

@@ -5,16 +5,15 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
 from visual.lights.quadrature import parallel_obstacle
 from visual.needs import DIRECT_DEPTH, Needs
 from visual.scene_file.parsed import Camera, Description
 
-PictureModel = Literal["exact", "step", "fast"]
-"""Gradients of rendered pictures (`visual.exact.render`), pictures with explicit Jacobians for Gauss-Newton
-steps (`visual.exact.view`), and the fast look (`visual.fast`)."""
-MODELS: tuple[PictureModel, ...] = get_args(PictureModel)
+PictureModel = Literal["exact", "fast"]
+"""Gradients of exact pictures, rendered (`visual.exact.render`) or with explicit Jacobians for steps
+(`visual.exact.view`), and the fast look (`visual.fast`)."""
 HIDDEN = "shape: one stands between camera and plate; gradients need a clear view"
 """Obstacle that rays find, not the description."""
 BOX_RADIUS = 0.5
@@ -98,7 +97,6 @@ _GRADIENTS: tuple[Obstacle, ...] = (
 )
 OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
     "exact": _GRADIENTS,
-    "step": _GRADIENTS,
     "fast": (
         _unless(
             lambda case: case.needs.top_view == (True,),
@@ -128,7 +126,7 @@ def obstacles(
     """Why a model cannot show a scene or has no gradients of its pictures; empty if it can.
 
     Args:
-        model: "fast" for pictures and gradients; the others for gradients alone.
+        model: "fast" for pictures and gradients, "exact" for gradients alone.
         description: of the scene.
         needs: `needs_of(description)`.
         samples: (rows, cols) of the heights.

@@ -220,7 +220,7 @@ class Scene:
         """
         variants.use(self.variant)
         variants.require_gradients()
-        self._require("step")
+        self._require("exact")
         rows, cols = _scaled(self.resolution, resolution)
         if rows * cols * strata**2 > MOST_FIXED_SAMPLES:
             raise InputError(

@@ -71,7 +71,7 @@ def read_scene(folder: Path, arguments: Sequence[Any]) -> None:
         _all_finite([list(light.strength or ()), list(light.direction or ()), light.scale])
     _all_finite(list(needs.weights))
     heights = scene_relief(path).heights
-    for model in ("step", "exact", "fast"):
+    for model in ("exact", "fast"):
         obstacles(model, description, needs, heights.shape)
 
 
