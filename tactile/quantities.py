@@ -1,7 +1,8 @@
 """Quantities that a finger gets from a relief, and the table of those that a run can ask for.
 
 A new quantity is one row of `QUANTITIES`. The keys of `[touch]` in a run file, the options of the command,
-the constraints of a descent, the numbers in result.json and the rows of the report follow from that table.
+the constraints of a descent, the numbers in result.json and the rows of the report follow from that table,
+read when they are asked for.
 Nothing here loads torch, numpy or the models of touch, so that help is shown at once.
 """
 
@@ -10,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import tactile
 
@@ -72,6 +73,20 @@ class GoalKey:
         return number * (original / mean if mean > 0.0 else np.ones_like(original))
 
 
+class MapKeys(NamedTuple):
+    """Keys of `[touch]` that state a goal which varies over the surface.
+
+    Attributes:
+        file: a map of the quantity; `ends` are its values of black and of white, if the map is a picture.
+        first, last: values at the first and the last finger along an axis.
+    """
+
+    file: str
+    ends: str
+    first: str
+    last: str
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A number that a finger gets from a relief, and that a descent can steer.
@@ -79,6 +94,7 @@ class Quantity:
     Attributes:
         name: key in result.json, history and checkpoint.
         label: for tables and sentences.
+        meaning: a sentence or two for a person who has not read the paper.
         symbol, unit: for the screen; the unit may be empty.
         decimals: digits behind the point on the screen.
         value: from a touch (..., n, n) to the numbers (...), differentiable.
@@ -88,7 +104,10 @@ class Quantity:
             corrected by pressing until it arrives, not only the last one.
         energy_unit: by which Adam divides the distance to the goal.
         largest: the largest goal on a plate of a given side (mm).
-        goals: keys that state a goal; at most one of them may be given.
+        goals: keys that state a goal, the first of them the quantity itself; at most one may be given.
+        mapped: whether a goal may also be a map, or vary along an axis.
+        feel_of: value of `touch.feel_of_quantity` for which the goal is another relief's; None: for no one.
+        in_jnd: whether changes count in just-noticeable differences, of which a run takes `LARGEST_JND`.
     """
 
     name: str
@@ -103,6 +122,15 @@ class Quantity:
     energy_unit: float = 1.0
     largest: Callable[[float], float] = lambda size_mm: math.inf
     goals: tuple[GoalKey, ...] = ()
+    meaning: str = ""
+    mapped: bool = False
+    feel_of: str | None = None
+    in_jnd: bool = False
+
+    @property
+    def map_keys(self) -> MapKeys:
+        """The keys for goals that vary, of a quantity that is mapped."""
+        return MapKeys(*(f"{self.name}_{part}" for part in ("map", "range", "from", "to")))
 
     def text(self, number: float) -> str:
         """A value with its unit, as in `34.0 mm²`."""
@@ -128,6 +156,11 @@ ROUGHNESS = Quantity(
             relative=True,
         ),
     ),
+    meaning="The mean difference of the skin's strain between points 1.4 to 3 mm apart, at the depth of "
+    "the receptors. Roughness has no unit; a larger number feels rougher.",
+    mapped=True,
+    feel_of="roughness",
+    in_jnd=True,
 )
 """V (paper equation 2)."""
 
@@ -152,13 +185,30 @@ CONTACT_AREA = Quantity(
             relative=True,
         ),
     ),
+    meaning="The area in which the skin touches the plate; a gap of 0.0125 mm counts half. More "
+    "contact carries more heat away, and feels colder.",
+    feel_of="contact-area",
 )
 """A (paper equation 3), which the finger reads as temperature."""
 
 QUANTITIES = {quantity.name: quantity for quantity in (ROUGHNESS, CONTACT_AREA)}
 """What every run measures, and what a run file can ask for."""
-GOAL_KEYS = {key.key: (quantity, key) for quantity in QUANTITIES.values() for key in quantity.goals}
-"""Keys of `[touch]` that state a goal, each with its quantity."""
+
+
+def goal_keys() -> dict[str, tuple[Quantity, GoalKey]]:
+    """Keys of `[touch]` that state a goal, each with its quantity."""
+    return {key.key: (quantity, key) for quantity in QUANTITIES.values() for key in quantity.goals}
+
+
+def mapped_quantities() -> tuple[Quantity, ...]:
+    """The quantities whose goals may vary over the surface."""
+    return tuple(quantity for quantity in QUANTITIES.values() if quantity.mapped)
+
+
+def feel_of_quantities() -> dict[str, tuple[Quantity, ...]]:
+    """Quantities that make up another relief's feel, by the values of `touch.feel_of_quantity`."""
+    alone = {each.feel_of: (each,) for each in QUANTITIES.values() if each.feel_of is not None}
+    return {**alone, "both": (ROUGHNESS, CONTACT_AREA)}
 
 
 def means(values: Values) -> dict[str, float]:

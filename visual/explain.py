@@ -16,7 +16,7 @@ from visual.geometry.topology import plate_topology
 from visual.lights.kind import Light
 from visual.lights.parallel import angles
 from visual.lights.quadrature import kind_of
-from visual.models import BOX_RADIUS, HIDDEN, MODELS, obstacles
+from visual.models import BOX_RADIUS, HIDDEN, OBSTACLES, obstacles
 from visual.needs import Needs, camera_name, check_effort, needs_of
 from visual.scene_file.check import instantiate
 from visual.scene_file.describe import describe
@@ -68,16 +68,14 @@ def explain(
     description = describe(checked)
     needs = needs_of(description, (heights.shape[0], heights.shape[1]))
     chosen = variants.choose_variant(needs.colour, variant)
-    exact, step, fast = (obstacles(model, description, needs, heights.shape) for model in MODELS)
+    exact, fast = (obstacles(model, description, needs, heights.shape) for model in OBSTACLES)
     for number in needs.cameras:
         camera = description.cameras[number]
         check_effort(checked.path, (camera.rows, camera.cols), samples or camera.samples)
-    if not (exact or step) and _hidden(checked, description, needs, heights, chosen.name):
+    if not exact and _hidden(checked, description, needs, heights, chosen.name):
         exact = (HIDDEN,)
     missing = variants.without_gradients(chosen.name)
-    reasons, unseen = (
-        list(filter(None, dict.fromkeys((missing, *every)))) for every in ((*exact, *step), fast)
-    )
+    reasons, unseen = (list(filter(None, dict.fromkeys((missing, *every)))) for every in (exact, fast))
     return [
         ("plate", _plate(description.plate, relief)),
         *_cameras(description, needs, samples),

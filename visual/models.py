@@ -1,25 +1,19 @@
-"""Models of pictures: their names, and what each cannot show or differentiate.
+"""Models of pictures, by which looks show a scene: what each cannot show or differentiate.
 
 `--explain`, the steps of a descent and the fast look all refuse scenes by the one table `OBSTACLES`.
 """
 
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
-from relief.common.errors import InputError
 from visual.lights.quadrature import parallel_obstacle
 from visual.needs import DIRECT_DEPTH, Needs
 from visual.scene_file.parsed import Camera, Description
 
-LookModel = Literal["exact", "fast", "shading", "heights"]
-"""Models that steer a descent. "shading", the fast look without shadows and ambient occlusion, and "heights",
-height differences in place of pictures, exist to compare with."""
-PictureModel = Literal["exact", "step", "fast"]
-"""Gradients of rendered pictures (`visual.exact.render`), pictures with explicit Jacobians for Gauss-Newton
-steps (`visual.exact.view`), and the fast look (`visual.fast`)."""
-MODELS: tuple[PictureModel, ...] = get_args(PictureModel)
+PictureModel = Literal["exact", "fast"]
+"""Gradients of exact pictures, rendered (`visual.exact.render`) or with explicit Jacobians for steps
+(`visual.exact.view`), and the fast look (`visual.fast`)."""
 HIDDEN = "shape: one stands between camera and plate; gradients need a clear view"
 """Obstacle that rays find, not the description."""
 BOX_RADIUS = 0.5
@@ -27,23 +21,6 @@ BOX_RADIUS = 0.5
 WIDEST_FILTER = 3.0
 """Largest radius, pixels, of a film's filter with gradients: a Lanczos filter of three lobes, Mitsuba's usual
 number, makes Jacobians eight times as large as a box does, and wider ones would fill the memory."""
-FORMER_NAME = "net"
-"""Name of the fast look until version 0.2, which will refuse it: only ambient light comes from a net."""
-
-
-def look_model(name: str) -> LookModel:
-    """The model of pictures of this name; its former name gives a `FutureWarning`.
-
-    Raises:
-        InputError: there is no such model.
-    """
-    if name == FORMER_NAME:
-        warnings.warn('look.model: "net" is called "fast" now', FutureWarning, stacklevel=3)
-        return "fast"
-    for model in get_args(LookModel):
-        if name == model:
-            return model
-    raise InputError(f'look.model: "{name}" is not one of {", ".join(get_args(LookModel))}')
 
 
 @dataclass(frozen=True)
@@ -120,7 +97,6 @@ _GRADIENTS: tuple[Obstacle, ...] = (
 )
 OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
     "exact": _GRADIENTS,
-    "step": _GRADIENTS,
     "fast": (
         _unless(
             lambda case: case.needs.top_view == (True,),
@@ -150,7 +126,7 @@ def obstacles(
     """Why a model cannot show a scene or has no gradients of its pictures; empty if it can.
 
     Args:
-        model: "fast" for pictures and gradients; the others for gradients alone.
+        model: "fast" for pictures and gradients, "exact" for gradients alone.
         description: of the scene.
         needs: `needs_of(description)`.
         samples: (rows, cols) of the heights.

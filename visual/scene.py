@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
+from pkgutil import resolve_name
 
 import numpy as np
 import torch
@@ -31,12 +32,12 @@ from visual.fast.renderer import FastRenderer, FilmWeights, box_weights
 from visual.geometry.film_samples import hidden_plate, plate_pixels
 from visual.geometry.halo import halo_of, rise_of
 from visual.geometry.topology import plate_topology
-from visual.height_view import HeightView
 from visual.lights.kind import Light
 from visual.lights.parallel import LUMINANCE, ParallelLights
 from visual.lights.quadrature import Quadrature, kind_of, parallel_obstacle, prepare
 from visual.loading import Lights, SceneLoader
-from visual.models import HIDDEN, LookModel, PictureModel, look_model, obstacles
+from visual.looks import EXACT, FIXED_DIRECTIONS, Rendering, SceneLook, look_model
+from visual.models import HIDDEN, PictureModel, obstacles
 from visual.needs import Needs, camera_name, check_effort, needs_of
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import check_size, describe
@@ -45,9 +46,6 @@ from visual.scene_file.parsed import CheckedScene, Description
 
 _log = logging.getLogger(__name__)
 
-FIXED_DIRECTIONS = 24
-"""Parallel lights that stand for each light that is not directional, in `Scene.views`. Under ambient light
-gradients of gravel in bronze are 6.9 % off with 16, 4.1 with 24, 2.8 with 64; in plastic 2.1 with 16."""
 MOST_FIXED_SAMPLES = 2**24
 """Most samples of the pictures of `Scene.views`, those of a step on a film of 1024 x 1024 pixels: at some
 0.2 kB each these take 3 GB."""
@@ -127,7 +125,7 @@ class Scene:
         size_mm: float | None = None,
         samples: int | None = None,
         seed: int = 0,
-        model: LookModel = "exact",
+        model: str = EXACT,
         *,
         resolution: int | None = None,
         shadow_edges: bool = True,
@@ -139,10 +137,10 @@ class Scene:
             size_mm: must agree with the scene's plate if not None.
             samples: a pixel; default as the scene file says.
             seed: the same seed, the same pictures.
-            model: "exact", Mitsuba with shadow edges in its gradient; "fast", `visual.fast.renderer`;
-                "shading", the same without shadows and ambient occlusion; "heights", no pictures but height
-                differences (`visual.height_view`). All but "exact" take no samples, no seed and no other
-                resolution.
+            model: a look of `visual.looks.LOOKS`: "exact", Mitsuba with shadow edges in its gradient;
+                "fast", `visual.fast.renderer`; "shading", the same without shadows and ambient occlusion;
+                "heights", no pictures but height differences (`visual.height_view`). All but "exact" take
+                no samples, no seed and no other resolution.
             resolution: pixels along the film's longer side instead of its own.
             shadow_edges: whether the gradient follows shadow boundaries.
 
@@ -153,23 +151,32 @@ class Scene:
             InputError: heights of another shape or not finite; pictures or gradients that the model does not
                 have of this scene, or the variant of none.
         """
-        model = look_model(model)
+        look = self.look(model)
         self.check_size(size_mm)
         variants.use(self.variant)
-        field = self._field(heights)
-        if model == "heights":
-            return HeightView(self.heights, len(self.conditions)).pictures(field)
-        if model != "exact":
-            return self.fast_renderer(shadows=model == "fast").pictures(field)
-        if field.requires_grad:
+        return look.pictures(self._field(heights), Rendering(samples, seed, resolution, shadow_edges))
+
+    def look(self, name: str) -> SceneLook:
+        """The look of `visual.looks.LOOKS` that has this name. Raises InputError if there is none."""
+        make: Callable[[Scene], SceneLook] = resolve_name(look_model(name).implementation)
+        return make(self)
+
+    def rendered(self, heights: Tensor, rendering: Rendering) -> Tensor:
+        """Pictures (..., conditions, rows, cols) by Mitsuba, of checked heights (..., rows, cols) in mm.
+
+        Raises:
+            InputError: gradients are wanted that the scene or the variant does not have; too many samples.
+        """
+        if heights.requires_grad:
             variants.require_gradients()
             self._require("exact")
+        samples, seed, resolution, shadow_edges = rendering
         suns, ambient = self.lit_scenes(resolution)
         self.check_samples(samples, resolution)
         settings = RenderSettings(samples or self.samples, seed, shadow_edges)
-        reliefs = field.reshape(-1, *field.shape[-2:])
+        reliefs = heights.reshape(-1, *heights.shape[-2:])
         each = [pictures(suns, ambient, relief, self.plate, settings) for relief in reliefs]
-        return torch.stack(each).reshape(*field.shape[:-2], *each[0].shape)
+        return torch.stack(each).reshape(*heights.shape[:-2], *each[0].shape)
 
     @property
     def colour(self) -> bool:
@@ -213,7 +220,7 @@ class Scene:
         """
         variants.use(self.variant)
         variants.require_gradients()
-        self._require("step")
+        self._require("exact")
         rows, cols = _scaled(self.resolution, resolution)
         if rows * cols * strata**2 > MOST_FIXED_SAMPLES:
             raise InputError(

@@ -17,29 +17,27 @@ at 3 mm. E_clamp is therefore 0 at every step.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from optimize.descent import energies
-from optimize.descent.driver import PRESSURES, Iterate, Remembered
+from optimize.descent.driver import PRESSURES, ArraySchema, Iterate
+from optimize.descent.methods import MethodSettings, StopRule
 from optimize.descent.problem import Problem, change_percent
 from optimize.descent.smoothing import smoothed
 from optimize.descent.step_pictures import fixed_pictures
 from relief.common.arrays import Array
 from tactile.measures import each
 from visual.exact.discontinuities import EdgeSamples
-
-StopRule = Literal["schedule", "paper"]
+from visual.looks import FixedSamples, StepView, look_model
 
 DECAY_FLOOR = 0.02
 """Learning rate of the last step as a share of the first step's."""
 MEAN_DECAY, SQUARE_DECAY, LEAST_ROOT = 0.9, 0.999, 1e-8
 """Adam's usual decays of the means of gradient and square, and the least root that it divides by."""
-LOOK_WEIGHT = 0.1
-"""Default w1; the paper leaves it to the user."""
 GROWTH = 30.0
 """Default growth of the weight of the targets over the steps. With constant weights E_vis may grow faster
 than E_rough falls, and the descent ends short of its target: brick two just-noticeable differences smoother
@@ -100,25 +98,32 @@ class AdamDescent:
         self._problem, self._settings = problem, settings
         self._unit = 1.0 / problem.scene.white
         self._weights = torch.as_tensor(problem.scene.weights)
-        self._views = None
-        if problem.look == "exact" and problem.samples is None:
-            self._views = problem.scene.views(None, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
+        self._views: tuple[StepView, ...] = ()
+        if look_model(problem.look).sampled and problem.samples is None:
+            samples = FixedSamples(None, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
+            self._views = problem.scene.look(problem.look).views(samples)
         # Target and current pictures share their samples, so that most or all of the noise cancels.
         self._target = self._pictures(torch.as_tensor(problem.heights))
         self._plate = problem.plate_weights(self._target.numpy())
         self._energy: Tensor | None = None
         self._heights = torch.as_tensor(problem.heights)
 
+    @classmethod
+    def of_run(cls, problem: Problem, steps: int, settings: MethodSettings) -> Self:
+        """The method by the settings of a run; see `MethodClass`."""
+        own = AdamSettings(steps, settings.learning_rate, settings.smoothing, settings.growth, settings.stop)
+        return cls(problem, own)
+
     @staticmethod
-    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
-        """The pressure, and after the first step the means of gradient and square; see the protocol."""
-        mean, square = (Remembered(heights.shape, low, math.inf) for low in (-math.inf, 0.0))
+    def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
+        """The pressure, and after the first step the means of gradient and square; see `MethodClass`."""
+        mean, square = (ArraySchema(heights.shape, low, math.inf) for low in (-math.inf, 0.0))
         begun = {"mean": mean, "square": square} if {"mean", "square"} & memory.keys() else {}
         return {"pressure": PRESSURES, **begun}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights; see the protocol."""
-        return self._stand(step, heights, memory)
+        return self._iterate_at(step, heights, memory)
 
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step of Adam."""
@@ -134,7 +139,7 @@ class AdamDescent:
         change = -self._settings.learning_rate * decay * smoothed(direction, smoothing)
         heights = self._problem.placed(iterate.heights + change)
         memory = {"pressure": iterate.memory["pressure"], **moments._asdict()}
-        return self._stand(number, heights, memory)
+        return self._iterate_at(number, heights, memory)
 
     def satisfied(self, iterate: Iterate) -> bool:
         """Whether the paper's stopping rule is wanted and holds; see the protocol."""
@@ -157,11 +162,13 @@ class AdamDescent:
         )
         return pictures * self._unit
 
-    def _stand(self, step: int, heights: Array, memory: Mapping[str, Array]) -> Iterate:
+    def _iterate_at(self, step: int, heights: Array, memory: Mapping[str, Array]) -> Iterate:
         problem, targets = self._problem, self._problem.targets
         self._heights = torch.tensor(heights, requires_grad=True)
-        fields, pressure = problem.fields(self._heights), memory.get("pressure")
-        begin = None if pressure is None else torch.as_tensor(pressure).reshape(fields.shape)
+        # The fast models of touch are in single precision, heights always in double.
+        dtype, pressure = problem.model.flat_strain.dtype, memory.get("pressure")
+        fields = problem.fields(self._heights).to(dtype)
+        begin = None if pressure is None else torch.as_tensor(pressure, dtype=dtype).reshape(fields.shape)
         touch = problem.model.press(fields, begin)
         values = {quantity.name: quantity.value(touch) for quantity in targets.quantities}
         pictures = self._pictures(self._heights)

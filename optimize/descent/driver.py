@@ -67,24 +67,24 @@ class Iterate:
         return math.isfinite(self.cost) and all(bool(np.isfinite(array).all()) for array in arrays)
 
 
-class Remembered(NamedTuple):
-    """What an array of `Iterate.memory` may be: its shape, where -1 is any length, and its range."""
+class ArraySchema(NamedTuple):
+    """What an array of `Iterate.memory` may be in a checkpoint: its shape (-1: any length) and its range."""
 
     shape: tuple[int, ...]
     least: float
     greatest: float
 
 
-PRESSURES = Remembered((-1, -1, -1), 0.0, math.inf)
+PRESSURES = ArraySchema((-1, -1, -1), 0.0, math.inf)
 """Pressures of a touch, (k, n, n) over its places; the run that goes on knows how many and how fine."""
 
 
-def check_memory(memory: Mapping[str, Array], expected: Mapping[str, Remembered]) -> None:
-    """Compare the memory of an iterate that was read back with what its method remembers.
+def check_memory(memory: Mapping[str, Array], expected: Mapping[str, ArraySchema]) -> None:
+    """Compare the memory of an iterate that was read back with the checkpoint schema of its method.
 
     Args:
         memory: finite arrays by name.
-        expected: of the method.
+        expected: the checkpoint schema.
 
     Raises:
         InputError: an array is missing, surplus, of another shape or out of range; the line names the array.
@@ -100,7 +100,7 @@ def check_memory(memory: Mapping[str, Array], expected: Mapping[str, Remembered]
 
 
 class DescentMethod(Protocol):
-    """A method that makes the steps.
+    """A method that makes the steps; its class is a `optimize.descent.methods.MethodClass`.
 
     Attributes:
         patience: steps without progress after which a descent has converged; None if the method runs by a
@@ -108,10 +108,6 @@ class DescentMethod(Protocol):
     """
 
     patience: int | None
-
-    @staticmethod
-    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
-        """What a memory with such names has to be, for iterates of these heights (rows, cols)."""
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights, number `step`; `memory` is empty, or an earlier iterate's."""

@@ -6,12 +6,14 @@ Of several places, the mean is to meet the mean of the goals: one scale cannot m
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Self
 
 import numpy as np
 import torch
 from scipy import ndimage
 
-from optimize.descent.driver import Iterate, Remembered
+from optimize.descent.driver import ArraySchema, Iterate
+from optimize.descent.methods import MethodSettings
 from optimize.descent.problem import Problem, change_percent
 from relief.common.arrays import Array
 from relief.common.limits import HEIGHT_LIMIT_MM
@@ -95,8 +97,8 @@ def stretched(relief: Array, factor: float) -> Array:
         relief = ndimage.gaussian_filter(relief, math.sqrt((1.0 / factor**2 - 1.0) / 12.0), mode="reflect")
     middle = 0.5 * (np.array(relief.shape) - 1.0)
     at = [(np.arange(n) - m) / factor + m for n, m in zip(relief.shape, middle, strict=True)]
-    found = ndimage.map_coordinates(relief, np.meshgrid(*at, indexing="ij"), order=3, mode="reflect")
-    return np.asarray(np.clip(found, relief.min(), relief.max()))
+    scaled = ndimage.map_coordinates(relief, np.meshgrid(*at, indexing="ij"), order=3, mode="reflect")
+    return np.asarray(np.clip(scaled, relief.min(), relief.max()))
 
 
 class LinearScaling:
@@ -106,12 +108,17 @@ class LinearScaling:
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
-        self._plate = problem.scene.plate_weights()
         self._original = self._pictures(problem.heights)
+        self._plate = problem.plate_weights(self._original)
+
+    @classmethod
+    def of_run(cls, problem: Problem, steps: int, settings: MethodSettings) -> Self:
+        """The method, which has no settings; see `MethodClass`."""
+        return cls(problem)
 
     @staticmethod
-    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
-        """Nothing; see the protocol."""
+    def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
+        """Nothing; see `MethodClass`."""
         return {}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:

@@ -21,7 +21,7 @@ from relief.surface import Surface
 from tactile.measures import TouchMeasures, batches, each, touch_measures
 from tactile.model import ModelName
 from tactile.quantities import Quantity
-from visual.models import LookModel, look_model
+from visual.looks import EXACT, look_model
 from visual.scene import Scene
 
 _Gradients = TypeVar("_Gradients", Array, sp.csr_matrix)
@@ -58,7 +58,7 @@ class Problem:
         samples: a pixel, of pictures that Mitsuba renders for Adam's steps; None: fixed samples without
             noise, as in Gauss-Newton's steps.
         seed: of everything random.
-        touch, look: the models that steer the descent.
+        touch, look: the models that steer the descent; the look is a name of `visual.looks.LOOKS`.
         precision: of touch; None for that of its model.
         repeats: axes (rows, cols) along which the relief repeats.
         spacing_mm: greatest distance between neighbouring places of the finger.
@@ -81,7 +81,7 @@ class Problem:
     samples: int | None = None
     seed: int = 0
     touch: ModelName = "layer"
-    look: LookModel = "exact"
+    look: str = EXACT
     precision: torch.dtype | None = None
     repeats: tuple[bool, bool] = (False, False)
     spacing_mm: float = SPACING_MM
@@ -92,6 +92,7 @@ class Problem:
     model: tactile.TouchModel = field(init=False)
 
     def __post_init__(self) -> None:
+        look_model(self.look)
         surface = self.surface
         patches = Patches(surface, places(surface, self.spacing_mm), STEERING_SAMPLES)
         # The fast models find contact in single precision; the rest of them then gains nothing by double.
@@ -100,7 +101,6 @@ class Problem:
         object.__setattr__(self, "frozen", out_of_reach(self.heights))
         object.__setattr__(self, "patches", patches)
         object.__setattr__(self, "model", model)
-        object.__setattr__(self, "look", look_model(self.look))
 
     @property
     def surface(self) -> Surface:
@@ -204,9 +204,7 @@ class Problem:
 
     def plate_weights(self, pictures: Array) -> Array:
         """Weights of the pixels of a step's pictures, (conditions, rows, cols); see `Scene.plate_weights`."""
-        if self.look == "heights":
-            return np.ones_like(pictures)
-        return self.scene.plate_weights(max(pictures.shape[1:]))
+        return self.scene.look(self.look).plate_weights(pictures)
 
     def value_of(self, quantity: Quantity, touch: tactile.Touch) -> Tensor:
         """A quantity of a touch, by the cheaper estimate where touch itself is by a fast model."""

@@ -11,14 +11,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from visual.exact.view import View
+from visual.looks import StepView
 
 
-def fixed_pictures(heights: Tensor, views: tuple[View, ...], edges: bool) -> Tensor:
+def fixed_pictures(heights: Tensor, views: tuple[StepView, ...], edges: bool) -> Tensor:
     """Pictures (conditions, rows, cols) of a relief (rows, cols) in mm by fixed samples, differentiable.
 
     Args:
-        views: as by `Scene.views`, of which the conditions follow one another.
+        views: as by a `SceneLook`.
         edges: whether the gradient includes the motion of shadow boundaries and of faces.
     """
     pictures: Tensor = _FixedPictures.apply(heights, views, edges)
@@ -27,7 +27,7 @@ def fixed_pictures(heights: Tensor, views: tuple[View, ...], edges: bool) -> Ten
 
 class _FixedPictures(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, heights: Tensor, views: tuple[View, ...], edges: bool) -> Tensor:
+    def forward(ctx: Any, heights: Tensor, views: tuple[StepView, ...], edges: bool) -> Tensor:
         relief = heights.detach().double().numpy()
         of_views = [view.evaluate(relief, ctx.needs_input_grad[0], edges) for view in views]
         ctx.jacobians = [jacobian for of_view in of_views for jacobian in of_view.jacobians]

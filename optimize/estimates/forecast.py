@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from optimize.descent.gauss_newton.other_fingers import MOST_PLACES
+from optimize.descent.methods import METHODS, PIXEL_S, Effort
 from optimize.runs.memory import machine_gib, needed_gib
 from optimize.runs.preparation import checked_scene
 from optimize.settings.run_file import Run
@@ -21,18 +22,12 @@ from relief.patches import Patches
 from relief.places import places
 from tactile.model import check_model
 from tactile.model_names import model_name
-from visual.models import LookModel
+from visual.looks import AUTO, FAST, FixedSamples, look_model
 
 START_S = 4.0
 """Seconds to import, load and compile, and to press on the original."""
-STEP_S, FAST_STEP_S = 1.2e-4, 3e-5
-"""Seconds of a step for each height sample, by the exact and by the fast look."""
-PIXEL_S = 1.5e-7
-"""Seconds for each sample of each pixel of a rendered picture."""
 RENDERED, UNTIL_KNOWN = 2, 64
 """Reliefs whose final pictures are rendered, and about how many samples a pixel make their change known."""
-ADAM_STEP = 4.0
-"""Seconds of one of Adam's steps in units of those of its pictures: the gradient takes most of a step."""
 VERIFIED_S = 1.6e-5
 """Seconds for each sample of a patch beyond the first, pressed by finite elements before and after; as many
 patches lie between the places."""
@@ -40,8 +35,6 @@ PLACE_S = 0.07
 """Seconds of a step for each place of the finger beyond the first."""
 FOLDER_MIB, SAMPLE_MIB, PIXEL_MIB = 0.2, 1.7e-4, 1.6e-5
 """Size of the run's folder, MiB: of any, for each height sample, and for each pixel of each condition."""
-ANY_STEPS = 6
-"""Steps to a target whose distance is not known before the original is pressed."""
 
 
 @dataclass(frozen=True)
@@ -121,8 +114,7 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         check_model(skin, patches.samples, patches.size_mm, settings.touch.model)
         if verify.model == "fem":
             check_model(skin, patches.samples, patches.size_mm, "fem", verify.resolution)
-    if look == "exact":
-        scene.views()
+    scene.look(look).views(FixedSamples())
     heights, pixels = scene.heights.size, scene.resolution[0] * scene.resolution[1]
     steps = expected_steps(settings)
     disk = FOLDER_MIB + SAMPLE_MIB * heights + PIXEL_MIB * pixels * len(scene.conditions)
@@ -164,23 +156,19 @@ def _other_fingers(settings: Run, places: int) -> int:
 
 def rough_seconds(settings: Run) -> float:
     """About how many seconds a run of 128 x 128 samples and four pictures takes; nothing is read."""
-    look: LookModel = "exact" if settings.look.model == "exact" else "fast"
+    look = FAST if settings.look.model == AUTO else settings.look.model
     return _seconds(settings, look, expected_steps(settings), 128**2, 4 * 128**2)
 
 
 def expected_steps(settings: Run) -> int:
-    """About how many steps a run takes, corrections among them: on gravel 2 to 0.5 JND, 4 to 2, 29 to 6."""
-    if settings.descent.method == "adam":
-        return settings.descent.steps
-    if settings.descent.method == "scaling":
-        return 1
-    jnd = settings.touch.numbers().get("jnd")
-    if jnd is None:
-        return min(ANY_STEPS, settings.descent.steps)
-    return min(round(max(2.0 + abs(jnd), 0.8 * jnd**2)), settings.descent.steps)
+    """About how many steps a run takes, corrections among them."""
+    method = METHODS[settings.descent.method]
+    return method.own_steps or method.expected_steps(
+        settings.descent.steps, settings.touch.numbers().get("jnd")
+    )
 
 
-def _seconds(settings: Run, look: LookModel, steps: int, heights: int, rendered: int) -> float:
+def _seconds(settings: Run, look: str, steps: int, heights: int, rendered: int) -> float:
     """About how many seconds a run takes.
 
     Args:
@@ -191,6 +179,7 @@ def _seconds(settings: Run, look: LookModel, steps: int, heights: int, rendered:
         rendered: number of pixels of all pictures that show one relief.
     """
     final = RENDERED * PIXEL_S * rendered * (settings.verify.samples or UNTIL_KNOWN)
-    if settings.descent.method == "adam" and settings.look.samples and look == "exact":
-        return START_S + final + steps * ADAM_STEP * PIXEL_S * rendered * settings.look.samples
-    return START_S + final + steps * heights * (STEP_S if look == "exact" else FAST_STEP_S)
+    model = look_model(look)
+    samples = settings.look.samples if model.sampled else None
+    effort = Effort(steps, heights, rendered, samples, model.step_s)
+    return START_S + final + METHODS[settings.descent.method].seconds(effort)

@@ -25,14 +25,15 @@ from relief.common.progress import Stage, stage
 from tactile.model import ModelName
 from tactile.quantities import LARGEST_JND, LIMIT_PERCENT, ROUGHNESS
 from tactile.skin import Skin
-from visual.models import LookModel
+from visual.looks import EXACT, FAST, look_model
 from visual.noise import batched
 from visual.scene import Scene
 
 _log = logging.getLogger(__name__)
 
-RUNGS = (2.0, 4.0)
-"""Ends of the short descents, JND. A reach within them is measured, one beyond them extrapolated."""
+CURVE_JND = (2.0, 4.0)
+"""Samples of the picture-change curve: ends of the short descents, JND. A reach between the
+samples is measured, and a reach beyond them is extrapolated."""
 STEPS = 8
 """Most steps of each short descent; on the bundled textures three to seven arrive."""
 TOLERANCE = 0.01
@@ -42,8 +43,8 @@ SAMPLES = 64
 
 
 @dataclass(frozen=True)
-class Way:
-    """The reach in one sense.
+class ChangeCurve:
+    """The picture-change curve in one sense, rougher or smoother, and where it passes the limit.
 
     Attributes:
         jnd: just-noticeable differences from the original, positive; `LARGEST_JND` at most, as a run.
@@ -61,10 +62,10 @@ class Way:
 class Reach:
     """The reach both ways, with the models that estimated it."""
 
-    rougher: Way
-    smoother: Way
+    rougher: ChangeCurve
+    smoother: ChangeCurve
     touch: ModelName
-    look: LookModel
+    look: str
 
     def as_json(self) -> dict[str, Any]:
         """Everything, for `retouch evaluate --reach --json`."""
@@ -87,44 +88,44 @@ def reach(scene: Scene, skin: Skin) -> Reach:
     if np.ptp(scene.heights) == 0.0:
         raise InputError("the texture is flat; there is no relief to change")
     touch: ModelName = "quick"
-    look: LookModel = "fast"
+    look = FAST
     try:
-        scene.fast_renderer()
+        scene.look(look).check()
     except InputError as unable:
         _log.info("exact models take the steps: %s", unable)
-        touch, look = "layer", "exact"
+        touch, look = "layer", EXACT
     repeats = scene.surface.repeats
     problem = Problem(
         scene.heights, scene.size_mm, skin, Targets(), scene, touch=touch, look=look, repeats=repeats
     )
     original = problem.press(scene.heights, gradients=False).values[ROUGHNESS.name]
-    changed = _fast_change(scene) if look == "fast" else _rendered_change(scene)
-    with stage("short descents", 2 * len(RUNGS), at_most=True) as advance:
-        rougher, smoother = (_way(problem, original, sense, changed, advance) for sense in (1.0, -1.0))
+    changed = _rendered_change(scene) if look_model(look).sampled else _change(scene, look)
+    with stage("short descents", 2 * len(CURVE_JND), at_most=True) as advance:
+        rougher, smoother = (_curve(problem, original, sense, changed, advance) for sense in (1.0, -1.0))
     return Reach(rougher, smoother, touch, look)
 
 
-def _way(
+def _curve(
     problem: Problem, original: Array, sense: float, changed: Callable[[Array], float], advance: Stage
-) -> Way:
+) -> ChangeCurve:
     ends: list[tuple[float, float]] = []
     heights, memory = problem.heights, dict[str, Array]()
-    for rung in RUNGS:
-        goals = [tactile.jnd_scaled(float(value), sense * rung) for value in original]
+    for magnitude in CURVE_JND:
+        goals = [tactile.jnd_scaled(float(value), sense * magnitude) for value in original]
         targets = Targets.of(TOLERANCE, roughness=goals)
         method = GaussNewton(replace(problem, targets=targets))
-        found = descend(method, targets, method.begin(0, heights, memory), STEPS).best
-        jnd = sense * float(tactile.jnd_apart(found.means[ROUGHNESS.name], float(original.mean())))
-        ends.append((jnd, changed(found.heights)))
+        reached = descend(method, targets, method.begin(0, heights, memory), STEPS).best
+        jnd = sense * float(tactile.jnd_apart(reached.means[ROUGHNESS.name], float(original.mean())))
+        ends.append((jnd, changed(reached.heights)))
         advance()
         _log.info("%+.2f JND: the pictures change by %.2f %% of white", sense * jnd, ends[-1][1])
-        if not targets.met(found.values):
-            return Way(min(jnd, crossing(ends, sense > 0.0)), False, tuple(ends))
+        if not targets.met(reached.values):
+            return ChangeCurve(min(jnd, crossing(ends, sense > 0.0)), False, tuple(ends))
         if ends[-1][1] >= LIMIT_PERCENT:
             break
         # Trust in longer steps is that of a new descent; the pressure is still a good start.
-        heights, memory = found.heights, {"pressure": found.memory["pressure"]}
-    return Way(crossing(ends, sense > 0.0), True, tuple(ends))
+        heights, memory = reached.heights, {"pressure": reached.memory["pressure"]}
+    return ChangeCurve(crossing(ends, sense > 0.0), True, tuple(ends))
 
 
 def crossing(ends: Sequence[tuple[float, float]], bends: bool) -> float:
@@ -146,13 +147,13 @@ def crossing(ends: Sequence[tuple[float, float]], bends: bool) -> float:
     return float(min(LIMIT_PERCENT / max(rate, 1e-9), LARGEST_JND))
 
 
-def _fast_change(scene: Scene) -> Callable[[Array], float]:
-    """From heights to the mean change of the scene's pictures by the fast look, % of white."""
+def _change(scene: Scene, look: str) -> Callable[[Array], float]:
+    """From heights to the mean change of the scene's pictures by a look without noise, % of white."""
     weights = pixel_weights(scene.plate_weights(), scene.weights)
-    original = scene.render(scene.heights, model="fast").numpy()
+    original = scene.render(scene.heights, model=look).numpy()
 
     def changed(heights: Array) -> float:
-        difference = scene.render(heights, model="fast").numpy() - original
+        difference = scene.render(heights, model=look).numpy() - original
         return 100.0 * float((weights * np.abs(difference)).mean()) / scene.white
 
     return changed

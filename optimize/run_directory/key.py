@@ -11,6 +11,7 @@ from relief.common.errors import InputError
 from relief.common.files import read_limited
 from relief.common.formats import PLATES
 from relief.common.nesting import flattened
+from tactile.quantities import mapped_quantities
 
 SETTINGS = "run.toml"
 RESULT = "result.json"
@@ -19,7 +20,11 @@ LARGEST_RESULT = 1 << 24
 """Most bytes of result.json: 100 times those of a run with 64 lights."""
 LARGEST_NUMBER = 1e300
 """Largest number of result.json; NaN, which Python's reader of JSON takes, is not within."""
-FILES = ("scene", "texture", "touch.roughness_map", "touch.feel_of")
+FILES = (
+    *("scene", "texture"),
+    *(f"touch.{quantity.map_keys.file}" for quantity in mapped_quantities()),
+    "touch.feel_of",
+)
 """Settings that name a file, but for the masks of regions. Files may be moved, but not changed, before a run
 is resumed (`Run.files`)."""
 NAMES = ("touch.skin",)

@@ -24,7 +24,7 @@ from tactile import ContactError
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
-from tactile.quantities import LARGEST_JND, ROUGHNESS, Quantity, Values
+from tactile.quantities import LARGEST_JND, Quantity, Values
 
 KEY = "touch.feel_of"
 LARGEST_MISFIT = 0.01
@@ -70,23 +70,26 @@ class Feel:
             InputError: the other relief feels farther from this one than any run goes.
         """
         means = self.touch.means
-        own, wanted = original[ROUGHNESS.name].mean(), means[ROUGHNESS.name]
-        if ROUGHNESS in self.quantities:
-            if min(own, wanted) <= 0.0:
-                raise InputError(
-                    f"{KEY}: {self.other.relief.name}: feels of nothing; there is no roughness to reach"
-                )
-            if abs(apart := jnd_apart(wanted, own)) > LARGEST_JND:
-                nearest = own * ROUGHNESS_JND ** np.copysign(LARGEST_JND, apart)
-                raise InputError(
-                    f"{KEY}: {self.other.relief.name}: roughness {number(wanted)} is {apart:+.1f} "
-                    f"just-noticeable differences from this texture's {number(own)}; the nearest that a run "
-                    f"takes is {number(nearest)} (touch.roughness)"
-                )
+        for one in self.quantities:
+            if one.in_jnd:
+                self._check_distance(one, original[one.name].mean(), means[one.name])
         return tuple(
             Target(one, one.goals[0].goals(means[one.name], original[one.name]), tolerance, self.other.name)
             for one in self.quantities
         )
+
+    def _check_distance(self, quantity: Quantity, own: float, wanted: float) -> None:
+        """Raise InputError if two values are farther apart than any run goes."""
+        name, label = self.other.relief.name, quantity.label
+        if min(own, wanted) <= 0.0:
+            raise InputError(f"{KEY}: {name}: feels of nothing; there is no {label} to reach")
+        if abs(apart := jnd_apart(wanted, own)) > LARGEST_JND:
+            nearest = own * ROUGHNESS_JND ** np.copysign(LARGEST_JND, apart)
+            raise InputError(
+                f"{KEY}: {name}: {label} {number(wanted)} is {apart:+.1f} just-noticeable differences from "
+                f"this texture's {number(own)}; the nearest that a run takes is {number(nearest)} "
+                f"(touch.{quantity.goals[0].key})"
+            )
 
     def as_json(self) -> dict[str, Any]:
         """The entry `touch.feel_of` of result.json: whose feel, its values, and which of them are targets."""

@@ -7,11 +7,12 @@ wide as the patch, which is as sharp as a feel can change.
 
 import logging
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from optimize.descent.targets import Targets
-from optimize.settings.touch import Touch
+from optimize.settings.touch import Touch, Varied
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError, naming
 from relief.common.limits import PATCH_SIDE_MM
@@ -19,7 +20,7 @@ from relief.maps import load_map, means_under
 from relief.places import centres_mm, patch_shape, places
 from relief.surface import Surface
 from tactile.jnd import ROUGHNESS_JND
-from tactile.quantities import LARGEST_JND, QUANTITIES, ROUGHNESS, GoalKey, Quantity, Values
+from tactile.quantities import LARGEST_JND, QUANTITIES, GoalKey, Quantity, Values
 
 _log = logging.getLogger(__name__)
 
@@ -27,7 +28,6 @@ WHITE = 0.5
 """Value of a mask above which a point lies in the region."""
 FELT_SHARE = 0.5
 """Share of the finger's patch, of a region at least once, below which a warning tells of the mixture felt."""
-_MAPPED = {key.key: key for key in ROUGHNESS.goals}["roughness"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ class GoalMap:
         goals = self.goals(at, original)
         side_mm = patch_shape(self.surface)[0] * self.surface.pitch_mm
         nearest = np.minimum(goals, self.quantity.largest(side_mm))
-        if self.quantity is ROUGHNESS:
+        if self.quantity.in_jnd:
             farthest = ROUGHNESS_JND**LARGEST_JND
             nearest = np.clip(goals, original / farthest, original * farthest)
         if (far := np.flatnonzero(nearest != goals)).size:
@@ -140,38 +140,40 @@ def goal_maps(touch: Touch, surface: Surface, at: Index) -> tuple[GoalMap, ...]:
             another, or the surface has no length for a gradient.
     """
     maps = []
-    if touch.roughness_map is not None:
-        maps.append(_of_everywhere("roughness_map", surface, _mapped(touch, surface)))
-    if touch.roughness_from is not None and touch.roughness_to is not None:
-        field = _along(touch.axis or "x", touch.roughness_from, touch.roughness_to, surface)
-        maps.append(_of_everywhere("roughness_from", surface, field))
+    for varied in touch.varied():
+        if varied.file is not None:
+            values = _mapped(varied, varied.file, surface)
+            maps.append(_of_everywhere(varied.quantity, varied.keys.file, surface, values))
+        if varied.first is not None and varied.last is not None:
+            with naming(f"touch.{varied.keys.first}"):
+                values = _along(touch.axis or "x", varied.first, varied.last, surface)
+            maps.append(_of_everywhere(varied.quantity, varied.keys.first, surface, values))
     return (*maps, *_regions(touch, surface, at))
 
 
-def _of_everywhere(name: str, surface: Surface, roughness: Array) -> GoalMap:
-    part = Part(_MAPPED, np.ones(surface.shape), roughness)
-    return GoalMap(name, ROUGHNESS, surface, (part,))
+def _of_everywhere(quantity: Quantity, name: str, surface: Surface, values: Array) -> GoalMap:
+    return GoalMap(name, quantity, surface, (Part(quantity.goals[0], np.ones(surface.shape), values),))
 
 
-def _mapped(touch: Touch, surface: Surface) -> Array:
-    """(rows, cols) roughness of a map. Raises InputError."""
-    assert touch.roughness_map is not None
-    with naming("touch.roughness_map"):
-        values, grey = load_map(touch.roughness_map, surface)
+def _mapped(varied: Varied, file: Path, surface: Surface) -> Array:
+    """(rows, cols) values of a map. Raises InputError."""
+    keys, ends = varied.keys, varied.ends
+    with naming(f"touch.{keys.file}"):
+        values, grey = load_map(file, surface)
     if grey:
-        if touch.roughness_range is None:
-            raise InputError("touch.roughness_range: missing; a picture needs that of black and of white")
-        black, white = touch.roughness_range
+        if ends is None:
+            raise InputError(f"touch.{keys.ends}: missing; a picture needs that of black and of white")
+        black, white = ends
         return black + (white - black) * values
-    if touch.roughness_range is not None:
-        raise InputError(f"touch.roughness_range: is for pictures; {touch.roughness_map} holds roughness")
+    if ends is not None:
+        raise InputError(f"touch.{keys.ends}: is for pictures; {file} holds {varied.quantity.label}")
     if values.min() <= 0.0:
-        raise InputError(f"touch.roughness_map: {touch.roughness_map}: {values.min():g} is not above 0")
+        raise InputError(f"touch.{keys.file}: {file}: {values.min():g} is not above 0")
     return values
 
 
 def _along(axis: str, first: float, last: float, surface: Surface) -> Array:
-    """(rows, cols) roughness in proportion to the way along an axis; `first` and `last` are patches' means.
+    """(rows, cols) values in proportion to the way along an axis; `first` and `last` are patches' means.
 
     Raises:
         InputError: there is only one place along the axis, or the axis repeats.
@@ -179,10 +181,10 @@ def _along(axis: str, first: float, last: float, surface: Surface) -> Array:
     along = 0 if axis == "y" else 1
     length = surface.shape[along] - patch_shape(surface)[along]
     if surface.repeats[along]:
-        raise InputError(f"touch.roughness_from: along {axis}, the surface repeats, which leaves no ends")
+        raise InputError(f"along {axis}, the surface repeats, which leaves no ends")
     if length == 0:
         raise InputError(
-            f"touch.roughness_from: along {axis}, the surface is {surface.size_mm[along]:g} mm long; "
+            f"along {axis}, the surface is {surface.size_mm[along]:g} mm long; "
             f"a finger of {PATCH_SIDE_MM:g} mm has no way to go"
         )
     centres = np.arange(surface.shape[along]) + 0.5 - 0.5 * patch_shape(surface)[along]

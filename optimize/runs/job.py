@@ -15,6 +15,7 @@ import numpy as np
 from optimize.descent.correction import CorrectionState, Segment, descend_with_correction
 from optimize.descent.driver import DescentResult, check_memory
 from optimize.descent.linear_scaling import linear_scaling
+from optimize.descent.methods import METHODS
 from optimize.descent.stop_reason import StopReason
 from optimize.run_directory import results
 from optimize.run_directory.checkpoint import FILE as CHECKPOINT
@@ -24,7 +25,7 @@ from optimize.run_directory.directory import check_vacant, clear
 from optimize.run_directory.history import History
 from optimize.run_directory.key import SETTINGS, run_key
 from optimize.runs.interrupts import interruptible
-from optimize.runs.preparation import METHODS, Prepared, prepare
+from optimize.runs.preparation import Prepared, prepare
 from optimize.runs.recorder import Recorder
 from optimize.settings.run_file import Run, load_run
 from optimize.verification.as_printed import as_printed
@@ -162,8 +163,8 @@ def resume(
     check_key(run_dir / SETTINGS, settings, checkpoint.key)
     current, state = checkpoint.current, checkpoint.state
     with naming(run_dir / CHECKPOINT):
-        remembered = METHODS[settings.descent.method].remembered(current.heights, current.memory)
-        check_memory(current.memory, remembered)
+        schema = METHODS[settings.descent.method].load().checkpoint_schema(current.heights, current.memory)
+        check_memory(current.memory, schema)
     _log.info("%s: goes on after step %d, %d verifications", run_dir, current.step, len(state.iterations))
     began = now()
     with _telling_how_to_go_on(run_dir):
@@ -192,12 +193,12 @@ def _check_touches(run_dir: Path, checkpoint: Checkpoint, prepared: Prepared) ->
     patches, current = prepared.problem.patches, checkpoint.current
     pressures = (patches.count, patches.samples, patches.samples)
     shape = current.memory["pressure"].shape if "pressure" in current.memory else pressures
-    for name, found, expected in (
+    for name, numbers, expected in (
         ("memory.pressure", shape, pressures),
         *((f"values.{name}", each.shape, (patches.count,)) for name, each in current.values.items()),
     ):
-        if found != expected:
-            raise InputError(f"{run_dir / CHECKPOINT}: {name}: {found} numbers, expected {expected}")
+        if numbers != expected:
+            raise InputError(f"{run_dir / CHECKPOINT}: {name}: {numbers} numbers, expected {expected}")
 
 
 def _descend_and_write(

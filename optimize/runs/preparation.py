@@ -1,18 +1,16 @@
 """Preparation of a run: scene loaded, original pressed, targets in numbers; nothing is written yet."""
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from optimize.descent.adam import LOOK_WEIGHT, AdamDescent, AdamSettings
 from optimize.descent.correction import STEPS_AN_ITERATION, Plan, first_surrogate_targets
 from optimize.descent.driver import DescentMethod
-from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.gauss_newton.other_fingers import SMOOTH
 from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
-from optimize.descent.linear_scaling import LinearScaling
+from optimize.descent.methods import METHODS
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Target, Targets
 from optimize.runs.feel_of import Feel, Other, feel, read_other
@@ -32,17 +30,11 @@ from relief.relief import Relief
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import ROUGHNESS, GoalKey, Quantity, Values
-from visual.models import LookModel
+from visual.looks import AUTO, EXACT, FAST
 from visual.scene import Scene, load_scene, plate_size_mm
 
 _log = logging.getLogger(__name__)
 
-METHODS: Mapping[str, type[AdamDescent | GaussNewton | LinearScaling]] = {
-    "gauss-newton": GaussNewton,
-    "adam": AdamDescent,
-    "scaling": LinearScaling,
-}
-"""Descent methods by the names that `descent.method` has."""
 BLACK = 1e-3
 """Mean radiance, in units of white, of a black picture at most; a plate lit from below has a brighter rim."""
 
@@ -74,9 +66,7 @@ class Prepared:
     feel_of: Feel | None = None
 
 
-def checked_scene(
-    settings: Run, variant: str | None
-) -> tuple[Scene, LookModel, tuple[GoalMap, ...], Other | None]:
+def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, str, tuple[GoalMap, ...], Other | None]:
     """The scene of a run, checked as far as it can be without pressing.
 
     Returns:
@@ -134,6 +124,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         InputError: what is wrong with the input, in one line.
     """
     touch, descent = settings.touch, settings.descent
+    method = METHODS[descent.method]
     scene, look, maps, other = checked_scene(settings, variant)
     with naming(settings.texture):
         untargeted = Problem(
@@ -143,7 +134,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             Targets(),
             scene,
             regularisation=descent.regularisation,
-            look_weight=_look_weight(settings),
+            look_weight=method.look_weight if settings.look.weight is None else settings.look.weight,
             masking=settings.look.masking,
             shadow_edges=descent.shadow_edges,
             samples=settings.look.samples,
@@ -175,13 +166,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
     problem = replace(untargeted, targets=targets, fingers=_fingers(settings, targets, original))
 
     def method_for(surrogate: Targets, steps: int) -> DescentMethod:
-        aiming = replace(problem, targets=surrogate)
-        if descent.method == "adam":
-            return AdamDescent(
-                aiming,
-                AdamSettings(steps, descent.learning_rate, descent.smoothing, descent.growth, descent.stop),
-            )
-        return LinearScaling(aiming) if descent.method == "scaling" else GaussNewton(aiming)
+        return method.load().of_run(replace(problem, targets=surrogate), steps, descent)
 
     def verify(heights: Array) -> TouchMeasures:
         return press(heights, verifier or "layer", steered)
@@ -192,11 +177,11 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         problem,
         Plan(
             targets,
-            1 if descent.method == "scaling" else descent.steps,
+            method.own_steps or descent.steps,
             settings.verify.corrections if verifier else 0,
             method_for,
             None if settings.verify.model == "none" else verify,
-            1 if descent.method == "scaling" else STEPS_AN_ITERATION,
+            method.own_steps or STEPS_AN_ITERATION,
         ),
         steering,
         original,
@@ -222,32 +207,24 @@ def _start(problem: Problem, touch: TouchMeasures) -> Array | None:
     return touch.pressure if touch.pressure.shape[1:] == (side, side) else None
 
 
-def _look_weight(settings: Run) -> float:
-    """w1: that of the run, or the method's own."""
-    if settings.look.weight is not None:
-        return settings.look.weight
-    return LOOK_WEIGHT if settings.descent.method == "adam" else 1.0
-
-
-def steering_look(settings: Run, scene: Scene) -> LookModel:
-    """The model of pictures that steers, checked before anything is pressed.
+def steering_look(settings: Run, scene: Scene) -> str:
+    """The name of the look that steers, checked before anything is pressed.
 
     A warning is logged where "auto" becomes "exact".
 
     Raises:
-        InputError: the fast look, or "shading" by it, is asked for and cannot show the scene.
+        InputError: the look that is asked for cannot show the scene.
     """
     look = settings.look.model
-    if look in ("exact", "heights"):
+    if look != AUTO:
+        scene.look(look).check()
         return look
     try:
-        scene.fast_renderer(shadows=look != "shading")
+        scene.look(FAST).check()
     except InputError as obstacle:
-        if look != "auto":
-            raise
         _log.warning("steps take exact light: %s", str(obstacle).partition("; use look.model")[0])
-        return "exact"
-    return "fast" if look == "auto" else look
+        return EXACT
+    return FAST
 
 
 def _targets(settings: Run, size_mm: float, original: Values, maps: Sequence[GoalMap], at: Index) -> Targets:

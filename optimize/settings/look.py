@@ -1,15 +1,13 @@
 """Sections `[look]` and `[verify]` of a run file: the pictures that are kept, and the check of the result."""
 
-import logging
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
-from optimize.settings.toml_files import NotNegative, Section
+from optimize.settings.toml_files import NotNegative, Section, one_of
 from relief.common.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from tactile.limits import FEM_MESH, MAX_MESH, MIN_MESH
-
-_log = logging.getLogger(__name__)
+from visual.looks import AUTO, EXACT, LOOKS
 
 Samples = Annotated[int, Field(ge=1, le=65536)]
 
@@ -26,19 +24,10 @@ class Look(Section):
             those of high contrast, in which changes hide; 0, the default: all alike.
     """
 
-    model: Literal["exact", "fast", "shading", "heights", "auto"] = "exact"
+    model: Annotated[str, one_of(LOOKS, AUTO)] = EXACT
     weight: NotNegative | None = None
     samples: Samples | None = None
     masking: Annotated[float, Field(ge=0, le=100)] = 0.0
-
-    @field_validator("model", mode="before")
-    @classmethod
-    def _renamed(cls, model: Any) -> Any:
-        """Until version 0.2, "fast" may also be written by its former name."""
-        if model != "net":
-            return model
-        _log.warning('look.model: "net" is called "fast" now; version 0.2 will refuse the old word')
-        return "fast"
 
 
 class Verify(Section):

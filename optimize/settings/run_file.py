@@ -4,17 +4,18 @@ import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 import tomli_w
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from mitsuba_scenes import find_file
+from optimize.descent.methods import METHODS, StopRule, methods_that_take
 from optimize.settings.look import Look, Verify
 from optimize.settings.printing import Print
 from optimize.settings.run_paths import anchor, resolve_result
 from optimize.settings.skins import fill_in
-from optimize.settings.toml_files import NotNegative, Positive, Section, first_fault, read_toml
+from optimize.settings.toml_files import NotNegative, Positive, Section, first_fault, one_of, read_toml
 from optimize.settings.touch import RIVALS, Touch, too_large
 from relief.common.errors import InputError, naming
 from relief.common.limits import (
@@ -33,6 +34,12 @@ FilePath = Annotated[Path, Field(strict=False)]
 
 PAPER_TOLERANCE = 0.1
 """Tolerance of the paper's stopping rule (section 4.1): half of what a finger just notices."""
+UNABLE = {
+    "look.masking": "look.masking: {method} has no weights by contrast; {others} has",
+    "touch.fingers": "touch.fingers: {method} steers one finger; {others} a range",
+    "print.printer": "print: {method} makes no whole layers; {others} does",
+}
+"""What a method that does not take a key is unable to do."""
 LARGEST_SMOOTHING = 1e6
 """Largest lambda: steps then divide waves as long as 512 samples by 151; hardly a sample moves alone."""
 
@@ -52,14 +59,14 @@ class DescentSettings(Section):
         regularisation: w2.
     """
 
-    method: Literal["gauss-newton", "adam", "scaling"] = "gauss-newton"
+    method: Annotated[str, one_of(METHODS)] = "gauss-newton"
     steps: Annotated[int, Field(ge=1, le=100_000)] = 100
     tolerance: Annotated[float, Field(gt=0, lt=1)] = 0.01
     shadow_edges: bool = True
     learning_rate: Positive = 0.027
     growth: Annotated[float, Field(ge=1, le=1e6)] = 30.0
     smoothing: Annotated[float, Field(ge=0, le=LARGEST_SMOOTHING)] = 0.0
-    stop: Literal["schedule", "paper"] = "schedule"
+    stop: StopRule = "schedule"
     regularisation: NotNegative = 0.06
 
     @model_validator(mode="before")
@@ -140,23 +147,16 @@ class Run(Section):
         }
 
     @model_validator(mode="after")
-    def _masking_by_gauss_newton(self) -> Self:
-        if self.look.masking and self.descent.method != "gauss-newton":
-            raise ValueError(
-                f"look.masking: {self.descent.method} has no weights by contrast; gauss-newton has"
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _fingers_by_gauss_newton(self) -> Self:
-        if self.touch.fingers == "range" and self.descent.method != "gauss-newton":
-            raise ValueError(f"touch.fingers: {self.descent.method} steers one finger; gauss-newton a range")
-        return self
-
-    @model_validator(mode="after")
-    def _layers_by_gauss_newton(self) -> Self:
-        if self.print.printer is not None and self.descent.method != "gauss-newton":
-            raise ValueError(f"print: {self.descent.method} makes no whole layers; gauss-newton does")
+    def _by_the_method(self) -> Self:
+        stated = {
+            "look.masking": self.look.masking > 0.0,
+            "touch.fingers": self.touch.fingers == "range",
+            "print.printer": self.print.printer is not None,
+        }
+        method = self.descent.method
+        for key, fault in UNABLE.items():
+            if stated[key] and key not in METHODS[method].takes:
+                raise ValueError(fault.format(method=method, others=" or ".join(methods_that_take(key))))
         return self
 
     @model_validator(mode="after")

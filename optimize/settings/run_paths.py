@@ -9,6 +9,7 @@ from optimize.settings.skins import OWN, skin_anchored
 from optimize.settings.toml_files import read_toml
 from relief.common.errors import InputError
 from relief.common.formats import HEIGHT_MAPS, RUN_HEIGHTS
+from tactile.quantities import mapped_quantities
 
 
 def anchor(values: dict[str, Any], folder: Path) -> None:
@@ -25,7 +26,8 @@ def anchor(values: dict[str, Any], folder: Path) -> None:
         if isinstance(skin, str) and skin != OWN:
             section[f"{before}skin"] = skin_anchored(skin, folder)
         regions = regions if isinstance(regions, list) else []
-        for part, key in ((section, f"{before}roughness_map"), *((region, "mask") for region in regions)):
+        maps = ((section, f"{before}{one.map_keys.file}") for one in mapped_quantities())
+        for part, key in (*maps, *((region, "mask") for region in regions)):
             if isinstance(part, dict) and isinstance(part.get(key), str):
                 part[key] = os.path.abspath(folder / part[key])
         if isinstance(other := section.get(f"{before}feel_of"), str):

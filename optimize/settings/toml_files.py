@@ -3,11 +3,11 @@
 import difflib
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic.fields import FieldInfo
 
 from relief.common.errors import InputError
@@ -24,6 +24,18 @@ class Section(BaseModel):
     """A section of a file of settings: no other keys, no conversions."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+def one_of(table: Iterable[str], *others: str) -> BeforeValidator:
+    """A check that a value is a name of a table, as the table is when the check runs, or one of others."""
+
+    def check(value: object) -> object:
+        if value not in (names := [*table, *others]):
+            *first, last = (repr(name) for name in names)
+            raise ValueError(f"Input should be {', '.join(first)} or {last}")
+        return value
+
+    return BeforeValidator(check)
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -1,45 +1,64 @@
 """Section `[touch]` of a run file: the feel to reach, the model of touch that steers, and the skin."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import Field, create_model, model_validator
 
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.skins import SKIN_KEYS, SkinKeys
-from optimize.settings.toml_files import Positive, Section
+from optimize.settings.toml_files import Positive, Section, one_of
 from relief.common.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_RELIEF_MM
 from relief.places import SPACING_MM
 from relief.surface import Repeats
-from tactile.quantities import CONTACT_AREA, GOAL_KEYS, ROUGHNESS, GoalKey, Quantity
+from tactile.quantities import (
+    QUANTITIES,
+    ROUGHNESS,
+    GoalKey,
+    MapKeys,
+    Quantity,
+    feel_of_quantities,
+    goal_keys,
+    mapped_quantities,
+)
 
 MOST_REGIONS = 256
 """Most regions of a surface."""
-MAP_KEYS = (("roughness_map", "roughness_range"), ("roughness_from", "roughness_to", "axis"))
-"""Keys of `[touch]` that together state a roughness that varies: by a map, and along an axis."""
 FEEL_OF_KEYS = ("feel_of", "feel_of_relief_mm", "feel_of_repeats", "feel_of_quantity")
 """Keys of `[touch]` that together state the feel of another relief; the last belongs to no one relief."""
-FEEL_OF_QUANTITIES: Mapping[str, tuple[Quantity, ...]] = {
-    "roughness": (ROUGHNESS,),
-    "contact-area": (CONTACT_AREA,),
-    "both": (ROUGHNESS, CONTACT_AREA),
-}
-"""Quantities that make up the other's feel, by the values of `touch.feel_of_quantity`."""
-_ROUGHNESS_KEYS = (*((key.key,) for key in ROUGHNESS.goals), *MAP_KEYS)
+FEEL_OF_QUANTITIES = feel_of_quantities()
+GOAL_KEYS = goal_keys()
+MAPPED = mapped_quantities()
+
+
+def _stating(quantity: Quantity) -> list[tuple[str, ...]]:
+    """Keys that state a goal of a quantity: those that do so together, for each way to state it."""
+    ways: list[tuple[str, ...]] = [(key.key,) for key in quantity.goals]
+    if quantity.mapped:
+        keys = quantity.map_keys
+        ways += [(keys.file, keys.ends), (keys.first, keys.last, "axis")]
+    return ways
+
+
+def _rivals() -> dict[str, list[str]]:
+    rivals: dict[str, list[str]] = {}
+    for quantity in QUANTITIES.values():
+        ways = _stating(quantity)
+        others = [*ways, FEEL_OF_KEYS] if quantity is ROUGHNESS else ways
+        for keys in ways:
+            for one in keys:
+                replaced = [key for other in others if other is not keys for key in other]
+                rivals.setdefault(f"touch.{one}", replaced)
+    return rivals
+
+
 RIVALS = {
-    **{
-        f"touch.{one}": [other.key for other in quantity.goals if other is not key]
-        for one, (quantity, key) in GOAL_KEYS.items()
-    },
-    **{
-        f"touch.{one}": [
-            key for other in (*_ROUGHNESS_KEYS, FEEL_OF_KEYS) if other is not keys for key in other
-        ]
-        for keys in _ROUGHNESS_KEYS
-        for one in keys
-    },
-    "touch.feel_of": [*GOAL_KEYS, *(key for keys in MAP_KEYS for key in keys), *FEEL_OF_KEYS[1:3]],
+    **_rivals(),
+    "touch.feel_of": [
+        *GOAL_KEYS,
+        *(key for one in MAPPED for keys in _stating(one)[len(one.goals) :] for key in keys),
+        *FEEL_OF_KEYS[1:3],
+    ],
     "touch.skin": list(SKIN_KEYS),
 }
 """For each goal key of `[touch]`, the other keys for the same quantity, and for the skin those that describe
@@ -49,11 +68,16 @@ _GOAL_FIELDS: dict[str, Any] = {
     name: (Annotated[float, Field(allow_inf_nan=False, **key.bounds)] | None, None)
     for name, (_, key) in GOAL_KEYS.items()
 }
+_Ends = Annotated[tuple[Positive, Positive], Field(strict=False)]
+_MAP_TYPES = (Annotated[Path, Field(strict=False)] | None, _Ends | None, Positive | None, Positive | None)
+_MAP_FIELDS: dict[str, Any] = {
+    key: (kind, None) for one in MAPPED for key, kind in zip(one.map_keys, _MAP_TYPES, strict=True)
+}
 
 Goals = list[tuple[Quantity, GoalKey, float]]
 
 
-def _given(section: Section) -> Goals:
+def _numbers(section: Section) -> Goals:
     """The goals that a section gives, each with its quantity and its key. Raises ValueError."""
     each = [(quantity, key, getattr(section, name)) for name, (quantity, key) in GOAL_KEYS.items()]
     goals = [(quantity, key, number) for quantity, key, number in each if number is not None]
@@ -63,6 +87,23 @@ def _given(section: Section) -> Goals:
             raise ValueError(f"{names[quantity.name]} and {key.key} exclude each other")
         names[quantity.name] = key.key
     return goals
+
+
+class Varied(NamedTuple):
+    """A goal that varies over the surface, as `[touch]` states it by `keys`; each value is None if not given.
+
+    Attributes:
+        file: of the map; absolute once loaded.
+        ends: values of black and of white, if the map is a picture.
+        first, last: felt by the first and the last finger along the axis.
+    """
+
+    quantity: Quantity
+    keys: MapKeys
+    file: Path | None
+    ends: tuple[float, float] | None
+    first: float | None
+    last: float | None
 
 
 class _RegionModel(Section):
@@ -76,7 +117,7 @@ class _RegionModel(Section):
 
     def goals(self) -> Goals:
         """The goals that are given, each with its quantity and its key."""
-        return _given(self)
+        return _numbers(self)
 
     @model_validator(mode="after")
     def _a_goal_a_quantity(self) -> Self:
@@ -104,8 +145,9 @@ times as many places, and the equations of their forces sixteen times as many.""
 class _TouchModel(SkinKeys):
     """`[touch]`: the feel to reach, the model of touch that steers, and the skin.
 
-    The goals that are numbers are added below, from the table in `tactile.quantities`. At least one
-    goal is needed: a number, or one that varies over the surface (`optimize.runs.goal_maps`).
+    The goals that are numbers, maps, or vary along the axis are added below, from the table in
+    `tactile.quantities`. At least one goal is needed: a number, or one that varies over the surface
+    (`optimize.runs.goal_maps`).
 
     Attributes:
         model: of touch, for the descent.
@@ -115,10 +157,6 @@ class _TouchModel(SkinKeys):
             difference of the other fingers from that change.
         skin: name or file whose values the keys of `SkinKeys` have that are not given; "own" where one of
             those that are given differs.
-        roughness_map: picture or array over the whole surface, of the roughness to be felt; absolute once
-            loaded.
-        roughness_range: roughness of black and of white, if the map is a picture.
-        roughness_from, roughness_to: felt by the first and the last finger along the axis.
         axis: "x", from left to right, unless it is "y", from top to bottom.
         region: parts of the surface with a feel of their own; the rest keeps the original's.
         feel_of: height map whose feel is the goal; absolute once loaded, and a file where it named a run.
@@ -132,20 +170,21 @@ class _TouchModel(SkinKeys):
     fingers: Literal["one", "range"] = "one"
     fingers_weight: Annotated[float, Field(gt=0, le=LARGEST_FINGERS_WEIGHT)] = 20.0
     skin: Annotated[str, Field(min_length=1)] = DEFAULT_SKIN
-    roughness_map: Annotated[Path, Field(strict=False)] | None = None
-    roughness_range: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
-    roughness_from: Positive | None = None
-    roughness_to: Positive | None = None
     axis: Literal["x", "y"] | None = None
     region: Annotated[tuple[Region, ...], Field(strict=False, max_length=MOST_REGIONS)] = ()
     feel_of: Annotated[Path, Field(strict=False)] | None = None
     feel_of_relief_mm: Annotated[float, Field(ge=SMALLEST_RELIEF_MM, le=LARGEST_RELIEF_MM)] | None = None
     feel_of_repeats: Repeats | None = None
-    feel_of_quantity: Literal["roughness", "contact-area", "both"] | None = None
+    feel_of_quantity: Annotated[str, one_of(FEEL_OF_QUANTITIES)] | None = None
 
     def goals(self) -> Goals:
         """The goals that are numbers, each with its quantity and its key."""
-        return _given(self)
+        return _numbers(self)
+
+    def varied(self) -> list[Varied]:
+        """For each quantity that may vary over the surface, what is given of its goal."""
+        keys = ((one, one.map_keys) for one in MAPPED)
+        return [Varied(one, each, *(getattr(self, key) for key in each)) for one, each in keys]
 
     def numbers(self) -> dict[str, float]:
         """The goals that are numbers, by their keys."""
@@ -159,7 +198,9 @@ class _TouchModel(SkinKeys):
     def stated(self) -> dict[str, str]:
         """The key that states a goal of each quantity, by the quantity's name. Raises ValueError."""
         keys = [(quantity.name, key.key) for quantity, key, _ in self.goals()]
-        keys += [(ROUGHNESS.name, first) for first, *_ in MAP_KEYS if getattr(self, first) is not None]
+        for quantity, names, file, _, first, _ in self.varied():
+            given = ((names.file, file), (names.first, first))
+            keys += [(quantity.name, key) for key, value in given if value is not None]
         keys += [(quantity.name, "feel_of") for quantity in self.feel_of_quantities]
         regional = {quantity.name: "region" for region in self.region for quantity, _, _ in region.goals()}
         stated: dict[str, str] = {}
@@ -172,24 +213,27 @@ class _TouchModel(SkinKeys):
     def maps(self) -> dict[str, Path]:
         """Maps, masks and the other relief by their keys, as in `touch.region.0.mask`."""
         masks = {f"touch.region.{number}.mask": region.mask for number, region in enumerate(self.region)}
-        others = {"touch.roughness_map": self.roughness_map, "touch.feel_of": self.feel_of}
+        others = {f"touch.{one.keys.file}": one.file for one in self.varied()}
+        others["touch.feel_of"] = self.feel_of
         return {key: file for key, file in others.items() if file is not None} | masks
 
     @model_validator(mode="after")
     def _one_goal_a_quantity(self) -> Self:
-        if not self.stated() and self.roughness_to is None:
+        if not self.stated() and all(one.last is None for one in self.varied()):
             raise ValueError(f"a target is missing: {_ALL_KEYS}")
         return self
 
     @model_validator(mode="after")
     def _whole_maps(self) -> Self:
-        if self.roughness_range is not None and self.roughness_map is None:
-            raise ValueError("roughness_range: is for a roughness_map, which is missing")
-        if (self.roughness_from is None) != (self.roughness_to is None):
-            missing = "roughness_from" if self.roughness_from is None else "roughness_to"
-            raise ValueError(f"{missing}: missing; a roughness along an axis has two ends")
-        if self.axis is not None and self.roughness_from is None:
-            raise ValueError("axis: is for roughness_from and roughness_to, which are missing")
+        for quantity, keys, file, ends, first, last in self.varied():
+            if ends is not None and file is None:
+                raise ValueError(f"{keys.ends}: is for a {keys.file}, which is missing")
+            if (first is None) != (last is None):
+                missing = keys.first if first is None else keys.last
+                raise ValueError(f"{missing}: missing; a {quantity.label} along an axis has two ends")
+        if self.axis is not None and all(one.first is None for one in self.varied()):
+            both = " or ".join(f"{one.keys.first} and {one.keys.last}" for one in self.varied())
+            raise ValueError(f"axis: is for {both}, which are missing")
         return self
 
     @model_validator(mode="after")
@@ -201,7 +245,7 @@ class _TouchModel(SkinKeys):
 
     @model_validator(mode="after")
     def _fingers_by_roughness(self) -> Self:
-        if self.fingers == "range" and not (ROUGHNESS.name in self.stated() or self.roughness_to is not None):
+        if self.fingers == "range" and ROUGHNESS.name not in self.stated():
             raise ValueError("fingers: a range of fingers needs a goal of roughness, such as jnd")
         return self
 
@@ -209,8 +253,8 @@ class _TouchModel(SkinKeys):
 if TYPE_CHECKING:
     Touch = _TouchModel
 else:
-    Touch = create_model("Touch", __base__=_TouchModel, **_GOAL_FIELDS)
-    """`[touch]` with a field for each goal key of the table."""
+    Touch = create_model("Touch", __base__=_TouchModel, **_GOAL_FIELDS, **_MAP_FIELDS)
+    """`[touch]` with a field for each goal key of the table, and for each of those that vary."""
 
 
 def too_large(quantity: Quantity, goal: float, size_mm: float) -> str:

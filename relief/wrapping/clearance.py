@@ -61,7 +61,7 @@ def clearance(body: Body, normals: Array, most_mm: float) -> Array:
     return radii
 
 
-def room(body: Body, normals: Array, out_mm: float, in_mm: float) -> Array:
+def clearance_factor(body: Body, normals: Array, out_mm: float, in_mm: float) -> Array:
     """Factor in [0, 1] at each vertex, (n,), by which displacements are lowered so that none can meet.
 
     Args:

@@ -11,7 +11,7 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.progress import say, stage
 from relief.meshes.refining import AREA_PER_FACE, expected_faces, refined
-from relief.wrapping.clearance import room
+from relief.wrapping.clearance import clearance_factor
 from relief.wrapping.masks import Regions, mask_at
 from relief.wrapping.patches import lay_out
 from relief.wrapping.surfaces import MOST_FACES, BaseSurface, FineSurface, Settings, check_count
@@ -101,7 +101,9 @@ def wrap(
     if not where.any():
         raise InputError("mask: leaves nothing of the surface")
     edge_mm = _edge(base.body, where, coverings, settings)
-    factor = room(base.body, base.normals, (1.0 - settings.level) * tallest, settings.level * tallest)
+    factor = clearance_factor(
+        base.body, base.normals, (1.0 - settings.level) * tallest, settings.level * tallest
+    )
     factor = np.where(needed, factor, 1.0)
     lowered = _lowered(base.body, where, factor, tallest)
     around = np.zeros(len(needed), bool)

@@ -6,11 +6,12 @@ from pathlib import Path
 
 from mitsuba_scenes import find_texture
 from relief.common.errors import InputError
-from tactile.quantities import GOAL_KEYS, QUANTITIES
+from tactile.quantities import QUANTITIES, feel_of_quantities, goal_keys, mapped_quantities
 
-OTHER_GOALS = ("roughness_map", "roughness_from", "roughness_to", "region", "feel_of")
+_MAPS = [quantity.map_keys for quantity in mapped_quantities()]
+OTHER_GOALS = (*(key for keys in _MAPS for key in (keys.file, keys.first, keys.last)), "region", "feel_of")
 """Keys of `[touch]` that state a target other than a number."""
-_NUMBERS = (*GOAL_KEYS, "feel_of_relief_mm")
+_NUMBERS = (*goal_keys(), "feel_of_relief_mm")
 _TEXTS = ("feel_of", "feel_of_quantity")
 
 
@@ -36,7 +37,7 @@ def add_target(parser: argparse.ArgumentParser) -> None:
     )
     target.add_argument(
         "--feel-of-quantity",
-        choices=("roughness", "contact-area", "both"),
+        choices=tuple(feel_of_quantities()),
         help="what of OTHER's feel is the goal (default: roughness)",
     )
 
@@ -57,7 +58,7 @@ def target_overrides(arguments: argparse.Namespace) -> list[str]:
 
 def check_target(source: object, settings: list[str]) -> None:
     """Raise InputError if no override of a run without a run file states a target."""
-    targets = {f"touch.{key}" for key in (*GOAL_KEYS, *OTHER_GOALS)}
+    targets = {f"touch.{key}" for key in (*goal_keys(), *OTHER_GOALS)}
     if not {setting.partition("=")[0].strip() for setting in settings} & targets:
         raise InputError(
             f"{source}: no target: give --roughness, --jnd, --feel-of, or one for the contact area"

@@ -1,10 +1,9 @@
 """What each headline number of a page means, in a sentence or two for a person who has not read the paper."""
 
+from tactile.quantities import QUANTITIES
+
 MEANINGS = {
-    "roughness": "The mean difference of the skin's strain between points 1.4 to 3 mm apart, at the depth of "
-    "the receptors. Roughness has no unit; a larger number feels rougher.",
-    "contact_area_mm2": "The area in which the skin touches the plate; a gap of 0.0125 mm counts half. More "
-    "contact carries more heat away, and feels colder.",
+    **{name: quantity.meaning for name, quantity in QUANTITIES.items()},
     "jnd": "One just-noticeable difference (JND) is a ratio of 1.19 in roughness: a person who touches both "
     "plates names the rougher one in 84 of 100 tries. Two are 97 of 100; guessing is 50.",
     "eye": "How much the radiance of a pixel changes on average, over all pixels that show the plate and all "

@@ -71,16 +71,16 @@ def read_scene(folder: Path, arguments: Sequence[Any]) -> None:
         _all_finite([list(light.strength or ()), list(light.direction or ()), light.scale])
     _all_finite(list(needs.weights))
     heights = scene_relief(path).heights
-    for model in ("step", "exact", "fast"):
+    for model in ("exact", "fast"):
         obstacles(model, description, needs, heights.shape)
 
 
 def read_checkpoint(folder: Path, arguments: Sequence[Any]) -> None:
     from optimize.descent.driver import check_memory
+    from optimize.descent.methods import METHODS
     from optimize.run_directory import results
     from optimize.run_directory.checkpoint import check_key, load_checkpoint
     from optimize.run_directory.history import History
-    from optimize.runs.preparation import METHODS
     from optimize.settings.run_file import load_run
 
     run_dir = folder / arguments[0]
@@ -88,8 +88,8 @@ def read_checkpoint(folder: Path, arguments: Sequence[Any]) -> None:
     checkpoint = load_checkpoint(run_dir)
     check_key(run_dir / results.SETTINGS, settings, checkpoint.key)
     current, state = checkpoint.current, checkpoint.state
-    remembered = METHODS[settings.descent.method].remembered(current.heights, current.memory)
-    check_memory(current.memory, remembered)
+    schema = METHODS[settings.descent.method].load().checkpoint_schema(current.heights, current.memory)
+    check_memory(current.memory, schema)
     history = History(
         run_dir, state.surrogate_targets, len(state.iterations), current.step, checkpoint.history
     )

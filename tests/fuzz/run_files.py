@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from optimize.settings import run_file as config
 from optimize.settings import touch as touch_settings
-from tactile.quantities import GOAL_KEYS
+from tactile.quantities import goal_keys
 from tests.fuzz.case import HOSTILE, Case, chance, edited, several_edits
 
 SECTIONS: Mapping[str, tuple[str, ...]] = {
-    "touch": (*GOAL_KEYS, "jnd", *touch_settings._TouchModel.model_fields),
+    "touch": (*goal_keys(), "jnd", *touch_settings.Touch.model_fields),
     "look": tuple(config.Look.model_fields),
     "descent": tuple(config.DescentSettings.model_fields),
     "verify": tuple(config.Verify.model_fields),
@@ -88,7 +88,7 @@ def tables(draw: st.DrawFn) -> dict[str, Any]:
     for key in draw(st.lists(st.sampled_from(TOP), max_size=2, unique=True)):
         content[key] = draw(values(key))
     for name in draw(st.lists(st.sampled_from(sorted(SECTIONS)), max_size=3, unique=True)):
-        keys = tuple(key for key in SECTIONS[name] if key not in GOAL_KEYS or chance(draw, 8))
+        keys = tuple(key for key in SECTIONS[name] if key not in goal_keys() or chance(draw, 8))
         chosen = draw(st.lists(st.sampled_from(keys), max_size=3, unique=True))
         content.setdefault(name, {}).update({key: draw(values(key)) for key in chosen})
     if chance(draw, 10):

@@ -274,7 +274,6 @@ def test_every_part_that_prevents_gradients_is_named_and_the_first_refuses(
     loaded = scene_of(*lights, **written)
     description = describe(check_scene(tmp_path / "scene.xml"))
     found = obstacles("exact", description, needs_of(description), (SIDE, SIDE))
-    assert found == obstacles("step", description, needs_of(description), (SIDE, SIDE))
     assert len(found) == len(parts)
     assert all(one.startswith(part) for one, part in zip(found, parts, strict=True))
     if found:

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from optimize.descent.gauss_newton import windows
 from optimize.descent.gauss_newton.laplacian import laplacian
-from optimize.descent.gauss_newton.other_fingers import Drawn
+from optimize.descent.gauss_newton.other_fingers import SoftTargets
 from relief.common.arrays import Array
 from relief.common.progress import stage
 from relief.patches import Patches
@@ -26,10 +26,15 @@ class System(NamedTuple):
 
 
 class Response(NamedTuple):
-    """Changes of the relief: the best for the look (heights,), and by unit forces (heights, targets)."""
+    """Changes of the relief: the step that is best for the look alone, and what constraints add to it.
 
-    free: Array
-    pulls: Array | sp.csc_matrix
+    Attributes:
+        unconstrained_step: (heights,) mm.
+        constraint_responses: (heights, constraints), by a unit force on each target at each place.
+    """
+
+    unconstrained_step: Array
+    constraint_responses: Array | sp.csc_matrix
 
 
 @stage("solving for a step")
@@ -38,26 +43,26 @@ def response_of(
     damping: float,
     gradients: Array | sp.csr_matrix,
     patches: Patches,
-    drawn: Drawn | None = None,
+    soft_targets: SoftTargets | None = None,
 ) -> Response:
     """The least squares solved: alone, and for a unit force along each target's gradient.
 
-    Values that are only drawn to their goals are terms of low rank beside those of the look, which the
+    Soft targets are terms of low rank beside those of the look, which the
     matrix of the look is factorised without (Woodbury's formula).
     """
     matrix = sp.csr_matrix(system.matrix + damping * system.damping)
     if not isinstance(gradients, np.ndarray) and matrix.shape[0] > windows.MOST_AT_ONCE:
         return Response(*windows.windowed_response(matrix, system.load, gradients, patches))
     solve = factorised(matrix, minimum_degree=True)
-    pulled = gradients if isinstance(gradients, np.ndarray) else gradients.toarray()
-    columns = [system.load, *pulled, *(() if drawn is None else drawn.gradients)]
+    forced = gradients if isinstance(gradients, np.ndarray) else gradients.toarray()
+    columns = [system.load, *forced, *(() if soft_targets is None else soft_targets.gradients)]
     solved = solve(np.column_stack(columns))
-    if drawn is not None:
-        solved, by_drawn = np.split(solved, [1 + len(pulled)], axis=1)
-        own = np.diag(1.0 / drawn.stiffness) + drawn.gradients @ by_drawn
-        missing = -drawn.gradients @ solved
-        missing[:, 0] += drawn.wanted
-        solved = solved + by_drawn @ np.linalg.solve(own, missing)
+    if soft_targets is not None:
+        solved, by_soft = np.split(solved, [1 + len(forced)], axis=1)
+        own = np.diag(1.0 / soft_targets.stiffness) + soft_targets.gradients @ by_soft
+        missing = -soft_targets.gradients @ solved
+        missing[:, 0] += soft_targets.wanted
+        solved = solved + by_soft @ np.linalg.solve(own, missing)
     return Response(solved[:, 0], solved[:, 1:])
 
 

@@ -1,4 +1,4 @@
-"""Forces of a Gauss-Newton step on its targets: what a step is to change, and how hard it has to pull.
+"""Bounded target forces: what a Gauss-Newton step is to change of its targets, and the forces that do it.
 
 A target of one touch is a constraint that the step meets. Several touches feel nearly the same relief, and
 their differences would take large forces, which the pictures pay for. Each touch then gives way, like a
@@ -22,7 +22,7 @@ LEAST_SLOPE = 1e-3
 the mean."""
 
 
-class Aim:
+class BoundedTargetForces:
     """The goals of a descent as constraints, one for each target at each touch, target by target.
 
     Attributes:

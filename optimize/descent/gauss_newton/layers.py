@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from optimize.descent.driver import Remembered
+from optimize.descent.driver import ArraySchema
 from relief.common.arrays import Array
 from relief.common.limits import DEEPEST_RELIEF_MM, HEIGHT_LIMIT_MM
 from relief.depth import out_of_reach
@@ -55,11 +55,11 @@ class Layers:
             self._greatest, self._least = most * self._layer_mm, fewest * self._layer_mm
 
     @staticmethod
-    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
+    def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
         """What the parts of a memory that this module writes have to be; none where it wrote none."""
         expected = {
-            HEIGHTS: Remembered((heights.shape[0], heights.shape[1]), 0.0, DEEPEST_RELIEF_MM),
-            WEIGHT: Remembered((1,), 0.0, LARGEST),
+            HEIGHTS: ArraySchema((heights.shape[0], heights.shape[1]), 0.0, DEEPEST_RELIEF_MM),
+            WEIGHT: ArraySchema((1,), 0.0, LARGEST),
         }
         return expected if expected.keys() & memory.keys() else {}
 

@@ -16,29 +16,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 import scipy.sparse as sp
 import torch
 
-from optimize.descent.driver import PRESSURES, Iterate, Remembered
+from optimize.descent.driver import PRESSURES, ArraySchema, Iterate
 from optimize.descent.gauss_newton.equations import Response, System, picture_weight, response_of
-from optimize.descent.gauss_newton.forces import Aim
+from optimize.descent.gauss_newton.forces import BoundedTargetForces
 from optimize.descent.gauss_newton.laplacian import laplacian
 from optimize.descent.gauss_newton.layers import HEIGHTS, PATIENCE, WEIGHT, Layers
 from optimize.descent.gauss_newton.masking import masking_weights
 from optimize.descent.gauss_newton.other_fingers import FingersFelt, OtherFingers
 from optimize.descent.gauss_newton.trust import DAMPING, LARGEST_SHARE, LEAST_SHARE, MOST_DAMPING, Trust
+from optimize.descent.methods import MethodSettings
 from optimize.descent.problem import Problem, change_percent
 from relief.common.arrays import Array
 from relief.common.progress import stage
 from tactile.measures import TouchMeasures
 from tactile.quantities import Values
 from visual.exact.discontinuities import EdgeSamples
-from visual.exact.view import Pictures, View
-from visual.fast.jacobian import FastView
-from visual.height_view import HeightView
+from visual.exact.view import Pictures
+from visual.looks import FixedSamples
 
 SMOOTHING = 10.0
 """Weight of the differences between neighbouring samples in the damping."""
@@ -91,9 +91,11 @@ class GaussNewton:
         problem = replace(problem, precision=problem.precision or torch.float32)
         self._problem = problem
         targets = problem.targets.each
-        self._aim = Aim(targets)
+        self._target_forces = BoundedTargetForces(targets)
         self._slopes_hold = all(target.quantity.slope_holds for target in targets)
-        self._views = _views(problem)
+        resolution = REFINEMENT * max(problem.scene.resolution)
+        samples = FixedSamples(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
+        self._views = problem.scene.look(problem.look).views(samples)
         self._layers = None
         if problem.printer is not None:
             self._layers = Layers(problem.heights, problem.printer, problem.surface)
@@ -113,12 +115,17 @@ class GaussNewton:
         pixels = float(self._weights.sum()) * float((self._plate > 0.0).mean()) * self._target[0].size
         self._others = None if problem.fingers is None else OtherFingers(problem, problem.fingers, pixels)
 
+    @classmethod
+    def of_run(cls, problem: Problem, steps: int, settings: MethodSettings) -> Self:
+        """The method, whose settings are all in the problem; see `MethodClass`."""
+        return cls(problem)
+
     @staticmethod
-    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
-        """Trust, and pressures as a start of the next contacts; see the protocol."""
-        trust = Remembered((2,), LEAST_SHARE, MOST_DAMPING)
+    def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
+        """Trust, and pressures as a start of the next contacts; see `MethodClass`."""
+        trust = ArraySchema((2,), LEAST_SHARE, MOST_DAMPING)
         fingers = {"fingers": PRESSURES} if "fingers" in memory else {}
-        return {"trust": trust, "pressure": PRESSURES, **fingers, **Layers.remembered(heights, memory)}
+        return {"trust": trust, "pressure": PRESSURES, **fingers, **Layers.checkpoint_schema(heights, memory)}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights; see the protocol."""
@@ -127,28 +134,30 @@ class GaussNewton:
         if self._layers is not None and HEIGHTS in memory:
             heights, weight = memory[HEIGHTS], float(memory[WEIGHT][0])
         touch = self._press(heights, memory.get("pressure"))
-        return self._stand(step, heights, touch, trust, memory.get("fingers"), weight)
+        return self._iterate_at(step, heights, touch, trust, memory.get("fingers"), weight)
 
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step, shortened until the targets follow their prediction."""
         assert self._current is not None
         problem, (start, look, touch, felt, others) = self._problem, self._current
-        drawn = None if others is None else others.drawn()
+        soft_targets = None if others is None else others.soft_targets()
         trust = Trust(*iterate.memory["trust"])
         weight = 0.0
         if self._layers is not None:
             weight = self._layers.next_weight(float(iterate.memory[WEIGHT][0]), problem.targets.met(felt))
         system = self._system(start, look, weight)
         for attempt in range(ATTEMPTS):
-            response = response_of(system, trust.damping, touch.gradients, problem.patches, drawn)
+            response = response_of(system, trust.damping, touch.gradients, problem.patches, soft_targets)
             heights, after, error = self._step(start, touch, felt, response, trust.share)
-            distance = self._aim.distance(self._aim.values(felt))
+            distance = self._target_forces.distance(self._target_forces.values(felt))
             trust = trust.after(error, min(trust.share, distance))
             if error <= REFUSED or attempt == ATTEMPTS - 1:
                 break
         if after.gradients.size == 0:
             after = self._press(heights, after.pressure)
-        return self._stand(iterate.step + 1, heights, after, trust, iterate.memory.get("fingers"), weight)
+        return self._iterate_at(
+            iterate.step + 1, heights, after, trust, iterate.memory.get("fingers"), weight
+        )
 
     def satisfied(self, iterate: Iterate) -> bool:
         """No rule beside those of the driver; see the protocol."""
@@ -163,25 +172,25 @@ class GaussNewton:
             The relief with the smallest prediction error; its touch, with gradients if no correction was
             needed; that error as a share of the change wanted.
         """
-        problem, aim, (free, pulls) = self._problem, self._aim, response
-        values, gradients = aim.values(touch.values), touch.gradients
-        wanted = aim.wanted(aim.values(felt), share)
-        slopes = gradients @ pulls
+        problem, bounded, (unconstrained, responses) = self._problem, self._target_forces, response
+        values, gradients = bounded.values(touch.values), touch.gradients
+        wanted = bounded.wanted(bounded.values(felt), share)
+        slopes = gradients @ responses
         slopes = slopes if isinstance(slopes, np.ndarray) else slopes.toarray()
-        forces = aim.forces(slopes, wanted - gradients @ free)
+        forces = bounded.forces(slopes, wanted - gradients @ unconstrained)
         # Forces of several touches give way: what the slopes promise is what can be expected of them.
-        expected = gradients @ (free + pulls @ forces) if aim.several else wanted
+        expected = gradients @ (unconstrained + responses @ forces) if bounded.several else wanted
         best, before = (start, touch, np.inf), None
-        arriving = aim.arriving(aim.values(felt), share)
-        for press in range(SEVERAL_PRESSES if aim.several else PRESSES):
-            change = free + pulls @ forces
+        arriving = bounded.arriving(bounded.values(felt), share)
+        for press in range(SEVERAL_PRESSES if bounded.several else PRESSES):
+            change = unconstrained + responses @ forces
             scale = min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))
             moved = start + scale * change.reshape(start.shape)
             heights = problem.placed(moved) if self._layers is None else self._layers.placed(moved)
             # The first press mostly is the last: it comes with the gradients that the next step needs.
             after = self._press(heights, best[1].pressure, gradients=press == 0)
-            changed = aim.values(after.values) - values
-            error = aim.error(changed, scale * expected, wanted)
+            changed = bounded.values(after.values) - values
+            error = bounded.error(changed, scale * expected, wanted)
             if error < best[2]:
                 best = heights, after, error
             # Where slopes hold over a step, only the step that arrives has to be exact.
@@ -196,7 +205,7 @@ class GaussNewton:
                 unexplained = changed - before[1] - slopes @ moved_by
                 slopes = slopes + np.outer(unexplained, moved_by) / max(moved_by @ moved_by, 1e-300)
             before = forces, changed
-            correction = aim.forces(slopes, expected - changed)
+            correction = bounded.forces(slopes, expected - changed)
             largest = LARGEST_CORRECTION * float(np.linalg.norm(forces))
             correction *= min(1.0, largest / max(float(np.linalg.norm(correction)), 1e-300))
             forces = forces + correction
@@ -208,7 +217,7 @@ class GaussNewton:
     def _evaluate(self, heights: Array) -> tuple[Pictures, ...]:
         return tuple(view.evaluate(heights, edges=self._problem.shadow_edges) for view in self._views)
 
-    def _stand(
+    def _iterate_at(
         self,
         step: int,
         heights: Array,
@@ -219,21 +228,21 @@ class GaussNewton:
     ) -> Iterate:
         unmoved = np.array_equal(heights, self._problem.heights)
         look = shown = self._original if unmoved else self._evaluate(heights)
-        made, felt, kept = heights, touch, dict[str, Array]()
+        relief, felt, kept = heights, touch, dict[str, Array]()
         if self._layers is not None:
             kept = {HEIGHTS: heights, WEIGHT: np.array([weight])}
             if not unmoved:
-                made = self._layers.rounded(heights)
-                felt = self._problem.press(made, touch.pressure, gradients=False)
-                shown = tuple(view.evaluate(made, jacobian=False) for view in self._views)
-        others = None if self._others is None else self._others.press(made, fingers)
+                relief = self._layers.rounded(heights)
+                felt = self._problem.press(relief, touch.pressure, gradients=False)
+                shown = tuple(view.evaluate(relief, jacobian=False) for view in self._views)
+        others = None if self._others is None else self._others.press(relief, fingers)
         self._current = _Evaluation(heights, look, touch, felt.values, others)
         if others is not None:
             kept["fingers"] = others.pressure
         pictures = np.concatenate([of_view.pictures for of_view in shown]) * self._unit
         return Iterate(
             step,
-            made,
+            relief,
             felt.values,
             felt.contact_fraction,
             *change_percent(pictures, self._target, self._plate, self._problem.scene.weights),
@@ -251,8 +260,8 @@ class GaussNewton:
         matrix = 2.0 * bend
         load = -2.0 * (bend @ (heights - problem.heights).ravel())
         conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
-        known = zip(conditions, self._target, self._weights, self._roots, strict=True)
-        for (jacobian, picture), target, weight, root in known:
+        terms = zip(conditions, self._target, self._weights, self._roots, strict=True)
+        for (jacobian, picture), target, weight, root in terms:
             scaled, difference = jacobian * self._unit, (picture * self._unit - target).ravel()
             if problem.masking:
                 scaled, difference = sp.diags(root.ravel()) @ scaled, root.ravel() * difference
@@ -271,13 +280,3 @@ class GaussNewton:
             free, load = sp.diags((~stay).astype(np.float64)), np.where(stay, 0.0, load)
             matrix, damping = free @ matrix @ free + sp.diags(stay.astype(np.float64)), free @ damping @ free
         return System(matrix, damping, load)
-
-
-def _views(problem: Problem) -> tuple[View | FastView | HeightView, ...]:
-    """Views that give the pictures of a step with their Jacobians."""
-    if problem.look == "heights":
-        return (HeightView(problem.heights, len(problem.scene.conditions)),)
-    if problem.look != "exact":
-        return (FastView(problem.scene.fast_renderer(shadows=problem.look == "fast")),)
-    resolution = REFINEMENT * max(problem.scene.resolution)
-    return problem.scene.views(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)

@@ -29,15 +29,15 @@ from tactile.strain import principal_strain
 MOST_PLACES = 4
 """Most places where other fingers press: their mean over the places is drawn to a goal, not each of them."""
 LARGEST_SHARE = 0.2
-"""Largest change of a finger's roughness that a step is drawn toward, as a share of its value."""
+"""Largest change of a finger's roughness that a step is to make, as a share of its value."""
 JND = float(np.log(jnd_scaled(1.0, 1.0)))
 """Just-noticeable difference of roughness, as a logarithm."""
 SMOOTH = 1e-6
 """Roughness that stands for smaller ones, which are rounding errors; ratios to them mean nothing."""
 
 
-class Drawn(NamedTuple):
-    """Values that a step is drawn toward, without having to meet them.
+class SoftTargets(NamedTuple):
+    """Targets as terms of the sum that a step minimises: the step approaches them, but need not meet them.
 
     Attributes:
         gradients: (m, heights) of the values.
@@ -80,12 +80,12 @@ class FingersFelt:
         """Distance to the goals, rms over the fingers, in the % of picture change that it counts as."""
         return self.weight * float(np.sqrt(np.square(self.jnd_off).mean()))
 
-    def drawn(self) -> Drawn:
-        """The pull toward the goals."""
+    def soft_targets(self) -> SoftTargets:
+        """The goals as soft targets of a step."""
         values = np.maximum(self.values, SMOOTH)
         unit, most = JND * values, LARGEST_SHARE * values
         wanted = np.clip(-self.jnd_off * unit, -most, most)
-        return Drawn(self.gradients, wanted, self.stiffness / len(unit) / unit**2)
+        return SoftTargets(self.gradients, wanted, self.stiffness / len(unit) / unit**2)
 
 
 class OtherFingers:

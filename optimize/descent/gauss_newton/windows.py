@@ -96,20 +96,20 @@ def windowed_response(
     # Of the places of each target.
     middle = np.tile(middles[:, 0] * shape[1] + middles[:, 1], gradients.shape[0] // patches.count)
     margin = max(patches.shape) // 2 + MARGIN
-    free, columns, order = np.zeros(matrix.shape[0]), list[sp.csc_matrix](), list[Index]()
+    unconstrained, columns, order = np.zeros(matrix.shape[0]), list[sp.csc_matrix](), list[Index]()
     each = list(windows(shape, patches.surface.repeats, core, margin))
     with stage("solving for a step, window by window", len(each)) as advance:
         for window in each:
             own = np.flatnonzero(np.isin(middle, window.samples[window.core]))
             solve = factorised(matrix[window.samples][:, window.samples], minimum_degree=True)
-            pulled = gradients[own][:, window.samples].toarray()
-            solved = solve(np.column_stack((load[window.samples], pulled.T)))
-            free[window.samples[window.core]] = solved[window.core, 0]
+            forced = gradients[own][:, window.samples].toarray()
+            solved = solve(np.column_stack((load[window.samples], forced.T)))
+            unconstrained[window.samples[window.core]] = solved[window.core, 0]
             order.append(own)
             columns.append(_placed(solved[:, 1:], window.samples, matrix.shape[0]))
             advance()
-    pulls = sp.hstack(columns, format="csc")
-    return free, pulls[:, np.argsort(np.concatenate(order))]
+    responses = sp.hstack(columns, format="csc")
+    return unconstrained, responses[:, np.argsort(np.concatenate(order))]
 
 
 def _placed(values: Array, samples: Index, total: int) -> sp.csc_matrix:

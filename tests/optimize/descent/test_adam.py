@@ -8,8 +8,9 @@ import torch
 
 import tactile
 from optimize.descent import energies
-from optimize.descent.adam import LOOK_WEIGHT, AdamDescent, AdamSettings, Moments
+from optimize.descent.adam import AdamDescent, AdamSettings, Moments
 from optimize.descent.driver import check_memory, descend
+from optimize.descent.methods import ADAM_LOOK_WEIGHT
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
@@ -25,7 +26,7 @@ PAPER_RATE = 0.027
 def quick(problem_with: ProblemWith, original: TouchMeasures) -> Problem:
     """Two just-noticeable differences rougher, with few samples a pixel."""
     targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.means["roughness"], 2))
-    return replace(problem_with(targets), look_weight=LOOK_WEIGHT)
+    return replace(problem_with(targets), look_weight=ADAM_LOOK_WEIGHT)
 
 
 def test_the_first_steps_go_toward_the_target(quick: Problem) -> None:
@@ -46,7 +47,7 @@ def test_forty_steps_reach_the_papers_tolerance(
     problem_with: ProblemWith, original: TouchMeasures, jnd: float
 ) -> None:
     targets = Targets.of(PAPER_TOLERANCE, roughness=tactile.jnd_scaled(original.means["roughness"], jnd))
-    problem = replace(problem_with(targets), look_weight=LOOK_WEIGHT)
+    problem = replace(problem_with(targets), look_weight=ADAM_LOOK_WEIGHT)
     method = AdamDescent(problem, AdamSettings(40))
     descent = descend(method, targets, method.begin(0, problem.heights, {}), 40)
     assert descent.reason is StopReason.CONVERGED
@@ -85,7 +86,7 @@ def test_an_iterate_is_not_changed_by_later_steps(quick: Problem) -> None:
     start = method.begin(0, quick.heights, {})
     first = method.advance(start)
     for reached in (start, first):
-        check_memory(reached.memory, method.remembered(reached.heights, reached.memory))
+        check_memory(reached.memory, method.checkpoint_schema(reached.heights, reached.memory))
     kept = {name: value.copy() for name, value in first.memory.items()}
     method.advance(first)
     np.testing.assert_array_equal(start.heights, quick.heights)

@@ -13,7 +13,7 @@ from optimize.descent.correction import (
     descend_with_correction,
     first_surrogate_targets,
 )
-from optimize.descent.driver import Iterate, Remembered
+from optimize.descent.driver import ArraySchema, Iterate
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
 from tactile.measures import TouchMeasures
@@ -44,7 +44,7 @@ class Straight:
         self.goals = targets.goals()
 
     @staticmethod
-    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
+    def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
         return {}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:

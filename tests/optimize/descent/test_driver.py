@@ -8,8 +8,8 @@ import pytest
 
 from optimize.descent.driver import (
     HOPELESS_STEPS,
+    ArraySchema,
     Iterate,
-    Remembered,
     StepRecord,
     StopReason,
     better,
@@ -41,7 +41,7 @@ class Scripted:
         self.visits, self.patience = visits, patience
 
     @staticmethod
-    def remembered(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, Remembered]:
+    def checkpoint_schema(heights: Array, memory: Mapping[str, Array]) -> Mapping[str, ArraySchema]:
         return {}
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
@@ -57,7 +57,7 @@ class Scripted:
         return False
 
 
-BOUNDS = {"trust": Remembered((2,), 0.0, 1.0), "pressure": Remembered((2, 2), 0.0, np.inf)}
+BOUNDS = {"trust": ArraySchema((2,), 0.0, 1.0), "pressure": ArraySchema((2, 2), 0.0, np.inf)}
 SOUND = {"trust": np.array([0.5, 1.0]), "pressure": np.zeros((2, 2))}
 
 

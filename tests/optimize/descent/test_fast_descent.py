@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import tactile
-from optimize.descent.adam import LOOK_WEIGHT, AdamDescent, AdamSettings
+from optimize.descent.adam import AdamDescent, AdamSettings
 from optimize.descent.driver import DescentMethod, DescentResult, descend
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
+from optimize.descent.methods import ADAM_LOOK_WEIGHT
 from optimize.descent.problem import Problem
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
@@ -79,7 +80,7 @@ def test_its_steps_import_no_mitsuba(problem: Problem, monkeypatch: pytest.Monke
 
 
 def test_adam_goes_down_by_it(problem: Problem) -> None:
-    weighted = replace(problem, look_weight=LOOK_WEIGHT)
+    weighted = replace(problem, look_weight=ADAM_LOOK_WEIGHT)
     descent = walk(problem, AdamDescent(weighted, AdamSettings(30, 0.01)), 30)
     start = problem.targets.relative_error(problem.press(problem.heights, gradients=False).values)
     assert problem.targets.relative_error(descent.best.values) < 0.2 * start

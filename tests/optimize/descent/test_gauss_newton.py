@@ -13,7 +13,7 @@ import torch
 import tactile
 from optimize.descent.driver import DescentResult, check_memory, descend
 from optimize.descent.gauss_newton import method as gauss_newton
-from optimize.descent.gauss_newton.forces import Aim
+from optimize.descent.gauss_newton.forces import BoundedTargetForces
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.linear_scaling import linear_scaling
 from optimize.descent.problem import Problem
@@ -156,7 +156,7 @@ def test_it_goes_on_from_its_memory_as_if_it_had_not_stopped(
     problem = problem_with(rougher(original, 1))
     first = GaussNewton(problem)
     middle = first.advance(first.begin(0, problem.heights, {}))
-    check_memory(middle.memory, first.remembered(middle.heights, middle.memory))
+    check_memory(middle.memory, first.checkpoint_schema(middle.heights, middle.memory))
     second = GaussNewton(problem)
     resumed = second.advance(second.begin(1, middle.heights, middle.memory))
     straight = first.advance(middle)
@@ -176,12 +176,12 @@ def test_where_small_changes_leave_the_feel_alone_the_target_is_out_of_reach(
 
 
 def test_what_a_target_still_needs_is_told_of_values_of_zero_too() -> None:
-    aim = Aim(Targets.of(TOLERANCE, roughness=1.5).each)
+    aim = BoundedTargetForces(Targets.of(TOLERANCE, roughness=1.5).each)
     assert aim.distance(np.array([2.0])) == pytest.approx(0.25)
     assert aim.distance(np.zeros(1)) == 1.0
     assert aim.distance(np.array([1.5])) == 0.0
     # A gradient has its mean already, and its ends have not.
-    gradient = Aim(Targets.of(TOLERANCE, roughness=[1.0, 3.0]).each)
+    gradient = BoundedTargetForces(Targets.of(TOLERANCE, roughness=[1.0, 3.0]).each)
     assert gradient.distance(np.array([2.0, 2.0])) == pytest.approx(0.5)
 
 

@@ -11,7 +11,7 @@ import tactile
 from optimize.descent.driver import DescentResult, descend
 from optimize.descent.gauss_newton.equations import System, response_of
 from optimize.descent.gauss_newton.method import GaussNewton
-from optimize.descent.gauss_newton.other_fingers import JND, Drawn, FingersFelt, OtherFingers
+from optimize.descent.gauss_newton.other_fingers import JND, FingersFelt, OtherFingers, SoftTargets
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Targets
 from relief.patches import Patches
@@ -75,10 +75,10 @@ def test_distances_count_in_jnd(felt: FingersFelt) -> None:
     np.testing.assert_allclose(felt.jnd_off, -1.0, rtol=1e-9)
     assert felt.percent == pytest.approx(20.0)
     met = replace(felt, values=felt.goals)
-    assert met.percent == 0.0 and not met.drawn().wanted.any()
+    assert met.percent == 0.0 and not met.soft_targets().wanted.any()
 
 
-def test_a_pull_is_the_derivative_of_what_is_minimised(felt: FingersFelt) -> None:
+def test_the_slope_of_a_soft_target_is_the_derivative_of_what_is_minimised(felt: FingersFelt) -> None:
     """The sum is half of the stiffness times the mean square distance; its model has its slope by values."""
     values = felt.goals * np.exp(JND * np.array([0.3, -0.2, 0.1, 0.4]))
     near = replace(felt, values=values, stiffness=7.0)
@@ -86,25 +86,27 @@ def test_a_pull_is_the_derivative_of_what_is_minimised(felt: FingersFelt) -> Non
     def energy(at: np.ndarray) -> float:
         return 0.5 * 7.0 * float(np.square(replace(near, values=at).jnd_off).mean())
 
-    drawn = near.drawn()
-    for number, pull in enumerate(drawn.stiffness * drawn.wanted):
+    soft = near.soft_targets()
+    for number, pull in enumerate(soft.stiffness * soft.wanted):
         step = 1e-6 * values * (np.arange(4) == number)
         slope = (energy(values + step) - energy(values - step)) / (2.0 * step[number])
         assert -pull == pytest.approx(slope, rel=1e-6)
 
 
-def test_pulls_are_terms_of_the_least_squares() -> None:
+def test_soft_targets_are_terms_of_the_least_squares() -> None:
     random = np.random.default_rng(0)
     matrix = random.normal(size=(12, 12))
     system = System(sp.csr_matrix(matrix @ matrix.T), sp.csr_matrix(np.eye(12)), random.normal(size=12))
     gradients, by_others = random.normal(size=(2, 3, 12))
-    drawn = Drawn(by_others, random.normal(size=3), np.array([0.5, 30.0, 1e3]))
+    soft = SoftTargets(by_others, random.normal(size=3), np.array([0.5, 30.0, 1e3]))
     plate = Surface((3, 4), 10.0)
-    found = response_of(system, 0.7, gradients, Patches(plate, places(plate)), drawn)
-    weighted = by_others.T * drawn.stiffness
+    response = response_of(system, 0.7, gradients, Patches(plate, places(plate)), soft)
+    weighted = by_others.T * soft.stiffness
     whole = matrix @ matrix.T + 0.7 * np.eye(12) + weighted @ by_others
-    np.testing.assert_allclose(found.free, np.linalg.solve(whole, system.load + weighted @ drawn.wanted))
-    np.testing.assert_allclose(found.pulls, np.linalg.solve(whole, gradients.T))
+    np.testing.assert_allclose(
+        response.unconstrained_step, np.linalg.solve(whole, system.load + weighted @ soft.wanted)
+    )
+    np.testing.assert_allclose(response.constraint_responses, np.linalg.solve(whole, gradients.T))
 
 
 def test_fingers_come_closer_and_the_pictures_pay(problem_with: ProblemWith, original: TouchMeasures) -> None:

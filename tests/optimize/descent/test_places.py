@@ -11,7 +11,7 @@ import tactile
 from optimize.descent.driver import descend
 from optimize.descent.energies import target_energy
 from optimize.descent.gauss_newton import windows
-from optimize.descent.gauss_newton.forces import YIELDING, Aim
+from optimize.descent.gauss_newton.forces import YIELDING, BoundedTargetForces
 from optimize.descent.gauss_newton.laplacian import laplacian
 from optimize.descent.gauss_newton.method import GaussNewton
 from optimize.descent.problem import Problem
@@ -20,7 +20,7 @@ from relief.common.arrays import Array
 from relief.places import between
 from relief.relief import Relief
 from tactile.measures import measure_touch
-from tactile.quantities import GOAL_KEYS, ROUGHNESS
+from tactile.quantities import ROUGHNESS, goal_keys
 from tests.optimize.conftest import STUDIO, ProblemWith
 from tests.tactile.reliefs import SIZE
 from visual.scene import Scene, load_scene
@@ -90,9 +90,9 @@ def test_a_fast_model_feels_all_places_too(tile: Problem) -> None:
 
 def test_goals_by_jnd_are_each_places_own_and_by_number_keep_proportions() -> None:
     original = np.array([0.04, 0.05, 0.06])
-    np.testing.assert_allclose(GOAL_KEYS["jnd"][1].goals(2.0, original), original * 1.19**2)
-    np.testing.assert_allclose(GOAL_KEYS["roughness"][1].goals(0.1, original), 2.0 * original)
-    assert GOAL_KEYS["roughness"][1].goals(0.07, np.array([0.043])).tolist() == [0.07]
+    np.testing.assert_allclose(goal_keys()["jnd"][1].goals(2.0, original), original * 1.19**2)
+    np.testing.assert_allclose(goal_keys()["roughness"][1].goals(0.1, original), 2.0 * original)
+    assert goal_keys()["roughness"][1].goals(0.07, np.array([0.043])).tolist() == [0.07]
 
 
 def test_a_target_is_met_by_its_mean_and_by_every_place() -> None:
@@ -123,14 +123,14 @@ def slopes_of(count: int, apart: float) -> Array:
 
 
 def test_one_touch_is_met_exactly() -> None:
-    aim = Aim(Targets.of(TOLERANCE, **BOTH).each)
+    aim = BoundedTargetForces(Targets.of(TOLERANCE, **BOTH).each)
     slopes = np.array([[2.0, 0.3], [0.3, 500.0]])
     np.testing.assert_allclose(slopes @ aim.forces(slopes, np.array([0.01, -3.0])), [0.01, -3.0])
 
 
 @pytest.mark.parametrize("apart", [0.0, 1e-9, 1e-3])
 def test_forces_on_places_that_feel_alike_stay_bounded(apart: float) -> None:
-    aim, slopes = Aim((Target(ROUGHNESS, np.full(16, 0.1), TOLERANCE),)), slopes_of(16, apart)
+    aim, slopes = BoundedTargetForces((Target(ROUGHNESS, np.full(16, 0.1), TOLERANCE),)), slopes_of(16, apart)
     wanted = 0.01 + 0.002 * np.random.default_rng(0).standard_normal(16)
     forces = aim.forces(slopes, wanted)
     assert np.ptp(forces) < 2.0 * np.ptp(wanted) / YIELDING
@@ -138,7 +138,7 @@ def test_forces_on_places_that_feel_alike_stay_bounded(apart: float) -> None:
 
 
 def test_a_place_without_slope_takes_no_part() -> None:
-    aim, slopes = Aim((Target(ROUGHNESS, np.full(3, 0.1), TOLERANCE),)), slopes_of(3, 0.5)
+    aim, slopes = BoundedTargetForces((Target(ROUGHNESS, np.full(3, 0.1), TOLERANCE),)), slopes_of(3, 0.5)
     slopes[0] = slopes[:, 0] = 0.0
     forces = aim.forces(slopes, np.full(3, 0.01))
     assert np.isfinite(forces).all()
@@ -159,7 +159,7 @@ def test_the_laplacian_of_a_tile_goes_around() -> None:
 
 @pytest.mark.parametrize("key", ["jnd", "contact_area_scale"])
 def test_every_place_of_a_tile_reaches_its_own_goal(tile: Problem, key: str) -> None:
-    quantity, goal_key = GOAL_KEYS[key]
+    quantity, goal_key = goal_keys()[key]
     before = tile.press(tile.heights, gradients=False).values[quantity.name]
     number = {"jnd": 1.0, "contact_area_scale": 0.9}[key]
     targets = Targets((Target(quantity, goal_key.goals(number, before), TOLERANCE),))

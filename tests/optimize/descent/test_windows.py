@@ -65,17 +65,17 @@ def test_windows_agree_with_one_factorisation(
     surface = Surface((72, 78), 39.0, (repeats, repeats))
     matrix, load, gradients, patches = _equations(surface, 3)
     gradients = sp.vstack([gradients] * targets, format="csr")
-    free, pulls = windowed_response(matrix, load, gradients, patches, core=18)
+    unconstrained, responses = windowed_response(matrix, load, gradients, patches, core=18)
     solved = factorised(matrix)(np.column_stack((load, gradients.toarray().T)))
-    assert np.abs(free - solved[:, 0]).max() < 1e-5 * np.abs(solved[:, 0]).max()
-    assert np.abs(pulls.toarray() - solved[:, 1:]).max() < 1e-5 * np.abs(solved[:, 1:]).max()
-    assert pulls.nnz < solved[:, 1:].size
+    assert np.abs(unconstrained - solved[:, 0]).max() < 1e-5 * np.abs(solved[:, 0]).max()
+    assert np.abs(responses.toarray() - solved[:, 1:]).max() < 1e-5 * np.abs(solved[:, 1:]).max()
+    assert responses.nnz < solved[:, 1:].size
 
 
 def test_a_window_that_holds_all_is_one_factorisation() -> None:
     surface = Surface((60, 60), 15.0)
     matrix, load, gradients, patches = _equations(surface, 4)
-    free, pulls = windowed_response(matrix, load, gradients, patches, core=60)
+    unconstrained, responses = windowed_response(matrix, load, gradients, patches, core=60)
     solved = factorised(matrix)(np.column_stack((load, gradients.toarray().T)))
-    assert np.abs(free - solved[:, 0]).max() < 1e-12 * np.abs(free).max()
-    assert np.abs(pulls.toarray() - solved[:, 1:]).max() < 1e-6 * np.abs(solved[:, 1:]).max()
+    assert np.abs(unconstrained - solved[:, 0]).max() < 1e-12 * np.abs(unconstrained).max()
+    assert np.abs(responses.toarray() - solved[:, 1:]).max() < 1e-6 * np.abs(solved[:, 1:]).max()

@@ -34,7 +34,7 @@ def test_a_curve_that_bends_down_goes_on_in_a_line_and_no_reach_exceeds_a_run() 
 def test_the_fast_look_takes_the_steps_and_the_change_grows_with_the_way(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reaching, "RUNGS", (0.5, 1.0))
+    monkeypatch.setattr(reaching, "CURVE_JND", (0.5, 1.0))
     monkeypatch.setattr(reaching, "STEPS", 3)
     lit = load_scene(write_scene(tmp_path, hills(1.0), [sun(35.0, name="sun")], PLASTIC))
     found = reach(lit, Skin())
@@ -44,13 +44,13 @@ def test_the_fast_look_takes_the_steps_and_the_change_grows_with_the_way(
         assert list(jnds) == sorted(jnds) and list(changes) == sorted(changes)
         assert 0.0 < way.jnd <= LARGEST_JND
         if way.arrived and changes[-1] < LIMIT_PERCENT:
-            assert jnds == pytest.approx(reaching.RUNGS, abs=0.1)
+            assert jnds == pytest.approx(reaching.CURVE_JND, abs=0.1)
 
 
 def test_other_scenes_fall_back_to_the_exact_models(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(reaching, "RUNGS", (0.5,))
+    monkeypatch.setattr(reaching, "CURVE_JND", (0.5,))
     monkeypatch.setattr(reaching, "SAMPLES", 16)
     save_heights_exr(tmp_path / "hills.exr", hills(1.0))
     arguments = [

@@ -164,8 +164,8 @@ def test_layers_move_by_whole_layers_and_stay_within_limits() -> None:
     assert layers.next_weight(0.0, met=False) == 0.0
     assert 0.0 < layers.next_weight(0.0, met=True) < layers.next_weight(3.0, met=False)
     memory = {HEIGHTS: original, "layer_weight": np.array([3.0])}
-    assert Layers.remembered(original, memory).keys() == memory.keys()
-    assert Layers.remembered(original, {"trust": original}) == {}
+    assert Layers.checkpoint_schema(original, memory).keys() == memory.keys()
+    assert Layers.checkpoint_schema(original, {"trust": original}) == {}
 
 
 def test_layers_of_a_deep_relief_keep_the_slope_to_what_stays() -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from optimize.descent.methods import METHODS
 from optimize.settings import run_file as config
 from relief.common.errors import InputError
 
@@ -53,17 +54,16 @@ def test_defaults_are_those_of_the_design(run_file: Path) -> None:
     assert (run.touch.model, run.look.model, run.verify.model) == ("layer", "exact", "fem")
 
 
-@pytest.mark.parametrize("overrides", [(), ("look.model=net",)], ids=["run file", "--set"])
-def test_the_former_name_of_the_fast_look_is_accepted_with_a_line_that_says_so(
-    run_file: Path, caplog: pytest.LogCaptureFixture, overrides: tuple[str, ...]
-) -> None:
-    named = "fast" if overrides else "net"
-    write(run_file.parent, f'[touch]\njnd = 1\nmodel = "net"\n[look]\nmodel = "{named}"\n')
-    run = config.load_run(run_file, overrides)
-    assert (run.touch.model, run.look.model) == ("net", "fast")
-    assert '[look]\nmodel = "fast"' in config.dump_resolved(run)
-    (line,) = caplog.messages
-    assert line.startswith('look.model: "net" is called "fast" now')
+def test_touch_has_a_net_and_the_look_has_none(run_file: Path) -> None:
+    assert config.load_run(run_file, ["touch.model=net"]).touch.model == "net"
+    with pytest.raises(InputError, match=r"look\.model: Input should be 'exact', .* \(given: 'net'\)$"):
+        config.load_run(run_file, ["look.model=net"])
+
+
+def test_methods_take_keys_that_run_files_have() -> None:
+    keys = set(config.run_keys())
+    for name, method in METHODS.items():
+        assert method.takes <= keys, name
 
 
 def test_a_run_cannot_be_changed(run_file: Path) -> None:

@@ -100,10 +100,7 @@ def test_batches_have_a_picture_each(two_lights: FastRenderer) -> None:
     assert pixel_means(pictures).shape == (2, 2, SIDE // 2, SIDE // 2)
 
 
-def test_the_former_name_of_the_model_is_accepted_with_a_warning(scene_of: Callable[..., Scene]) -> None:
+def test_an_unknown_look_is_refused(scene_of: Callable[..., Scene]) -> None:
     scene = scene_of(sun(35.0), heights=waves(SIDE, 1.5).numpy())
-    with pytest.warns(FutureWarning, match='"net" is called "fast" now'):
-        named = scene.render(model="net")  # type: ignore[arg-type]
-    assert torch.equal(named, scene.render(model="fast"))
     with pytest.raises(InputError, match=r'^look\.model: "quick" is not one of exact, fast'):
-        scene.render(model="quick")  # type: ignore[arg-type]
+        scene.render(model="quick")
