@@ -17,7 +17,7 @@ from benchmarks.common import load, machine, save, table
 from benchmarks.objects import tile_of
 from benchmarks.paper_objects import FACES, FAST, RUNS, run_once
 from benchmarks.views import LIGHTS, SIZE, VIEWS, Pictures, change_percent, pictures, sheet
-from optimize.run_directory.key import read_result
+from optimize.run_directory.key import read_verification
 from optimize.settings.run_file import run_from_scene
 from relief.common.arrays import Array
 from relief.objects.table import OBJECTS
@@ -46,7 +46,7 @@ def folder_of(texture: str, way: str) -> Path:
 def measured(texture: str) -> tuple[dict[str, Any], list[Pictures]]:
     """Changes of the pictures, % of their mean, and the pictures: original, optimised, scaled."""
     folders = [folder_of(texture, way) for way in WAYS]
-    results = [read_result(folder) for folder in folders]
+    results = [read_verification(folder) for folder in folders]
     bare = OBJECTS["curved"].make()
     looks = [
         pictures(wrap(bare, [Covering(tile_of(tile))], Settings(faces=FACES)).body, bare)
@@ -56,11 +56,11 @@ def measured(texture: str) -> tuple[dict[str, Any], list[Pictures]]:
     for way, result, look in zip(WAYS, results, looks[1:], strict=True):
         assert result is not None
         found[way] = {
-            "roughness": result["touch"]["verified_roughness"],
-            "plate_percent": result["look"]["change_percent"],
+            "roughness": result.touch.verified["roughness"],
+            "plate_percent": result.look.change_percent,
             "object_percent": np.round(change_percent(looks[0], look), 2).tolist(),
         }
-        found["before"] = result["touch"]["initial_roughness"]
+        found["before"] = result.touch.initial["roughness"]
     return found, looks
 
 

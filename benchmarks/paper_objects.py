@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from benchmarks.common import load, machine, save, table
 from benchmarks.objects import tile_of
 from benchmarks.views import Pictures, change_percent, pictures
-from optimize.run_directory.key import SETTINGS, read_result
+from optimize.run_directory.key import SETTINGS, read_verification
 from optimize.settings.run_file import Run, load_run, run_from_scene
 from optimize.settings.skins import load_skin
 from optimize.verification.mesh_feel import feel_of
@@ -152,7 +152,7 @@ PAIRS = {
 
 def run_once(run: Run, folder: Path) -> None:
     """A run of this texture and target, unless the folder holds one."""
-    if read_result(folder) is not None:
+    if read_verification(folder) is not None:
         known = load_run(folder / SETTINGS)
         if (known.texture, known.touch) == (run.texture, run.touch):
             return
@@ -233,18 +233,18 @@ def change_of(pair: str) -> dict[str, Any]:
 
 def tile_row(name: str) -> dict[str, Any]:
     """What the run of a tile says, by finite elements."""
-    result = read_result(Path(tile_path(name)))
-    assert result is not None
-    touch = result["touch"]
+    result = read_verification(Path(tile_path(name)))
+    assert result is not None and result.touch.places is not None
+    touch = result.touch
     return {
         "texture": TILES[name][0],
-        "stop": result["stop"]["reason"],
-        "target": touch["target_roughness"],
-        "before": touch["initial_roughness"],
-        "roughness": touch["verified_roughness"],
-        "any_place_jnd": touch["places"]["farthest_from_target_jnd"],
-        "change_percent": result["look"]["change_percent"],
-        "cpu_s": result["cpu_s"]["total"],
+        "stop": result.stop.reason,
+        "target": touch.target["roughness"],
+        "before": touch.initial["roughness"],
+        "roughness": touch.verified["roughness"],
+        "any_place_jnd": result.touch.places.farthest_from_target_jnd,
+        "change_percent": result.look.change_percent,
+        "cpu_s": result.cpu_s["total"],
     }
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.charts import pyplot, style
 from benchmarks.common import RESULTS, table
-from optimize.run_directory.key import SETTINGS, read_result
+from optimize.run_directory.key import SETTINGS, read_verification
 from optimize.settings.run_file import Run, load_run
 from relief.common.arrays import Array
 from relief.common.formats import RUN_HEIGHTS
@@ -39,7 +39,7 @@ RESOLUTION, SAMPLES, CONDITION = 256, 64, 0
 def main() -> None:
     study = Path(sys.argv[1])
     rows: list[Any] = [row for row in flat_rows(read_document(DOCUMENT)) if "steps" in row]
-    results = {row["row"]: read_result(_folder(study, row)) for row in rows}
+    results = {row["row"]: read_verification(_folder(study, row)) for row in rows}
     print(table(HEAD, [_line(row, results[row["row"]]) for row in rows]))
     drawn = [row for row in rows if row["table"] == FIRST]
     run = load_run(_folder(study, drawn[0]) / SETTINGS)
@@ -78,7 +78,7 @@ def _line(row: dict[str, Any], result: Any) -> list[str]:
         _name(row["texture"]) + (" (both)" if goal is not None else ""),
         f"{before:.4f}, {_signed(jnd_apart(before, wanted))}",
         f"{after:.4f}, {_signed(jnd_apart(after, wanted))}{reason}",
-        f"{result['touch']['places']['farthest_from_target_jnd']:.2f}",
+        f"{result.touch.places.farthest_from_target_jnd:.2f}",
         f"{areas[0]:.1f}, {areas[1]:.1f}{both}",
         f"{row['change_percent']:.1f}",
         f"{row['steps']}, {row['cpu_s']:.0f}",

@@ -10,7 +10,6 @@ from optimize.descent.adam import LOOK_WEIGHT, AdamDescent, AdamSettings
 from optimize.descent.correction import STEPS_AN_ITERATION, Plan, first_surrogate_targets
 from optimize.descent.driver import DescentMethod
 from optimize.descent.gauss_newton.method import GaussNewton
-from optimize.descent.gauss_newton.other_fingers import SMOOTH
 from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.descent.linear_scaling import LinearScaling
 from optimize.descent.problem import FingerRange, Problem
@@ -29,6 +28,7 @@ from relief.common.progress import say, stage
 from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief
+from tactile.jnd import SMOOTH
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import ROUGHNESS, GoalKey, Quantity, Values

@@ -1,14 +1,13 @@
 """Comparison of two reliefs: how each feels, how far apart the two feel, and how unlike the two look."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import tactile
 from mitsuba_scenes import find_file
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.runs.preparation import BLACK
@@ -17,6 +16,7 @@ from optimize.verification import picture_metrics as metrics
 from optimize.verification.converged import colour_pictures, converged
 from optimize.verification.felt_places import place_spread
 from optimize.verification.other_fingers import felt_by_fingers
+from optimize.verification.verification import Fingers, PictureChange
 from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
@@ -25,13 +25,13 @@ from relief.relief import Relief
 from relief.seam import check_seams
 from relief.surface import Repeats, axes
 from retouch.pages.comparison import write_comparison
-from retouch.pages.content import Comparison
+from retouch.pages.content import Compared, ComparedSide, Comparison, sides
 from retouch.verbs.progress_display import followed
 from retouch.verbs.subjects import RESULT, Subject, read_subjects
+from tactile.jnd import discrimination_probability, jnd_unless_smooth
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import ROUGHNESS
-from tactile.skin import Skin
 from visual.noise import Batches, batched
 from visual.scene import Scene, load_scene, plate_size_mm
 
@@ -39,8 +39,6 @@ SCENE = "studio"
 """Scene of the pictures where neither the caller nor a run names one."""
 SAMPLES = 256
 """Samples a pixel where none are given and the grids differ: the most that a run takes for its pictures."""
-SMOOTH = 1e-6
-"""Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
 
 
 def compare(
@@ -105,11 +103,11 @@ def compare(
         seed = 0 if run is None else run.seed + 1
     own = run is not None and scene is None
     scene_file = find_file(run.scene if run is not None and own else scene or SCENE, ".xml")
-    known = dict(run.define) if run is not None and own else {}
+    own_defines = dict(run.define) if run is not None and own else {}
     ends = axes(repeats) if repeats is not None or run is None else run.axes_repeat
     for subject in (one, other):
         check_seams(subject.read.heights, ends, subject.file)
-    look = _Look(scene_file, known | dict(defines or {}), variant, samples, seed, distance_cm, ends)
+    look = _Look(scene_file, own_defines | dict(defines or {}), variant, samples, seed, distance_cm, ends)
     with followed(None, quiet):
         touches = []
         for subject in (one, other):
@@ -119,12 +117,11 @@ def compare(
         surfaces = (replace(one.surface, repeats=ends), replace(other.surface, repeats=ends))
         fingers = felt_by_fingers(one.read.heights, other.read.heights, surfaces, finger)
         seen = look.of(one, other)
-    found = _summary(one, other, touches, seen, (finger, skin_name), model, scene_file)
-    found["fingers"] = fingers
+    numbers = _numbers((one, other), touches, seen, fingers, described_skin(finger, skin_name), scene_file)
     if page is not None:
-        write_comparison(Path(page), _content(one, other, touches, seen, found))
-        found["page"] = str(page)
-    return found
+        write_comparison(Path(page), _content(one, other, touches, seen, numbers))
+        numbers = numbers.model_copy(update={"page": str(page)})
+    return numbers.as_json()
 
 
 @dataclass(frozen=True)
@@ -133,17 +130,16 @@ class Seen:
 
     Attributes:
         scene: of the first relief.
-        before, after: pictures with the same random numbers.
+        pictures: of both, with the same random numbers.
         colours: the same pictures in linear RGB; None if the scene is grey or the grids differ.
-        numbers: their change, as the section `look` of a run's result.json.
+        change: of the pictures.
         reason: why there are no pictures; empty if there are.
     """
 
     scene: Scene | None = None
-    before: Batches | None = None
-    after: Batches | None = None
+    pictures: tuple[Batches, Batches] | None = None
     colours: tuple[Array, Array] | None = None
-    numbers: Mapping[str, Any] | None = None
+    change: PictureChange | None = None
     reason: str = ""
 
 
@@ -176,91 +172,88 @@ class _Look:
         else:
             scenes = (scene, scene if same_grid else self._loaded(other))
             samples = self.samples or SAMPLES
-            before, after = (
-                batched(*shown, samples, self.seed) for shown in zip(scenes, heights, strict=True)
-            )
+            before, after = (batched(*each, samples, self.seed) for each in zip(scenes, heights, strict=True))
         if before.mean.mean() < BLACK * scene.white:
             raise InputError(f"{self.scene}: its pictures are black; no light reaches the plate from above")
         plate = scene.plate_weights()
-        numbers = metrics.look(
+        change = metrics.look(
             before, after, scene.white, plate, scene.weights, scene.pixels_per_mm(), self.distance_cm
         )
         in_colour = scene.colour and same_grid
         colours = colour_pictures(scene, *heights, self.seed) if in_colour else None
-        return Seen(scene, before, after, colours, {"conditions": list(scene.conditions)} | numbers)
+        change = change.model_copy(update={"conditions": tuple(scene.conditions)})
+        return Seen(scene, (before, after), colours, change)
 
     def _loaded(self, subject: Subject) -> Scene:
         relief = Relief(subject.read.heights, subject.size_mm, self.repeats, str(subject.file))
         return load_scene(self.scene, self.defines, self.variant, relief=relief)
 
 
-def _summary(
-    one: Subject,
-    other: Subject,
-    touches: list[TouchMeasures],
+def _numbers(
+    subjects: tuple[Subject, Subject],
+    touches: Sequence[TouchMeasures],
     seen: Seen,
-    skin: tuple[Skin, str],
-    model: ModelName,
+    fingers: Fingers | None,
+    skin: Mapping[str, Any],
     scene: Path,
-) -> dict[str, Any]:
-    """What `compare` returns, less the page."""
-    entries = []
-    for subject, touch in zip((one, other), touches, strict=True):
-        heights = subject.read.heights
-        entries.append(
-            {
-                "name": subject.name,
-                "file": str(subject.file),
-                "size_mm": subject.size_mm,
-                "samples": heights.shape[1],
-                "rows": heights.shape[0],
-                "relief_mm": float(np.ptp(heights)),
-                **touch.means,
-                "contact_fraction": touch.contact_fraction,
-            }
-        )
-    roughness = [touch.means[ROUGHNESS.name] for touch in touches]
-    jnd = None if min(roughness) < SMOOTH else tactile.jnd_apart(roughness[1], roughness[0])
-    return {
-        "first": entries[0],
-        "second": entries[1],
-        "jnd_apart": jnd,
-        "places": place_spread(*touches),
-        "told_apart_probability": None if jnd is None else tactile.discrimination_probability(jnd),
-        "look": seen.numbers,
-        "no_look": seen.reason or None,
-        "scene": None if seen.numbers is None else str(scene),
-        "skin": described_skin(*skin),
-        "model": model,
-    }
+) -> Compared:
+    """The numbers of both reliefs and of what differs between them."""
+    first, second = (_side(*each) for each in zip(subjects, touches, strict=True))
+    one, other = (touch.means[ROUGHNESS.name] for touch in touches)
+    jnd = jnd_unless_smooth(other, one)
+    return Compared(
+        first=first,
+        second=second,
+        jnd_apart=jnd,
+        places=place_spread(*touches),
+        told_apart_probability=None if jnd is None else discrimination_probability(jnd),
+        look=seen.change,
+        no_look=seen.reason or None,
+        scene=None if seen.change is None else str(scene),
+        skin=skin,
+        model=touches[0].model,
+        fingers=fingers,
+    )
+
+
+def _side(subject: Subject, touch: TouchMeasures) -> ComparedSide:
+    heights = subject.read.heights
+    return ComparedSide(
+        name=subject.name,
+        file=str(subject.file),
+        size_mm=subject.size_mm,
+        samples=heights.shape[1],
+        rows=heights.shape[0],
+        relief_mm=float(np.ptp(heights)),
+        values=touch.means,
+        contact_fraction=touch.contact_fraction,
+    )
 
 
 def _content(
-    one: Subject, other: Subject, touches: list[TouchMeasures], seen: Seen, found: Mapping[str, Any]
+    one: Subject, other: Subject, touches: Sequence[TouchMeasures], seen: Seen, numbers: Compared
 ) -> Comparison:
     """The content of the page."""
-    none = np.zeros((0, 1, 1))
-    first, second = touches
+    # Sizes that agree but for rounding are one.
+    size_after_mm = one.size_mm if _alike(one.size_mm, other.size_mm) else other.size_mm
+    before, after = sides(
+        (one.name, other.name),
+        (one.read.heights, other.read.heights),
+        (one.size_mm, size_after_mm),
+        (touches[0], touches[1]),
+        seen.pictures,
+        seen.colours,
+    )
+    scene = seen.scene
     return Comparison(
         title=_title(one, other),
-        names=(one.name, other.name),
-        conditions=() if seen.scene is None else seen.scene.conditions,
-        pictures_before=none if seen.before is None else seen.before.mean,
-        pictures_after=none if seen.after is None else seen.after.mean,
-        white=1.0 if seen.scene is None else seen.scene.white,
-        strain_before=first.strain[0],
-        strain_after=second.strain[0],
-        heights_before=one.read.heights,
-        heights_after=other.read.heights,
-        size_mm=one.size_mm,
-        size_after_mm=None if _alike(one.size_mm, other.size_mm) else other.size_mm,
-        pressure_before=first.pressure[0],
-        pressure_after=second.pressure[0],
-        colours_before=None if seen.colours is None else seen.colours[0],
-        colours_after=None if seen.colours is None else seen.colours[1],
-        plate=None if seen.scene is None else seen.scene.plate_weights(),
-        cameras=None if seen.scene is None else seen.scene.weights,
-        result=found,
+        before=before,
+        after=after,
+        conditions=() if scene is None else scene.conditions,
+        white=1.0 if scene is None else scene.white,
+        plate=None if scene is None else scene.plate_weights(),
+        cameras=None if scene is None else scene.weights,
+        numbers=numbers,
     )
 
 
