@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from optimize.verification.verification import FeelOf, Fingers
 from relief.common.arrays import Array, Index
 from relief.common.progress import stage
 from relief.places import between
+from relief.relief import Relief
 from tactile.measures import TouchMeasures
 from tactile.model import ModelName
 from tactile.quantities import Values
@@ -44,47 +45,29 @@ class Goals(Protocol):
         """(k,) goals by quantity at places (k, 2), by the original's own values there."""
 
 
-class Feel(Protocol):
-    """The feel of another relief (`optimize.runs.feel_of.Feel`)."""
+@dataclass(frozen=True, kw_only=True)
+class Original:
+    """A run as it began, by which its result is measured.
 
-    def as_json(self) -> Mapping[str, Any]:
-        """The content of `FeelOf`."""
+    Attributes:
+        settings: of the run.
+        problem: with the targets that the verifying model is to meet.
+        steering: touch of the original by the model that steers.
+        touch_before: of the original by the verifying model, or by the model that steers if there is none.
+        goals: at the steered places and anywhere else.
+        press: measures heights (rows, cols) by a model of touch at places (k, 2).
+        surrogate_targets: of the first descent.
+        feel_of: the feel of another relief that is the target, if one is.
+    """
 
-
-class Begun(Protocol):
-    """What of a run as it began a result is measured by (`optimize.runs.preparation.Prepared`)."""
-
-    @property
-    def settings(self) -> Run:
-        """Of the run."""
-
-    @property
-    def problem(self) -> Problem:
-        """With the targets that the verifying model is to meet."""
-
-    @property
-    def steering(self) -> TouchMeasures:
-        """Touch of the original by the model that steers."""
-
-    @property
-    def touch_before(self) -> TouchMeasures:
-        """Touch of the original by the verifying model, or by the model that steers if there is none."""
-
-    @property
-    def goals(self) -> Goals:
-        """At the steered places and anywhere else."""
-
-    @property
-    def press(self) -> Callable[[Array, ModelName, Index], TouchMeasures]:
-        """Measures heights (rows, cols) by a model of touch at places (k, 2)."""
-
-    @property
-    def surrogate_targets(self) -> Targets:
-        """Of the first descent."""
-
-    @property
-    def feel_of(self) -> Feel | None:
-        """The feel of another relief that is the target, if one is."""
+    settings: Run
+    problem: Problem
+    steering: TouchMeasures
+    touch_before: TouchMeasures
+    goals: Goals
+    press: Callable[[Array, ModelName, Index], TouchMeasures]
+    surrogate_targets: Targets
+    feel_of: FeelOf | None = None
 
 
 @dataclass(frozen=True)
@@ -122,7 +105,7 @@ class Outcome:
 
 @stage("rendering the final pictures")
 def measure(
-    begun: Begun,
+    original: Original,
     descent: DescentResult,
     verified: TouchMeasures | None,
     iterations: tuple[OuterIteration, ...],
@@ -130,48 +113,49 @@ def measure(
     """Measure the best relief of a descent, and the original with the same random numbers.
 
     Args:
-        begun: the run.
+        original: the run as it began.
         descent: that has ended.
         verified: touch of its best relief by the verifying model; pressed here by the layer if there is none.
         iterations: the outer iterations.
     """
-    settings, problem = begun.settings, begun.problem
+    settings, problem = original.settings, original.problem
     best = descent.best.heights
     # The same random numbers before and after: what differs between the pictures is the relief, not noise.
     samples, seed = settings.verify.samples, settings.seed + 1
     limits = {} if samples is None else {"most": samples, "least": samples}
     before, after = converged(problem.scene, problem.heights, best, known(problem.scene), seed, **limits)
+    relief = Relief(problem.heights, problem.size_mm, problem.repeats)
     places = problem.patches.places
-    felt = verified or begun.press(best, "layer", places)
+    felt = verified or original.press(best, "layer", places)
     goals = {target.quantity.name: target.goal for target in problem.targets.each}
     return Outcome(
         descent=descent,
-        steering_values=begun.steering.values,
-        touch=FeltPlaces(places, begun.touch_before, felt, goals),
-        between=_between(begun, best, felt.model),
+        steering_values=original.steering.values,
+        touch=FeltPlaces(places, original.touch_before, felt, goals),
+        between=_between(original, best, felt.model),
         iterations=iterations,
         pictures_before=before,
         pictures_after=after,
-        baseline_pictures=_baseline(begun, before, seed) if settings.verify.baseline else None,
-        fingers=felt_by_fingers(problem.heights, best, (problem.surface, problem.surface), problem.skin),
-        feel_of=None if begun.feel_of is None else FeelOf.model_validate(begun.feel_of.as_json()),
+        baseline_pictures=_baseline(original, before, seed) if settings.verify.baseline else None,
+        fingers=felt_by_fingers(relief, replace(relief, heights=best), problem.skin),
+        feel_of=original.feel_of,
         printed=as_printed(settings, problem, best, (before.mean, after.mean)),
         colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,
     )
 
 
-def _between(begun: Begun, best: Array, model: ModelName) -> FeltPlaces | None:
+def _between(original: Original, best: Array, model: ModelName) -> FeltPlaces | None:
     """Touch between the steered places, by the model that verifies; None if there is one place in all."""
-    problem = begun.problem
+    problem = original.problem
     places = sampled(between(problem.surface, problem.spacing_mm))
     if len(places) == 0:
         return None
     with stage("verifying between the places"):
-        before, after = (begun.press(heights, model, places) for heights in (problem.heights, best))
-    return FeltPlaces(places, before, after, begun.goals.at(places, before.values))
+        before, after = (original.press(heights, model, places) for heights in (problem.heights, best))
+    return FeltPlaces(places, before, after, original.goals.at(places, before.values))
 
 
-def _baseline(begun: Begun, before: Batches, seed: int) -> Array | None:
+def _baseline(original: Original, before: Batches, seed: int) -> Array | None:
     """Pictures of the original scaled in height to its target; None if no scale meets it.
 
     A target that varies over the surface has none: one scale makes the same change everywhere.
@@ -180,15 +164,15 @@ def _baseline(begun: Begun, before: Batches, seed: int) -> Array | None:
     of few samples would otherwise count as change.
 
     Args:
-        begun: the run.
+        original: the run as it began.
         before: pictures of the original.
         seed: of the random numbers.
     """
-    problem = begun.problem
-    if begun.goals.maps:
+    problem = original.problem
+    if original.goals.maps:
         return None
     # Scaled to the surrogate goal, because the model that steers is cheap to ask.
-    scaled = linear_scaling(replace(problem, targets=begun.surrogate_targets))
+    scaled = linear_scaling(replace(problem, targets=original.surrogate_targets))
     if scaled is None:
         _log.info("no scaling of the height reaches the target: no pictures to compare with")
         return None

@@ -7,9 +7,9 @@ import numpy as np
 
 import tactile
 from optimize.verification.verification import Finger, Fingers
-from relief.common.arrays import Array
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import places
+from relief.relief import Relief
 from relief.surface import Surface
 from tactile.fingers import fingers, roughness_by_finger
 from tactile.jnd import jnd_unless_smooth
@@ -21,25 +21,22 @@ MOST_PLACES = 4
 """Most places that the fingers press on."""
 
 
-def felt_by_fingers(
-    before: Array, after: Array, surfaces: tuple[Surface, Surface], skin: Skin
-) -> Fingers | None:
+def felt_by_fingers(before: Relief, after: Relief, skin: Skin) -> Fingers | None:
     """Roughness of both reliefs to each of a set of fingers.
 
     Args:
-        before, after: (rows, cols) heights of both reliefs, mm.
-        surfaces: of both.
+        before, after: the reliefs.
         skin: the finger that the set is about.
 
     Returns:
         Means over a few places; None if the contact of a finger does not converge.
     """
     felt, counts = [], []
-    for heights, surface in zip((before, after), surfaces, strict=True):
-        patches = _in_the_middle(surface)
+    for relief in (before, after):
+        patches = _in_the_middle(relief.surface)
         try:
             felt.append(
-                roughness_by_finger(patches.within_reach(heights), skin, patches.size_mm).mean(axis=1)
+                roughness_by_finger(patches.within_reach(relief.heights), skin, patches.size_mm).mean(axis=1)
             )
         except tactile.ContactError as error:
             # Another finger's contact is no reason to lose the result of a run.

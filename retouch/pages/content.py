@@ -1,14 +1,15 @@
 """The content of a page: two reliefs side by side, of a run or of a comparison, as arrays and numbers."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Annotated, Any
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from optimize.verification.section import Keys, Section
 from optimize.verification.verification import Fingers, PictureChange, Spread, Values, Verification
+from relief.relief import Relief
 from tactile.measures import TouchMeasures
 from visual.noise import Batches
 
@@ -21,8 +22,7 @@ class Side:
 
     Attributes:
         name: one or two short words.
-        heights: (rows, cols), mm.
-        size_mm: side of the plate, mm.
+        relief: on its plate.
         strain: (rows, cols), dimensionless, less the strain under a flat plate.
         pressure: (rows, cols), MPa, 0 out of contact; None if there is no contact map.
         pictures: (conditions, rows, cols) linear radiance; none if the pictures cannot be compared.
@@ -31,37 +31,26 @@ class Side:
     """
 
     name: str
-    heights: Array
-    size_mm: float
+    relief: Relief
     strain: Array
     pressure: Array | None = None
     pictures: Array = field(default_factory=lambda: np.zeros((0, 1, 1)))
     colours: Array | None = None
 
-
-def sides(
-    names: tuple[str, str],
-    heights: tuple[Array, Array],
-    sizes_mm: tuple[float, float],
-    touches: tuple[TouchMeasures, TouchMeasures],
-    pictures: tuple[Batches, Batches] | None,
-    colours: tuple[Array, Array] | None,
-) -> tuple[Side, Side]:
-    """Both sides of a page, as measured; maps of touch are those of the first place."""
-    none = np.zeros((0, 1, 1))
-    first, second = (
-        Side(
-            name=names[side],
-            heights=heights[side],
-            size_mm=sizes_mm[side],
-            strain=touches[side].strain[0],
-            pressure=touches[side].pressure[0],
-            pictures=none if pictures is None else pictures[side].mean,
-            colours=None if colours is None else colours[side],
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        relief: Relief,
+        touch: TouchMeasures,
+        pictures: Batches | None,
+        colours: Array | None,
+    ) -> Self:
+        """A side as measured; its maps of touch are those of the first place."""
+        side = cls(
+            name=name, relief=relief, strain=touch.strain[0], pressure=touch.pressure[0], colours=colours
         )
-        for side in (0, 1)
-    )
-    return first, second
+        return side if pictures is None else replace(side, pictures=pictures.mean)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,7 +148,7 @@ class Report(Pair):
     def _compared(self) -> dict[str, tuple[Array, Array]]:
         pairs = super()._compared() | {
             "strain": (self.before.strain, self.after.strain),
-            "heights": (self.before.heights, self.after.heights),
+            "heights": (self.before.relief.heights, self.after.relief.heights),
         }
         if self.baseline is not None:
             pairs["baseline"] = (self.before.pictures, self.baseline.pictures)

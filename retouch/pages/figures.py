@@ -217,8 +217,8 @@ def relief_figures(pair: Pair) -> dict[str, Any]:
     The change is that of heights at the same places: those of the finer relief are averaged to the samples of
     the other. Plates of two sizes have none.
     """
-    heights = [np.asarray(side.heights, dtype=np.float64) for side in pair.sides]
-    sizes_mm = [side.size_mm for side in pair.sides]
+    heights = [side.relief.heights for side in pair.sides]
+    sizes_mm = [side.relief.width_mm for side in pair.sides]
     top, bottom = max(h.max() for h in heights), min(*(h.min() for h in heights), 0.0)
     axis, wide = svg.nice_axis(bottom, top, 3), max(sizes_mm)
     profiles = [

@@ -136,13 +136,11 @@ class _Board:
 
     @classmethod
     def of(cls, report: Report, places: Places) -> "_Board":
-        heights = np.asarray(report.after.heights, dtype=np.float64)
-        width = report.after.size_mm
-        height = width * heights.shape[0] / heights.shape[1]
-        repeats = report.settings.get("repeats", False)
+        surface = report.after.relief.surface
+        height, width = surface.size_mm
         down, right = (
-            (-size, 0.0, size) if repeats in (True, axis) else (0.0,)
-            for axis, size in (("y", height), ("x", width))
+            (-size, 0.0, size) if repeats else (0.0,)
+            for repeats, size in zip(surface.repeats, surface.size_mm, strict=True)
         )
         shifts = np.array([(y, x) for y in down for x in right])
         around = (places.centres[:, None, None] + shifts - places.centres[:, None]).reshape(-1, 2)
@@ -223,7 +221,7 @@ class _Board:
 
     def relief(self, report: Report) -> Markup:
         """The shaded relief as a definition for the maps."""
-        shade = colour_maps.hillshade(np.asarray(report.after.heights, dtype=np.float64), self.width)
+        shade = colour_maps.hillshade(report.after.relief.heights, self.width)
         return Markup(
             '<image id="places-relief" width="{:.4f}" height="{:.4f}" preserveAspectRatio="none" href="{}"/>'
         ).format(self.width, self.height, colour_maps.picture_uri(shade, 1.4, SHADE_SIDE))

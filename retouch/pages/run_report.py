@@ -1,8 +1,11 @@
 """The report of a finished run, from its measurements."""
 
+from dataclasses import replace
+
 from optimize.run_directory.results import white_mm
 from optimize.runs.job import Finished
-from retouch.pages.content import Baseline, Report, sides
+from relief.relief import Relief
+from retouch.pages.content import Baseline, Report, Side
 from retouch.pages.page import write_report
 from tactile.quantities import ROUGHNESS
 
@@ -18,20 +21,15 @@ def publish(finished: Finished) -> None:
     if outcome.baseline_pictures is not None:
         goal = problem.targets.goals().get(ROUGHNESS.name)
         baseline = Baseline("linear scaling", outcome.baseline_pictures, goal)
-    before, after = sides(
-        ("before", "after"),
-        (problem.heights, best),
-        (problem.size_mm, problem.size_mm),
-        (outcome.touch.before, outcome.touch.after),
-        (outcome.pictures_before, outcome.pictures_after),
-        outcome.colours,
-    )
+    colours = outcome.colours or (None, None)
+    touch, original = outcome.touch, Relief(problem.heights, problem.size_mm, problem.repeats)
+    result = replace(original, heights=best)
     write_report(
         finished.run_dir,
         Report(
             title=settings.texture.stem,
-            before=before,
-            after=after,
+            before=Side.of("before", original, touch.before, outcome.pictures_before, colours[0]),
+            after=Side.of("after", result, touch.after, outcome.pictures_after, colours[1]),
             conditions=problem.scene.conditions,
             white=problem.scene.white,
             plate=problem.scene.plate_weights(),

@@ -21,11 +21,10 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.common.progress import stage
-from relief.relief import Relief
 from relief.seam import check_seams
 from relief.surface import Repeats, axes
 from retouch.pages.comparison import write_comparison
-from retouch.pages.content import Compared, ComparedSide, Comparison, sides
+from retouch.pages.content import Compared, ComparedSide, Comparison, Side
 from retouch.verbs.progress_display import followed
 from retouch.verbs.subjects import RESULT, Subject, read_subjects
 from tactile.jnd import discrimination_probability, jnd_unless_smooth
@@ -37,6 +36,8 @@ from visual.scene import Scene, load_scene, plate_size_mm
 
 SCENE = "studio"
 """Scene of the pictures where neither the caller nor a run names one."""
+SAME_WIDTH = 1e-6
+"""Relative difference of the widths of two plates of one size, at most: rounding."""
 SAMPLES = 256
 """Samples a pixel where none are given and the grids differ: the most that a run takes for its pictures."""
 
@@ -91,8 +92,8 @@ def compare(
             f"distance_cm: {distance_cm:g} is not a number from {NEAREST_EYE_CM:g} to {FARTHEST_EYE_CM:g}"
         )
     lengths = {"size_mm": size_mm, "relief_mm": relief_mm, "height_scale": height_scale}
-    one, other = read_subjects(first, second, lengths)
-    run = one.run or other.run
+    subjects = read_subjects(first, second, lengths)
+    run = next((subject.run for subject in subjects if subject.run is not None), None)
     if skin is not None or run is None:
         skin_name = str(skin or DEFAULT_SKIN)
         finger = load_skin(skin_name)
@@ -105,17 +106,16 @@ def compare(
     scene_file = find_file(run.scene if run is not None and own else scene or SCENE, ".xml")
     own_defines = dict(run.define) if run is not None and own else {}
     ends = axes(repeats) if repeats is not None or run is None else run.axes_repeat
-    for subject in (one, other):
-        check_seams(subject.read.heights, ends, subject.file)
-    look = _Look(scene_file, own_defines | dict(defines or {}), variant, samples, seed, distance_cm, ends)
+    for subject in subjects:
+        check_seams(subject.relief.heights, ends, subject.file)
+    one, other = (replace(each, relief=replace(each.relief, repeats=ends)) for each in subjects)
+    look = _Look(scene_file, own_defines | dict(defines or {}), variant, samples, seed, distance_cm)
     with followed(None, quiet):
         touches = []
         for subject in (one, other):
             with naming(subject.file), stage(f"pressing on {subject.name}"):
-                heights, size = subject.read.heights, subject.size_mm
-                touches.append(measure_touch(Relief(heights, size, ends), finger, model))
-        surfaces = (replace(one.surface, repeats=ends), replace(other.surface, repeats=ends))
-        fingers = felt_by_fingers(one.read.heights, other.read.heights, surfaces, finger)
+                touches.append(measure_touch(subject.relief, finger, model))
+        fingers = felt_by_fingers(one.relief, other.relief, finger)
         seen = look.of(one, other)
     numbers = _numbers((one, other), touches, seen, fingers, described_skin(finger, skin_name), scene_file)
     if page is not None:
@@ -153,19 +153,19 @@ class _Look:
     samples: int | None
     seed: int
     distance_cm: float
-    repeats: tuple[bool, bool]
 
     def of(self, one: Subject, other: Subject) -> Seen:
         """Render both reliefs under the scene's conditions. Raises InputError."""
-        if not _alike(one.size_mm, other.size_mm):
-            sizes = f"{one.name} is {one.size_mm:g} mm wide and {other.name} {other.size_mm:g} mm"
+        width_mm = one.relief.width_mm
+        if not _alike(one, other):
+            sizes = f"{one.name} is {width_mm:g} mm wide and {other.name} {other.relief.width_mm:g} mm"
             return Seen(reason=f"{sizes}; pictures are compared of plates of one size.")
-        plate_mm = plate_size_mm(self.scene, self.defines, one.size_mm)
-        if not _alike(plate_mm, one.size_mm):
+        plate_mm = plate_size_mm(self.scene, self.defines, width_mm)
+        if not math.isclose(plate_mm, width_mm, rel_tol=SAME_WIDTH):
             fault = f"the plate of {self.scene.name} is {plate_mm:g} mm wide, the reliefs are"
-            return Seen(reason=f"{fault} {one.size_mm:g} mm; --scene names another scene.")
+            return Seen(reason=f"{fault} {width_mm:g} mm; --scene names another scene.")
         scene = self._loaded(one)
-        heights = (one.read.heights, other.read.heights)
+        heights = (one.relief.heights, other.relief.heights)
         same_grid = heights[0].shape == heights[1].shape
         if same_grid and self.samples is None:
             before, after = converged(scene, *heights, metrics.known(scene), self.seed)
@@ -185,8 +185,7 @@ class _Look:
         return Seen(scene, (before, after), colours, change)
 
     def _loaded(self, subject: Subject) -> Scene:
-        relief = Relief(subject.read.heights, subject.size_mm, self.repeats, str(subject.file))
-        return load_scene(self.scene, self.defines, self.variant, relief=relief)
+        return load_scene(self.scene, self.defines, self.variant, relief=subject.relief)
 
 
 def _numbers(
@@ -217,14 +216,14 @@ def _numbers(
 
 
 def _side(subject: Subject, touch: TouchMeasures) -> ComparedSide:
-    heights = subject.read.heights
+    rows, samples = subject.relief.heights.shape
     return ComparedSide(
         name=subject.name,
         file=str(subject.file),
-        size_mm=subject.size_mm,
-        samples=heights.shape[1],
-        rows=heights.shape[0],
-        relief_mm=float(np.ptp(heights)),
+        size_mm=subject.relief.width_mm,
+        samples=samples,
+        rows=rows,
+        relief_mm=float(np.ptp(subject.relief.heights)),
         values=touch.means,
         contact_fraction=touch.contact_fraction,
     )
@@ -235,20 +234,12 @@ def _content(
 ) -> Comparison:
     """The content of the page."""
     # Sizes that agree but for rounding are one.
-    size_after_mm = one.size_mm if _alike(one.size_mm, other.size_mm) else other.size_mm
-    before, after = sides(
-        (one.name, other.name),
-        (one.read.heights, other.read.heights),
-        (one.size_mm, size_after_mm),
-        (touches[0], touches[1]),
-        seen.pictures,
-        seen.colours,
-    )
-    scene = seen.scene
+    relief = replace(other.relief, width_mm=one.relief.width_mm) if _alike(one, other) else other.relief
+    pictures, colours, scene = seen.pictures or (None, None), seen.colours or (None, None), seen.scene
     return Comparison(
         title=_title(one, other),
-        before=before,
-        after=after,
+        before=Side.of(one.name, one.relief, touches[0], pictures[0], colours[0]),
+        after=Side.of(other.name, relief, touches[1], pictures[1], colours[1]),
         conditions=() if scene is None else scene.conditions,
         white=1.0 if scene is None else scene.white,
         plate=None if scene is None else scene.plate_weights(),
@@ -257,8 +248,9 @@ def _content(
     )
 
 
-def _alike(one_mm: float, other_mm: float) -> bool:
-    return math.isclose(one_mm, other_mm, rel_tol=1e-6)
+def _alike(one: Subject, other: Subject) -> bool:
+    """Whether the plates are of one size."""
+    return math.isclose(one.relief.width_mm, other.relief.width_mm, rel_tol=SAME_WIDTH)
 
 
 def _title(one: Subject, other: Subject) -> str:

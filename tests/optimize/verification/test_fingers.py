@@ -6,6 +6,7 @@ import pytest
 import tactile
 from optimize.verification.other_fingers import felt_by_fingers
 from optimize.verification.verification import Fingers
+from relief.relief import Relief
 from relief.surface import Surface
 from tactile.skin import Skin
 
@@ -19,7 +20,11 @@ def waves(samples: int = 48) -> np.ndarray:
 
 
 def felt(before: np.ndarray, after: np.ndarray, surfaces: tuple[Surface, Surface], skin: Skin) -> Fingers:
-    found = felt_by_fingers(before, after, surfaces, skin)
+    one, other = (
+        Relief(heights, surface.width_mm, surface.repeats)
+        for heights, surface in zip((before, after), surfaces, strict=True)
+    )
+    found = felt_by_fingers(one, other, skin)
     assert found is not None
     return found
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from optimize.verification.verification import Verification
+from relief.relief import Relief
 from retouch.pages.content import Baseline, Report, Side
 
 SIZE_MM = 10.0
@@ -124,8 +125,7 @@ def plausible(n: int = 64, azimuths: tuple[int, ...] = (10, 130, 250)) -> Report
     before_side, after_side = (
         Side(
             name=name,
-            heights=heights,
-            size_mm=SIZE_MM,
+            relief=Relief(heights, SIZE_MM),
             strain=strain,
             pressure=pressure,
             pictures=shown,
@@ -149,7 +149,10 @@ def plausible(n: int = 64, azimuths: tuple[int, ...] = (10, 130, 250)) -> Report
 
 
 def with_sides(report: Report, **both: Any) -> Report:
-    """A report whose sides have other values, each a pair."""
+    """A report whose sides have other values, each a pair; `heights` are those of the same plates."""
+    if "heights" in both:
+        pairs = zip(report.sides, both.pop("heights"), strict=True)
+        both["relief"] = [replace(side.relief, heights=heights) for side, heights in pairs]
     before, after = (
         replace(side, **{name: pair[number] for name, pair in both.items()})
         for number, side in enumerate(report.sides)

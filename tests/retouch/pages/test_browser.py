@@ -10,6 +10,7 @@ import pytest
 
 from benchmarks.browser import Browser, chromium
 from benchmarks.pages import WIDTHS, faults
+from relief.relief import Relief
 from retouch.pages.comparison import write_comparison
 from retouch.pages.content import Compared, Comparison, Pair, Report
 from retouch.pages.page import write_report
@@ -70,13 +71,13 @@ def touch_alone() -> Comparison:
     """Two plates of different sizes and grids, whose pictures are not compared."""
     whole = comparison()
     none = np.zeros((0, 1, 1))
-    finer = np.kron(whole.after.heights, np.ones((2, 2)))
+    finer = whole.after.relief.heights.repeat(2, axis=0).repeat(2, axis=1)
     reason = {"look": None, "no_look": "A is 10 mm wide and B 16 mm."}
     return replace(
         whole,
         conditions=(),
         before=replace(whole.before, pictures=none),
-        after=replace(whole.after, pictures=none, heights=finer, size_mm=16.0),
+        after=replace(whole.after, pictures=none, relief=Relief(finer, 16.0)),
         numbers=whole.numbers.model_copy(update=reason),
     )
 
@@ -112,7 +113,7 @@ def test_the_profile_follows_its_slider(browser: Browser, tmp_path: Path) -> Non
       slider.dispatchEvent(new Event("input"));
       return [...document.querySelectorAll("path.row")].map((path) => path.getAttribute("d"));
     })()""")
-    for path, heights, row in zip(drawn, [side.heights for side in page.sides], (3, 7), strict=True):
+    for path, heights, row in zip(drawn, [side.relief.heights for side in page.sides], (3, 7), strict=True):
         across, down = np.array([point.split() for point in path[1:].split("L")], dtype=float).T
         assert len(across) == heights.shape[1]
         np.testing.assert_allclose(np.diff(-down), np.diff(heights[row]), atol=2e-3)

@@ -248,7 +248,7 @@ def test_the_lift_is_told_apart_from_the_change(tmp_path: Path) -> None:
     wave = 0.02 * np.sign(np.sin(np.arange(64) + 0.5)) * np.ones((64, 1))
     wave -= wave.mean()
     rms = 1000.0 * wave.std()
-    original = report.before.heights
+    original = report.before.relief.heights
     lifted = with_sides(report, heights=(original, original + wave + 0.45))
     (tmp_path / "plate.stl").touch()
     text = " ".join(Outline(page(tmp_path, lifted)).text.split())
@@ -256,7 +256,7 @@ def test_the_lift_is_told_apart_from_the_change(tmp_path: Path) -> None:
     assert "the whole relief is lifted by 450 µm, which a finger does not feel" in text
     assert f"The heights change by {rounded(rms)} µm (rms, without the lift)" in text
     assert f"Root mean square about the mean{original.std():.3f}" in text
-    assert f"Mean height{original.mean():.3f}{lifted.after.heights.mean():.3f}" in text
+    assert f"Mean height{original.mean():.3f}{lifted.after.relief.heights.mean():.3f}" in text
     same = with_sides(report, heights=(original, original + wave))
     assert "the whole relief is" not in Outline(page(tmp_path, same)).text
 

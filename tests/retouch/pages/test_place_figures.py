@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from relief.places import between, centres_mm, places
+from relief.relief import Relief
 from relief.surface import Surface
 from retouch.pages.content import Report
 from retouch.pages.page import write_report
@@ -36,20 +37,18 @@ def sections_of(surface: Surface, factor: Any) -> dict[str, Any]:
     return sections
 
 
-def report_of(surface: Surface, sections: dict[str, Any], repeats: bool = False) -> Report:
+def report_of(surface: Surface, sections: dict[str, Any]) -> Report:
     report = plausible()
-    heights = np.resize(report.after.heights, surface.shape)
+    relief = Relief(np.resize(report.after.relief.heights, surface.shape), surface.width_mm, surface.repeats)
     return replace(
-        with_sides(report, heights=(heights, heights), size_mm=(surface.width_mm,) * 2),
-        verification=verified(touch={"places": sections}),
-        settings={"repeats": repeats},
+        with_sides(report, relief=(relief, relief)), verification=verified(touch={"places": sections})
     )
 
 
 def test_a_tile_shows_the_change_and_the_distance_of_each_place(tmp_path: Path) -> None:
-    text = write_report(
-        tmp_path, report_of(TILE, sections_of(TILE, lambda centres: 1.19**2), True)
-    ).read_text("utf-8")
+    text = write_report(tmp_path, report_of(TILE, sections_of(TILE, lambda centres: 1.19**2))).read_text(
+        "utf-8"
+    )
     words = " ".join(Outline(text).text.split())
     assert "16 places that the descent steered and, afterwards, on 16 between them" in words
     assert "+1.95 just-noticeable differences (JND) on average, +1.80 to +2.10" in words
@@ -77,7 +76,7 @@ def test_a_flat_place_is_grey(tmp_path: Path) -> None:
     sections = sections_of(TILE, lambda centres: 1.19**2)
     first = sections["between"]
     first["initial_roughness"][0] = first["verified_roughness"][0] = first["target_roughness"][0] = 0.0
-    text = write_report(tmp_path, report_of(TILE, sections, True)).read_text("utf-8")
+    text = write_report(tmp_path, report_of(TILE, sections)).read_text("utf-8")
     assert "nan" not in Outline(text).text
     assert text.count("rgb(221, 218, 212)") == 2
 
