@@ -4,11 +4,18 @@ import math
 
 ROUGHNESS_JND = 1.19
 """Ratio of two roughnesses that a finger ranks correctly 84 % of the time (Tymms et al. 2018)."""
+SMOOTH = 1e-6
+"""Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
 
 
 def jnd_apart(roughness: float, reference: float) -> float:
     """Number of just-noticeable differences, positive if rougher than the reference, negative if smoother."""
     return math.log(roughness / reference) / math.log(ROUGHNESS_JND)
+
+
+def jnd_unless_smooth(roughness: float, reference: float) -> float | None:
+    """Number of just-noticeable differences, as `jnd_apart`; None if one of the two has no roughness."""
+    return None if min(roughness, reference) < SMOOTH else jnd_apart(roughness, reference)
 
 
 def jnd_scaled(reference: float, jnd: float) -> float:

@@ -50,7 +50,7 @@ _ALLOWED = {
     ),
     "optimize.run_directory": (
         "optimize.descent optimize.settings optimize.verification relief relief.common relief.export "
-        "tactile visual"
+        "tactile visual visual.lights"
     ),
     "optimize.runs": (
         "optimize.descent optimize.descent.gauss_newton optimize.run_directory optimize.settings "
@@ -74,7 +74,7 @@ _ALLOWED = {
     ),
     "retouch.pages": (
         "optimize.run_directory optimize.runs optimize.verification relief relief.common "
-        "relief.export relief.meshes tactile visual.backend"
+        "relief.export relief.meshes tactile visual visual.backend"
     ),
     "retouch.stimulus_sets": (
         "optimize.run_directory optimize.settings optimize.verification relief relief.common "
@@ -82,9 +82,9 @@ _ALLOWED = {
         "visual.lights"
     ),
     "retouch.studies": (
-        "mitsuba_scenes optimize.estimates optimize.run_directory optimize.settings relief "
-        "relief.common retouch.pages retouch.studies.measuring retouch.verbs retouch.workers "
-        "visual.backend"
+        "mitsuba_scenes optimize.estimates optimize.run_directory optimize.settings "
+        "optimize.verification relief relief.common retouch.pages retouch.studies.measuring "
+        "retouch.verbs retouch.workers visual.backend"
     ),
     "retouch.studies.measuring": (
         "mitsuba_scenes optimize.run_directory optimize.settings optimize.verification relief "

@@ -185,7 +185,8 @@ def measured_change(scene: Scene, after: np.ndarray, samples: int) -> dict[str, 
 
     before, changed = converged(scene, scene.heights, after, enough, seed=samples, most=samples)
     weights = pixel_weights(scene.plate_weights(), scene.weights)
-    return change(before, changed, weights=weights).percent_of(float((weights * before.mean).mean()))
+    level = float((weights * before.mean).mean())
+    return change(before, changed, weights=weights).percent_of(level).as_json()
 
 
 def memory() -> list[dict[str, Any]]:

@@ -16,7 +16,7 @@ from benchmarks.shared.charts import pyplot, style
 from benchmarks.shared.common import IMAGES, folder_named, table
 from benchmarks.shared.scenes import picture
 from benchmarks.shared.studies import Row, committed, folder_of
-from optimize.run_directory.key import SETTINGS, read_result
+from optimize.run_directory.key import SETTINGS, read_verification
 from optimize.settings.run_file import Run, load_run
 from relief.common.arrays import Array
 from relief.common.formats import RUN_HEIGHTS
@@ -36,7 +36,7 @@ RESOLUTION = 256
 def main() -> None:
     study = folder_named(__doc__, "STUDY")
     rows = committed("same-feel")
-    results = {row["row"]: read_result(folder_of(study, row)) for row in rows}
+    results = {row["row"]: read_verification(folder_of(study, row)) for row in rows}
     print(table(HEAD, [_line(row, results[row["row"]]) for row in rows]))
     drawn = [row for row in rows if row["table"] == FIRST]
     run = load_run(folder_of(study, drawn[0]) / SETTINGS)
@@ -75,7 +75,7 @@ def _line(row: Row, result: Any) -> list[str]:
         _name(row["texture"]) + (" (both)" if goal is not None else ""),
         f"{before:.4f}, {_signed(jnd_apart(before, wanted))}",
         f"{after:.4f}, {_signed(jnd_apart(after, wanted))}{reason}",
-        f"{result['touch']['places']['farthest_from_target_jnd']:.2f}",
+        f"{result.touch.places.farthest_from_target_jnd:.2f}",
         f"{areas[0]:.1f}, {areas[1]:.1f}{both}",
         f"{row['change_percent']:.1f}",
         f"{row['steps']}, {row['cpu_s']:.0f}",

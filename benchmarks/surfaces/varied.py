@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.shared.common import load, machine, parser_of, save, table
 from benchmarks.shared.studies import Row, folder_of, rows_in
 from mitsuba_scenes import find_texture
-from optimize.run_directory.key import read_result
+from optimize.run_directory.key import read_verification
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.surface import Surface
 from tactile.jnd import ROUGHNESS_JND
@@ -58,15 +58,16 @@ def write_textures() -> None:
 
 def measured(study: Path, row: Row) -> dict[str, Any]:
     """One case: what was wanted and felt at each place, picture change and time."""
-    result = read_result(folder_of(study, row))
-    assert result is not None
+    result = read_verification(folder_of(study, row))
+    assert result is not None and result.touch.places is not None
+    sides = zip(("steered", "between"), result.touch.places.sides, strict=True)
     places = {
         which: {
-            key: np.round(result["touch"]["places"][which][f"{key}_roughness"], 5).tolist()
+            key: np.round(getattr(side, key)["roughness"], 5).tolist()
             for key in ("initial", "target", "verified")
         }
-        | {"centres_mm": np.round(result["touch"]["places"][which]["centres_mm"], 3)[:, 1].tolist()}
-        for which in ("steered", "between")
+        | {"centres_mm": np.round(side.centres_mm, 3)[:, 1].tolist()}
+        for which, side in sides
     }
     off = {
         which: np.log(np.divide(of["verified"], of["target"])) / np.log(ROUGHNESS_JND)
@@ -78,7 +79,7 @@ def measured(study: Path, row: Row) -> dict[str, Any]:
         "worst_steered_jnd": float(np.abs(off["steered"]).max()),
         "worst_between_jnd": float(np.abs(off["between"]).max()),
         "rms_jnd": float(np.sqrt(np.square(np.concatenate([*off.values()])).mean())),
-        "picture_change_percent": result["look"]["noise"]["change_percent_of_mean"]["estimate"],
+        "picture_change_percent": result.look.change_percent,
         "cpu_s": row["cpu_s"],
         "places": places,
     }

@@ -8,7 +8,7 @@ suffice. Touch alone decides which relief is kept, because touch has no randomne
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,15 +47,6 @@ class OuterIteration:
     verified: dict[str, float]
     relative_error: float
     steps: int
-
-    def as_json(self) -> dict[str, Any]:
-        """One row of result.json: a key for each number, with null where there is no goal."""
-        row: dict[str, Any] = {}
-        for name in self.verified:
-            row[f"aimed_{name}"] = self.surrogate_goals.get(name)
-            row[name] = self.values[name]
-            row[f"verified_{name}"] = self.verified[name]
-        return row | {"miss": self.relative_error, "steps": self.steps}
 
 
 @dataclass(frozen=True)

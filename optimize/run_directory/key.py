@@ -1,12 +1,12 @@
 """Key of a run: what decides its result. A run goes on, and counts as finished, under its own key only."""
 
-import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from optimize.settings.run_file import Run, load_run
+from optimize.verification.verification import Verification, described
 from relief.common.errors import InputError
 from relief.common.files import read_limited
 from relief.common.formats import PLATES
@@ -18,8 +18,6 @@ RESULT = "result.json"
 REPORT = "report.html"
 LARGEST_RESULT = 1 << 24
 """Most bytes of result.json: 100 times those of a run with 64 lights."""
-LARGEST_NUMBER = 1e300
-"""Largest number of result.json; NaN, which Python's reader of JSON takes, is not within."""
 FILES = (
     *("scene", "texture"),
     *(f"touch.{quantity.map_keys.file}" for quantity in mapped_quantities()),
@@ -36,12 +34,6 @@ CHANGEABLE = (
 """Settings that may be changed before a run is resumed: how far the run goes, and how well it is measured."""
 
 
-def described(settings: Run) -> dict[str, Any]:
-    """The settings of a run and the SHA-256 of its files, as result.json has them."""
-    files = {name: hashlib.sha256(file.read_bytes()).hexdigest() for name, file in settings.files().items()}
-    return {"settings": settings.model_dump(mode="json"), "sha256": files}
-
-
 def run_key(settings: Run) -> dict[str, Any]:
     """Everything that decides a run: its settings by dotted key, with the SHA-256 of a file for its place."""
     return {name: value for name, value in all_settings(settings).items() if name not in CHANGEABLE}
@@ -52,7 +44,7 @@ def all_settings(settings: Run) -> dict[str, Any]:
     return _key(described(settings))
 
 
-def finished(run_dir: Path) -> dict[str, Any] | None:
+def finished(run_dir: Path) -> Verification | None:
     """The content of result.json if resuming the run would change nothing, else None.
 
     A run is finished if it was not interrupted, its files are there, and run.toml, scene and texture are
@@ -64,38 +56,22 @@ def finished(run_dir: Path) -> dict[str, Any] | None:
     settings = load_run(run_dir / SETTINGS)
     if not all((run_dir / name).is_file() for name in (RESULT, REPORT, "heights.exr", *PLATES)):
         return None
-    if (result := read_result(run_dir)) is None:
+    result = read_verification(run_dir)
+    if result is None or result.stop.reason == "interrupted":
         return None
     try:
-        same = _key(result) == _key(described(settings))
-        return result if same and result["stop"]["reason"] != "interrupted" else None
+        of_result = _key({"settings": result.settings, "sha256": result.sha256})
+        return result if of_result == all_settings(settings) else None
     except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
         return None
 
 
-def read_result(run_dir: Path) -> dict[str, Any] | None:
+def read_verification(run_dir: Path) -> Verification | None:
     """The content of result.json; None if it is missing, damaged, or holds what may not be shown."""
     try:
-        result = json.loads(read_limited(run_dir / RESULT, LARGEST_RESULT))
-        return result if isinstance(result, dict) and all(map(_sound, _values(result))) else None
+        return Verification.from_json(json.loads(read_limited(run_dir / RESULT, LARGEST_RESULT)))
     except (InputError, ValueError, TypeError, RecursionError):
         return None
-
-
-def _values(content: Any) -> Iterator[str | float | None]:
-    """Every text, number, truth value and null of a JSON document, but not the names of its members."""
-    if isinstance(content, list | dict):
-        for value in content.values() if isinstance(content, dict) else content:
-            yield from _values(value)
-    else:
-        yield content
-
-
-def _sound(value: str | float | None) -> bool:
-    """Whether a value may be shown: a text without control characters, a number that is one."""
-    if isinstance(value, str):
-        return value.isprintable()
-    return value is None or abs(value) <= LARGEST_NUMBER
 
 
 def _key(description: Mapping[str, Any]) -> dict[str, Any]:

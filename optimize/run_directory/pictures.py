@@ -9,9 +9,12 @@ import numpy as np
 from PIL import Image
 
 from relief.common.arrays import FloatArray
+from relief.common.errors import InputError
 from relief.common.files import partial_folder
 from relief.common.srgb import srgb
 from relief.heightmap import write_exr
+from relief.readers import exr_channels
+from visual.lights.parallel import LUMINANCE
 
 LONGEST_NAME = 48
 """Most characters of a file name without its endings: four bytes each still fit into 255 bytes."""
@@ -59,6 +62,32 @@ def write_pictures(
         for path in written:
             path.replace(folder / path.name)
     return [folder / name for name in names]
+
+
+def read_grey(path: Path, shape: tuple[int, int] | None = None) -> FloatArray:
+    """Luminance (rows, cols) of a picture file.
+
+    Args:
+        path: EXR, in grey or in colour.
+        shape: rows and columns that the picture must have; any by default.
+
+    Raises:
+        InputError: the file is missing or damaged, or of another shape.
+    """
+
+    def check(size: tuple[int, ...], name: object) -> None:
+        if shape is not None and tuple(size) != shape:
+            raise InputError(f"{name}: {size[1]} x {size[0]} pixels; the scene has {shape[1]} x {shape[0]}")
+
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    channels, _ = exr_channels(path, check)
+    channels.pop("A", None)
+    each = np.stack([*channels.values()]).astype(np.float64)
+    picture = np.asarray(each[0] if len(each) == 1 else np.tensordot(LUMINANCE, each, 1))
+    if not np.isfinite(picture).all():
+        raise InputError(f"{path}: holds values that are not finite")
+    return picture
 
 
 def _write_png(path: Path, shown: FloatArray) -> None:

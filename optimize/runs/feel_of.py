@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from optimize.descent.targets import Target
 from optimize.runs.memory import check_memory_of
 from optimize.settings.run_file import Run
+from optimize.verification.verification import FeelOf
 from relief.common.arrays import Index
 from relief.common.errors import InputError, naming
 from relief.common.formats import RUN_HEIGHTS
@@ -91,15 +91,15 @@ class Feel:
                 f"(touch.{quantity.goals[0].key})"
             )
 
-    def as_json(self) -> dict[str, Any]:
-        """The entry `touch.feel_of` of result.json: whose feel, its values, and which of them are targets."""
-        return {
-            "name": self.other.name,
-            "quantities": [quantity.name for quantity in self.quantities],
-            "model": self.touch.model,
-            **self.touch.means,
-            "places": self.touch.ends,
-        }
+    def described(self) -> FeelOf:
+        """Whose feel, its values, and which of them are targets."""
+        return FeelOf(
+            name=self.other.name,
+            quantities=tuple(quantity.name for quantity in self.quantities),
+            model=self.touch.model,
+            values=self.touch.means,
+            places=self.touch.ends,
+        )
 
 
 def read_other(settings: Run, own: Relief) -> Other | None:

@@ -7,14 +7,12 @@ import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from optimize.descent.correction import CorrectionState, Segment, descend_with_correction
-from optimize.descent.driver import DescentResult, check_memory
-from optimize.descent.linear_scaling import linear_scaling
+from optimize.descent.driver import check_memory
 from optimize.descent.methods import METHODS
 from optimize.descent.stop_reason import StopReason
 from optimize.run_directory import results
@@ -28,20 +26,13 @@ from optimize.runs.interrupts import interruptible
 from optimize.runs.preparation import Prepared, prepare
 from optimize.runs.recorder import Recorder
 from optimize.settings.run_file import Run, load_run
-from optimize.verification.as_printed import as_printed
-from optimize.verification.converged import change_from, colour_pictures, converged
-from optimize.verification.felt_places import FeltPlaces, sampled
-from optimize.verification.other_fingers import felt_by_fingers
-from optimize.verification.picture_metrics import known
+from optimize.verification.measuring import Outcome, measure
+from optimize.verification.verification import Verification
 from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.files import remove_partial
 from relief.common.progress import say, stage
-from relief.places import between
-from tactile.measures import TouchMeasures
-from tactile.model import ModelName
 from tactile.quantities import QUANTITIES
-from visual.noise import Batches
 
 _log = logging.getLogger(__name__)
 
@@ -50,8 +41,6 @@ INTERRUPTED = (
     "again: heights and plates alone. To go on: retouch resume {run_dir}"
 )
 """Line that is shown at Ctrl-C or a polite kill."""
-BASELINE_SAMPLES = 32
-"""Samples a pixel of the change by linear scaling, a drawing for the report."""
 
 
 @dataclass(frozen=True)
@@ -62,14 +51,14 @@ class Finished:
         run_dir: folder of the run.
         prepared: the run as it began.
         outcome: measurements of the result.
-        summary: the content of result.json.
+        verification: the content of result.json.
         history: rows of the steps, as in history.jsonl.
     """
 
     run_dir: Path
     prepared: Prepared
-    outcome: results.Outcome
-    summary: dict[str, Any]
+    outcome: Outcome
+    verification: Verification
     history: list[dict[str, Any]]
 
 
@@ -84,22 +73,27 @@ class Result:
     Attributes:
         heights: (rows, cols) of the best relief, mm.
         stop: why the descent stopped.
-        summary: the content of result.json.
+        verification: the content of result.json.
         run_dir: folder with all files of the run.
     """
 
     heights: Array
     stop: StopReason
-    summary: dict[str, Any]
+    verification: Verification
     run_dir: Path
 
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The content of result.json, of JSON types."""
+        return self.verification.as_json()
+
     def __repr__(self) -> str:
-        touch, look = self.summary["touch"], self.summary["look"]
+        touch = self.verification.touch
         changes = [
-            f"{quantity.label} {touch[f'initial_{name}']:.3g} to {touch[name]:.3g} {quantity.unit}".rstrip()
-            for name, quantity in QUANTITIES.items()
+            f"{of.label} {touch.initial[name]:.3g} to {touch.achieved[name]:.3g} {of.unit}".rstrip()
+            for name, of in QUANTITIES.items()
         ]
-        pictures = f"pictures changed by {look['change_percent']:.2g} %"
+        pictures = f"pictures changed by {self.verification.look.change_percent:.2g} %"
         return f"<{self.run_dir}: {self.stop.name.lower()}, {', '.join(changes)}, {pictures}>"
 
 
@@ -225,8 +219,7 @@ def _descend_and_write(
         if descent.reason is StopReason.INTERRUPTED and unmeasured:
             raise KeyboardInterrupt
         verify_began = now()
-        with stage("rendering the final pictures"):
-            outcome = _measure(prepared, descent, verified, state)
+        outcome = measure(prepared, descent, verified, state.iterations)
         finished = now()
         times = {
             "total": finished - began,
@@ -237,74 +230,10 @@ def _descend_and_write(
         times["total"] = times["total"]._replace(wall_s=earlier_seconds + times["total"].wall_s)
         times["descent"] = times["descent"]._replace(wall_s=descent_seconds)
         with stage("writing the results and the report"):
-            summary = results.write(run_dir, settings, problem, outcome, times)
+            verification = results.write(run_dir, settings, problem, outcome, times)
             if publish is not None:
-                publish(Finished(run_dir, prepared, outcome, summary, history.rows))
-    return Result(descent.best.heights, descent.reason, summary, run_dir)
-
-
-def _measure(
-    prepared: Prepared, descent: DescentResult, verified: TouchMeasures | None, state: CorrectionState
-) -> results.Outcome:
-    settings, problem = prepared.settings, prepared.problem
-    best = descent.best.heights
-    # The same random numbers before and after: what differs between the pictures is the relief, not noise.
-    samples, seed = settings.verify.samples, settings.seed + 1
-    limits = {} if samples is None else {"most": samples, "least": samples}
-    before, after = converged(problem.scene, problem.heights, best, known(problem.scene), seed, **limits)
-    places = problem.patches.places
-    felt = verified or prepared.press(best, "layer", places)
-    goals = {target.quantity.name: target.goal for target in problem.targets.each}
-    touch = FeltPlaces(places, prepared.touch_before, felt, goals)
-    return results.Outcome(
-        descent=descent,
-        steering_values=prepared.steering.values,
-        touch=touch,
-        between=_between(prepared, best, touch.after.model),
-        iterations=state.iterations,
-        pictures_before=before,
-        pictures_after=after,
-        baseline_pictures=_baseline(prepared, before, seed) if settings.verify.baseline else None,
-        fingers=felt_by_fingers(problem.heights, best, (problem.surface, problem.surface), problem.skin),
-        feel_of=None if prepared.feel_of is None else prepared.feel_of.as_json(),
-        printed=as_printed(settings, problem, best, (before.mean, after.mean)),
-        colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,
-    )
-
-
-def _between(prepared: Prepared, best: Array, model: ModelName) -> FeltPlaces | None:
-    """Touch between the steered places, by the model that verifies; None if there is one place in all."""
-    problem = prepared.problem
-    places = sampled(between(problem.surface, problem.spacing_mm))
-    if len(places) == 0:
-        return None
-    with stage("verifying between the places"):
-        before, after = (prepared.press(heights, model, places) for heights in (problem.heights, best))
-    return FeltPlaces(places, before, after, prepared.goals.at(places, before.values))
-
-
-def _baseline(prepared: Prepared, before: Batches, seed: int) -> Array | None:
-    """Pictures of the original scaled in height to its target; None if no scale meets it.
-
-    A target that varies over the surface has none: one scale makes the same change everywhere.
-
-    The change by scaling is rendered with the random numbers of the pictures before and added to them: noise
-    of few samples would otherwise count as change.
-
-    Args:
-        prepared: the run.
-        before: pictures of the original.
-        seed: of the random numbers.
-    """
-    problem = prepared.problem
-    if prepared.goals.maps:
-        return None
-    # Scaled to the surrogate goal, because the model that steers is cheap to ask.
-    scaled = linear_scaling(replace(problem, targets=prepared.surrogate_targets))
-    if scaled is None:
-        _log.info("no scaling of the height reaches the target: no pictures to compare with")
-        return None
-    return np.asarray(before.mean + change_from(problem.scene, before, scaled, BASELINE_SAMPLES, seed))
+                publish(Finished(run_dir, prepared, outcome, verification, history.rows))
+    return Result(descent.best.heights, descent.reason, verification, run_dir)
 
 
 @contextmanager

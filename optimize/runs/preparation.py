@@ -1,25 +1,25 @@
 """Preparation of a run: scene loaded, original pressed, targets in numbers; nothing is written yet."""
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from optimize.descent.correction import STEPS_AN_ITERATION, Plan, first_surrogate_targets
 from optimize.descent.driver import DescentMethod
-from optimize.descent.gauss_newton.other_fingers import SMOOTH
 from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.descent.methods import METHODS
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Target, Targets
-from optimize.runs.feel_of import Feel, Other, feel, read_other
+from optimize.runs.feel_of import Other, feel, read_other
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
 from optimize.runs.memory import check_memory_of
 from optimize.settings.run_file import Run
 from optimize.settings.touch import too_large
 from optimize.verification.converged import MOST_SAMPLES
 from optimize.verification.jod import jod_obstacle
+from optimize.verification.measuring import Original
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError, naming
 from relief.common.limits import HEIGHT_LIMIT_MM
@@ -27,6 +27,7 @@ from relief.common.progress import say, stage
 from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief
+from tactile.jnd import SMOOTH
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import ROUGHNESS, GoalKey, Quantity, Values
@@ -39,31 +40,15 @@ BLACK = 1e-3
 """Mean radiance, in units of white, of a black picture at most; a plate lit from below has a brighter rim."""
 
 
-@dataclass(frozen=True)
-class Prepared:
+@dataclass(frozen=True, kw_only=True)
+class Prepared(Original):
     """A run that is ready to begin.
 
     Attributes:
-        settings: of the run.
-        problem: with the targets that the verifying model is to meet.
         plan: of the outer iterations.
-        steering: touch of the original by the model that steers.
-        touch_before: of the original by the verifying model, or by the model that steers if there is none.
-        goals: at the steered places and anywhere else.
-        press: measures heights (rows, cols) by a model of touch at places (k, 2).
-        surrogate_targets: of the first descent.
-        feel_of: the feel of another relief that is the target, if one is.
     """
 
-    settings: Run
-    problem: Problem
     plan: Plan
-    steering: TouchMeasures
-    touch_before: TouchMeasures
-    goals: RunGoals
-    press: Callable[[Array, ModelName, Index], TouchMeasures]
-    surrogate_targets: Targets
-    feel_of: Feel | None = None
 
 
 def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, str, tuple[GoalMap, ...], Other | None]:
@@ -173,9 +158,9 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
 
     steering = untargeted.press(scene.heights, _start(untargeted, original), gradients=False)
     return Prepared(
-        settings,
-        problem,
-        Plan(
+        settings=settings,
+        problem=problem,
+        plan=Plan(
             targets,
             method.own_steps or descent.steps,
             settings.verify.corrections if verifier else 0,
@@ -183,12 +168,12 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             None if settings.verify.model == "none" else verify,
             method.own_steps or STEPS_AN_ITERATION,
         ),
-        steering,
-        original,
-        RunGoals(targets, original.values, maps),
-        press,
-        first_surrogate_targets(targets, steering.values, original.values),
-        felt,
+        steering=steering,
+        touch_before=original,
+        goals=RunGoals(targets, original.values, maps),
+        press=press,
+        surrogate_targets=first_surrogate_targets(targets, steering.values, original.values),
+        feel_of=None if felt is None else felt.described(),
     )
 
 

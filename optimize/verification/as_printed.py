@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy import ndimage
 
-import tactile
 from optimize.descent.problem import Problem
 from optimize.settings.run_file import Run
 from optimize.verification.picture_metrics import pixel_weights, pixels_per_degree
+from optimize.verification.verification import Design, Faults, Print
 from relief.common.arrays import Array
 from relief.common.progress import stage
 from relief.printed import faults, on_pixels
 from relief.relief import Relief
+from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
 
@@ -31,11 +31,11 @@ class AsPrinted:
     """Printing in a run.
 
     Attributes:
-        numbers: the section `print` of result.json.
+        numbers: of printer and prints.
         design: (conditions, rows, cols) radiance, pictures of the original before layers are cut.
     """
 
-    numbers: dict[str, Any]
+    numbers: Print
     design: Array
 
 
@@ -58,7 +58,7 @@ def as_printed(
     design = settings.design(scene.size_mm).heights
     pitch_mm = scene.size_mm / design.shape[1]
     uncut = on_pixels(design, pitch_mm, printer, settings.axes_repeat)
-    shown = scene.render(uncut, samples=SAMPLES, seed=settings.seed + 1).numpy()
+    design_pictures = scene.render(uncut, samples=SAMPLES, seed=settings.seed + 1).numpy()
     rough = [_roughness(relief, problem) for relief in (design, problem.heights)]
     slopes, steepest = np.hypot(*np.gradient(uncut, surface.pitch_mm)), printer.max_slope_degrees
     before, after = pictures
@@ -69,22 +69,25 @@ def as_printed(
         blurred = [_blurred(each, eye) for each in (one, other)]
         return 100.0 * float((weights * np.abs(blurred[1] - blurred[0])).mean() / (weights * before).mean())
 
-    numbers = {
-        "printer": printer.name,
+    def beyond_limits(relief: Array) -> Faults:
+        return Faults(**faults(relief, surface.pitch_mm, printer, surface.repeats))
+
+    numbers = Print(
+        printer=printer.name,
         **printer.numbers(),
-        "keep_features": printer.keep_features,
-        "pixels": list(surface.shape),
-        "acuity_arcmin": ACUITY_ARCMIN,
-        "seen_change_percent": seen(before, after),
-        "design": {
-            "jnd_of_print": tactile.jnd_apart(rough[1], rough[0]) if min(rough) > 0.0 else None,
-            "seen_change_percent": seen(shown, before),
-            "too_steep_percent": 100.0 * float((slopes > math.tan(math.radians(steepest))).mean()),
-        },
-        "faults_before": faults(problem.heights, surface.pitch_mm, printer, surface.repeats),
-        "faults_after": faults(result, surface.pitch_mm, printer, surface.repeats),
-    }
-    return AsPrinted(numbers, shown)
+        keep_features=printer.keep_features,
+        pixels=surface.shape,
+        acuity_arcmin=ACUITY_ARCMIN,
+        seen_change_percent=seen(before, after),
+        design=Design(
+            jnd_of_print=jnd_apart(rough[1], rough[0]) if min(rough) > 0.0 else None,
+            seen_change_percent=seen(design_pictures, before),
+            too_steep_percent=100.0 * float((slopes > math.tan(math.radians(steepest))).mean()),
+        ),
+        faults_before=beyond_limits(problem.heights),
+        faults_after=beyond_limits(result),
+    )
+    return AsPrinted(numbers, design_pictures)
 
 
 def _roughness(heights: Array, problem: Problem) -> float:

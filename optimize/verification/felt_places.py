@@ -1,11 +1,11 @@
-"""Roughness of a result against the original's over the places of the finger, for result.json."""
+"""Roughness of a result against the original's over the places of the finger."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
+from optimize.verification.verification import Places, PlaceValues, Spread
 from relief.common.arrays import Array, Index
 from relief.places import centres_mm
 from relief.surface import Surface
@@ -52,8 +52,8 @@ def jnd_at(values: Array, reference: Array) -> Array:
     return np.asarray(np.log(ratio) / np.log(ROUGHNESS_JND))
 
 
-def place_spread(before: TouchMeasures, after: TouchMeasures) -> dict[str, Any] | None:
-    """Count, mean, least and largest JND over places; None for one place, or for other numbers of places."""
+def place_spread(before: TouchMeasures, after: TouchMeasures) -> Spread | None:
+    """Just-noticeable differences over places; None for one place, or for other numbers of places."""
     one, other = (touch.values[ROUGHNESS.name] for touch in (before, after))
     return _spread(jnd_at(other, one)) if 1 < len(one) == len(other) else None
 
@@ -65,39 +65,37 @@ def sampled(places: Index) -> Index:
     return places[np.linspace(0, len(places) - 1, MOST_BETWEEN).round().astype(np.int64)]
 
 
-def place_numbers(surface: Surface, steered: FeltPlaces, between: FeltPlaces | None) -> dict[str, Any]:
-    """The section `touch.places` of result.json.
+def place_numbers(surface: Surface, steered: FeltPlaces, between: FeltPlaces | None) -> Places:
+    """Feel over a surface.
 
     Args:
         surface: of the relief.
         steered: places of the descent.
         between: places between them; None if there are none.
-
-    Returns:
-        Count, mean, least and largest JND over all places, and the largest distance of a place from its goal
-        of roughness, JND. Of the steered places, and of those between them: the same four numbers, and for
-        each place its centre (mm from the first row's and first column's edge), its values and its goals.
     """
-    sides = {"steered": steered} | ({} if between is None else {"between": between})
-    off = np.abs(np.concatenate([side.off for side in sides.values()]))
-    return {
-        **_spread(np.concatenate([side.jnd for side in sides.values()])),
-        "farthest_from_target_jnd": float(np.nanmax(off)) if np.isfinite(off).any() else None,
-        **{name: {**_spread(side.jnd), **_listed(surface, side)} for name, side in sides.items()},
-    }
+    sides = [steered] if between is None else [steered, between]
+    off = np.abs(np.concatenate([side.off for side in sides]))
+    places = Places(
+        **_spread(np.concatenate([side.jnd for side in sides])).as_json(),
+        farthest_from_target_jnd=float(np.nanmax(off)) if np.isfinite(off).any() else None,
+        steered=_values(surface, steered),
+    )
+    return places if between is None else places.model_copy(update={"between": _values(surface, between)})
 
 
-def _spread(jnd: Array) -> dict[str, Any]:
+def _spread(jnd: Array) -> Spread:
     felt = jnd[np.isfinite(jnd)]
-    numbers: Mapping[str, Any] = {"jnd_mean": np.mean, "jnd_min": np.min, "jnd_max": np.max}
-    return {
-        "count": len(jnd),
-        **{name: float(of(felt)) if felt.size else None for name, of in numbers.items()},
-    }
+    mean, least, most = map(float, (felt.mean(), felt.min(), felt.max())) if felt.size else (None,) * 3
+    return Spread(count=len(jnd), jnd_mean=mean, jnd_min=least, jnd_max=most)
 
 
-def _listed(surface: Surface, side: FeltPlaces) -> dict[str, Any]:
+def _values(surface: Surface, side: FeltPlaces) -> PlaceValues:
     """Centre, values and goals of every place."""
-    numbers = (("initial", side.before.values), ("verified", side.after.values), ("target", side.goals))
-    values = {f"{when}_{name}": each.tolist() for when, of in numbers for name, each in of.items()}
-    return {"centres_mm": centres_mm(surface, side.places).tolist(), **values}
+    initial, verified, target = (
+        {name: tuple(each.tolist()) for name, each in values.items()}
+        for values in (side.before.values, side.after.values, side.goals)
+    )
+    centres = tuple((down, right) for down, right in centres_mm(surface, side.places).tolist())
+    return PlaceValues(
+        **_spread(side.jnd).as_json(), centres_mm=centres, initial=initial, verified=verified, target=target
+    )

@@ -5,12 +5,13 @@ or a square. Independent batches (`visual.noise`) give an unbiased square, and b
 factor, the root mean square of a condition is its term of E_vis, so both have the same relative error.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations
 
 import numpy as np
 
+from optimize.verification.verification import ChangePercent
 from relief.common.arrays import Array
 from visual.noise import Batches, jackknife_error
 
@@ -76,10 +77,10 @@ class Change:
         precise = self.rms_error <= PRECISION * self.rms_less_noise and half_range <= PRECISION * self.mean
         return Certainty.KNOWN if precise else Certainty.COARSE
 
-    def percent_of(self, level: float) -> dict[str, float]:
+    def percent_of(self, level: float) -> ChangePercent:
         """All attributes but the squares, in percent of a radiance."""
-        names = [field.name for field in fields(self) if not field.name.startswith("square")]
-        return {name: 100.0 * getattr(self, name) / float(level) for name in names}
+        names = ChangePercent.model_fields
+        return ChangePercent(**{name: 100.0 * getattr(self, name) / float(level) for name in names})
 
 
 def change(before: Batches, after: Batches, *, weights: Array | float = 1.0) -> Change:

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from optimize.verification.converged import Known
 from optimize.verification.jod import jod
 from optimize.verification.picture_change import change
+from optimize.verification.verification import PictureChange, PictureNoise
 from relief.common.arrays import FloatArray
 from relief.common.limits import EYE_DISTANCE_CM
 from relief.common.progress import stage
@@ -81,10 +81,8 @@ def look(
     pixels_per_mm: Weights,
     distance_cm: float = EYE_DISTANCE_CM,
     with_jod: bool = False,
-) -> dict[str, Any]:
-    """The change of pictures and its uncertainty: the picture part of `look` in result.json.
-
-    docs/verification.md says what each key means.
+) -> PictureChange:
+    """The change of pictures and its uncertainty.
 
     Args:
         before, after: of the same conditions, with common random numbers batch by batch.
@@ -108,40 +106,40 @@ def look(
     film_mean = float(before.mean.mean())
     # A black picture has no level, and its change counts as 0 % of it.
     levels = [float((plate[n] * picture).mean()) or np.inf for n, picture in enumerate(before.mean)]
-    return {
-        "change_percent": of_mean["estimate"],
-        "change_rms_percent": of_mean["rms_less_noise"],
-        "change_percent_of_white": of_white["estimate"],
-        "change_rms_percent_of_white": of_white["rms_less_noise"],
-        "plate_share": [float(np.mean(one > 0.0)) for one in plate],
-        "pixel_change_percent": [100.0 * one.estimate / white for one in films],
-        "rms_change_percent": [100.0 * one.rms_less_noise / white for one in films],
-        "mean_change_percent_of_mean": 100.0 * film.estimate / film_mean,
-        "rms_change_percent_of_mean": 100.0 * film.rms_less_noise / film_mean,
-        "dssim": [less_noise(partial(dssim, white=white), b, a) for b, a in pairs],
-        "flip": [
+    return PictureChange(
+        change_percent=of_mean.estimate,
+        change_rms_percent=of_mean.rms_less_noise,
+        change_percent_of_white=of_white.estimate,
+        change_rms_percent_of_white=of_white.rms_less_noise,
+        plate_share=tuple(float(np.mean(one > 0.0)) for one in plate),
+        pixel_change_percent=tuple(100.0 * one.estimate / white for one in films),
+        rms_change_percent=tuple(100.0 * one.rms_less_noise / white for one in films),
+        mean_change_percent_of_mean=100.0 * film.estimate / film_mean,
+        rms_change_percent_of_mean=100.0 * film.rms_less_noise / film_mean,
+        dssim=tuple(less_noise(partial(dssim, white=white), b, a) for b, a in pairs),
+        flip=tuple(
             less_noise(partial(flip, white=white, pixels_per_degree=one), b, a)
             for (b, a), one in zip(pairs, sharpness, strict=True)
-        ],
-        "jod": [jod(b.mean(0), a.mean(0), white, one) for (b, a), one in zip(pairs, sharpness, strict=True)]
+        ),
+        jod=tuple(jod(b.mean(0), a.mean(0), white, one) for (b, a), one in zip(pairs, sharpness, strict=True))
         if with_jod
         else None,
-        "pixels_per_degree": sharpness,
-        "distance_cm": distance_cm,
-        "samples": before.samples,
-        "noise": {
-            "certainty": whole.certainty.name.lower(),
-            "message": whole.certainty.value,
-            "batches": len(before.pictures),
-            "standard_error_percent": [100.0 * float(error) for error in after.relative_error(plate)],
-            "change_percent_of_mean": of_mean,
-            "change_percent_of_white": of_white,
-            "conditions_percent_of_mean": [
+        pixels_per_degree=tuple(sharpness),
+        distance_cm=distance_cm,
+        samples=before.samples,
+        noise=PictureNoise(
+            certainty=whole.certainty.name.lower(),
+            message=whole.certainty.value,
+            batches=len(before.pictures),
+            standard_error_percent=tuple(100.0 * float(error) for error in after.relative_error(plate)),
+            change_percent_of_mean=of_mean,
+            change_percent_of_white=of_white,
+            conditions_percent_of_mean=tuple(
                 one.percent_of(level) for one, level in zip(each, levels, strict=True)
-            ],
-            "conditions_percent_of_white": [one.percent_of(white) for one in each],
-        },
-    }
+            ),
+            conditions_percent_of_white=tuple(one.percent_of(white) for one in each),
+        ),
+    )
 
 
 def less_noise(

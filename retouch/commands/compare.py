@@ -1,9 +1,9 @@
 """`retouch compare`: two textures, results or runs side by side, on one page and on the screen."""
 
 import argparse
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mitsuba_scenes import find_texture
 from relief.common.errors import InputError
@@ -27,6 +27,10 @@ from retouch.commands.summary import other_fingers
 from tactile.jnd import tries_of_100
 from tactile.model_names import MODEL_NAMES
 from tactile.quantities import QUANTITIES
+
+if TYPE_CHECKING:
+    from optimize.verification.verification import PictureChange
+    from retouch.pages.content import Compared
 
 PAGE = Path("comparison.html")
 """File of the page where no other is given."""
@@ -95,14 +99,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    given = [path for path in (arguments.first, arguments.second) if path is not None]
-    _check(arguments, given)
+    paths = [path for path in (arguments.first, arguments.second) if path is not None]
+    _check(arguments, paths)
+    from retouch.pages.content import Compared
     from retouch.verbs.comparison import compare
 
     lengths = {key: getattr(arguments, key) for key in ("size_mm", "relief_mm", "height_scale")}
     distance = {} if arguments.distance_cm is None else {"distance_cm": arguments.distance_cm}
-    with contact_errors_name(" and ".join(map(str, given))):
-        found = compare(
+    with contact_errors_name(" and ".join(map(str, paths))):
+        content = compare(
             arguments.first,
             arguments.second,
             arguments.out,
@@ -119,7 +124,7 @@ def run(arguments: argparse.Namespace) -> int:
             **lengths,
         )
     if arguments.json:
-        print_json(found)
+        print_json(content)
     elif not arguments.quiet:
         from rich.table import Table
         from rich.text import Text
@@ -127,15 +132,15 @@ def run(arguments: argparse.Namespace) -> int:
         rows = Table.grid(padding=(0, 2, 0, 0))
         rows.add_column(no_wrap=True)
         rows.add_column(overflow="fold")
-        for name, text in lines(found):
+        for name, text in lines(Compared.model_validate(content)):
             rows.add_row(Text(name, "bold"), Text(text))
         console().print(rows)
     return 0
 
 
-def _check(arguments: argparse.Namespace, given: list[Path]) -> None:
+def _check(arguments: argparse.Namespace, paths: list[Path]) -> None:
     """Refuse what can be refused before anything is loaded. Raises InputError."""
-    textures = [find_texture(path) for path in given if not path.is_dir()]
+    textures = [find_texture(path) for path in paths if not path.is_dir()]
     for path in textures:
         if not path.is_file():
             raise InputError(f"{path}: no such file")
@@ -156,35 +161,33 @@ def _check(arguments: argparse.Namespace, given: list[Path]) -> None:
         raise InputError(f"{out}: -o: the page is HTML; give a name that ends in .html")
 
 
-def lines(found: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def lines(numbers: "Compared") -> Iterator[tuple[str, str]]:
     """What the screen tells: a word and a sentence each."""
-    sides = (found["first"], found["second"])
-    for side in sides:
-        yield side["name"], f"{side['file']}, {side['size_mm']:g} mm, {side['samples']} x {side['rows']}"
+    for side in numbers.sides:
+        yield side.name, f"{side.file}, {side.size_mm:g} mm, {side.samples} x {side.rows}"
     for name, quantity in QUANTITIES.items():
-        values = " and ".join(number(side[name]) for side in sides)
+        values = " and ".join(number(side.values[name]) for side in numbers.sides)
         yield quantity.label, f"{values} {quantity.unit}".rstrip()
-    shares = " and ".join(f"{100.0 * side['contact_fraction']:.0f} %" for side in sides)
+    shares = " and ".join(f"{100.0 * side.contact_fraction:.0f} %" for side in numbers.sides)
     yield "in contact", f"{shares} of the plate"
-    yield "feel", _feel(found)
-    if (places := found["places"]) is not None and places["jnd_min"] is not None:
-        ends = f"{places['jnd_min']:+.2f} to {places['jnd_max']:+.2f}"
-        yield "", f"{ends} JND over {places['count']} places of the finger"
-    if (fingers := found.get("fingers")) is not None and fingers["jnd_min"] is not None:
+    yield "feel", _feel(numbers)
+    if (places := numbers.places) is not None and places.jnd_min is not None:
+        ends = f"{places.jnd_min:+.2f} to {places.jnd_max:+.2f}"
+        yield "", f"{ends} JND over {places.count} places of the finger"
+    if (fingers := numbers.fingers) is not None and fingers.jnd_min is not None:
         yield "", other_fingers(fingers)
-    look = found["look"]
-    if look is None:
-        yield "pictures", f"not compared: {found['no_look']}"
+    if (look := numbers.look) is None:
+        yield "pictures", f"not compared: {numbers.no_look}"
     else:
         yield "pictures", _pictures(look)
-        for name in ("dssim", "flip"):
-            values = ", ".join(number(value, 2) for value in look[name])
-            yield name.upper(), f"{values} ({', '.join(look['conditions'])})"
-    yield "page", found["page"]
+        for name, each in (("DSSIM", look.dssim), ("FLIP", look.flip)):
+            values = ", ".join(number(value, 2) for value in each)
+            yield name, f"{values} ({', '.join(look.conditions)})"
+    yield "page", str(numbers.page)
 
 
-def _feel(found: Mapping[str, Any]) -> str:
-    jnd, names = found["jnd_apart"], (found["first"]["name"], found["second"]["name"])
+def _feel(numbers: "Compared") -> str:
+    jnd, names = numbers.jnd_apart, (numbers.first.name, numbers.second.name)
     # "A" and "B", but "the result".
     one, other = (f"the {name}" if name.islower() else name for name in names)
     if jnd is None:
@@ -194,11 +197,10 @@ def _feel(found: Mapping[str, Any]) -> str:
     return f"{other} is {number(abs(jnd), 2)} JND {sense} than {one}, {apart}"
 
 
-def _pictures(look: Mapping[str, Any]) -> str:
-    noise = look["noise"]
-    if noise["certainty"] == "same":
-        return str(noise["message"])
-    about = "" if noise["certainty"] == "known" else "about "
-    of_mean = f"{percent(look['change_percent'])} of the mean picture"
-    of_white = f"{percent(look['change_percent_of_white'])} of white"
-    return f"{about}{of_mean} apart (rms {percent(look['change_rms_percent'])}); {of_white}"
+def _pictures(look: "PictureChange") -> str:
+    if look.noise.certainty == "same":
+        return look.noise.message
+    about = "" if look.noise.certainty == "known" else "about "
+    of_mean = f"{percent(look.change_percent)} of the mean picture"
+    of_white = f"{percent(look.change_percent_of_white)} of white"
+    return f"{about}{of_mean} apart (rms {percent(look.change_rms_percent)}); {of_white}"

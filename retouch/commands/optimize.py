@@ -3,9 +3,9 @@
 import argparse
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mitsuba_scenes import find_file, find_texture
 from relief.common.errors import InputError
@@ -31,6 +31,7 @@ from retouch.commands.target_options import add_target, check_target, target_ove
 
 if TYPE_CHECKING:
     from optimize.settings.run_file import Run
+    from optimize.verification.verification import Verification
 
 REACHED = 0
 SHORT_OF_TARGET = 3
@@ -166,7 +167,7 @@ def run(arguments: argparse.Namespace) -> int:
         result = runs.optimize(
             settings, out, variant=arguments.variant, force=arguments.force, quiet=arguments.quiet
         )
-    return finish(result.summary, result.run_dir, arguments)
+    return finish(result.verification, result.run_dir, arguments)
 
 
 def load(arguments: argparse.Namespace) -> "Run":
@@ -228,21 +229,21 @@ def overrides(arguments: argparse.Namespace) -> list[str]:
     return [*settings, *arguments.settings]
 
 
-def finish(result: Mapping[str, Any], run_dir: Path, arguments: argparse.Namespace) -> int:
+def finish(result: "Verification", run_dir: Path, arguments: argparse.Namespace) -> int:
     """Print the summary of a run as wanted; returns the exit status.
 
     Args:
-        result: the content of result.json.
+        result: what was measured of the result.
         run_dir: folder of the run.
         arguments: of the command, with `json` and `quiet`.
     """
     from optimize.descent.stop_reason import StopReason
 
-    stop = StopReason[result["stop"]["reason"].upper()]
+    stop = StopReason[result.stop.reason.upper()]
     status = INTERRUPTED if stop is StopReason.INTERRUPTED else REACHED if stop.met else SHORT_OF_TARGET
     if arguments.json:
         files = sorted(str(path) for path in run_dir.rglob("*") if path.is_file())
-        print_json({"run_dir": str(run_dir), "exit_status": status, **result, "files": files})
+        print_json({"run_dir": str(run_dir), "exit_status": status, **result.as_json(), "files": files})
     elif not arguments.quiet:
         from retouch.commands.summary import summary
 

@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     with contact_errors_name(arguments.run_dir):
         result = runs.resume(arguments.run_dir, variant=arguments.variant, quiet=arguments.quiet)
-    return finish(result.summary, result.run_dir, arguments)
+    return finish(result.verification, result.run_dir, arguments)
 
 
 def _finished(arguments: argparse.Namespace) -> int | None:

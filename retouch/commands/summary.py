@@ -1,9 +1,9 @@
 """Summary of a finished run, one screen of text."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from relief.common.formats import PLATES
 from relief.common.formatting import between, duration, number, percent, plus_minus, rounded
@@ -13,12 +13,22 @@ from tactile.quantities import FLAT_SHARE, PLACE_JND, QUANTITIES, ROUGHNESS
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from optimize.verification.verification import (
+        ChangePercent,
+        Fingers,
+        Heights,
+        PictureChange,
+        Places,
+        Touch,
+        Verification,
+    )
 
-def summary(result: Mapping[str, Any], run_dir: Path) -> "Table":
+
+def summary(result: "Verification", run_dir: Path) -> "Table":
     """Target, result, pictures, heights, time and files of a run, in about a dozen lines.
 
     Args:
-        result: content of result.json.
+        result: what was measured of the result.
         run_dir: where the files lie; only files that exist are named.
     """
     from rich.table import Table
@@ -32,38 +42,19 @@ def summary(result: Mapping[str, Any], run_dir: Path) -> "Table":
     return rows
 
 
-def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]]:
-    stop, touch, look = result["stop"], result["touch"], result["look"]
-    yield "stop", f"{stop['message']} (step {stop['best_step']} of {stop['steps']} kept)"
-    other = touch.get("feel_of")
-    whose = {} if other is None else dict.fromkeys(other["quantities"], f" (the feel of {other['name']})")
-    for name, quantity in QUANTITIES.items():
-        stages = [
-            ("original", touch[f"initial_{name}"]),
-            (f"target{whose.get(name, '')}", touch[f"target_{name}"]),
-            ("achieved", touch[name]),
-            (f"verified ({touch['verified_by']})", touch[f"verified_{name}"]),
-        ]
-        yield quantity.label, f"{_listed(stages)} {quantity.unit}".rstrip()
-    yield "in contact", f"{100.0 * touch['contact_fraction']:.0f} % of the plate"
-    if (jnd := touch["jnd_from_original"]) is not None:
-        sense = "rougher" if jnd > 0 else "smoother"
-        apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
-        average = " on average" if (touch.get("places") or {}).get("count", 1) > 1 else ""
-        yield "feel", f"{number(abs(jnd), 2)} JND {sense} than the original{average}, {apart}"
-    if (places := touch.get("places")) is not None and places["count"] > 1:
-        yield from _places(places)
-    if (fingers := touch.get("fingers")) is not None and fingers["jnd_min"] is not None:
-        yield "", other_fingers(fingers)
+def _lines(result: "Verification", run_dir: Path) -> Iterator[tuple[str, str]]:
+    stop, look = result.stop, result.look
+    yield "stop", f"{stop.message} (step {stop.best_step} of {stop.steps} kept)"
+    yield from _feel(result.touch)
     yield from _pictures(look)
-    if (made := result.get("print")) is not None:
-        seen = f"to the eye {percent(made['seen_change_percent'])} at {look['distance_cm']:g} cm"
-        yield "printer", f"{made['printer']}: both as printed, {made['layer_um']:g} µm layers; {seen}"
-    steered = touch.get("model"), look.get("model")
-    if steered not in ((None, None), ("layer", "exact")):
-        yield "steered by", f"touch {steered[0]}, pictures {steered[1]}"
-    yield "heights", _heights(result["heights"])
-    times = dict(result["time_s"])
+    if (printed := result.printed) is not None:
+        seen = f"to the eye {percent(printed.seen_change_percent)} at {look.distance_cm:g} cm"
+        yield "printer", f"{printed.printer}: both as printed, {printed.layer_um:g} µm layers; {seen}"
+    models = result.touch.model, look.model
+    if models not in ((None, None), ("layer", "exact")):
+        yield "steered by", f"touch {models[0]}, pictures {models[1]}"
+    yield "heights", _heights(result.heights)
+    times = dict(result.time_s)
     total = duration(times.pop("total"))
     yield "time", f"{total}: " + ", ".join(f"{k.replace('_', '-')} {duration(s)}" for k, s in times.items())
     yield "report", str(run_dir / "report.html")
@@ -71,15 +62,40 @@ def _lines(result: Mapping[str, Any], run_dir: Path) -> Iterator[tuple[str, str]
         yield "to print", ", ".join(printable)
 
 
-def _places(places: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _feel(touch: "Touch") -> Iterator[tuple[str, str]]:
+    """Values of every quantity, and the change of roughness: its mean, over places, to other fingers."""
+    other, places = touch.feel_of, touch.places
+    whose = {} if other is None else dict.fromkeys(other.quantities, f" (the feel of {other.name})")
+    for name, quantity in QUANTITIES.items():
+        stages = [
+            ("original", touch.initial.get(name)),
+            (f"target{whose.get(name, '')}", touch.target.get(name)),
+            ("achieved", touch.achieved.get(name)),
+            (f"verified ({touch.verified_by})", touch.verified.get(name)),
+        ]
+        yield quantity.label, f"{_listed(stages)} {quantity.unit}".rstrip()
+    yield "in contact", f"{100.0 * touch.contact_fraction:.0f} % of the plate"
+    several = places is not None and places.count > 1
+    if (jnd := touch.jnd_from_original) is not None:
+        sense = "rougher" if jnd > 0 else "smoother"
+        apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
+        average = " on average" if several else ""
+        yield "feel", f"{number(abs(jnd), 2)} JND {sense} than the original{average}, {apart}"
+    if places is not None and several:
+        yield from _places(places)
+    if (fingers := touch.fingers) is not None and fingers.jnd_min is not None:
+        yield "", other_fingers(fingers)
+
+
+def _places(places: "Places") -> Iterator[tuple[str, str]]:
     """The feel over the places of the finger; a steered place that missed its goal is named."""
-    if places["jnd_min"] is not None:
-        ends = f"{places['jnd_min']:+.2f} to {places['jnd_max']:+.2f} JND"
-        far = places.get("farthest_from_target_jnd")
+    if places.jnd_min is not None:
+        ends = f"{places.jnd_min:+.2f} to {places.jnd_max:+.2f} JND"
+        far = places.farthest_from_target_jnd
         target = "" if far is None else f", at most {far:.2f} JND off the target"
-        yield "", f"{ends} over {places['count']} places of the finger{target}"
-    steered = places["steered"]
-    reached, goals = (steered.get(f"{key}_{ROUGHNESS.name}", []) for key in ("verified", "target"))
+        yield "", f"{ends} over {places.count} places of the finger{target}"
+    steered, name = places.steered, ROUGHNESS.name
+    reached, goals = steered.verified[name], steered.target.get(name, ())
     off = [
         (abs(math.log(value / goal)) / math.log(ROUGHNESS_JND), place)
         for place, (value, goal) in enumerate(zip(reached, goals, strict=False))
@@ -87,7 +103,7 @@ def _places(places: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     ]
     if off and max(off)[0] > PLACE_JND:
         farthest = max(off)[1]
-        down, right = steered["centres_mm"][farthest]
+        down, right = steered.centres_mm[farthest]
         yield (
             "farthest",
             f"the place {right:.1f} mm from the left and {down:.1f} mm from the top reaches roughness "
@@ -95,43 +111,42 @@ def _places(places: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         )
 
 
-def other_fingers(fingers: Mapping[str, Any]) -> str:
-    """How other fingers feel a change, in a clause: the entry `fingers` of result.json, of known JND."""
-    weight = fingers.get("weight")
-    drawn = f", drawn along with weight {weight:g}" if weight else ""
-    return f"{fingers['jnd_min']:+.2f} to {fingers['jnd_max']:+.2f} JND to {fingers['count']} fingers{drawn}"
+def other_fingers(fingers: "Fingers") -> str:
+    """How other fingers feel a change, in a clause, if none of them finds a relief smooth."""
+    drawn = f", drawn along with weight {fingers.weight:g}" if fingers.weight else ""
+    return f"{fingers.jnd_min:+.2f} to {fingers.jnd_max:+.2f} JND to {fingers.count} fingers{drawn}"
 
 
-def _pictures(look: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    noise = look["noise"]
-    if noise["certainty"] == "same":
-        yield "pictures", noise["message"]
+def _pictures(look: "PictureChange") -> Iterator[tuple[str, str]]:
+    noise = look.noise
+    if noise.certainty == "same":
+        yield "pictures", noise.message
         return
-    of_mean, of_white = noise["change_percent_of_mean"], noise["change_percent_of_white"]
-    if noise["certainty"] == "within_noise":
-        yield "pictures", f"{noise['message']} It is at most"
-        yield "", f"{percent(of_mean['mean'])} of the mean picture, {percent(of_white['mean'])} of white"
+    of_mean, of_white = noise.change_percent_of_mean, noise.change_percent_of_white
+    if noise.certainty == "within_noise":
+        yield "pictures", f"{noise.message} It is at most"
+        yield "", f"{percent(of_mean.mean)} of the mean picture, {percent(of_white.mean)} of white"
     else:
-        about = "about " if noise["certainty"] == "coarse" else ""
-        change = f"{percent(of_mean['estimate'])} of the mean picture"
+        about = "about " if noise.certainty == "coarse" else ""
+        change = f"{percent(of_mean.estimate)} of the mean picture"
         yield "pictures", f"changed by {about}{change} (mean over the pixels that show the plate)"
         yield "", f"bounds {_bounds(of_mean)}"
-        yield "", f"of white {percent(of_white['estimate'])}; bounds {_bounds(of_white)}"
-    if noise["certainty"] == "coarse":
-        yield "", noise["message"]
-    if noise["certainty"] != "known":
-        yield "", f"{look['samples']} samples a pixel; more make it clearer (verify.samples)"
+        yield "", f"of white {percent(of_white.estimate)}; bounds {_bounds(of_white)}"
+    if noise.certainty == "coarse":
+        yield "", noise.message
+    if noise.certainty != "known":
+        yield "", f"{look.samples} samples a pixel; more make it clearer (verify.samples)"
 
 
-def _bounds(change: Mapping[str, float]) -> str:
-    mean = between(max(0.0, change["mean_at_least"]), change["mean"])
-    return f"{mean}, rms {plus_minus(change['rms_less_noise'], change['rms_error'])} %"
+def _bounds(change: "ChangePercent") -> str:
+    mean = between(max(0.0, change.mean_at_least), change.mean)
+    return f"{mean}, rms {plus_minus(change.rms_less_noise, change.rms_error)} %"
 
 
-def _heights(heights: Mapping[str, float]) -> str:
-    change, lift = (1000.0 * heights[key] for key in ("rms_change_mm", "lift_mm"))
+def _heights(heights: "Heights") -> str:
+    change, lift = 1000.0 * heights.rms_change_mm, 1000.0 * heights.lift_mm
     changed = f"changed by {rounded(change)} µm (rms about the mean)"
-    if frozen := heights.get("frozen_fraction", 0.0):
+    if frozen := heights.frozen_fraction:
         return f"{changed}; {100.0 * frozen:.3g} % of the area, more than 3 mm below the top, stays as it was"
     lifted = f"; {'lifted' if lift > 0 else 'lowered'} by {rounded(abs(lift))} µm, which is not felt"
     return f"{changed}{lifted if abs(lift) >= 0.5 else ''}"

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from relief.common.formatting import number
+from tactile.jnd import jnd_unless_smooth
 from tactile.quantities import QUANTITIES, ROUGHNESS
 
 if TYPE_CHECKING:
@@ -12,9 +13,6 @@ if TYPE_CHECKING:
 
     from optimize.verification.mesh_feel import MeshFeel
     from tactile.measures import TouchMeasures
-
-SMOOTH = 1e-6
-"""Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
 
 
 def described(
@@ -28,8 +26,6 @@ def described(
     Of several textures, also `jnd_from_first`: just-noticeable differences rougher than the first, or None
     where one of the two has no roughness.
     """
-    from tactile import jnd_apart
-
     entries = []
     first = measured[0].means[ROUGHNESS.name]
     for path, touch in zip(textures, measured, strict=True):
@@ -39,9 +35,7 @@ def described(
         if not hasattr(touch, "model"):
             entry |= touch.details()
         if len(measured) > 1:
-            roughness = touch.means[ROUGHNESS.name]
-            smooth = min(roughness, first) < SMOOTH
-            entry["jnd_from_first"] = None if smooth else jnd_apart(roughness, first)
+            entry["jnd_from_first"] = jnd_unless_smooth(touch.means[ROUGHNESS.name], first)
         entries.append(entry)
     return entries
 

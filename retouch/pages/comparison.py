@@ -5,7 +5,7 @@ from typing import Any
 
 from relief.common.files import write_atomically
 from retouch.pages import figures
-from retouch.pages.content import Comparison
+from retouch.pages.content import Compared, Comparison
 from retouch.pages.rendering import leaves, render_page
 from tactile.model_names import model_name
 from tactile.quantities import QUANTITIES, ROUGHNESS
@@ -17,18 +17,17 @@ def write_comparison(path: Path, comparison: Comparison) -> Path:
     Returns:
         The path of the page.
     """
-    result = comparison.result
-    sides = (result["first"], result["second"])
+    numbers = comparison.numbers
     page = render_page(
         "comparison.html.j2",
         pair=comparison,
-        result=result,
-        sides=sides,
+        numbers=numbers,
+        sides=numbers.sides,
         quantities=QUANTITIES.values(),
-        model=model_name(result["model"]),
-        all_numbers=list(leaves(result)),
-        **_roughness(comparison),
-        **(figures.look_figures(comparison, result["look"]) if comparison.conditions else {"change": None}),
+        model=model_name(numbers.model),
+        all_numbers=list(leaves(numbers.as_json())),
+        **_roughness(numbers),
+        **({"change": None} if numbers.look is None else figures.look_figures(comparison, numbers.look)),
         **figures.touch_maps(comparison),
         **figures.relief_figures(comparison),
     )
@@ -36,13 +35,12 @@ def write_comparison(path: Path, comparison: Comparison) -> Path:
     return path
 
 
-def _roughness(comparison: Comparison) -> dict[str, Any]:
+def _roughness(numbers: Compared) -> dict[str, Any]:
     """Both roughnesses in just-noticeable differences from the first, and the odds of telling them apart."""
-    jnd = comparison.result["jnd_apart"]
+    jnd, first = numbers.jnd_apart, numbers.first.values[ROUGHNESS.name]
     chart = None
-    if jnd is not None:
-        first, second = (comparison.result[side][ROUGHNESS.name] for side in ("first", "second"))
-        names, styles = comparison.names, ("before", "verified")
-        rows = zip(names, (first, second), styles, strict=True)
-        chart = figures.ladder(rows, first, names[0])
+    if jnd is not None and first is not None:
+        styles = zip(numbers.sides, ("before", "verified"), strict=True)
+        rows = [(side.name, side.values[ROUGHNESS.name], style) for side, style in styles]
+        chart = figures.ladder(rows, first, numbers.first.name)
     return {"ladder": chart, **figures.odds(jnd)}

@@ -1,32 +1,67 @@
 """The content of a page: two reliefs side by side, of a run or of a comparison, as arrays and numbers."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from optimize.verification.section import Keys, Section
+from optimize.verification.verification import Fingers, PictureChange, Spread, Values, Verification
+from relief.relief import Relief
+from tactile.measures import TouchMeasures
+from visual.noise import Batches
 
 Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True, kw_only=True)
+class Side:
+    """One of two reliefs, how it feels and how it looks.
+
+    Attributes:
+        name: one or two short words.
+        relief: on its plate.
+        strain: (rows, cols), dimensionless, less the strain under a flat plate.
+        pressure: (rows, cols), MPa, 0 out of contact; None if there is no contact map.
+        pictures: (conditions, rows, cols) linear radiance; none if the pictures cannot be compared.
+        colours: (conditions, rows, cols, 3) the same pictures in linear RGB, shown instead; None if the scene
+            is grey.
+    """
+
+    name: str
+    relief: Relief
+    strain: Array
+    pressure: Array | None = None
+    pictures: Array = field(default_factory=lambda: np.zeros((0, 1, 1)))
+    colours: Array | None = None
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        relief: Relief,
+        touch: TouchMeasures,
+        pictures: Batches | None,
+        colours: Array | None,
+    ) -> Self:
+        """A side as measured; its maps of touch are those of the first place."""
+        side = cls(
+            name=name, relief=relief, strain=touch.strain[0], pressure=touch.pressure[0], colours=colours
+        )
+        return side if pictures is None else replace(side, pictures=pictures.mean)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Pair:
-    """Two reliefs, how each feels and how each looks.
+    """Two reliefs.
 
     Attributes:
         title: heading of the page.
-        names: of the two reliefs, one or two short words each.
+        before, after: the reliefs.
         conditions: names of the rendering conditions; none if the pictures cannot be compared.
-        pictures_before, pictures_after: (conditions, rows, cols) linear radiance.
-        colours_before, colours_after: (conditions, rows, cols, 3) the same pictures in linear RGB, shown
-            instead; None if the scene is grey.
         white: radiance shown as full white, that of a white plate that faces the light.
-        strain_before, strain_after: (rows, cols), dimensionless, less the strain under a flat plate.
-        heights_before, heights_after: (rows, cols), mm.
-        size_mm: side of the first plate, mm.
-        size_after_mm: side of the second plate, mm; None if the sizes agree.
-        pressure_before, pressure_after: (rows, cols), MPa, 0 out of contact; None if there is no contact map.
         plate: (conditions, rows, cols) weights of the pixels that show the first plate, with mean 1 over each
             picture; None if the plate fills all pictures.
         cameras: (conditions,) weights of the conditions in the look; None if all count alike.
@@ -36,40 +71,34 @@ class Pair:
     """
 
     title: str
-    names: tuple[str, str] = ("before", "after")
-    conditions: Sequence[str]
-    pictures_before: Array
-    pictures_after: Array
-    white: float
-    strain_before: Array
-    strain_after: Array
-    heights_before: Array
-    heights_after: Array
-    size_mm: float
-    size_after_mm: float | None = None
-    pressure_before: Array | None = None
-    pressure_after: Array | None = None
-    colours_before: Array | None = None
-    colours_after: Array | None = None
+    before: Side
+    after: Side
+    conditions: Sequence[str] = ()
+    white: float = 1.0
     plate: NDArray[np.float64] | None = None
     cameras: NDArray[np.float64] | None = None
 
     @property
-    def sizes_mm(self) -> tuple[float, float]:
-        """Sides of both plates, mm."""
-        return self.size_mm, self.size_mm if self.size_after_mm is None else self.size_after_mm
+    def sides(self) -> tuple[Side, Side]:
+        """Both reliefs."""
+        return self.before, self.after
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Names of both reliefs."""
+        return self.before.name, self.after.name
 
     def _compared(self) -> dict[str, tuple[Array, Array]]:
         """Arrays whose shapes have to agree, by the name that an error gives them."""
-        pairs = {"pictures": (self.pictures_before, self.pictures_after)}
-        return pairs if self.plate is None else pairs | {"plate": (self.pictures_before, self.plate)}
+        pairs = {"pictures": (self.before.pictures, self.after.pictures)}
+        return pairs if self.plate is None else pairs | {"plate": (self.before.pictures, self.plate)}
 
     def __post_init__(self) -> None:
         for name, (before, after) in self._compared().items():
             if before.shape != after.shape:
                 raise ValueError(f"{name}: shape {before.shape} before and {after.shape} after")
-        if len(self.conditions) != len(self.pictures_before):
-            raise ValueError(f"{len(self.conditions)} conditions, {len(self.pictures_before)} pictures")
+        if len(self.conditions) != len(self.before.pictures):
+            raise ValueError(f"{len(self.conditions)} conditions, {len(self.before.pictures)} pictures")
 
 
 @dataclass(frozen=True)
@@ -94,7 +123,7 @@ class Report(Pair):
     """Everything that the page shows of one run: its original and its result.
 
     Attributes:
-        result: content of result.json; keys of its sections `touch` and `look` may be absent or None.
+        verification: what was measured of the result.
         history: one mapping a step, with step, roughness, target_roughness, contact_area_mm2,
             picture_rms_percent, picture_mean_percent and seconds; values may be None.
         heights_png_mm: heights of black and of white in heights.png, mm.
@@ -108,7 +137,7 @@ class Report(Pair):
         ValueError: the shapes of two arrays to compare differ.
     """
 
-    result: Mapping[str, Any]
+    verification: Verification
     history: Sequence[Mapping[str, float | None]]
     heights_png_mm: tuple[float, float]
     tolerance: float = 0.01
@@ -118,22 +147,76 @@ class Report(Pair):
 
     def _compared(self) -> dict[str, tuple[Array, Array]]:
         pairs = super()._compared() | {
-            "strain": (self.strain_before, self.strain_after),
-            "heights": (self.heights_before, self.heights_after),
+            "strain": (self.before.strain, self.after.strain),
+            "heights": (self.before.relief.heights, self.after.relief.heights),
         }
         if self.baseline is not None:
-            pairs["baseline"] = (self.pictures_before, self.baseline.pictures)
+            pairs["baseline"] = (self.before.pictures, self.baseline.pictures)
         if self.design is not None:
-            pairs["design"] = (self.pictures_before, self.design)
+            pairs["design"] = (self.before.pictures, self.design)
         return pairs
+
+
+class ComparedSide(Section):
+    """Numbers of one of two reliefs.
+
+    Attributes:
+        name: as the page calls it.
+        file: of the heights.
+        size_mm: side of the plate.
+        samples, rows: of the heights, along a row and along a column.
+        relief_mm: from the lowest to the highest point.
+        values: of touch, means over the places, by quantity.
+        contact_fraction: share of the plate in contact.
+    """
+
+    name: str
+    file: str
+    size_mm: float
+    samples: int
+    rows: int
+    relief_mm: float
+    values: Annotated[Values, Keys(("",), each=True)]
+    contact_fraction: float
+
+
+class Compared(Section):
+    """Numbers of a comparison, as `retouch compare --json` prints them.
+
+    Attributes:
+        jnd_apart: just-noticeable differences by which the second is rougher; None if one is smooth.
+        places: the same over the places; None if there is one, or if their numbers differ.
+        told_apart_probability: of ranking both by touch rightly.
+        look: change of the pictures; None if they are not compared.
+        no_look: why they are not compared.
+        scene: of the pictures.
+        skin: its name and its values.
+        model: of touch.
+        fingers: what other fingers feel.
+        page: that was written.
+    """
+
+    first: ComparedSide
+    second: ComparedSide
+    jnd_apart: float | None
+    places: Spread | None
+    told_apart_probability: float | None
+    look: PictureChange | None
+    no_look: str | None
+    scene: str | None
+    skin: Mapping[str, Any]
+    model: str
+    fingers: Fingers | None = None
+    page: str | None = None
+
+    @property
+    def sides(self) -> tuple[ComparedSide, ComparedSide]:
+        """Numbers of both reliefs."""
+        return self.first, self.second
 
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison(Pair):
-    """Everything that the page shows of two reliefs.
+    """Everything that the page shows of two reliefs."""
 
-    Attributes:
-        result: as `retouch.verbs.comparison.compare` returns it, of JSON types.
-    """
-
-    result: Mapping[str, Any]
+    numbers: Compared

@@ -1,7 +1,7 @@
 """Figures of two reliefs: pictures and their difference, strain and contact, heights and their change."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +10,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from optimize.verification.picture_metrics import mean_change, pixel_weights, rms_change
+from optimize.verification.verification import ChangePercent, PictureChange
 from relief.common.formatting import number
 from retouch.pages import colour_maps, svg
 from retouch.pages.content import Baseline, Pair, Report
@@ -27,12 +28,8 @@ PERCENTILE = 99.5
 """Percentile of a map's values where its colour scale ends, so that single pixels do not set the scale."""
 
 
-LESS_NOISE = ("estimate", "rms_less_noise")
-"""Keys of a change in result.json that are shown: mean absolute and root mean square, both less noise."""
-
-
 @dataclass(frozen=True)
-class ChangePercent:
+class MeanAndRms:
     """Mean absolute and root mean square change of pictures, in percent.
 
     Attributes:
@@ -46,7 +43,7 @@ class ChangePercent:
     rms_of_picture: float
 
 
-def change_percent(before: Array, after: Array, white: float, weights: Array | float = 1.0) -> ChangePercent:
+def change_percent(before: Array, after: Array, white: float, weights: Array | float = 1.0) -> MeanAndRms:
     """The change between two pictures of any common shape.
 
     Args:
@@ -57,20 +54,22 @@ def change_percent(before: Array, after: Array, white: float, weights: Array | f
     after = np.asarray(after, dtype=np.float64)
     changes = mean_change(before, after, weights), rms_change(before, after, weights)
     level = max(float(np.mean(weights * before)), np.finfo(np.float64).tiny)
-    return ChangePercent(*(100.0 * change / unit for unit in (white, level) for change in changes))
+    return MeanAndRms(*(100.0 * change / unit for unit in (white, level) for change in changes))
 
 
-def measured_changes(look: Mapping[str, Any]) -> tuple[ChangePercent, list[ChangePercent]] | None:
-    """The change of all pictures and of each condition, less noise; None if no noise was measured."""
-    noise = look.get("noise") or {}
-    if "conditions_percent_of_mean" not in noise:
+def less_noise(of_white: ChangePercent, of_mean: ChangePercent) -> MeanAndRms:
+    """A change without the noise of the pictures, from its numbers in percent of white and of the mean."""
+    each = (of_white.estimate, of_white.rms_less_noise, of_mean.estimate, of_mean.rms_less_noise)
+    return MeanAndRms(*each)
+
+
+def measured_changes(look: PictureChange) -> tuple[MeanAndRms, list[MeanAndRms]] | None:
+    """The change of all pictures and of each condition, less noise; None without the noise of each."""
+    noise = look.noise
+    if noise.conditions_percent_of_mean is None:
         return None
-
-    def less_noise(of_white: Mapping[str, float], of_mean: Mapping[str, float]) -> ChangePercent:
-        return ChangePercent(*(part[key] for part in (of_white, of_mean) for key in LESS_NOISE))
-
-    conditions = zip(noise["conditions_percent_of_white"], noise["conditions_percent_of_mean"], strict=True)
-    whole = less_noise(noise["change_percent_of_white"], noise["change_percent_of_mean"])
+    conditions = zip(noise.conditions_percent_of_white, noise.conditions_percent_of_mean, strict=True)
+    whole = less_noise(noise.change_percent_of_white, noise.change_percent_of_mean)
     return whole, [less_noise(*each) for each in conditions]
 
 
@@ -108,36 +107,37 @@ def print_figures(report: Report) -> list[tuple[str, str]]:
     """Pictures under the first light of the original before printing and of both prints, with their names."""
     if report.design is None:
         return []
-    exposed = _exposed(report.pictures_before, report.white)
+    before, after = report.before.pictures, report.after.pictures
+    exposed = _exposed(before, report.white)
     pictures = {
         "Design of the original": report.design[0],
-        "Original as printed": report.pictures_before[0],
-        "Result as printed": report.pictures_after[0],
+        "Original as printed": before[0],
+        "Result as printed": after[0],
     }
     return [(name, colour_maps.picture_uri(each, exposed, SHOWN_SIDE)) for name, each in pictures.items()]
 
 
-def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None = None) -> dict[str, Any]:
+def look_figures(pair: Pair, look: PictureChange, baseline: Baseline | None = None) -> dict[str, Any]:
     """Pictures of both reliefs and their difference; all conditions and the baseline share the scales.
 
     Args:
         pair: with pictures.
-        look: the section of result.json.
+        look: change of the pictures.
         baseline: a method to compare with, if any.
     """
-    before, after, white = pair.pictures_before, pair.pictures_after, pair.white
+    before, after, white = pair.before.pictures, pair.after.pictures, pair.white
     plate = np.ones(before.shape) if pair.plate is None else pair.plate
     cameras = np.ones(len(before)) if pair.cameras is None else pair.cameras
     weights = pixel_weights(plate, cameras)
     count = len(before) * (3 if baseline is None else 6)
-    count += 0 if pair.colours_before is None else 4 * len(before)
+    count += 0 if pair.before.colours is None else 4 * len(before)
     side = min(SHOWN_SIDE, int(math.sqrt(PICTURE_BYTES / count)))
     difference = 100.0 * (np.asarray(after, dtype=np.float64) - before) / white
     limit = svg.round_up(max(float(np.percentile(np.abs(difference), PERCENTILE)), 0.1))
     exposed = _exposed(before, white)
 
     def rows(
-        pictures: Array, changes: Sequence[ChangePercent], shown: tuple[Array, Array]
+        pictures: Array, changes: Sequence[MeanAndRms], drawn: tuple[Array, Array]
     ) -> list[dict[str, Any]]:
         return [
             {
@@ -150,29 +150,25 @@ def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None 
                 "change": change,
             }
             for name, old, new, change, first, second in zip(
-                pair.conditions, before, pictures, changes, *shown, strict=True
+                pair.conditions, before, pictures, changes, *drawn, strict=True
             )
         ]
 
-    def as_read(pictures: Array) -> tuple[ChangePercent, list[ChangePercent]]:
+    def as_read(pictures: Array) -> tuple[MeanAndRms, list[MeanAndRms]]:
         each = zip(before, pictures, plate, strict=True)
-        conditions = [change_percent(old, new, white, shown) for old, new, shown in each]
+        conditions = [change_percent(old, new, white, pixels) for old, new, pixels in each]
         return change_percent(before, pictures, white, weights), conditions
 
     whole, conditions = measured_changes(look) or as_read(after)
-    shown = before, after
-    if pair.colours_before is not None and pair.colours_after is not None:
-        shown = pair.colours_before, pair.colours_after
+    drawn = before, after
+    if pair.before.colours is not None and pair.after.colours is not None:
+        drawn = pair.before.colours, pair.after.colours
     context: dict[str, Any] = {
         "change": whole,
-        "coloured": pair.colours_before is not None,
-        "looks": rows(after, conditions, shown),
+        "coloured": pair.before.colours is not None,
+        "looks": rows(after, conditions, drawn),
         "filled": bool((plate > 0.0).all()),
-        **{
-            key: look.get(key) or [None] * len(before)
-            for key in ("dssim", "flip", "jod", "pixels_per_degree")
-        },
-        **{key: look.get(key) for key in ("noise", "samples", "distance_cm")},
+        "look": look,
         "difference_limit": limit,
         "exposure": white / exposed,
         "difference_bar": svg.colour_bar(
@@ -188,7 +184,7 @@ def look_figures(pair: Pair, look: Mapping[str, Any], baseline: Baseline | None 
 
 def touch_maps(pair: Pair) -> dict[str, Any]:
     """Maps of strain and pressure; both reliefs share a scale."""
-    strains = (pair.strain_before, pair.strain_after)
+    strains = [side.strain for side in pair.sides]
     low, high = (float(v) for v in np.percentile(_values(strains), [100.0 - PERCENTILE, PERCENTILE]))
     high = max(high, low + 1e-6)
     context: dict[str, Any] = {
@@ -200,8 +196,8 @@ def touch_maps(pair: Pair) -> dict[str, Any]:
         ),
         "pressure": None,
     }
-    if pair.pressure_before is not None and pair.pressure_after is not None:
-        pressures = (pair.pressure_before, pair.pressure_after)
+    pressures = [side.pressure for side in pair.sides if side.pressure is not None]
+    if len(pressures) == 2:
         top = max(float(np.percentile(_values(pressures), PERCENTILE)), 1e-9)
         context |= {
             "pressure": [colour_maps.contact_uri(p, top, SHOWN_SIDE) for p in pressures],
@@ -221,17 +217,18 @@ def relief_figures(pair: Pair) -> dict[str, Any]:
     The change is that of heights at the same places: those of the finer relief are averaged to the samples of
     the other. Plates of two sizes have none.
     """
-    heights = tuple(np.asarray(h, dtype=np.float64) for h in (pair.heights_before, pair.heights_after))
+    heights = [side.relief.heights for side in pair.sides]
+    sizes_mm = [side.relief.width_mm for side in pair.sides]
     top, bottom = max(h.max() for h in heights), min(*(h.min() for h in heights), 0.0)
-    axis, wide = svg.nice_axis(bottom, top, 3), max(pair.sizes_mm)
+    axis, wide = svg.nice_axis(bottom, top, 3), max(sizes_mm)
     profiles = [
         svg.Profile(colour_maps.shrunk(h, PROFILE_SIDE), size_mm)
-        for h, size_mm in zip(heights, pair.sizes_mm, strict=True)
+        for h, size_mm in zip(heights, sizes_mm, strict=True)
     ]
     context: dict[str, Any] = {
         "shades": [
             colour_maps.picture_uri(colour_maps.hillshade(h, size_mm), 1.4, SHOWN_SIDE)
-            for h, size_mm in zip(heights, pair.sizes_mm, strict=True)
+            for h, size_mm in zip(heights, sizes_mm, strict=True)
         ],
         "height_rows": height_rows(*heights),
         "change_map": None,
@@ -242,7 +239,7 @@ def relief_figures(pair: Pair) -> dict[str, Any]:
         "profile_width": wide,
         "exaggeration": max(2, round(0.28 * wide / (axis.high - axis.low))),
     }
-    if pair.sizes_mm[0] != pair.sizes_mm[1]:
+    if sizes_mm[0] != sizes_mm[1]:
         return context
     common = min(map(len, heights))
     before, after = (colour_maps.shrunk(h, common) for h in heights)

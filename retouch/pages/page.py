@@ -1,9 +1,9 @@
 """The report page of a run: `report.html`, one file that needs no network."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from optimize.verification.verification import Touch
 from relief.common.files import write_atomically
 from relief.common.formats import DISPLACEMENT, FORMATS
 from retouch.pages import figures, run_figures
@@ -13,11 +13,6 @@ from retouch.pages.rendering import leaves, render_page
 from tactile.model_names import model_name
 from tactile.quantities import QUANTITIES, Quantity
 
-TOUCH_KEYS = (
-    *("verified_by", "contact_fraction", "jnd_from_original", "fingers", "feel_of"),
-    *(f"{stage}{name}" for name in QUANTITIES for stage in ("", "initial_", "target_", "verified_")),
-)
-"""Keys of the section `touch` of result.json that the page shows; an absent key counts as None."""
 FILES = {
     **{f"plate{suffix}": plate.description for suffix, plate in FORMATS.items()},
     "heights.png": "16-bit height map",
@@ -57,36 +52,34 @@ def write_report(run_dir: Path, report: Report) -> Path:
 
 
 def _context(report: Report) -> dict[str, Any]:
-    """What the template needs of result.json, and the figures drawn from it."""
-    touch = dict.fromkeys(TOUCH_KEYS) | dict(report.result["touch"])
-    times = dict(report.result["time_s"])
+    """What the template needs of the verification, and the figures drawn from it."""
+    verification = report.verification
+    times = dict(verification.time_s)
     total = times.pop("total")
     split = [*times.items(), ("everything else", max(0.0, total - sum(times.values())))]
-    verification = dict.fromkeys(("resolution", "rounds")) | dict(report.result.get("verification", {}))
     return {
-        "touch": touch,
-        "quantities": [_quantity(quantity, touch) for quantity in QUANTITIES.values()],
-        "verified_by": model_name(touch["verified_by"]),
-        "steering": [report.result[sense].get("model") for sense in ("touch", "look")],
+        "touch": verification.touch,
+        "quantities": [_quantity(quantity, verification.touch) for quantity in QUANTITIES.values()],
+        "verified_by": model_name(verification.touch.verified_by),
         "verification": verification,
-        "rounds": verification["rounds"] or [],
         "total_s": total,
         "time_split": [(name, seconds, 100.0 * seconds / max(total, 1e-9)) for name, seconds in split],
-        "all_numbers": list(leaves(report.result)),
+        "all_numbers": list(leaves(verification.as_json())),
         "all_settings": list(leaves(report.settings)),
-        **run_figures.roughness_figures(report, touch),
-        **figures.look_figures(report, report.result["look"], report.baseline),
+        **run_figures.roughness_figures(report),
+        **figures.look_figures(report, verification.look, report.baseline),
         "descent": run_figures.descent_charts(report),
     }
 
 
-def _quantity(quantity: Quantity, touch: Mapping[str, Any]) -> dict[str, Any]:
-    """A quantity of touch for the page: label, unit, and its value at each stage (None where unknown).
-
-    `final` is the verified value, or that of the descent if nothing was verified.
-    """
+def _quantity(quantity: Quantity, touch: Touch) -> dict[str, Any]:
+    """A quantity of touch for the page: label, unit, and its value at each stage (None where unknown)."""
     name = quantity.name
-    stages = {stage: touch[f"{stage}_{name}"] for stage in ("initial", "target", "verified")}
-    final = touch[name] if stages["verified"] is None else stages["verified"]
-    heading = {"name": name, "label": quantity.label, "unit": quantity.unit}
-    return heading | stages | {"descent": touch[name], "final": final}
+    return {
+        **{"name": name, "label": quantity.label, "unit": quantity.unit},
+        "initial": touch.initial.get(name),
+        "target": touch.target.get(name),
+        "descent": touch.achieved.get(name),
+        "verified": touch.verified.get(name),
+        "final": touch.final(name),
+    }

@@ -1,6 +1,5 @@
 """Figures of the feel over a surface: at each place of the finger, what was wanted and what was reached."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,11 +7,13 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
+from optimize.verification import verification
 from relief.common.arrays import Array
 from relief.common.formatting import number
 from retouch.pages import colour_maps, svg
 from retouch.pages.content import Report
 from tactile.jnd import ROUGHNESS_JND
+from tactile.quantities import ROUGHNESS
 
 LEAST_LIMIT_JND = 0.25
 """Least end of the scale of distances from the target, just-noticeable differences: what is met."""
@@ -58,28 +59,33 @@ class Places:
         return bool(wanted.size == 0 or np.ptp(wanted) < 1e-6)
 
 
-def read_places(numbers: Mapping[str, Any]) -> Places:
-    """The section `touch.places` of result.json."""
-    sides = [numbers[name] for name in ("steered", "between") if name in numbers]
-
-    def joined(key: str) -> Array:
-        return np.concatenate([np.asarray(side[key], dtype=np.float64) for side in sides])
-
+def read_places(measured: verification.Places) -> Places:
+    """Roughness at all places of a verification."""
+    sides, name = measured.sides, ROUGHNESS.name
+    centres, original, reached = (
+        np.concatenate([np.array(values) for values in each])
+        for each in (
+            [side.centres_mm for side in sides],
+            [side.initial[name] for side in sides],
+            [side.verified[name] for side in sides],
+        )
+    )
+    goals = [np.array(side.target[name]) for side in sides if name in side.target]
     return Places(
-        joined("centres_mm"),
-        np.repeat([True, False][: len(sides)], [len(side["centres_mm"]) for side in sides]),
-        joined("initial_roughness"),
-        joined("verified_roughness"),
-        joined("target_roughness") if all("target_roughness" in side for side in sides) else None,
+        centres,
+        np.repeat([True, False][: len(sides)], [len(side.centres_mm) for side in sides]),
+        original,
+        reached,
+        np.concatenate(goals) if len(goals) == len(sides) else None,
     )
 
 
 def place_figures(report: Report) -> dict[str, Any]:
     """Maps of the feel over the surface and their words; `places` is None if there is one place in all."""
-    numbers = report.result["touch"].get("places")
-    if not numbers or numbers["count"] < 2:
+    measured = report.verification.touch.places
+    if measured is None or measured.count < 2:
         return {"places": None}
-    places = read_places(numbers)
+    places = read_places(measured)
     board = _Board.of(report, places)
     change, off = _jnd(places.reached, places.original), places.off
     maps = []
@@ -129,13 +135,11 @@ class _Board:
 
     @classmethod
     def of(cls, report: Report, places: Places) -> "_Board":
-        heights = np.asarray(report.heights_after, dtype=np.float64)
-        width = report.size_mm
-        height = width * heights.shape[0] / heights.shape[1]
-        repeats = report.settings.get("repeats", False)
+        surface = report.after.relief.surface
+        height, width = surface.size_mm
         down, right = (
-            (-size, 0.0, size) if repeats in (True, axis) else (0.0,)
-            for axis, size in (("y", height), ("x", width))
+            (-size, 0.0, size) if repeats else (0.0,)
+            for repeats, size in zip(surface.repeats, surface.size_mm, strict=True)
         )
         shifts = np.array([(y, x) for y in down for x in right])
         around = (places.centres[:, None, None] + shifts - places.centres[:, None]).reshape(-1, 2)
@@ -216,7 +220,7 @@ class _Board:
 
     def relief(self, report: Report) -> Markup:
         """The shaded relief as a definition for the maps."""
-        shade = colour_maps.hillshade(np.asarray(report.heights_after, dtype=np.float64), self.width)
+        shade = colour_maps.hillshade(report.after.relief.heights, self.width)
         return Markup(
             '<image id="places-relief" width="{:.4f}" height="{:.4f}" preserveAspectRatio="none" href="{}"/>'
         ).format(self.width, self.height, colour_maps.picture_uri(shade, 1.4, SHADE_SIDE))

@@ -1,7 +1,6 @@
 """Figures of a run: its roughnesses in just-noticeable differences, and the course of the descent."""
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from markupsafe import Markup
@@ -10,23 +9,24 @@ from retouch.pages import svg
 from retouch.pages.content import Report
 from retouch.pages.figures import ladder, odds
 from tactile.model_names import model_name
-from tactile.quantities import QUANTITIES
+from tactile.quantities import QUANTITIES, ROUGHNESS
 
 
-def roughness_figures(report: Report, touch: Mapping[str, Any]) -> dict[str, Any]:
+def roughness_figures(report: Report) -> dict[str, Any]:
     """Roughness before, after and verified in just-noticeable differences, and the odds of telling it."""
-    original, target = touch["initial_roughness"], touch["target_roughness"]
+    touch, name = report.verification.touch, ROUGHNESS.name
+    original, target, achieved = (each.get(name) for each in (touch.initial, touch.target, touch.achieved))
     chart = None
-    if original and touch["roughness"]:
+    if original and achieved:
         rows = (
             ("original", original, "before"),
             ("target", target, "target"),
-            ("optimiser", touch["roughness"], "after"),
-            (model_name(touch["verified_by"]), touch["verified_roughness"], "verified"),
+            ("optimiser", achieved, "after"),
+            (model_name(touch.verified_by), touch.verified.get(name), "verified"),
         )
         band = (target * (1.0 - report.tolerance), target * (1.0 + report.tolerance)) if target else None
         chart = ladder(rows, original, "the original", band)
-    return {"ladder": chart, **odds(touch["jnd_from_original"])}
+    return {"ladder": chart, **odds(touch.jnd_from_original)}
 
 
 def descent_charts(report: Report) -> list[Markup]:

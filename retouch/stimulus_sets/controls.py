@@ -55,7 +55,7 @@ def make_controls(stimuli: StimulusSet, out: Path) -> list[Control]:
     Raises:
         InputError: a picture has no width in mm, or is too small for a patch beside another.
     """
-    found = []
+    controls = []
     for name, texture, source in zip(stimuli.names, stimuli.textures, stimuli.sources, strict=False):
         read = _texture(stimuli, texture)
         with naming(source), stage(f"patches of {source.name}"):
@@ -64,8 +64,8 @@ def make_controls(stimuli: StimulusSet, out: Path) -> list[Control]:
                 if not file.is_file():
                     _prepare(stimuli, source, read, crop, file)
                 size_mm = Relief.read(file).width_mm
-                found.append(Control(name, number, file.absolute(), size_mm))
-    return found
+                controls.append(Control(name, number, file.absolute(), size_mm))
+    return controls
 
 
 def _texture(stimuli: StimulusSet, texture: Path) -> Relief:

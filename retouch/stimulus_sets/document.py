@@ -6,7 +6,6 @@ import itertools
 import json
 import math
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
@@ -15,16 +14,13 @@ from typing import Any
 import numpy as np
 
 import tactile
-from optimize.run_directory.key import read_result
-from relief.common.arrays import Array
-from relief.common.errors import InputError
-from relief.readers import exr_channels
+from optimize.run_directory.key import read_verification
+from optimize.run_directory.pictures import read_grey
 from retouch.stimulus_sets import prediction
 from retouch.stimulus_sets.levels import CONTACT, CONTROLS, ROUGHNESS, PlateRow
 from retouch.studies.engine import ROWS, Rows
 from retouch.studies.records import Cell
 from retouch.studies.row_key import SHORT
-from visual.lights.parallel import LUMINANCE
 
 DOCUMENT, PLATES, PAIRS = "stimuli.json", "plates.csv", "pairs.csv"
 """Files of a set: everything, its plates, and its pairs of plates for a spreadsheet."""
@@ -106,16 +102,16 @@ def entry_of(plate: Plate, original: float | None) -> Entry:
 def texture_entry(name: str, plates: Sequence[Plate], files: Sequence[str]) -> Entry:
     """A texture of the set: its plates, predictions for its levels, and its pairs."""
     itself = [plate for plate in plates if plate.of.kind == ROUGHNESS and not plate.of.level]
-    known = [plate.number("verified_roughness") for plate in itself]
-    known += [plate.number("initial_roughness") for plate in plates]
-    original = next((roughness for roughness in known if roughness is not None), None)
+    originals = [plate.number("verified_roughness") for plate in itself]
+    originals += [plate.number("initial_roughness") for plate in plates]
+    original = next((roughness for roughness in originals if roughness is not None), None)
     entries = [entry_of(plate, original) for plate in plates]
     levels = [entry for entry in entries if entry["kind"] == ROUGHNESS and entry["jnd"] is not None]
     jnds = [entry["jnd"] for entry in levels]
-    found: Entry = {"name": name, "roughness": original, "print": list(files), "plates": entries}
-    found |= {"levels": None, "contact": None}
+    texture: Entry = {"name": name, "roughness": original, "print": list(files), "plates": entries}
+    texture |= {"levels": None, "contact": None}
     if len(jnds) >= 2:
-        found["levels"] = {
+        texture["levels"] = {
             "labels": [entry["label"] for entry in levels],
             "jnd": jnds,
             "judged_rougher": prediction.judged_above(jnds).tolist(),
@@ -132,13 +128,13 @@ def texture_entry(name: str, plates: Sequence[Plate], files: Sequence[str]) -> E
     )
     if any(entry["kind"] == CONTACT for entry in entries) and len(areas) >= 2:
         steps = [prediction.cold_jnd(upper[0], lower[0]) for lower, upper in itertools.pairwise(areas)]
-        found["contact"] = {
+        texture["contact"] = {
             "labels": [label for _, label in areas],
             "area_mm2": [area for area, _ in areas],
             "colder_percent": [100.0 * prediction.probability(step) for step in steps],
         }
-    found["pairs"] = [_pair(*two) for two in itertools.combinations(zip(plates, entries, strict=True), 2)]
-    return found
+    texture["pairs"] = [_pair(*two) for two in itertools.combinations(zip(plates, entries, strict=True), 2)]
+    return texture
 
 
 def _fingers(plates: Sequence[Plate]) -> list[Entry]:
@@ -146,9 +142,11 @@ def _fingers(plates: Sequence[Plate]) -> list[Entry]:
     felt: dict[str, list[float]] = {}
     for plate in plates:
         # A file that is damaged leaves its fingers out.
-        with suppress(TypeError, LookupError, ValueError, AttributeError):
-            for one in (read_result(plate.folder) or {})["touch"]["fingers"]["each"]:
-                felt.setdefault(str(one["name"]), []).append(float(one["jnd"]))
+        result = read_verification(plate.folder)
+        if result is not None and result.touch.fingers is not None:
+            for one in result.touch.fingers.each:
+                if one.jnd is not None:
+                    felt.setdefault(one.name, []).append(one.jnd)
     return [
         {"name": name, "jnd": jnds, "neighbours_percent": 100.0 * prediction.neighbours_right(jnds)}
         for name, jnds in felt.items()
@@ -188,23 +186,12 @@ def picture_change(one: Path, other: Path) -> float | None:
     names = [path.name for path in sorted((one / RENDERS).glob(f"*{AFTER}"))]
     if not names or not all((other / RENDERS / name).is_file() for name in names):
         return None
-    pictures = [[_grey(folder / RENDERS / name) for name in names] for folder in (one, other)]
+    pictures = [[read_grey(folder / RENDERS / name) for name in names] for folder in (one, other)]
     if any(a.shape != b.shape for a, b in zip(*pictures, strict=True)):
         return None
     difference = fmean(float(np.abs(a - b).mean()) for a, b in zip(*pictures, strict=True))
     level = fmean(float(picture.mean()) for picture in itertools.chain(*pictures))
     return 100.0 * difference / level if level > 0.0 else None
-
-
-def _grey(path: Path) -> Array:
-    """Luminance of a picture file. Raises InputError."""
-    channels, _ = exr_channels(path, lambda shape, name: None)
-    channels.pop("A", None)
-    each = np.stack([*channels.values()]).astype(np.float64)
-    picture = np.asarray(each[0] if len(each) == 1 else np.tensordot(LUMINANCE, each, 1))
-    if not np.isfinite(picture).all():
-        raise InputError(f"{path}: holds values that are not finite")
-    return picture
 
 
 def summary_of(textures: Sequence[Entry]) -> Entry:

@@ -106,7 +106,7 @@ def plate_rows(stimuli: StimulusSet, expanded: Expanded) -> Iterator[PlateRow]:
     """The plates of a set, texture by texture: roughness, contact area, scaled, controls, each ascending."""
     for name, texture in zip(stimuli.names, stimuli.textures, strict=True):
         for table in expanded.tables:
-            found = []
+            rows = []
             for row in table.rows:
                 if table.name == CONTROLS:
                     own, _, level = str(row.labels[CONTROL]).rpartition(" ")
@@ -114,5 +114,5 @@ def plate_rows(stimuli: StimulusSet, expanded: Expanded) -> Iterator[PlateRow]:
                     own = str(row.labels[TEXTURE]).removesuffix(TILE)
                     level = row.labels[JND if JND in row.labels else SCALE]
                 if own == name:
-                    found.append(PlateRow(texture.stem.removesuffix(TILE), table.name, float(level), row))
-            yield from sorted(found, key=lambda plate: plate.level)
+                    rows.append(PlateRow(texture.stem.removesuffix(TILE), table.name, float(level), row))
+            yield from sorted(rows, key=lambda plate: plate.level)

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
 
-from optimize.run_directory.key import LARGEST_NUMBER
 from optimize.settings.toml_files import Section, first_fault
+from optimize.verification.verification import LARGEST_NUMBER, Verification
 from relief.common.errors import InputError
 from relief.common.files import read_limited, write_atomically
 
@@ -22,7 +22,7 @@ WORDS = {"stop.reason": "reason", "touch.model": "touch.model", "look.model": "l
 """Columns whose names differ from the last part of their place in result.json."""
 SECTIONS = ("stop", "touch", "verification", "look", "heights", "time_s")
 """Sections of result.json whose values become columns."""
-LEFT_OUT = ("stop.message", "look.conditions", "verification.rounds")
+LEFT_OUT = ("stop.message", "look.conditions", "verification.rounds", "verification.outer_iterations")
 """Values that are no numbers of a table."""
 
 LONGEST_TEXT = 1000
@@ -60,13 +60,13 @@ class Record(Section):
     @property
     def cells(self) -> dict[str, Cell]:
         """Every value by column."""
-        found = dict(self.columns)
+        cells = dict(self.columns)
         for measured in self.measures.values():
-            found |= measured.values
-        return found
+            cells |= measured.values
+        return cells
 
 
-def columns_of(result: Mapping[str, Any]) -> dict[str, Cell]:
+def columns_of(result: Verification) -> dict[str, Cell]:
     """The values of result.json as columns.
 
     A value keeps its own key (`target_roughness`); one of `time_s` and one within a section has its section
@@ -74,8 +74,9 @@ def columns_of(result: Mapping[str, Any]) -> dict[str, Cell]:
     mean.
     """
     columns: dict[str, Cell] = {}
+    content = result.as_json()
     for section in SECTIONS:
-        for key, value in result.get(section, {}).items():
+        for key, value in content.get(section, {}).items():
             place = f"{section}.{key}"
             if place in LEFT_OUT:
                 continue
@@ -85,7 +86,7 @@ def columns_of(result: Mapping[str, Any]) -> dict[str, Cell]:
                 columns |= {f"{name}.{part}": cell[0] for part, cell in inner.items() if cell}
             elif cell := _cell(value):
                 columns[name] = cell[0]
-    columns["iterations"] = len(result.get("verification", {}).get("rounds") or ())
+    columns["iterations"] = len(result.outer.each)
     return columns
 
 

@@ -8,12 +8,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from optimize.run_directory.checkpoint import FILE as CHECKPOINT
-from optimize.run_directory.key import finished, read_result
+from optimize.run_directory.key import finished, read_verification
 from optimize.run_directory.results import holds_run
 from optimize.settings.run_file import Run
+from optimize.verification.verification import Verification
 from relief.common.errors import InputError
 from relief.common.files import remove_partial, write_atomically
 from relief.common.formats import RUN_HEIGHTS as HEIGHTS
@@ -88,11 +88,11 @@ def run_row(job: RowJob) -> bytes | str:
 
 def outdated(record: Record | None, measures: Sequence[str]) -> list[str]:
     """Names of the measures that a record lacks or has by another version, and that can be computed here."""
-    known = {} if record is None else record.measures
+    measured = {} if record is None else record.measures
     return [
         name
         for name in measures
-        if (name not in known or known[name].version != MEASURES[name].version)
+        if (name not in measured or measured[name].version != MEASURES[name].version)
         and MEASURES[name].obstacle() is None
     ]
 
@@ -116,31 +116,31 @@ def _computed(job: RowJob) -> Record:
     return Record(key=job.key, columns=columns_of(result) | {"cpu_s": cpu_s}, measures=measures)
 
 
-def _done(job: RowJob, record: Record | None) -> dict[str, Any] | None:
-    """The content of result.json if the run of a row needs no more computing, else None.
+def _done(job: RowJob, record: Record | None) -> Verification | None:
+    """The verification of the result if the run of a row needs no more computing, else None.
 
     A record says that the run is done, even if the settings in the folder lack those that are new, or name
     files by places where they no longer lie.
     """
     if record is not None and (job.folder / HEIGHTS).is_file():
-        return read_result(job.folder)
+        return read_verification(job.folder)
     with suppress(InputError):  # settings that no version wrote, or whose files are gone: computed anew
         return finished(job.folder) if holds_run(job.folder) else None
     return None
 
 
-def _run(job: RowJob) -> tuple[dict[str, Any], float | None]:
-    """The content of result.json, and the processor's seconds; None of these for a run that was continued."""
+def _run(job: RowJob) -> tuple[Verification, float | None]:
+    """The verification of the result, and the processor's seconds; none of these if the run was continued."""
     # Imported here: this process may only read what is done already.
     from retouch.verbs.runs import optimize, resume
 
     remove_partial(job.folder)
     if (job.folder / CHECKPOINT).is_file():
         with suppress(InputError):  # a checkpoint that is damaged or of another version: begun anew
-            return resume(job.folder).summary, None
+            return resume(job.folder).verification, None
     began = time.process_time()
-    summary = optimize(job.settings, job.folder, force=holds_run(job.folder)).summary
-    return summary, time.process_time() - began
+    result = optimize(job.settings, job.folder, force=holds_run(job.folder))
+    return result.verification, time.process_time() - began
 
 
 def _failed(job: RowJob, error: Exception) -> str:

@@ -9,10 +9,11 @@ from typing import Any
 
 import tomli_w
 
-from optimize.run_directory.key import FILES, LARGEST_NUMBER, NAMES
+from optimize.run_directory.key import FILES, NAMES
 from optimize.settings.run_file import Run, load_run, run_keys
 from optimize.settings.run_paths import anchor
 from optimize.settings.touch import RIVALS
+from optimize.verification.verification import LARGEST_NUMBER
 from relief.common.errors import InputError
 from relief.common.formats import HEIGHT_MAPS, PREVIEW
 from retouch.studies.row_key import SHORT, row_key

@@ -1,14 +1,13 @@
 """Comparison of two reliefs: how each feels, how far apart the two feel, and how unlike the two look."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import tactile
 from mitsuba_scenes import find_file
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.runs.preparation import BLACK
@@ -17,30 +16,30 @@ from optimize.verification import picture_metrics as metrics
 from optimize.verification.converged import colour_pictures, converged
 from optimize.verification.felt_places import place_spread
 from optimize.verification.other_fingers import felt_by_fingers
+from optimize.verification.verification import Fingers, PictureChange
 from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.common.progress import stage
-from relief.relief import Relief
 from relief.seam import check_seams
 from relief.surface import Repeats, axes
 from retouch.pages.comparison import write_comparison
-from retouch.pages.content import Comparison
+from retouch.pages.content import Compared, ComparedSide, Comparison, Side
 from retouch.verbs.progress_display import followed
 from retouch.verbs.subjects import RESULT, Subject, read_subjects
+from tactile.jnd import discrimination_probability, jnd_unless_smooth
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import ROUGHNESS
-from tactile.skin import Skin
 from visual.noise import Batches, batched
 from visual.scene import Scene, load_scene, plate_size_mm
 
 SCENE = "studio"
 """Scene of the pictures where neither the caller nor a run names one."""
+SAME_WIDTH = 1e-6
+"""Relative difference of the widths of two plates of one size, at most: rounding."""
 SAMPLES = 256
 """Samples a pixel where none are given and the grids differ: the most that a run takes for its pictures."""
-SMOOTH = 1e-6
-"""Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
 
 
 def compare(
@@ -93,8 +92,8 @@ def compare(
             f"distance_cm: {distance_cm:g} is not a number from {NEAREST_EYE_CM:g} to {FARTHEST_EYE_CM:g}"
         )
     lengths = {"size_mm": size_mm, "relief_mm": relief_mm, "height_scale": height_scale}
-    one, other = read_subjects(first, second, lengths)
-    run = one.run or other.run
+    subjects = read_subjects(first, second, lengths)
+    run = next((subject.run for subject in subjects if subject.run is not None), None)
     if skin is not None or run is None:
         skin_name = str(skin or DEFAULT_SKIN)
         finger = load_skin(skin_name)
@@ -105,26 +104,24 @@ def compare(
         seed = 0 if run is None else run.seed + 1
     own = run is not None and scene is None
     scene_file = find_file(run.scene if run is not None and own else scene or SCENE, ".xml")
-    known = dict(run.define) if run is not None and own else {}
+    own_defines = dict(run.define) if run is not None and own else {}
     ends = axes(repeats) if repeats is not None or run is None else run.axes_repeat
-    for subject in (one, other):
-        check_seams(subject.read.heights, ends, subject.file)
-    look = _Look(scene_file, known | dict(defines or {}), variant, samples, seed, distance_cm, ends)
+    for subject in subjects:
+        check_seams(subject.relief.heights, ends, subject.file)
+    one, other = (replace(each, relief=replace(each.relief, repeats=ends)) for each in subjects)
+    look = _Look(scene_file, own_defines | dict(defines or {}), variant, samples, seed, distance_cm)
     with followed(None, quiet):
         touches = []
         for subject in (one, other):
             with naming(subject.file), stage(f"pressing on {subject.name}"):
-                heights, size = subject.read.heights, subject.size_mm
-                touches.append(measure_touch(Relief(heights, size, ends), finger, model))
-        surfaces = (replace(one.surface, repeats=ends), replace(other.surface, repeats=ends))
-        fingers = felt_by_fingers(one.read.heights, other.read.heights, surfaces, finger)
+                touches.append(measure_touch(subject.relief, finger, model))
+        fingers = felt_by_fingers(one.relief, other.relief, finger)
         seen = look.of(one, other)
-    found = _summary(one, other, touches, seen, (finger, skin_name), model, scene_file)
-    found["fingers"] = fingers
+    numbers = _numbers((one, other), touches, seen, fingers, described_skin(finger, skin_name), scene_file)
     if page is not None:
-        write_comparison(Path(page), _content(one, other, touches, seen, found))
-        found["page"] = str(page)
-    return found
+        write_comparison(Path(page), _content(one, other, touches, seen, numbers))
+        numbers = numbers.model_copy(update={"page": str(page)})
+    return numbers.as_json()
 
 
 @dataclass(frozen=True)
@@ -133,17 +130,16 @@ class Seen:
 
     Attributes:
         scene: of the first relief.
-        before, after: pictures with the same random numbers.
+        pictures: of both, with the same random numbers.
         colours: the same pictures in linear RGB; None if the scene is grey or the grids differ.
-        numbers: their change, as the section `look` of a run's result.json.
+        change: of the pictures.
         reason: why there are no pictures; empty if there are.
     """
 
     scene: Scene | None = None
-    before: Batches | None = None
-    after: Batches | None = None
+    pictures: tuple[Batches, Batches] | None = None
     colours: tuple[Array, Array] | None = None
-    numbers: Mapping[str, Any] | None = None
+    change: PictureChange | None = None
     reason: str = ""
 
 
@@ -157,115 +153,104 @@ class _Look:
     samples: int | None
     seed: int
     distance_cm: float
-    repeats: tuple[bool, bool]
 
     def of(self, one: Subject, other: Subject) -> Seen:
         """Render both reliefs under the scene's conditions. Raises InputError."""
-        if not _alike(one.size_mm, other.size_mm):
-            sizes = f"{one.name} is {one.size_mm:g} mm wide and {other.name} {other.size_mm:g} mm"
+        width_mm = one.relief.width_mm
+        if not _alike(one, other):
+            sizes = f"{one.name} is {width_mm:g} mm wide and {other.name} {other.relief.width_mm:g} mm"
             return Seen(reason=f"{sizes}; pictures are compared of plates of one size.")
-        plate_mm = plate_size_mm(self.scene, self.defines, one.size_mm)
-        if not _alike(plate_mm, one.size_mm):
+        plate_mm = plate_size_mm(self.scene, self.defines, width_mm)
+        if not math.isclose(plate_mm, width_mm, rel_tol=SAME_WIDTH):
             fault = f"the plate of {self.scene.name} is {plate_mm:g} mm wide, the reliefs are"
-            return Seen(reason=f"{fault} {one.size_mm:g} mm; --scene names another scene.")
+            return Seen(reason=f"{fault} {width_mm:g} mm; --scene names another scene.")
         scene = self._loaded(one)
-        heights = (one.read.heights, other.read.heights)
+        heights = (one.relief.heights, other.relief.heights)
         same_grid = heights[0].shape == heights[1].shape
         if same_grid and self.samples is None:
             before, after = converged(scene, *heights, metrics.known(scene), self.seed)
         else:
             scenes = (scene, scene if same_grid else self._loaded(other))
             samples = self.samples or SAMPLES
-            before, after = (
-                batched(*shown, samples, self.seed) for shown in zip(scenes, heights, strict=True)
-            )
+            before, after = (batched(*each, samples, self.seed) for each in zip(scenes, heights, strict=True))
         if before.mean.mean() < BLACK * scene.white:
             raise InputError(f"{self.scene}: its pictures are black; no light reaches the plate from above")
         plate = scene.plate_weights()
-        numbers = metrics.look(
+        change = metrics.look(
             before, after, scene.white, plate, scene.weights, scene.pixels_per_mm(), self.distance_cm
         )
         in_colour = scene.colour and same_grid
         colours = colour_pictures(scene, *heights, self.seed) if in_colour else None
-        return Seen(scene, before, after, colours, {"conditions": list(scene.conditions)} | numbers)
+        change = change.model_copy(update={"conditions": tuple(scene.conditions)})
+        return Seen(scene, (before, after), colours, change)
 
     def _loaded(self, subject: Subject) -> Scene:
-        relief = Relief(subject.read.heights, subject.size_mm, self.repeats, str(subject.file))
-        return load_scene(self.scene, self.defines, self.variant, relief=relief)
+        return load_scene(self.scene, self.defines, self.variant, relief=subject.relief)
 
 
-def _summary(
-    one: Subject,
-    other: Subject,
-    touches: list[TouchMeasures],
+def _numbers(
+    subjects: tuple[Subject, Subject],
+    touches: Sequence[TouchMeasures],
     seen: Seen,
-    skin: tuple[Skin, str],
-    model: ModelName,
+    fingers: Fingers | None,
+    skin: Mapping[str, Any],
     scene: Path,
-) -> dict[str, Any]:
-    """What `compare` returns, less the page."""
-    entries = []
-    for subject, touch in zip((one, other), touches, strict=True):
-        heights = subject.read.heights
-        entries.append(
-            {
-                "name": subject.name,
-                "file": str(subject.file),
-                "size_mm": subject.size_mm,
-                "samples": heights.shape[1],
-                "rows": heights.shape[0],
-                "relief_mm": float(np.ptp(heights)),
-                **touch.means,
-                "contact_fraction": touch.contact_fraction,
-            }
-        )
-    roughness = [touch.means[ROUGHNESS.name] for touch in touches]
-    jnd = None if min(roughness) < SMOOTH else tactile.jnd_apart(roughness[1], roughness[0])
-    return {
-        "first": entries[0],
-        "second": entries[1],
-        "jnd_apart": jnd,
-        "places": place_spread(*touches),
-        "told_apart_probability": None if jnd is None else tactile.discrimination_probability(jnd),
-        "look": seen.numbers,
-        "no_look": seen.reason or None,
-        "scene": None if seen.numbers is None else str(scene),
-        "skin": described_skin(*skin),
-        "model": model,
-    }
-
-
-def _content(
-    one: Subject, other: Subject, touches: list[TouchMeasures], seen: Seen, found: Mapping[str, Any]
-) -> Comparison:
-    """The content of the page."""
-    none = np.zeros((0, 1, 1))
-    first, second = touches
-    return Comparison(
-        title=_title(one, other),
-        names=(one.name, other.name),
-        conditions=() if seen.scene is None else seen.scene.conditions,
-        pictures_before=none if seen.before is None else seen.before.mean,
-        pictures_after=none if seen.after is None else seen.after.mean,
-        white=1.0 if seen.scene is None else seen.scene.white,
-        strain_before=first.strain[0],
-        strain_after=second.strain[0],
-        heights_before=one.read.heights,
-        heights_after=other.read.heights,
-        size_mm=one.size_mm,
-        size_after_mm=None if _alike(one.size_mm, other.size_mm) else other.size_mm,
-        pressure_before=first.pressure[0],
-        pressure_after=second.pressure[0],
-        colours_before=None if seen.colours is None else seen.colours[0],
-        colours_after=None if seen.colours is None else seen.colours[1],
-        plate=None if seen.scene is None else seen.scene.plate_weights(),
-        cameras=None if seen.scene is None else seen.scene.weights,
-        result=found,
+) -> Compared:
+    """The numbers of both reliefs and of what differs between them."""
+    first, second = (_side(*each) for each in zip(subjects, touches, strict=True))
+    one, other = (touch.means[ROUGHNESS.name] for touch in touches)
+    jnd = jnd_unless_smooth(other, one)
+    return Compared(
+        first=first,
+        second=second,
+        jnd_apart=jnd,
+        places=place_spread(*touches),
+        told_apart_probability=None if jnd is None else discrimination_probability(jnd),
+        look=seen.change,
+        no_look=seen.reason or None,
+        scene=None if seen.change is None else str(scene),
+        skin=skin,
+        model=touches[0].model,
+        fingers=fingers,
     )
 
 
-def _alike(one_mm: float, other_mm: float) -> bool:
-    return math.isclose(one_mm, other_mm, rel_tol=1e-6)
+def _side(subject: Subject, touch: TouchMeasures) -> ComparedSide:
+    rows, samples = subject.relief.heights.shape
+    return ComparedSide(
+        name=subject.name,
+        file=str(subject.file),
+        size_mm=subject.relief.width_mm,
+        samples=samples,
+        rows=rows,
+        relief_mm=float(np.ptp(subject.relief.heights)),
+        values=touch.means,
+        contact_fraction=touch.contact_fraction,
+    )
+
+
+def _content(
+    one: Subject, other: Subject, touches: Sequence[TouchMeasures], seen: Seen, numbers: Compared
+) -> Comparison:
+    """The content of the page."""
+    # Sizes that agree but for rounding are one.
+    relief = replace(other.relief, width_mm=one.relief.width_mm) if _alike(one, other) else other.relief
+    pictures, colours, scene = seen.pictures or (None, None), seen.colours or (None, None), seen.scene
+    return Comparison(
+        title=_title(one, other),
+        before=Side.of(one.name, one.relief, touches[0], pictures[0], colours[0]),
+        after=Side.of(other.name, relief, touches[1], pictures[1], colours[1]),
+        conditions=() if scene is None else scene.conditions,
+        white=1.0 if scene is None else scene.white,
+        plate=None if scene is None else scene.plate_weights(),
+        cameras=None if scene is None else scene.weights,
+        numbers=numbers,
+    )
+
+
+def _alike(one: Subject, other: Subject) -> bool:
+    """Whether the plates are of one size."""
+    return math.isclose(one.relief.width_mm, other.relief.width_mm, rel_tol=SAME_WIDTH)
 
 
 def _title(one: Subject, other: Subject) -> str:

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from mitsuba_scenes import find_texture
 from optimize.run_directory import results
@@ -11,8 +10,7 @@ from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import Run, load_run
 from relief.common.errors import InputError
 from relief.common.formats import RUN_HEIGHTS
-from relief.heightmap import HeightMap, load_height_map
-from relief.surface import Surface
+from relief.relief import Relief
 
 RESULT = RUN_HEIGHTS
 """File of a run directory that holds its result."""
@@ -25,27 +23,14 @@ class Subject:
     Attributes:
         name: as the page calls it.
         file: of the heights.
-        read: the heights and the size of their plate.
-        lengths: keywords of `load_height_map` with which the file was read.
+        relief: the heights on their plate.
         run: settings of the run that the relief comes from, if any.
     """
 
     name: str
     file: Path
-    read: HeightMap
-    lengths: Mapping[str, Any]
+    relief: Relief
     run: Run | None
-
-    @property
-    def size_mm(self) -> float:
-        """Side of the plate, mm."""
-        return self.read.side_mm
-
-    @property
-    def surface(self) -> Surface:
-        """Size and sampling of the relief."""
-        rows, cols = self.read.heights.shape
-        return Surface((rows, cols), self.size_mm)
 
 
 def read_subjects(
@@ -60,7 +45,7 @@ def read_subjects(
         own = {key: getattr(run, key) for key in lengths}
         # The result of a run with a printer is a print, the file of the original is not.
         name = "original" if run.print.described is None else "design"
-        before = Subject(name, run.texture, load_height_map(run.texture, **own), own, run)
+        before = Subject(name, run.texture, _read(run.texture, own), run)
         return before, _result_of(folder, run, "result")
     return _subject(first, "A", lengths), _subject(second, "B", lengths)
 
@@ -73,7 +58,7 @@ def _subject(path: str | Path, name: str, lengths: Mapping[str, float | None]) -
             raise InputError(f"{path}: a folder without {SETTINGS}; not a run directory")
         return _result_of(path, run, name)
     file = find_texture(path)
-    return Subject(name, file, load_height_map(file, **lengths), lengths, None)
+    return Subject(name, file, _read(file, lengths), None)
 
 
 def _run_in(folder: Path) -> Run | None:
@@ -85,4 +70,10 @@ def _result_of(folder: Path, run: Run, name: str) -> Subject:
     file = folder / RESULT
     if not file.is_file():
         raise InputError(f"{file}: no such file; the run has no result yet")
-    return Subject(name, file, load_height_map(file), {}, run)
+    return Subject(name, file, Relief.read(file), run)
+
+
+def _read(file: Path, lengths: Mapping[str, float | None]) -> Relief:
+    """The relief of a height map with these lengths. Raises InputError."""
+    size_mm, relief_mm, height_scale = (lengths[key] for key in ("size_mm", "relief_mm", "height_scale"))
+    return Relief.read(file, size_mm=size_mm, relief_mm=relief_mm, height_scale=height_scale)

@@ -233,7 +233,7 @@ def read_result(folder: Path, arguments: Sequence[Any]) -> None:
 
     result = finished(folder / RESULTS)
     if result is not None:
-        _all_finite(result)
+        _all_finite(result.as_json())
         with contextlib.suppress(LookupError, TypeError, ValueError, AttributeError):
             # As the command, which then goes on with the run.
             summary(result, folder / RESULTS)

@@ -23,6 +23,7 @@ from relief.patches import STEERING_SAMPLES, Patches
 from tactile import jnd_scaled, roughness, touch_model
 from tactile.contact import solve_contact
 from tactile.fingers import at_depth, fingers
+from tactile.jnd import SMOOTH
 from tactile.layer.elastic_layer import ElasticLayerOperator
 from tactile.strain import principal_strain
 
@@ -32,8 +33,6 @@ LARGEST_SHARE = 0.2
 """Largest change of a finger's roughness that a step is to make, as a share of its value."""
 JND = float(np.log(jnd_scaled(1.0, 1.0)))
 """Just-noticeable difference of roughness, as a logarithm."""
-SMOOTH = 1e-6
-"""Roughness that stands for smaller ones, which are rounding errors; ratios to them mean nothing."""
 
 
 class SoftTargets(NamedTuple):

@@ -1,13 +1,12 @@
 """Feel of a result between the places that its descent has steered, by finite elements."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from optimize.settings.run_file import Run
 from optimize.verification.felt_places import jnd_at, sampled
+from optimize.verification.verification import Verification
 from relief.common.arrays import Array, Index
 from relief.heightmap import load_heights
 from relief.places import SPACING_MM, between
@@ -17,7 +16,7 @@ from tactile.quantities import ROUGHNESS
 from visual.scene import plate_size_mm
 
 
-def felt_between(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str, float | None]:
+def felt_between(run_dir: Path, run: Run, result: Verification) -> dict[str, float | None]:
     """Just-noticeable differences from the original to the result of a run, away from the steered places.
 
     The places lie in the middle between those of the usual spacing, whatever the spacing of the run, so that
@@ -26,7 +25,7 @@ def felt_between(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str
     Args:
         run_dir: of the run.
         run: its settings.
-        result: content of result.json, which holds the same presses if the run has the usual spacing.
+        result: its verification, which holds the same presses if the run has the usual spacing.
 
     Returns:
         The columns of the measure; None on a plate that has one place, and for distances from the target
@@ -36,14 +35,14 @@ def felt_between(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str
     at = sampled(between(relief.surface, min(run.touch.spacing_mm, SPACING_MM)))
     if not len(at):
         return dict.fromkeys(NAMES)
-    told = _told(run, result)
-    if told is None:
+    pressed = _as_verified(run, result)
+    if pressed is None:
         after = load_heights(run_dir / "heights.exr")
-        told = (
+        pressed = (
             _pressed(relief.heights, run, relief.width_mm, at),
             _pressed(after, run, relief.width_mm, at),
         )
-    before, after = told
+    before, after = pressed
     jnd = jnd_at(after, before)
     felt = jnd[np.isfinite(jnd)]
     if not felt.size:
@@ -63,16 +62,15 @@ def felt_between(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str
     }
 
 
-def _told(run: Run, result: Mapping[str, Any]) -> tuple[Array, Array] | None:
+def _as_verified(run: Run, result: Verification) -> tuple[Array, Array] | None:
     """Roughness of original and result between the places, as the run has pressed them by finite elements."""
-    touch = result.get("touch", {})
-    if run.touch.spacing_mm > SPACING_MM or touch.get("verified_by") != "fem":
+    places = result.touch.places
+    if run.touch.spacing_mm > SPACING_MM or result.touch.verified_by != "fem":
         return None
-    pressed = touch["places"].get("between")
-    if pressed is None:
+    if places is None or places.between is None:
         return None
-    before, after = (np.array(pressed[f"{when}_{ROUGHNESS.name}"]) for when in ("initial", "verified"))
-    return before, after
+    initial, verified = places.between.initial, places.between.verified
+    return np.array(initial[ROUGHNESS.name]), np.array(verified[ROUGHNESS.name])
 
 
 def _pressed(heights: Array, run: Run, size_mm: float, at: Index) -> Array:

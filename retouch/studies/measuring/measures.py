@@ -1,4 +1,4 @@
-"""Measures of rows beyond result.json: a table of functions of a run directory.
+"""Measures of rows beyond the verification: a table of functions of a run directory.
 
 A new measure is one row of `MEASURES`. Each row of a study keeps the versions of its measures; a measure
 whose version has changed is computed again from the files of the row, without a new run.
@@ -7,10 +7,10 @@ whose version has changed is computed again from the files of the row, without a
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from optimize.settings.run_file import Run
 from optimize.verification.jod import jod_obstacle
+from optimize.verification.verification import Verification
 
 _UNSEEN = {
     f"change_{name}_{kind}percent": f"{words} of pictures {what}, % of the mean picture."
@@ -24,7 +24,7 @@ _UNSEEN = {
     for kind, words in (("", "Mean change"), ("rms_", "Root mean square change"))
 }
 
-Found = Mapping[str, float | None]
+Columns = Mapping[str, float | None]
 """Values by column; None where there is no value."""
 
 
@@ -36,7 +36,7 @@ class Measure:
         name: by which study files ask for it.
         version: raised with every change of what the function returns.
         columns: what each column means, by its name.
-        function: from the run directory, its settings and the content of its result.json to the columns.
+        function: from the run directory, its settings and the verification of its result to the columns.
         obstacle: why the measure cannot be computed here, such as a missing package, in one line; else None.
         seconds: about how many a row takes, of a processor.
     """
@@ -44,32 +44,32 @@ class Measure:
     name: str
     version: int
     columns: Mapping[str, str]
-    function: Callable[[Path, Run, Mapping[str, Any]], Found]
+    function: Callable[[Path, Run, Verification], Columns]
     obstacle: Callable[[], str | None] = lambda: None
     seconds: float = 0.0
 
 
-def _pace(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
-    steps, seconds = result["stop"]["steps"], result["time_s"]["descent"]
+def _pace(run_dir: Path, run: Run, result: Verification) -> Columns:
+    steps, seconds = result.stop.steps, result.time_s["descent"]
     size = sum(path.stat().st_size for path in run_dir.rglob("*") if path.is_file())
     return {"seconds_per_step": seconds / steps if steps else None, "directory_mb": size / 1e6}
 
 
-def _unseen(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
+def _unseen(run_dir: Path, run: Run, result: Verification) -> Columns:
     # Imported here, where something renders: a redrawing takes no renderer.
     from retouch.studies.measuring.unseen import unseen
 
     return unseen(run_dir, run, result)
 
 
-def _jod(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
+def _jod(run_dir: Path, run: Run, result: Verification) -> Columns:
     from retouch.studies.measuring.jod import run_jod
 
     each = run_jod(run_dir, run, result)
     return {"jod": sum(each) / len(each), "jod_worst": min(each)}
 
 
-def _places(run_dir: Path, run: Run, result: Mapping[str, Any]) -> Found:
+def _places(run_dir: Path, run: Run, result: Verification) -> Columns:
     from retouch.studies.measuring.between import felt_between
 
     return felt_between(run_dir, run, result)

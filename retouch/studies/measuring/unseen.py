@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from mitsuba_scenes import find_file
 from optimize.settings.run_file import Run
 from optimize.verification.picture_change import change
 from optimize.verification.picture_metrics import pixel_weights
+from optimize.verification.verification import Verification
 from relief.common.arrays import Array
 from relief.common.progress import stage
 from relief.heightmap import load_heights
@@ -57,13 +57,13 @@ UNSEEN: Mapping[str, Sequence[Condition]] = {
 """Scenes by what is other than in the studio; changes in several scenes are averaged."""
 
 
-def unseen(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str, float | None]:
+def unseen(run_dir: Path, run: Run, result: Verification) -> dict[str, float | None]:
     """Changes of pictures from the original to the result of a run.
 
     Args:
         run_dir: of the run.
         run: its settings.
-        result: content of result.json; not needed.
+        result: its verification; not needed.
 
     Returns:
         The columns of the measure.
@@ -73,16 +73,16 @@ def unseen(run_dir: Path, run: Run, result: Mapping[str, Any]) -> dict[str, floa
         replace(own, heights=heights)
         for heights in _aligned(own.heights, load_heights(run_dir / "heights.exr"))
     )
-    found: dict[str, float | None] = {}
+    columns: dict[str, float | None] = {}
     with stage("looking under other conditions", len(UNSEEN) + 1) as advance:
         for name, conditions in UNSEEN.items():
             each = [_changes_in(condition, before, after) for condition in conditions]
-            found |= _columns(name, np.mean(each, axis=0))
+            columns |= _columns(name, np.mean(each, axis=0))
             advance()
         resolution = REFINEMENT * max(load_scene(run.scene, run.define, relief=own).resolution)
-        found |= _columns("fine", _changes(run.scene, run.define, before, after, resolution))
+        columns |= _columns("fine", _changes(run.scene, run.define, before, after, resolution))
         advance()
-    return found
+    return columns
 
 
 def _columns(name: str, changes: Array) -> dict[str, float | None]:
@@ -114,9 +114,9 @@ def _changes(
     scene, one = _original(path, tuple(defines.items()), _Shown(before), resolution)
     weights = pixel_weights(scene.plate_weights(resolution), scene.weights)
     other = batched(scene, after.heights, SAMPLES, seed=1, resolution=resolution)
-    found = change(one, other, weights=weights)
+    measured = change(one, other, weights=weights)
     level = float((weights * one.mean).mean())
-    return 100.0 / level * np.array([found.estimate, found.rms_less_noise])
+    return 100.0 / level * np.array([measured.estimate, measured.rms_less_noise])
 
 
 class _Shown:

@@ -16,6 +16,7 @@ from optimize.descent.correction import (
 from optimize.descent.driver import ArraySchema, Iterate
 from optimize.descent.stop_reason import StopReason
 from optimize.descent.targets import Targets
+from optimize.verification.summarising import iteration_values
 from tactile.measures import TouchMeasures
 from tests.optimize.descent.one_touch import one_touch
 
@@ -186,8 +187,11 @@ def test_the_correction_factor_has_bounds() -> None:
 
 def test_an_outer_iteration_has_a_row_with_every_number() -> None:
     _, _, state, _ = descend(TARGETS, verification(lambda v: 1.005 * v))
-    assert state.iterations[0].as_json() == {
-        **{"aimed_roughness": 0.1, "roughness": 0.1, "verified_roughness": pytest.approx(0.1005)},
-        **{"aimed_contact_area_mm2": None, "contact_area_mm2": 60.0, "verified_contact_area_mm2": 60.0},
-        **{"miss": pytest.approx(0.005), "steps": state.iterations[0].steps},
+    assert iteration_values(state.iterations[0]).as_json() == {
+        **dict.fromkeys(("surrogate_target_roughness", "aimed_roughness"), 0.1),
+        **{"roughness": 0.1, "verified_roughness": pytest.approx(0.1005)},
+        **dict.fromkeys(("surrogate_target_contact_area_mm2", "aimed_contact_area_mm2")),
+        **{"contact_area_mm2": 60.0, "verified_contact_area_mm2": 60.0},
+        **dict.fromkeys(("relative_error", "miss"), pytest.approx(0.005)),
+        "steps": state.iterations[0].steps,
     }

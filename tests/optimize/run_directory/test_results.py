@@ -19,12 +19,15 @@ from optimize.descent.targets import Targets
 from optimize.run_directory import results
 from optimize.run_directory.clock import Moment
 from optimize.run_directory.history import HISTORY, History
-from optimize.run_directory.results import Outcome
+from optimize.run_directory.key import read_verification
 from optimize.runs.job import Finished
 from optimize.runs.preparation import Prepared
 from optimize.settings.run_file import Run, run_from_scene
 from optimize.verification import picture_metrics as metrics
 from optimize.verification.felt_places import FeltPlaces
+from optimize.verification.measuring import Outcome
+from optimize.verification.summarising import summarise
+from optimize.verification.verification import Verification
 from relief.common.errors import InputError
 from relief.relief import Relief
 from retouch.pages import run_report
@@ -198,20 +201,23 @@ def test_maps_of_the_result_are_its_own_even_if_it_is_not_verified(
     reports: list[Report] = []
     monkeypatch.setattr(run_report, "write_report", lambda _, report: reports.append(report))
     times, measured = {"total": Moment(1.0, 1.5)}, outcome(problem, False)
-    summary = results.write(tmp_path, settings, problem, measured, times)
+    verification = results.write(tmp_path, settings, problem, measured, times)
     prepared = SimpleNamespace(settings=settings, problem=problem)
-    run_report.publish(Finished(tmp_path, cast(Prepared, prepared), measured, summary, []))
+    run_report.publish(Finished(tmp_path, cast(Prepared, prepared), measured, verification, []))
     after = tactile.press(0.8 * problem.heights, problem.size_mm, problem.skin)
     (report,) = reports
-    assert report.pressure_after is not None
-    np.testing.assert_allclose(report.strain_after, after.strain.numpy(), atol=1e-7)
-    np.testing.assert_allclose(report.pressure_after, after.pressure.numpy(), atol=1e-6)
-    assert summary["touch"]["verified_roughness"] is summary["touch"]["verified_by"] is None
+    assert report.after.pressure is not None
+    np.testing.assert_allclose(report.after.strain, after.strain.numpy(), atol=1e-7)
+    np.testing.assert_allclose(report.after.pressure, after.pressure.numpy(), atol=1e-6)
+    touch = json.loads((tmp_path / "result.json").read_text())["touch"]
+    assert touch["verified_roughness"] is touch["verified_by"] is None
+    assert read_verification(tmp_path) == verification
+    assert verification.touch.final("roughness") == touch["roughness"]
 
 
 def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, settings: Run) -> None:
     verified = measure_touch(Relief(0.8 * problem.heights, problem.size_mm), problem.skin, "layer")
-    told = results.summarise(settings, problem, outcome(problem, True), {})
+    told = summarise(settings, problem, outcome(problem, True), {}, {}).as_json()
     touch = told["touch"]
     assert touch["roughness"] == iterate(3).means["roughness"]
     assert (touch["verified_roughness"], touch["verified_by"]) == (verified.means["roughness"], "layer")
@@ -224,12 +230,42 @@ def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, set
     assert told["verification"]["miss_percent"] == pytest.approx(
         100.0 * abs(verified.means["roughness"] / 0.1 - 1.0)
     )
-    assert [r["aimed_roughness"] for r in told["verification"]["rounds"]] == [TARGETS.goals()["roughness"]]
+    (iteration,) = told["verification"]["rounds"]
+    assert iteration["aimed_roughness"] == TARGETS.goals()["roughness"]
+
+
+def test_better_names_stand_beside_the_old_and_are_read_first(problem: Problem, settings: Run) -> None:
+    whole = summarise(settings, problem, outcome(problem, True), {}, {})
+    section = whole.as_json()["verification"]
+    assert section["outer_iterations"] == section["rounds"]
+    (iteration,) = section["rounds"]
+    for better, old in (("surrogate_target_roughness", "aimed_roughness"), ("relative_error", "miss")):
+        assert iteration[better] == iteration[old]
+    for name in ("roughness", "contact_area_mm2"):
+        assert section[f"surrogate_initial_{name}"] == section[f"believed_initial_{name}"]
+    assert Verification.from_json(whole.as_json()) == whole
+    content = whole.as_json()
+    content["verification"] = {
+        "rounds": [{key: value for key, value in iteration.items() if key not in BETTER}],
+        **{key: value for key, value in section.items() if "rounds" not in key and key not in BETTER},
+    }
+    assert Verification.from_json(content).outer == whole.outer
+
+
+BETTER = {
+    *("outer_iterations", "relative_error"),
+    *(
+        f"surrogate_{what}_{name}"
+        for what in ("target", "initial")
+        for name in ("roughness", "contact_area_mm2")
+    ),
+}
+"""Names that earlier versions do not write."""
 
 
 def test_changes_of_the_look_are_in_percent_of_white_and_of_the_mean(problem: Problem, settings: Run) -> None:
     measured = outcome(problem, False)
-    look = results.summarise(settings, problem, measured, {})["look"]
+    look = summarise(settings, problem, measured, {}, {}).as_json()["look"]
     # The pictures of this outcome have noise; the change without noise lies below what they read.
     change = np.abs(measured.pictures_after.mean - measured.pictures_before.mean)
     read = 100.0 * change.mean((1, 2)) / problem.scene.white
@@ -245,7 +281,7 @@ def test_the_noise_of_the_pictures_and_of_their_change_stands_beside_them(
     problem: Problem, settings: Run
 ) -> None:
     measured = outcome(problem, False)
-    look = results.summarise(settings, problem, measured, {})["look"]
+    look = summarise(settings, problem, measured, {}, {}).as_json()["look"]
     noise, of_mean = look["noise"], look["noise"]["change_percent_of_mean"]
     assert (noise["certainty"], noise["batches"], look["samples"]) == ("known", 4, 64)
     # Noise of a batch is 0.01, of the mean of four half of that, of their difference 2 ** 0.5 as much.
@@ -264,7 +300,7 @@ def test_the_noise_of_the_pictures_and_of_their_change_stands_beside_them(
 
 
 def test_a_result_says_how_the_descent_ended_and_which_step_is_kept(problem: Problem, settings: Run) -> None:
-    summary = results.summarise(settings, problem, outcome(problem, False), {"total": Moment(2.0, 3.0)})
+    summary = summarise(settings, problem, outcome(problem, False), {"total": 2.0}, {"total": 3.0}).as_json()
     assert summary["stop"] == {
         "reason": "step_limit",
         "message": StopReason.STEP_LIMIT.value,
@@ -279,7 +315,7 @@ def test_the_headline_is_the_mean_over_the_plate_in_percent_of_the_mean_picture(
     problem: Problem, settings: Run
 ) -> None:
     measured = outcome(problem, False)
-    look = results.summarise(settings, problem, measured, {})["look"]
+    look = summarise(settings, problem, measured, {}, {}).as_json()["look"]
     assert look["change_percent"] == look["mean_change_percent_of_mean"]
     assert look["change_rms_percent"] == look["rms_change_percent_of_mean"]
     assert look["change_percent_of_white"] == pytest.approx(np.mean(look["pixel_change_percent"]), rel=0.01)
@@ -297,7 +333,9 @@ def test_what_is_seen_beside_the_plate_dilutes_no_number_of_the_plate() -> None:
     mask[:, 8:24, 8:24] = 4.0
     cameras = np.array([0.25, 0.75])
     alone, among = (
-        metrics.look(Batches(before, 64), Batches(after, 64), 0.5, weights, cameras, np.full(2, 12.8))
+        metrics.look(
+            Batches(before, 64), Batches(after, 64), 0.5, weights, cameras, np.full(2, 12.8)
+        ).as_json()
         for (before, after), weights in ((plate, np.ones((2, 16, 16))), (wide, mask))
     )
     assert among["plate_share"] == [0.25, 0.25]
@@ -319,7 +357,7 @@ def test_what_is_seen_beside_the_plate_dilutes_no_number_of_the_plate() -> None:
 
 
 def test_the_documentation_lists_every_key_of_look_and_heights(problem: Problem, settings: Run) -> None:
-    summary = results.summarise(settings, problem, outcome(problem, False), {})
+    summary = summarise(settings, problem, outcome(problem, False), {}, {}).as_json()
     page = (Path(__file__).parents[3] / "docs" / "verification.md").read_text(encoding="utf-8")
     listed = {
         key for line in page.splitlines() for key in re.findall(r"`([\w.]+)`", line.partition(" | ")[0])
@@ -335,7 +373,7 @@ def test_the_lift_of_a_relief_is_told_apart_from_its_change(problem: Problem, se
     wave = 0.2 * np.where(np.indices(problem.heights.shape).sum(axis=0) % 2, 1.0, -1.0)
     best = replace(measured.descent.best, heights=problem.heights + wave + 0.452)
     measured = replace(measured, descent=replace(measured.descent, best=best))
-    heights = results.summarise(settings, problem, measured, {})["heights"]
+    heights = summarise(settings, problem, measured, {}, {}).as_json()["heights"]
     assert (heights["lift_mm"], heights["rms_change_mm"]) == pytest.approx((0.452, 0.2))
 
 
@@ -343,4 +381,4 @@ def test_a_relief_that_only_moved_up_has_not_changed(problem: Problem, settings:
     measured = outcome(problem, False)
     best = replace(measured.descent.best, heights=problem.heights + 0.25)
     measured = replace(measured, descent=replace(measured.descent, best=best))
-    assert results.summarise(settings, problem, measured, {})["heights"]["rms_change_mm"] < 1e-12
+    assert summarise(settings, problem, measured, {}, {}).as_json()["heights"]["rms_change_mm"] < 1e-12

@@ -29,6 +29,7 @@ from optimize.runs import job
 from optimize.runs.job import Result
 from optimize.runs.preparation import prepare
 from optimize.settings.run_file import Run, dump_resolved, load_run
+from optimize.verification import measuring
 from optimize.verification import picture_metrics as metrics
 from optimize.verification.converged import converged
 from optimize.verification.picture_metrics import known
@@ -266,7 +267,7 @@ def test_the_baseline_of_a_target_that_is_met_already_changes_nothing(run_file: 
     prepared = prepare(settings, None)
     scene = prepared.problem.scene
     before, _ = converged(scene, scene.heights, scene.heights, known(scene), seed=1)
-    baseline = job._baseline(prepared, before, seed=1)
+    baseline = measuring._baseline(prepared, before, seed=1)
     assert baseline is not None
     np.testing.assert_allclose(baseline, before.mean, atol=1e-3 * before.mean.mean())
 

@@ -1,12 +1,12 @@
 """How a change feels to other fingers: numbers of single presses, and reliefs that a finger does not feel."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 import tactile
 from optimize.verification.other_fingers import felt_by_fingers
+from optimize.verification.verification import Fingers
+from relief.relief import Relief
 from relief.surface import Surface
 from tactile.skin import Skin
 
@@ -19,10 +19,12 @@ def waves(samples: int = 48) -> np.ndarray:
     return np.tile(0.2 * (1.0 + np.cos(x)), (samples, 1))
 
 
-def felt(
-    before: np.ndarray, after: np.ndarray, surfaces: tuple[Surface, Surface], skin: Skin
-) -> dict[str, Any]:
-    found = felt_by_fingers(before, after, surfaces, skin)
+def felt(before: np.ndarray, after: np.ndarray, surfaces: tuple[Surface, Surface], skin: Skin) -> Fingers:
+    one, other = (
+        Relief(heights, surface.width_mm, surface.repeats)
+        for heights, surface in zip((before, after), surfaces, strict=True)
+    )
+    found = felt_by_fingers(one, other, skin)
     assert found is not None
     return found
 
@@ -31,29 +33,29 @@ def test_the_first_finger_is_the_one_of_the_skin() -> None:
     found = felt(waves(), 1.5 * waves(), PLATES, Skin())
     touches = tactile.press(np.stack((waves(), 1.5 * waves())), skin=Skin())
     first, then = tactile.roughness(touches.strain).tolist()
-    assert found["each"][0]["initial_roughness"] == pytest.approx(first, rel=1e-3)
-    assert found["each"][0]["roughness"] == pytest.approx(then, rel=1e-3)
-    assert found["each"][0]["jnd"] == pytest.approx(tactile.jnd_apart(then, first), abs=0.01)
+    assert found.each[0].initial_roughness == pytest.approx(first, rel=1e-3)
+    assert found.each[0].roughness == pytest.approx(then, rel=1e-3)
+    assert found.each[0].jnd == pytest.approx(tactile.jnd_apart(then, first), abs=0.01)
 
 
 def test_the_numbers_of_the_set_are_those_of_its_fingers() -> None:
     found = felt(waves(), 1.5 * waves(), PLATES, Skin())
-    jnds = [finger["jnd"] for finger in found["each"]]
-    assert found["count"] == len(jnds) == 5
-    assert (found["jnd_min"], found["jnd_max"]) == (min(jnds), max(jnds))
-    assert found["jnd_mean"] == pytest.approx(np.mean(jnds))
-    assert found["jnd_std"] == pytest.approx(np.std(jnds))
+    jnds = [finger.jnd for finger in found.each if finger.jnd is not None]
+    assert found.count == len(jnds) == 5
+    assert (found.jnd_min, found.jnd_max) == (min(jnds), max(jnds))
+    assert found.jnd_mean == pytest.approx(np.mean(jnds))
+    assert found.jnd_std == pytest.approx(np.std(jnds))
     assert min(jnds) > 0.0 and len(set(jnds)) == 5
 
 
 def test_places_and_grids_may_differ() -> None:
     tile = Surface((64, 64), 10.0, (True, True))
     found = felt(waves(), waves(64), (PLATES[0], tile), Skin())
-    assert found["places"] == 1
-    assert all(finger["jnd"] == pytest.approx(0.0, abs=0.1) for finger in found["each"])
+    assert found.places == 1
+    assert all(finger.jnd == pytest.approx(0.0, abs=0.1) for finger in found.each)
 
 
 def test_a_smooth_relief_has_no_ratio() -> None:
     found = felt(np.zeros((48, 48)), waves(), PLATES, Skin())
-    assert found["jnd_mean"] is None and found["each"][0]["jnd"] is None
-    assert found["each"][0]["roughness"] > 0.01
+    assert found.jnd_mean is None and found.each[0].jnd is None
+    assert found.each[0].roughness > 0.01

@@ -36,10 +36,12 @@ def test_a_run_tells_jod_and_the_measure_finds_the_same_in_its_files(tmp_path: P
     settings = ["touch.jnd=0.5", "touch.model=quick", "look.model=fast", "descent.steps=1"]
     settings += ["verify.model=layer", "verify.samples=16", "verify.jod=true"]
     done = run(run_from_scene(path, tmp_path / "heights.npy", settings), tmp_path / "out")
-    told = done.summary["look"]["jod"]
-    assert len(told) == 2 and all(8.0 < value < 10.0 for value in told)
+    told = done.verification.look.jod
+    assert told is not None and len(told) == 2 and all(8.0 < value < 10.0 for value in told)
     assert "JOD" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    without = {**done.summary, "look": {**done.summary["look"], "jod": None}}
+    without = done.verification.model_copy(
+        update={"look": done.verification.look.model_copy(update={"jod": None})}
+    )
     again = run_from_scene(path, tmp_path / "heights.npy", settings)
     assert run_jod(tmp_path / "out", again, without) == pytest.approx(told, abs=1e-3)
     for picture in (tmp_path / "out" / "renders").glob("*-after.exr"):

@@ -136,8 +136,8 @@ def test_a_change_says_what_may_be_said_of_it(size: float, sigma: float, certain
 def test_a_change_in_percent_is_a_share_of_a_level() -> None:
     estimate = estimated(0.1, SIGMA)
     percent = estimate.percent_of(0.5)
-    assert percent["rms_less_noise"] == pytest.approx(200.0 * estimate.rms_less_noise)
-    assert set(percent) == {
+    assert percent.rms_less_noise == pytest.approx(200.0 * estimate.rms_less_noise)
+    assert set(percent.as_json()) == {
         *("estimate", "mean", "mean_error", "mean_at_least", "noise_floor"),
         *("rms", "rms_less_noise", "rms_error"),
     }

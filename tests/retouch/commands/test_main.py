@@ -22,6 +22,7 @@ from optimize.run_directory import key
 from optimize.run_directory.results import write_relief
 from optimize.runs import job
 from optimize.settings import run_file as config
+from optimize.verification.verification import Verification
 from relief.common.errors import InputError
 from relief.common.formatting import between, number, percent, plus_minus
 from relief.heightmap import load_heights, save_heights_exr
@@ -32,6 +33,7 @@ from retouch.commands import optimize as cli_optimize
 from retouch.commands.main import main
 from retouch.commands.summary import summary
 from retouch.verbs import runs
+from tests.retouch.pages.plausible import FINGERS, content, verified
 from visual.exact.view import View
 from visual.scene import Scene
 
@@ -506,7 +508,9 @@ def test_the_status_says_how_a_run_ended(
     verb: str, stop: StopReason, status: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def ended(*_: object, **__: object) -> SimpleNamespace:
-        return SimpleNamespace(summary={"stop": {"reason": stop.name.lower()}}, run_dir=Path("runs/gravel"))
+        return SimpleNamespace(
+            verification=verified(stop={"reason": stop.name.lower()}), run_dir=Path("runs/gravel")
+        )
 
     monkeypatch.setattr(job, "run", ended)
     monkeypatch.setattr(job, "resume", ended)
@@ -521,34 +525,39 @@ def lines(result: Mapping[str, Any]) -> str:
 
     console = Console(width=200)
     with console.capture() as captured:
-        console.print(summary(result, Path("runs/x")))
+        console.print(summary(Verification.from_json(result), Path("runs/x")))
     return captured.get()
 
 
-CHANGE = {"estimate": 1.92, "mean": 2.04, "mean_at_least": 1.81, "rms_less_noise": 3.0, "rms_error": 0.12}
+CHANGE = {
+    **{"estimate": 1.92, "mean": 2.04, "mean_error": 0.01, "mean_at_least": 1.81, "noise_floor": 0.5},
+    **{"rms": 3.1, "rms_less_noise": 3.0, "rms_error": 0.12},
+}
 
 
 RESULT: dict[str, Any] = {
-    "stop": {"message": "Done.", "steps": 4, "best_step": 3},
+    "stop": {"reason": "converged", "message": "Done.", "steps": 4, "best_step": 3},
     "touch": {
         **{"target_roughness": None, "initial_roughness": 0.05, "roughness": 0.04},
         **{"verified_roughness": None, "verified_by": None, "verified_contact_area_mm2": None},
         "jnd_from_original": -1.28,
         **{"target_contact_area_mm2": 45.0, "initial_contact_area_mm2": 40.0, "contact_area_mm2": 45.1},
         "contact_fraction": 0.31,
-        "fingers": {"count": 5, "jnd_min": -1.5, "jnd_max": -0.8},
+        "fingers": FINGERS | {"count": 5, "jnd_min": -1.5, "jnd_max": -0.8},
     },
-    "look": {
+    "look": content()["look"]
+    | {
         "change_percent": 1.92,
         "samples": 256,
-        "noise": {
+        "noise": content()["look"]["noise"]
+        | {
             "certainty": "coarse",
             "message": "Blurred.",
             "change_percent_of_mean": CHANGE,
             "change_percent_of_white": {name: 0.5 * value for name, value in CHANGE.items()},
         },
     },
-    "heights": {"rms_change_mm": 0.206, "lift_mm": 0.452},
+    "heights": {"min_mm": 0.0, "max_mm": 1.0, "rms_change_mm": 0.206, "lift_mm": 0.452},
     "time_s": {"total": 100.0, "set_up": 1.0, "descent": 90.0, "verify": 9.0},
 }
 
@@ -560,7 +569,14 @@ def test_the_screen_leaves_out_what_there_is_not() -> None:
     assert "1.3 JND smoother" in screen and "told apart in 89 of 100 tries" in screen
     assert "-1.50 to -0.80 JND to 5 fingers" in screen
     assert "places" not in screen
-    spread = {"steered": {}, "count": 25, "jnd_min": -1.7, "jnd_max": 1.9, "farthest_from_target_jnd": 0.19}
+    nothing = {"centres_mm": [], "initial_roughness": [], "verified_roughness": [], "count": 25}
+    spread = {
+        "steered": nothing,
+        "count": 25,
+        "jnd_min": -1.7,
+        "jnd_max": 1.9,
+        "farthest_from_target_jnd": 0.19,
+    }
     many = lines(RESULT | {"touch": RESULT["touch"] | {"places": spread}})
     assert "-1.70 to +1.90 JND over 25 places of the finger, at most 0.19 JND off the target" in many
     assert "smoother than the original on average, told apart" in many
@@ -578,7 +594,8 @@ def test_the_screen_leaves_out_what_there_is_not() -> None:
 
 
 def test_the_screen_says_if_the_pictures_are_the_same() -> None:
-    look = {"noise": {"certainty": "same", "message": "The pictures are the same."}}
+    noise = RESULT["look"]["noise"] | {"certainty": "same", "message": "The pictures are the same."}
+    look = RESULT["look"] | {"noise": noise}
     screen = lines(RESULT | {"look": look})
     assert re.search("^pictures +The pictures are the same.", screen, re.MULTILINE)
     assert "of white" not in screen
@@ -586,7 +603,7 @@ def test_the_screen_says_if_the_pictures_are_the_same() -> None:
 
 def test_the_screen_calls_nothing_a_change_that_noise_may_be() -> None:
     noise = RESULT["look"]["noise"] | {"certainty": "within_noise", "message": "Lost in noise."}
-    screen = lines(RESULT | {"look": {"change_percent": 1.92, "samples": 4, "noise": noise}})
+    screen = lines(RESULT | {"look": RESULT["look"] | {"samples": 4, "noise": noise}})
     assert (
         "Lost in noise. It is at most" in screen
         and f"{percent(2.04)} of the mean picture" in screen
@@ -596,7 +613,7 @@ def test_the_screen_calls_nothing_a_change_that_noise_may_be() -> None:
 
 
 def test_the_screen_tells_by_which_weight_other_fingers_were_drawn() -> None:
-    fingers = {"count": 5, "jnd_min": 1.454, "jnd_max": 2.25, "weight": None}
+    fingers = FINGERS | {"count": 5, "jnd_min": 1.454, "jnd_max": 2.25, "weight": None}
     assert "drawn" not in lines(RESULT | {"touch": RESULT["touch"] | {"fingers": fingers}})
     screen = lines(RESULT | {"touch": RESULT["touch"] | {"fingers": fingers | {"weight": 20.0}}})
     assert "+1.45 to +2.25 JND to 5 fingers, drawn along with weight 20" in screen

@@ -1,10 +1,13 @@
 """Reports of runs that might have been: every part of the page is filled, and nothing is computed slowly."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from retouch.pages.content import Baseline, Report
+from optimize.verification.verification import Verification
+from relief.relief import Relief
+from retouch.pages.content import Baseline, Report, Side
 
 SIZE_MM = 10.0
 FINGERS = {
@@ -19,6 +22,66 @@ FINGERS = {
     ],
 }
 """The entry `fingers` of result.json, of two fingers."""
+
+
+CHANGE = {
+    "estimate": 2.31,
+    "mean": 2.4,
+    "mean_error": 0.02,
+    "mean_at_least": 2.22,
+    "noise_floor": 0.52,
+    "rms": 4.35,
+    "rms_less_noise": 4.317,
+    "rms_error": 0.005,
+}
+
+
+def content(conditions: int = 3) -> dict[str, Any]:
+    """A result.json, of pictures whose noise is told of all together."""
+    numbers = {
+        **dict.fromkeys(("change_percent", "mean_change_percent_of_mean"), 2.31),
+        **dict.fromkeys(("change_rms_percent", "rms_change_percent_of_mean"), 4.317),
+        **{"change_percent_of_white": 0.9, "change_rms_percent_of_white": 1.7},
+    }
+    each = {
+        **{"plate_share": 1.0, "pixel_change_percent": 1.2, "rms_change_percent": 2.1},
+        **{"dssim": 0.012, "flip": 0.031, "pixels_per_degree": 89.4},
+    }
+    noise = {
+        **{"certainty": "known", "message": "Small.", "batches": 4},
+        "standard_error_percent": [1.5] * conditions,
+        "change_percent_of_mean": CHANGE,
+        "change_percent_of_white": CHANGE,
+        "conditions_percent_of_white": [CHANGE] * conditions,
+    }
+    return {
+        "stop": {
+            "reason": "converged",
+            "message": "The target is met and the pictures no longer improve.",
+            "steps": 12,
+        },
+        "touch": {
+            **{"target_roughness": 0.07, "initial_roughness": 0.043, "roughness": 0.0699},
+            **{"verified_roughness": 0.0706, "verified_by": "fem", "contact_area_mm2": 51.2},
+            **{"contact_fraction": 0.48, "jnd_from_original": 2.85, "fingers": FINGERS},
+        },
+        "look": {
+            **numbers,
+            **{name: [value] * conditions for name, value in each.items()},
+            **{"distance_cm": 40.0, "samples": 256, "noise": noise},
+        },
+        "heights": {"min_mm": 0.0, "max_mm": 1.31, "lift_mm": 0.002, "rms_change_mm": 0.04},
+        "time_s": {"total": 31.0, "touch": 6.1, "look": 19.8, "verify": 3.0},
+        "versions": {"retouch": "0.1.0", "mitsuba": "3.9.1", "torch": "2.13.0"},
+        "print": None,
+        "seed": 0,
+    }
+
+
+def verified(conditions: int = 3, **sections: dict[str, Any]) -> Verification:
+    """A verification with other values in some sections of its result.json."""
+    whole = content(conditions)
+    return Verification.from_json(whole | {name: whole.get(name, {}) | sections[name] for name in sections})
 
 
 def relief(n: int, seed: int, wavelength_mm: float = 1.5) -> np.ndarray:
@@ -59,41 +122,25 @@ def plausible(n: int = 64, azimuths: tuple[int, ...] = (10, 130, 250)) -> Report
         }
         for k in steps
     ]
+    before_side, after_side = (
+        Side(
+            name=name,
+            relief=Relief(heights, SIZE_MM),
+            strain=strain,
+            pressure=pressure,
+            pictures=shown,
+        )
+        for name, heights, strain, pressure, shown in zip(
+            ("before", "after"), (before, after), strains, pressures, pictures[:2], strict=True
+        )
+    )
     return Report(
         title="Gravel, rougher",
-        result={
-            "stop": {
-                "reason": "converged",
-                "message": "The target is met and the pictures no longer improve.",
-                "steps": 12,
-            },
-            "touch": {
-                **{"target_roughness": 0.07, "initial_roughness": 0.043, "roughness": 0.0699},
-                **{"verified_roughness": 0.0706, "verified_by": "fem", "contact_area_mm2": 51.2},
-                **{"contact_fraction": 0.48, "jnd_from_original": 2.85, "fingers": FINGERS},
-            },
-            "look": {
-                "pixel_change_percent": [1.2, 1.1, 1.3][: len(azimuths)],
-                "dssim": [0.012, 0.01, 0.013, *[0.01] * 20][: len(azimuths)],
-                "flip": [0.031, 0.029, 0.034, *[0.03] * 20][: len(azimuths)],
-            },
-            "heights": {"min_mm": 0.0, "max_mm": 1.31, "rms_change_mm": 0.04},
-            "time_s": {"total": 31.0, "touch": 6.1, "look": 19.8, "verify": 3.0},
-            "versions": {"retouch": "0.1.0", "mitsuba": "3.9.1", "torch": "2.13.0"},
-            "print": None,
-            "seed": 0,
-        },
+        before=before_side,
+        after=after_side,
+        verification=Verification.from_json(content(len(azimuths))),
         conditions=[f"light from {a} degrees" for a in azimuths],
-        pictures_before=pictures[0],
-        pictures_after=pictures[1],
         white=0.5 / np.pi * 1.23,
-        strain_before=strains[0],
-        strain_after=strains[1],
-        pressure_before=pressures[0],
-        pressure_after=pressures[1],
-        heights_before=before,
-        heights_after=after,
-        size_mm=SIZE_MM,
         history=history,
         heights_png_mm=(0.0, 3.0),
         settings={"touch": {"roughness": 0.07, "model": "layer"}, "look": {"model": "exact", "weight": 1.0}},
@@ -101,25 +148,24 @@ def plausible(n: int = 64, azimuths: tuple[int, ...] = (10, 130, 250)) -> Report
     )
 
 
-CHANGE = {
-    "estimate": 2.31,
-    "mean": 2.4,
-    "mean_at_least": 2.22,
-    "noise_floor": 0.52,
-    "rms_less_noise": 4.317,
-    "rms_error": 0.005,
-}
+def with_sides(report: Report, **both: Any) -> Report:
+    """A report whose sides have other values, each a pair; `heights` are those of the same plates."""
+    if "heights" in both:
+        pairs = zip(report.sides, both.pop("heights"), strict=True)
+        both["relief"] = [replace(side.relief, heights=heights) for side, heights in pairs]
+    before, after = (
+        replace(side, **{name: pair[number] for name, pair in both.items()})
+        for number, side in enumerate(report.sides)
+    )
+    return replace(report, before=before, after=after)
 
 
 def noisy(certainty: str, message: str) -> Report:
     """A report of pictures whose noise is told."""
-    report = plausible()
     noise = {
-        **{"certainty": certainty, "message": message, "batches": 4},
+        **content()["look"]["noise"],
+        **{"certainty": certainty, "message": message},
         "standard_error_percent": [1.4, 1.5, 1.6],
-        "change_percent_of_mean": CHANGE,
-        "change_percent_of_white": CHANGE,
         "conditions_percent_of_white": [CHANGE | {"rms_error": 0.01 * n} for n in (3, 4, 5)],
     }
-    look = dict(report.result["look"]) | {"samples": 256, "noise": noise}
-    return replace(report, result=dict(report.result) | {"look": look})
+    return replace(plausible(), verification=verified(look={"noise": noise}))

@@ -10,10 +10,11 @@ import pytest
 
 from benchmarks.docs.pages import WIDTHS, faults
 from benchmarks.shared.browser import Browser, chromium
+from relief.relief import Relief
 from retouch.pages.comparison import write_comparison
-from retouch.pages.content import Comparison, Pair, Report
+from retouch.pages.content import Compared, Comparison, Pair, Report
 from retouch.pages.page import write_report
-from tests.retouch.pages.plausible import FINGERS, noisy
+from tests.retouch.pages.plausible import FINGERS, noisy, verified
 
 pytestmark = [
     pytest.mark.slow,
@@ -36,12 +37,13 @@ def full() -> Report:
             "miss": 0.0102,
         }
     ] * 2
-    look = dict(report.result["look"]) | {"distance_cm": 40.0, "pixels_per_degree": [89.4] * 3}
-    verification = {"resolution": 64, "rounds": rounds}
     names = ["light-10", "light-130", "a-lamp-in-the-far-corner-of-the-workshop"]
-    result = dict(report.result) | {"look": look, "verification": verification}
+    look = report.verification.look.as_json()
     return replace(
-        report, result=result, conditions=names, settings={"scene": "/" + 30 * "folder/" + "s.xml"}
+        report,
+        verification=verified(look=look, verification={"resolution": 64, "rounds": rounds}),
+        conditions=names,
+        settings={"scene": "/" + 30 * "folder/" + "s.xml"},
     )
 
 
@@ -58,23 +60,25 @@ def comparison() -> Comparison:
         **{"jnd_apart": -7.8, "told_apart_probability": 1.0, "no_look": None, "scene": "studio.xml"},
         **{"skin": {"young_modulus_mpa": 0.5, "poisson_ratio": 0.48, "force_n": 10.0}, "model": "layer"},
         **{"places": None, "fingers": FINGERS},
-        "look": report.result["look"],
+        "look": report.verification.look.as_json(),
     }
-    return Comparison(**shared | {"names": ("A", "B"), "title": "gravel and texture"}, result=result)
+    sides = {name: replace(shared[name], name=word) for name, word in (("before", "A"), ("after", "B"))}
+    numbers = Compared.model_validate(result)
+    return Comparison(**shared | sides | {"title": "gravel and texture"}, numbers=numbers)
 
 
 def touch_alone() -> Comparison:
     """Two plates of different sizes and grids, whose pictures are not compared."""
     whole = comparison()
     none = np.zeros((0, 1, 1))
+    finer = whole.after.relief.heights.repeat(2, axis=0).repeat(2, axis=1)
+    reason = {"look": None, "no_look": "A is 10 mm wide and B 16 mm."}
     return replace(
         whole,
         conditions=(),
-        pictures_before=none,
-        pictures_after=none,
-        heights_after=np.kron(whole.heights_after, np.ones((2, 2))),
-        size_after_mm=16.0,
-        result=dict(whole.result) | {"look": None, "no_look": "A is 10 mm wide and B 16 mm."},
+        before=replace(whole.before, pictures=none),
+        after=replace(whole.after, pictures=none, relief=Relief(finer, 16.0)),
+        numbers=whole.numbers.model_copy(update=reason),
     )
 
 
@@ -109,7 +113,7 @@ def test_the_profile_follows_its_slider(browser: Browser, tmp_path: Path) -> Non
       slider.dispatchEvent(new Event("input"));
       return [...document.querySelectorAll("path.row")].map((path) => path.getAttribute("d"));
     })()""")
-    for path, heights, row in zip(drawn, (page.heights_before, page.heights_after), (3, 7), strict=True):
+    for path, heights, row in zip(drawn, [side.relief.heights for side in page.sides], (3, 7), strict=True):
         across, down = np.array([point.split() for point in path[1:].split("L")], dtype=float).T
         assert len(across) == heights.shape[1]
         np.testing.assert_allclose(np.diff(-down), np.diff(heights[row]), atol=2e-3)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from optimize.verification.verification import Verification
 from relief.common.formatting import percent, rounded
 from retouch.pages import colour_maps
 from retouch.pages.content import Baseline, Report
@@ -18,7 +19,7 @@ from retouch.pages.figures import PERCENTILE, SHOWN_SIDE, change_percent
 from retouch.pages.meanings import MEANINGS
 from retouch.pages.page import write_report
 from tests.retouch.pages.outline import Outline
-from tests.retouch.pages.plausible import FINGERS, noisy, plausible
+from tests.retouch.pages.plausible import FINGERS, content, noisy, plausible, verified, with_sides
 
 HOSTILE = '<script>alert("x")</script><img src=x onerror=alert(1)> & "quoted"'
 
@@ -67,9 +68,7 @@ def test_it_tells_how_other_fingers_feel_the_change(tmp_path: Path) -> None:
     text = " ".join(Outline(page(tmp_path, plausible())).text.split())
     assert "the result is +1.65 to +2.85 just-noticeable differences from the original" in text
     assert "Stiffer skin1.00.750.04300.0573+1.65" in text and "drew" not in text
-    report = plausible()
-    touch = {**report.result["touch"], "fingers": {**FINGERS, "weight": 20.0}}
-    drawn = replace(report, result={**report.result, "touch": touch})
+    drawn = replace(plausible(), verification=verified(touch={"fingers": {**FINGERS, "weight": 20.0}}))
     text = " ".join(Outline(page(tmp_path, drawn)).text.split())
     assert "The descent drew the others toward the change of the first, with a weight of 20:" in text
 
@@ -121,25 +120,22 @@ def test_a_scene_with_colour_is_shown_in_colour(tmp_path: Path) -> None:
     note = "every number follow luminance"
     assert note not in page(tmp_path, report)
     tint = np.array([1.0, 0.5, 0.2])
-    before, after = (
-        pictures[..., None] * tint for pictures in (report.pictures_before, report.pictures_after)
-    )
-    shown = page(tmp_path, replace(report, colours_before=before, colours_after=after))
+    before, after = (side.pictures[..., None] * tint for side in report.sides)
+    shown = page(tmp_path, with_sides(report, colours=(before, after)))
     assert note in shown and len(shown) < 6e6
-    exposed = min(report.white, float(np.percentile(report.pictures_before, PERCENTILE)))
+    exposed = min(report.white, float(np.percentile(report.before.pictures, PERCENTILE)))
     assert colour_maps.picture_uri(before[0], exposed, SHOWN_SIDE) in shown
 
 
 def test_hostile_words_stay_words(tmp_path: Path) -> None:
     report = plausible()
-    result = dict(report.result) | {"stop": {"reason": HOSTILE, "message": HOSTILE, "steps": 1}}
     hostile = replace(
         report,
         title=HOSTILE,
         conditions=[HOSTILE] * 3,
-        result=result,
+        verification=verified(stop={"reason": HOSTILE, "message": HOSTILE, "steps": 1}),
         settings={HOSTILE: HOSTILE},
-        baseline=Baseline(HOSTILE, report.pictures_before, note=HOSTILE),
+        baseline=Baseline(HOSTILE, report.before.pictures, note=HOSTILE),
     )
     outline = Outline(page(tmp_path, hostile))
     assert outline.tags.count("script") == 1
@@ -151,18 +147,12 @@ def test_hostile_words_stay_words(tmp_path: Path) -> None:
 def test_a_run_without_roughness_verification_pressure_history_or_baseline_has_its_page(
     tmp_path: Path,
 ) -> None:
-    report = plausible()
-    result = dict(report.result) | {
-        "touch": {"target_contact_area_mm2": 45.0, "contact_area_mm2": 45.2, "contact_fraction": 0.4},
-        "look": {},
-    }
+    touch = {"target_contact_area_mm2": 45.0, "contact_area_mm2": 45.2, "contact_fraction": 0.4}
     bare = replace(
-        report,
-        result=result,
+        with_sides(plausible(), pressure=(None, None)),
+        verification=Verification.from_json(content() | {"touch": touch}),
         history=[],
         baseline=None,
-        pressure_before=None,
-        pressure_after=None,
         settings={},
     )
     outline = Outline(page(tmp_path, bare))
@@ -193,22 +183,14 @@ def test_large_pictures_under_many_lights_stay_below_6_mb(tmp_path: Path) -> Non
     small = plausible(azimuths=tuple(range(0, 360, 30)))
     noise = np.random.default_rng(0).uniform(0.0, 0.2, (12, 700, 700))
     grid = noise[0]
-    large = replace(
-        small,
-        **{
-            "pictures_before": noise,
-            "pictures_after": noise[::-1],
-            "strain_before": grid,
-            "strain_after": grid,
-        },
-        **{
-            "pressure_before": grid,
-            "pressure_after": grid,
-            "heights_before": grid,
-            "heights_after": grid[::-1],
-        },
-        baseline=Baseline("linear scaling", noise),
+    large = with_sides(
+        replace(small, baseline=None),
+        pictures=(noise, noise[::-1]),
+        strain=(grid, grid),
+        pressure=(grid, grid),
+        heights=(grid, grid[::-1]),
     )
+    large = replace(large, baseline=Baseline("linear scaling", noise))
     assert write_report(tmp_path, large).stat().st_size < 6e6
 
 
@@ -221,7 +203,7 @@ def test_only_files_that_exist_are_offered(tmp_path: Path) -> None:
 
 def test_compared_arrays_must_agree() -> None:
     with pytest.raises(ValueError, match="strain"):
-        replace(plausible(), strain_after=np.zeros((3, 3)))
+        replace(plausible(), after=replace(plausible().after, strain=np.zeros((3, 3))))
     with pytest.raises(ValueError, match="conditions"):
         replace(plausible(), conditions=["only one"])
 
@@ -236,9 +218,8 @@ def test_deck_card_captions_and_baseline_tell_one_number(tmp_path: Path) -> None
     before[:, 32:] = 0.9
     after[:, 32:] = 0.9
     baseline = Baseline("linear scaling", before + 0.05)
-    told = replace(
-        report, pictures_before=before, pictures_after=after, plate=plate, white=0.5, baseline=baseline
-    )
+    told = with_sides(replace(report, baseline=None), pictures=(before, after))
+    told = replace(told, plate=plate, white=0.5, baseline=baseline)
     text = " ".join(Outline(page(tmp_path, told)).text.split())
     for words in (
         f"to the eye a change of {percent(5.1)} of the mean picture.",
@@ -255,12 +236,8 @@ def test_conditions_count_by_the_weights_of_their_cameras(tmp_path: Path) -> Non
     report = plausible(azimuths=(10, 130))
     before = np.full((2, 64, 64), 0.2)
     after = before + np.array([0.0, 0.02])[:, None, None]
-    weighted = replace(
-        report,
-        pictures_before=before,
-        pictures_after=after,
-        baseline=None,
-        cameras=np.array([0.75, 0.25]),
+    weighted = with_sides(
+        replace(report, baseline=None, cameras=np.array([0.75, 0.25])), pictures=(before, after)
     )
     text = " ".join(Outline(page(tmp_path, weighted)).text.split())
     assert " ".join(f"to the eye a change of {percent(2.5)} of".split()) in text
@@ -271,15 +248,16 @@ def test_the_lift_is_told_apart_from_the_change(tmp_path: Path) -> None:
     wave = 0.02 * np.sign(np.sin(np.arange(64) + 0.5)) * np.ones((64, 1))
     wave -= wave.mean()
     rms = 1000.0 * wave.std()
-    lifted = replace(report, heights_after=report.heights_before + wave + 0.45)
+    original = report.before.relief.heights
+    lifted = with_sides(report, heights=(original, original + wave + 0.45))
     (tmp_path / "plate.stl").touch()
     text = " ".join(Outline(page(tmp_path, lifted)).text.split())
     assert f"The heights change by {rounded(rms)} µm (root mean square about the mean)." in text
     assert "the whole relief is lifted by 450 µm, which a finger does not feel" in text
     assert f"The heights change by {rounded(rms)} µm (rms, without the lift)" in text
-    assert f"Root mean square about the mean{lifted.heights_before.std():.3f}" in text
-    assert f"Mean height{lifted.heights_before.mean():.3f}{lifted.heights_after.mean():.3f}" in text
-    same = replace(report, heights_after=report.heights_before + wave)
+    assert f"Root mean square about the mean{original.std():.3f}" in text
+    assert f"Mean height{original.mean():.3f}{lifted.after.relief.heights.mean():.3f}" in text
+    same = with_sides(report, heights=(original, original + wave))
     assert "the whole relief is" not in Outline(page(tmp_path, same)).text
 
 
@@ -290,9 +268,8 @@ def test_each_headline_number_says_what_it_is(tmp_path: Path) -> None:
 
 
 def test_the_page_says_where_the_eye_is(tmp_path: Path) -> None:
-    report = plausible()
-    look = dict(report.result["look"]) | {"distance_cm": 40.0, "pixels_per_degree": [89.4, 89.4, 86.0]}
-    told = replace(report, result=dict(report.result) | {"look": look})
+    look = {"distance_cm": 40.0, "pixels_per_degree": [89.4, 89.4, 86.0]}
+    told = replace(plausible(), verification=verified(look=look))
     text = " ".join(Outline(page(tmp_path, told)).text.split())
     assert "the eye is 40 cm from the plate, where a degree of its view holds 86 to 89 pixels" in text
 

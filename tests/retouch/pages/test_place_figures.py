@@ -8,45 +8,47 @@ from typing import Any
 import numpy as np
 
 from relief.places import between, centres_mm, places
+from relief.relief import Relief
 from relief.surface import Surface
 from retouch.pages.content import Report
 from retouch.pages.page import write_report
 from tests.retouch.pages.outline import Outline
-from tests.retouch.pages.plausible import plausible
+from tests.retouch.pages.plausible import plausible, verified, with_sides
 
 TILE = Surface((64, 64), 10.0, (True, True))
 STRIP = Surface((16, 64), 40.0)
 
 
-def report_of(surface: Surface, factor: Any, repeats: bool = False) -> Report:
-    """A report whose places are each off their targets by 0.1 JND, between steered ones by -0.2."""
+def sections_of(surface: Surface, factor: Any) -> dict[str, Any]:
+    """Places that are each off their targets by 0.1 JND, between steered ones by -0.2."""
     sections: dict[str, Any] = {"count": 0}
     for name, found, off in (("steered", places(surface), 0.1), ("between", between(surface), -0.2)):
         centres = centres_mm(surface, found)
         original = np.linspace(0.04, 0.06, len(centres))
         target = original * factor(centres)
         sections[name] = {
+            "count": len(centres),
             "centres_mm": centres.tolist(),
             "initial_roughness": original.tolist(),
             "target_roughness": target.tolist(),
             "verified_roughness": (target * 1.19**off).tolist(),
         }
         sections["count"] += len(centres)
+    return sections
+
+
+def report_of(surface: Surface, sections: dict[str, Any]) -> Report:
     report = plausible()
-    result = {**report.result, "touch": {**report.result["touch"], "places": sections}}
-    heights = np.resize(report.heights_after, surface.shape)
+    relief = Relief(np.resize(report.after.relief.heights, surface.shape), surface.width_mm, surface.repeats)
     return replace(
-        report,
-        result=result,
-        heights_before=heights,
-        heights_after=heights,
-        size_mm=surface.width_mm,
-        settings={"repeats": repeats},
+        with_sides(report, relief=(relief, relief)), verification=verified(touch={"places": sections})
     )
 
 
 def test_a_tile_shows_the_change_and_the_distance_of_each_place(tmp_path: Path) -> None:
-    text = write_report(tmp_path, report_of(TILE, lambda centres: 1.19**2, True)).read_text("utf-8")
+    text = write_report(tmp_path, report_of(TILE, sections_of(TILE, lambda centres: 1.19**2))).read_text(
+        "utf-8"
+    )
     words = " ".join(Outline(text).text.split())
     assert "16 places that the descent steered and, afterwards, on 16 between them" in words
     assert "+1.95 just-noticeable differences (JND) on average, +1.80 to +2.10" in words
@@ -58,7 +60,7 @@ def test_a_tile_shows_the_change_and_the_distance_of_each_place(tmp_path: Path) 
 
 
 def test_a_strip_shows_a_target_that_varies_beside_what_was_reached(tmp_path: Path) -> None:
-    report = report_of(STRIP, lambda centres: 1.0 + centres[:, 1] / 40.0)
+    report = report_of(STRIP, sections_of(STRIP, lambda centres: 1.0 + centres[:, 1] / 40.0))
     text = write_report(tmp_path, report).read_text("utf-8")
     names = re.findall(r'<figure class="places"><figcaption class="name">(.*?)<', text)
     assert names == ["Original", "Target", "Reached", "Distance from the target"]
@@ -71,10 +73,10 @@ def test_a_strip_shows_a_target_that_varies_beside_what_was_reached(tmp_path: Pa
 
 
 def test_a_flat_place_is_grey(tmp_path: Path) -> None:
-    report = report_of(TILE, lambda centres: 1.19**2, True)
-    first = report.result["touch"]["places"]["between"]
+    sections = sections_of(TILE, lambda centres: 1.19**2)
+    first = sections["between"]
     first["initial_roughness"][0] = first["verified_roughness"][0] = first["target_roughness"][0] = 0.0
-    text = write_report(tmp_path, report).read_text("utf-8")
+    text = write_report(tmp_path, report_of(TILE, sections)).read_text("utf-8")
     assert "nan" not in Outline(text).text
     assert text.count("rgb(221, 218, 212)") == 2
 

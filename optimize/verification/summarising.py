@@ -1,0 +1,145 @@
+"""The verification of a result from its measurements, settings and times."""
+
+from collections.abc import Mapping
+from importlib.metadata import version
+
+import numpy as np
+
+from optimize.descent.correction import OuterIteration
+from optimize.descent.problem import Problem
+from optimize.settings.run_file import Run
+from optimize.settings.skins import described_skin
+from optimize.verification import picture_metrics as metrics
+from optimize.verification.felt_places import place_numbers
+from optimize.verification.measuring import Outcome
+from optimize.verification.verification import (
+    Fingers,
+    Heights,
+    IterationValues,
+    OuterIterations,
+    PictureChange,
+    Stop,
+    Touch,
+    Values,
+    Verification,
+    described,
+)
+from relief.common.arrays import Array
+from tactile.jnd import jnd_apart
+from tactile.quantities import QUANTITIES, ROUGHNESS, means
+
+PACKAGES = ("retouch", "mitsuba", "drjit", "torch", "numpy", "scipy")
+"""Packages whose versions belong to a verification."""
+
+
+def summarise(
+    settings: Run,
+    problem: Problem,
+    outcome: Outcome,
+    time_s: Mapping[str, float],
+    cpu_s: Mapping[str, float],
+) -> Verification:
+    """The verification of a result.
+
+    Args:
+        settings: of the run.
+        problem: with the original.
+        outcome: measurements of the result.
+        time_s, cpu_s: seconds of each part and in total, of the clock and of the processor.
+    """
+    best, reason = outcome.descent.best, outcome.descent.reason
+    felt = outcome.touch.after
+    verified = felt if outcome.iterations else None
+    return Verification(
+        stop=Stop(
+            reason=reason.name.lower(),
+            message=reason.value,
+            steps=outcome.descent.last.step,
+            best_step=best.step,
+        ),
+        touch=_touch(settings, problem, outcome),
+        outer=OuterIterations(
+            resolution=None if verified is None else verified.mesh,
+            miss_percent=None
+            if verified is None
+            else 100.0 * problem.targets.relative_error(verified.values),
+            surrogate_initial=means(outcome.steering_values),
+            each=tuple(map(iteration_values, outcome.iterations)),
+        ),
+        look=_look(settings, problem, outcome),
+        heights=_heights(problem, best.heights),
+        printed=None if outcome.printed is None else outcome.printed.numbers,
+        time_s=time_s,
+        cpu_s=cpu_s,
+        skin=described_skin(problem.skin, settings.touch.skin),
+        versions={name: version(name) for name in PACKAGES},
+        variant=problem.scene.variant,
+        seed=settings.seed,
+        **described(settings),
+    )
+
+
+def _touch(settings: Run, problem: Problem, outcome: Outcome) -> Touch:
+    first, felt = outcome.touch.before, outcome.touch.after
+    before, after = first.means[ROUGHNESS.name], felt.means[ROUGHNESS.name]
+    return Touch(
+        model=problem.touch,
+        target=_complete(problem.targets.goals()),
+        initial=first.means,
+        achieved=outcome.descent.best.means,
+        verified=_complete(felt.means if outcome.iterations else {}),
+        verified_by=felt.model if outcome.iterations else None,
+        contact_fraction=felt.contact_fraction,
+        jnd_from_original=jnd_apart(after, before) if before > 0.0 and after > 0.0 else None,
+        feel_of=outcome.feel_of,
+        fingers=_weighted(outcome.fingers, settings),
+        places=place_numbers(problem.surface, outcome.touch, outcome.between),
+    )
+
+
+def _complete(values: Mapping[str, float]) -> Values:
+    """A value of every quantity, None where there is none."""
+    return {name: values.get(name) for name in QUANTITIES}
+
+
+def _weighted(fingers: Fingers | None, settings: Run) -> Fingers | None:
+    """What other fingers feel, with the weight by which they were drawn along; None if they were not."""
+    weight = settings.touch.fingers_weight if settings.touch.fingers == "range" else None
+    return None if fingers is None else fingers.model_copy(update={"weight": weight})
+
+
+def iteration_values(iteration: OuterIteration) -> IterationValues:
+    """The numbers of an outer iteration."""
+    return IterationValues(
+        surrogate_target=_complete(iteration.surrogate_goals),
+        achieved=iteration.values,
+        verified=iteration.verified,
+        relative_error=iteration.relative_error,
+        steps=iteration.steps,
+    )
+
+
+def _look(settings: Run, problem: Problem, outcome: Outcome) -> PictureChange:
+    scene = problem.scene
+    change = metrics.look(
+        outcome.pictures_before,
+        outcome.pictures_after,
+        scene.white,
+        scene.plate_weights(),
+        scene.weights,
+        scene.pixels_per_mm(),
+        settings.verify.distance_cm,
+        settings.verify.jod,
+    )
+    return change.model_copy(update={"conditions": tuple(scene.conditions), "model": problem.look})
+
+
+def _heights(problem: Problem, heights: Array) -> Heights:
+    change = heights - problem.heights
+    return Heights(
+        min_mm=float(heights.min()),
+        max_mm=float(heights.max()),
+        frozen_fraction=0.0 if problem.frozen is None else float(problem.frozen.mean()),
+        lift_mm=float(change.mean()),
+        rms_change_mm=float(np.sqrt(np.square(change - change.mean()).mean())),
+    )
