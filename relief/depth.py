@@ -9,7 +9,7 @@ from relief.common.limits import HEIGHT_LIMIT_MM
 
 CLEARANCE_MM = 0.1
 """Least distance, mm, of the skin from the level at which a relief is cut off for touch: 25 times what models
-of touch differ by in the depth that the skin reaches (docs/decisions.md)."""
+of touch differ by in the depth that the skin reaches (docs/evidence/touch.md)."""
 
 
 def floor_mm(heights: Array) -> float:

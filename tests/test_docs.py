@@ -10,7 +10,17 @@ import pytest
 from retouch.commands.main import parse
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+DOCS = ROOT / "docs"
+EVIDENCE = DOCS / "evidence"
+PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
+MOST_WORDS = 6000
+"""Of a page of evidence."""
+CODE = ("*.py", "*.toml", "*.xml", "*.html")
+
+
+def path_of(page: Path) -> str:
+    """A page by its path in the repository; two pages are called `README.md`."""
+    return str(page.relative_to(ROOT))
 
 
 def blocks(page: Path) -> Iterator[str]:
@@ -29,7 +39,7 @@ def commands(page: Path) -> list[str]:
     return [line for line in lines if line.startswith("retouch ")]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=path_of)
 def test_each_command_is_one_that_the_parser_takes(page: Path) -> None:
     for command in commands(page):
         arguments = shlex.split(command, comments=True)[1:]
@@ -41,7 +51,7 @@ def test_the_first_texture_has_its_commands() -> None:
     assert verbs[:4] == ["prepare", "evaluate", "optimize", "compare"]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=path_of)
 def test_the_command_is_written_in_one_way(page: Path) -> None:
     assert not re.search(r"python -m (optimize|retouch)|bin/retouch", page.read_text(encoding="utf-8"))
 
@@ -52,7 +62,7 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=path_of)
 def test_each_link_leads_to_a_file_and_to_a_heading_of_it(page: Path) -> None:
     for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
         if target.startswith(("http://", "https://")):
@@ -61,3 +71,51 @@ def test_each_link_leads_to_a_file_and_to_a_heading_of_it(page: Path) -> None:
         file = page.parent / name if name else page
         assert file.is_file(), target
         assert not anchor or anchor in anchors(file), target
+
+
+def links(page: Path) -> set[Path]:
+    """The files of the repository that a page links to."""
+    targets = re.findall(r"\]\(([^)\s#]+)", page.read_text(encoding="utf-8"))
+    return {(page.parent / target).resolve() for target in targets if "://" not in target}
+
+
+def test_every_page_is_in_an_index() -> None:
+    assert set(DOCS.glob("*.md")) <= links(ROOT / "README.md")
+    index = EVIDENCE / "README.md"
+    assert {*EVIDENCE.glob("*.md")} - {index} <= links(index)
+
+
+def test_the_index_of_the_evidence_has_a_line_for_each_page() -> None:
+    lines = re.findall(r"^\* \[(\w+)\]\((\w+)\.md\): \w", (EVIDENCE / "README.md").read_text("utf-8"), re.M)
+    assert sorted(page for _, page in lines) == sorted(
+        page.stem for page in EVIDENCE.glob("*.md") if page.stem != "README"
+    )
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.rglob("*.md")), ids=path_of)
+def test_a_page_opens_with_its_question(page: Path) -> None:
+    assert re.match(r"# .+\?\n\n", page.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("page", sorted(EVIDENCE.glob("*.md")), ids=path_of)
+def test_a_page_of_evidence_is_not_long(page: Path) -> None:
+    assert len(page.read_text(encoding="utf-8").split()) < MOST_WORDS
+
+
+def test_every_picture_is_on_a_page() -> None:
+    pages = [*PAGES, ROOT / "mitsuba_scenes" / "textures" / "README.md"]
+    assert set((DOCS / "images").iterdir()) <= set.union(*(links(page) for page in pages))
+
+
+def test_pages_that_the_code_names_are_there() -> None:
+    packages = [folder for folder in ROOT.iterdir() if (folder / "__init__.py").is_file()]
+    for file in (file for folder in packages for kind in CODE for file in folder.rglob(kind)):
+        for page in re.findall(r"docs/[\w/]+\.md", file.read_text(encoding="utf-8")):
+            assert (ROOT / page).is_file(), f"{page} in {file}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=path_of)
+def test_files_that_a_page_names_are_there(page: Path) -> None:
+    packages = "|".join(folder.parent.name for folder in ROOT.glob("*/__init__.py"))
+    for named in re.findall(rf"`((?:{packages}|tests)/[\w./]+)`", page.read_text(encoding="utf-8")):
+        assert (ROOT / named).exists(), named

@@ -23,14 +23,14 @@ from relief.objects.table import OBJECTS
 from retouch.commands.main import main, parse
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 GIVEN = ("stone.jpg", "my-study.toml", "~/materials")
 """Files and folders that a user has before the first command of a page."""
 STONE = "runs/stone"
 """The run of the README, which other pages go on with."""
 OTHER_COMMANDS = ("runs/optimised",)
 """Folders that commands in the docs make which are no `retouch`."""
-KNOWN_BEFORE = ("README.md", "gallery.md")
+KNOWN_BEFORE = ("README.md", "docs/gallery.md")
 """Pages whose runs every page may go on with."""
 SHORT = {
     "prepare": "",
@@ -48,6 +48,11 @@ SLOW = ("reach",)
 """Options with which a command is not run: it takes over ten seconds, however small the picture."""
 STEPS_LEFT = 3
 """Exit status of a short run: it ended short of its target."""
+
+
+def path_of(page: Path) -> str:
+    """A page by its path in the repository; two pages are called `README.md`."""
+    return str(page.relative_to(ROOT))
 
 
 @dataclass(frozen=True)
@@ -100,9 +105,9 @@ def comes_with_retouch(name: str) -> bool:
     )
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=path_of)
 def test_what_a_command_reads_was_made_before_it(page: Path) -> None:
-    before = [other for other in PAGES if other.name in KNOWN_BEFORE and other != page]
+    before = [other for other in PAGES if path_of(other) in KNOWN_BEFORE and other != page]
     others = [one for other in before for one in commands(other)]
     made = [*GIVEN, *OTHER_COMMANDS, *filter(None, (output(one.parsed) for one in others))]
     for command in commands(page):
@@ -113,12 +118,13 @@ def test_what_a_command_reads_was_made_before_it(page: Path) -> None:
         made += filter(None, [output(parsed)])
 
 
-NOT_RUN = ("objects.md",)
+NOT_RUN = ("docs/objects.md",)
 """Pages whose commands all read what `wrap` makes, which takes over ten seconds."""
 PAGES_TO_RUN = [
     page
     for page in PAGES
-    if page.name not in NOT_RUN and any(command.words[0] in (*SHORT, "study") for command in commands(page))
+    if path_of(page) not in NOT_RUN
+    and any(command.words[0] in (*SHORT, "study") for command in commands(page))
 ]
 
 
@@ -132,7 +138,7 @@ def stone(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", PAGES_TO_RUN, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES_TO_RUN, ids=path_of)
 def test_quick_commands_work(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
@@ -140,7 +146,7 @@ def test_quick_commands_work(
     grey = np.random.default_rng(0).integers(0, 256, (48, 64), np.uint8)
     Image.fromarray(grey).save("stone.jpg")
     read = [Path(name) for one in commands(page) for name in inputs(one.parsed)]
-    if any(name.is_relative_to(STONE) for name in read) and page.name != "README.md":
+    if any(name.is_relative_to(STONE) for name in read) and path_of(page) != "README.md":
         shutil.copytree(request.getfixturevalue("stone"), STONE)
     ran = 0
     for command in commands(page):

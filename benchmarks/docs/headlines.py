@@ -1,4 +1,4 @@
-"""Headlines: the few numbers of each benchmark that the README tells, and the tables that these come from."""
+"""Headlines: the few numbers of each benchmark that the README tells, from the results."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from benchmarks.learned.unseen import spread
-from benchmarks.shared.common import load, table
+from benchmarks.shared.common import load
 from benchmarks.sight import gradients
 from tactile.layer.truncated import STEPS
 
@@ -31,7 +31,7 @@ def fast_sentence() -> str:
         "`retouch optimize --fast` steers by models that take milliseconds. On 320 textures that no net has "
         f"seen, they are off by {felt} of roughness, {touched} of contact area and {seen} of a pixel in the "
         f"median; with gradients touch takes {press:.0f} ms and three pictures take {render:.0f} ms "
-        "([more](docs/measured.md#the-fast-models))."
+        "([more](docs/evidence/learned.md#the-fast-models))."
     )
 
 
@@ -47,7 +47,8 @@ def gradients_sentence() -> str:
         f"{len(ours)} combinations of camera and light the error of Retouch's gradient is {min(ours):.1f} to "
         f"{max(ours):.1f} %, in the median {statistics.median(ours):.1f} %, against finite differences of "
         "converged renders; that of Mitsuba's own `direct` and `prb`, which see no shadow move, is "
-        f"{min(theirs):.0f} to {max(theirs):.0f} % ([each of them](docs/measured.md#gradients-of-pictures))."
+        f"{min(theirs):.0f} to {max(theirs):.0f} % "
+        "([each of them](docs/evidence/sight.md#gradients-of-pictures))."
     )
 
 
@@ -57,35 +58,3 @@ def _of_gravel(found: dict[str, Any]) -> Iterator[gradients.Case]:
         of_gravel = (case.relief, case.material, case.bounces) == (gradients.GRAVEL, "plastic", 1)
         if of_gravel and case.key in found:
             yield case
-
-
-def fast_table() -> str:
-    """Errors of the fast models beside those of the paper's nets."""
-    touch, look = load("touch_net")["models"], load("fast_look")
-
-    def told(values: list[float]) -> str:
-        found = spread(values)
-        return f"{found['median']:.2f} / {found['mean']:.2f}"
-
-    lines: list[list[Any]] = [["the paper's nets", "5.3 / 8.0", "- / 2.7", "- / 2.2 to 2.4", None]]
-    for name, model in ((f"layer, {STEPS} steps", "`touch.model`: quick"), ("net", "`touch.model`: net")):
-        errors, times = touch[name]["unseen"], touch[name]["milliseconds"]["2"]
-        felt = (told(errors[what]) for what in ("roughness_percent", "contact_area_percent"))
-        lines.append([model, *felt, None, " / ".join(f"{t:.0f}" for t in times)])
-    shown = " / ".join(f"{t:.0f}" for t in look["milliseconds"]["2"])
-    lines.append(["`look.model`: fast", None, None, told(look["unseen"]["studio"]), shown])
-    head = ("model", "V off, %", "A off, %", "pixels off, %", "ms, with gradient")
-    return table(head, lines) + "\n"
-
-
-def gradients_table() -> str:
-    """Error of the picture gradient over gravel, ours beside Mitsuba's."""
-    names = {"Retouch": "explicit", "without moving boundaries": "explicit, no boundaries"}
-    names |= {"Mitsuba `direct`": "Mitsuba direct", "Mitsuba `prb`": "Mitsuba prb"}
-    lines = []
-    found = load("gradients")["cases"]
-    for case in _of_gravel(found):
-        measured = found[case.key]["methods"]
-        errors = (100.0 * measured[method]["error"] for method in names.values())
-        lines.append([case.camera, case.light, *(f"{error:.1f}" for error in errors)])
-    return table(("camera", "light", *names), lines) + "\n"

@@ -1,21 +1,22 @@
-"""docs/measured.md, and the numbers of the README, from the results of the other benchmarks.
+"""Tables of docs/evidence, and the numbers of the README, from the results of the other benchmarks.
 
 python -m benchmarks.docs.measured
 """
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from benchmarks.docs import headlines
 from benchmarks.learned import architectures, fast_look, touch_net
 from benchmarks.runs import adam_figure, demo, descents
-from benchmarks.shared.common import DOCS, RESULTS, ROOT, load, put, table
+from benchmarks.shared.common import DOCS, ROOT, load, put, table
 from benchmarks.sight import gradients, look
 from benchmarks.surfaces import plates, tiles
 from benchmarks.touch import contact
 
-DOC = DOCS / "measured.md"
+EVIDENCE = DOCS / "evidence"
 README = ROOT / "README.md"
 COMMAND = "benchmarks.docs.measured"
 
@@ -54,48 +55,35 @@ MODELS = {
 
 
 def main() -> None:
-    summaries = (
-        ("runs", tiles.headline()),
-        ("gradients", headlines.gradients_sentence()),
-        ("fast", headlines.fast_sentence()),
-    )
-    for name, text in summaries:
-        if not put(README, name, COMMAND, text):
-            raise ValueError(f"{README}: has no place for {name}")
-    parts = [
-        "# What was measured, and how?\n",
-        _machine(),
-        _runs(),
-        _tiles(),
-        *plates.sections(),
-        _demo(),
-        _gradients(),
-        _look(),
-        _fast_models(),
-        _models(),
-        _touch(),
-        (RESULTS / "earlier.md").read_text(encoding="utf-8"),
-    ]
-    DOC.write_text("\n".join(parts), encoding="utf-8")
-    print(DOC)
+    headlines_of_readme = {
+        "runs": tiles.headline(),
+        "gradients": headlines.gradients_sentence(),
+        "fast": headlines.fast_sentence(),
+    }
+    for name, text in headlines_of_readme.items():
+        _write(README, name, text)
+    for page, sections in {
+        "touch": (_models(), _touch()),
+        "sight": (_gradients(), _look()),
+        "descent": (_runs(), _demo()),
+        "surfaces": (_tiles(), *plates.sections()),
+        "learned": (_fast_models(),),
+    }.items():
+        _write(EVIDENCE / f"{page}.md", "tables", "\n".join(sections))
 
 
-def _machine() -> str:
-    machine = load("runs")["machine"]
-    return (
-        f"Everything here was measured on {machine['cores']} cores of {machine['cpu']}, without a GPU, and "
-        "is repeated by the command named with it; the numbers stand in `benchmarks/results/`. This page is "
-        "made from them by `python -m benchmarks.docs.measured`.\n"
-    )
+def _write(page: Path, name: str, text: str) -> None:
+    """Put a text between the markers of its name."""
+    if not put(page, name, COMMAND, text):
+        raise ValueError(f"{page}: has no place for {name}")
+    print(page)
 
 
 def _runs() -> str:
     return f"""## Whole runs
 
-The runs of `benchmarks/runs/descents.toml`, as measured at commit 340f9f0; their table is printed by
-`python -m benchmarks.runs.descents`. {descents.NOTES}
-
-{descents.as_table(load("runs")["rows"])}
+The runs of `benchmarks/runs/descents.toml`, as measured at commit 340f9f0; `python -m
+benchmarks.runs.descents` prints every one. {descents.NOTES}
 
 {_ratios(load("runs")["rows"])}
 
@@ -105,7 +93,7 @@ The runs of `benchmarks/runs/descents.toml`, as measured at commit 340f9f0; thei
 
 {adam_figure.as_table(load("runs")["rows"])}
 
-![Change of the pictures by Adam over CPU seconds, beside Gauss-Newton's final change](images/adam.png)
+![Change of the pictures by Adam over CPU seconds, beside Gauss-Newton's final change](../images/adam.png)
 """
 
 
@@ -168,7 +156,7 @@ pixels), corrected by them, and rendered by Mitsuba until the change of its pict
 the radiance of a white plate that faces the light, as the paper's % of pixel values. Processor seconds of a
 whole run with verification, final pictures and report, on one thread beside other work.
 
-![Three textures, made two JND rougher by Retouch and by scaling their height](images/rougher.png)
+![Three textures, made two JND rougher by Retouch and by scaling their height](../images/rougher.png)
 
 Methods: scaled in height and, where 3 mm do not suffice, sideways; Gauss-Newton whose gradients do not see
 shadows move; Retouch.
@@ -196,10 +184,7 @@ def _gradients() -> str:
 
 `python -m benchmarks.sight.gradients`. {gradients.NOTES}
 
-Error over gravel in % of the gradient, our method beside Mitsuba's own:
-
-{headlines.gradients_table()}
-Every case, in % of the gradient, with the seconds of a call:
+Error of every case, in % of the gradient, with the seconds of a call:
 
 {gradients.as_table(in_order)}
 """
@@ -210,7 +195,7 @@ def _look() -> str:
 
 `python -m benchmarks.sight.look`, `python -m benchmarks.sight.look_figure`.
 
-![Seconds against error of every gradient of pictures](images/look-models.png)
+![Seconds against error of every gradient of pictures](../images/look-models.png)
 
 {look.as_text(load("look"))}
 """
@@ -219,11 +204,7 @@ def _look() -> str:
 def _fast_models() -> str:
     return f"""## The fast models
 
-Errors on 320 textures that no net has seen, median / mean: touch against finite elements, three pictures of
-the studio against converged renders. Milliseconds of one texture on two cores, forward / with gradient:
-
-{headlines.fast_table()}
-![Errors of the fast models, texture by texture](images/fast-models.png)
+![Errors of the fast models, texture by texture](../images/fast-models.png)
 
 `python -m benchmarks.learned.touch_net`: the layer cut short after so many steps of its solver (the bold
 row is `touch.model = "quick"`), and the trained net between three steps (`"net"`), against finite elements,
@@ -260,7 +241,7 @@ def _models() -> str:
     parts = [
         "## Models of touch\n\n`python -m benchmarks.touch.contact`, `python -m benchmarks.touch.pareto`.\n"
     ]
-    parts.append("![Run time against error of every touch model](images/touch-models.png)\n")
+    parts.append("![Run time against error of every touch model](../images/touch-models.png)\n")
     for name, told in MODELS.items():
         if name in results:
             parts.append(f"{told}\n\n{contact.as_table(name, results[name])}\n")

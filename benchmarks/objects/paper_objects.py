@@ -255,7 +255,7 @@ def kept(kind: str, name: str, work: Callable[[], dict[str, Any]], again: bool) 
 
 
 def show(content: Mapping[str, Any]) -> None:
-    """Print the tables of docs/objects.md."""
+    """Print the tables of docs/evidence/objects.md."""
     of_tiles = content["tiles"]
     keys = ("texture", "target", "before", "roughness", "any_place_jnd", "change_percent")
     print(table(("tile", *keys), [(name, *(row[key] for key in keys)) for name, row in of_tiles.items()]))

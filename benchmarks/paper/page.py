@@ -1,4 +1,4 @@
-"""The section of docs/studies.md with the paper's figures: ours beside the paper's, from the results."""
+"""The section of docs/evidence/studies.md with the paper's figures: ours beside the paper's."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from benchmarks.shared.common import DOCS, load, table
 from relief.common.files import write_atomically
 
-PAGE = DOCS / "studies.md"
+PAGE = DOCS / "evidence" / "studies.md"
 HEADING = "## The figures in numbers"
 """Of the first of the sections, which end the page."""
 INTRODUCTION = """\

@@ -227,7 +227,7 @@ def main(argv: Sequence[str] | None = None) -> None:
 
 
 def report(found: Mapping[str, Any]) -> str:
-    """The tables of docs/printing.md."""
+    """The tables of docs/evidence/printing.md."""
     head = (
         "file",
         "objects",

@@ -1,4 +1,4 @@
-"""Adam's descents over computing time, for docs/measured.md, from the curves of `benchmarks.runs.descents`.
+"""Adam's descents over computing time, for docs/evidence/descent.md, from results/runs.json.
 
 python -m benchmarks.runs.adam_figure          # draws docs/images/adam.png
 """
@@ -28,7 +28,7 @@ ROBUST = 1.2
 NOTES = """\
 Columns of seconds: smallest change of the pictures of any step so far that met the target within 1 %, rms
 in % of the mean picture, as the descent sees it (16 fixed samples a pixel). CPU seconds are of two
-threads, about twice the seconds on two idle cores. Rendered: the result, as in the table above. Dots:
+threads, about twice the seconds on two idle cores. Rendered: the result, by Mitsuba at 128 pixels. Dots:
 steps that met the target."""
 
 Row = dict[str, Any]

@@ -28,8 +28,6 @@ def case(row: Row) -> str:
 def of_each(name: str, axes: Mapping[str, str]) -> str:
     """Every row of a table of the study; `axes` gives its own axes their headings."""
     columns = {
-        "reason": "stop",
-        "iterations": "outer iterations",
         "steps": "steps",
         "miss_percent": "off target, %",
         "change_percent": "pictures mean, %",

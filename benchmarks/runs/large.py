@@ -7,7 +7,7 @@ python -m benchmarks.runs.large 10 25x500      # these; the others keep their nu
 
 Gravel two JND rougher all over, by the fast look, verified by finite elements at every steered place. Every
 run is a process of its own, as a user starts it; the 80 mm are solved window by window. The table goes into
-docs/speed.md.
+docs/evidence/speed.md.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, put, 
 from mitsuba_scenes import find_texture
 from relief.preparing.preparation import prepare
 
-PAGE = DOCS / "speed.md"
+PAGE = DOCS / "evidence" / "speed.md"
 PLATES = {"10": (10, 128), "25": (25, 320), "25x500": (25, 500), "40": (40, 512), "80": (80, 1024)}
 """Side in mm and samples along it, by the name on the command line."""
 SETTINGS = (

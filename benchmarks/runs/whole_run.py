@@ -36,7 +36,7 @@ from visual.scene import Scene, load_scene
 FINE = 256
 PARTS = ("set_up", "descent", "verify")
 """Parts of a run in `time_s` and `cpu_s` of result.json. The other seconds go to imports and files."""
-PAGE = DOCS / "speed.md"
+PAGE = DOCS / "evidence" / "speed.md"
 HEADINGS = {
     **{"wall_s": "seconds", "cpu_s": "CPU seconds", "peak_mb": "peak MB", "set_up_s": "set-up, s"},
     **{"descent_s": "descent, s", "verify_s": "final pictures, s", "off_target_percent": "off target, %"},

@@ -45,7 +45,6 @@ MITSUBA = {
     ROUND_LIGHTS: ("direct", "prb", "direct_projective", "prb_projective"),
 }
 MITSUBA_SAMPLES = (4, 16, 64, 256)
-LEVELS = (50.0, 30.0, 20.0, 10.0, 5.0, 3.0)
 SIDES = (64, 128, 256, 512, 1024)
 LARGEST_RENDERED = 512
 LIFT_MM = 1e-5
@@ -253,12 +252,6 @@ def _run(method: Method, heights: Array, adjoint: Array, seed: int) -> None:
     method(heights, adjoint, seed)
 
 
-def reached(rows: list[dict[str, Any]], level: float) -> tuple[float, str] | None:
-    """The least seconds, and by what, within an error of so many %."""
-    within = [(row["seconds"], f"{row['method']} {row['samples']}") for row in rows if row["error"] <= level]
-    return min(within) if within else None
-
-
 def as_text(results: dict[str, Any]) -> str:
     """All parts as Markdown."""
     texts = [NOTES]
@@ -267,14 +260,6 @@ def as_text(results: dict[str, Any]) -> str:
         own = f" (truth's own error {measured['own_error']:.1f} %)" if "own_error" in measured else ""
         texts.append(name + own)
         texts.append(table(("method", "samples", "s", "error %"), [tuple(row.values()) for row in rows]))
-        ours = [row for row in rows if not row["method"].startswith("Mitsuba")]
-        theirs = [row for row in rows if row["method"].startswith("Mitsuba")]
-        lines = []
-        for level in LEVELS:
-            one, other = reached(ours, level), reached(theirs, level)
-            ratio = other[0] / one[0] if one and other else None
-            lines.append((f"{level:g}", *(one or (None, "-")), *(other or (None, "never")), ratio))
-        texts.append(table(("error within %", "ours s", "by", "Mitsuba s", "by", "times"), lines))
     if "split" in results:
         texts.append(look_split.as_text(results["split"]))
     if "growth" in results:

@@ -39,7 +39,7 @@ def main() -> None:
 
 
 def sections() -> tuple[str, ...]:
-    """The section of docs/measured.md; none before the study is done."""
+    """The section of docs/evidence/surfaces.md; none before the study is done."""
     if not DOCUMENT.is_file():
         return ()
     text = f"""## All over a plate
@@ -51,7 +51,7 @@ of the worst from the target, JND. Change of the pictures in % of the mean pictu
 
 {every()}
 
-![Ten plates, and how far each of 85 places is from its target, smoother and rougher](images/plates.png)
+![Ten plates, and how far each of 85 places is from its target, smoother and rougher](../images/plates.png)
 
 *All 85 places of the finger's middle, by finite elements (`python -m benchmarks.surfaces.plates_figure`).
 Waves cannot become two JND smoother.*

@@ -3,7 +3,7 @@
 retouch stimuli gravel-tile bark-tile knit-tile leather-tile pebbles-tile weave-tile --jnd -2,-1,0,1,2 -o DIR
 python -m benchmarks.surfaces.stimuli DIR
 
-The numbers go to results/stimuli.json and into docs/stimuli.md, the picture to docs/images/stimuli.png.
+The numbers go to results/stimuli.json and into docs/evidence/stimuli.md, the picture to docs/images.
 Without DIR the page is written again from the results.
 """
 
@@ -29,7 +29,7 @@ from retouch.stimulus_sets.levels import ROUGHNESS
 from retouch.stimulus_sets.plates import cut_square
 from retouch.stimulus_sets.stimulus_set import FILE, read_set
 
-PAGE = DOCS / "stimuli.md"
+PAGE = DOCS / "evidence" / "stimuli.md"
 PICTURE = IMAGES / "stimuli.png"
 HEADING = "## The paper's plates\n"
 """Of the section that ends the page."""
@@ -131,7 +131,7 @@ def section(found: dict[str, Any]) -> str:
     return f"""\
 {textwrap.fill(words, 120)}
 
-![Plates at {len(levels)} levels, and a back](images/{PICTURE.name})
+![Plates at {len(levels)} levels, and a back](../images/{PICTURE.name})
 
 {table(head, lines)}
 

@@ -1,8 +1,8 @@
 """Forecast of a run: everything checked, nothing pressed or written, and about what the run will take.
 
 The seconds and the memory were measured on gravel in the studio, 64 to 256 samples a side, on two cores of an
-Intel Xeon (docs/decisions.md). They are proportional to the samples or pixels; another machine or another
-scene may take half or twice as much.
+Intel Xeon (docs/evidence/speed.md). They are proportional to the samples or pixels; another machine or
+another scene may take half or twice as much.
 """
 
 import shutil

@@ -2,7 +2,7 @@
 
 Two short descents each way, to 2 and to 4 just-noticeable differences, by the fast models where these can
 show the scene. Beyond, the change of the pictures is extrapolated: by a jnd + b jnd³ through both ends toward
-rougher, in proportion toward smoother. docs/decisions.md compares with whole runs.
+rougher, in proportion toward smoother. docs/evidence/descent.md compares with whole runs.
 """
 
 import logging

@@ -17,7 +17,7 @@ from visual.noise import BATCHES, Batches
 from visual.scene import Scene
 
 LEAST_SAMPLES, MOST_SAMPLES = 64, 256
-"""Samples a pixel of the first pictures, and most; docs/decisions.md has the error of a change by samples."""
+"""Samples a pixel of the first pictures, and most; docs/evidence/speed.md has the error by samples."""
 WORTH = 0.5
 """Share of the largest gain from which on a light gets more samples. The gain is the variance of a light's
 part of the change over its samples: the fall of the variance by one sample more, up to a factor."""

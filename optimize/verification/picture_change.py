@@ -21,7 +21,7 @@ DETECTION_ERRORS = 2.0
 PRECISION = 0.15
 """Largest uncertainty of a change that counts as known, relative to the change: half the distance of the
 bounds of the mean, and the standard error of the root mean square. The estimate of the mean then lies within
-2.1 % of converged pictures on the six demo runs (docs/speed.md)."""
+2.1 % of converged pictures on the six demo runs (docs/evidence/speed.md)."""
 
 
 class Certainty(Enum):

@@ -2,7 +2,7 @@
 
 The usual contact takes `STEPS`; fine grids and contacts of few points take more. The steps leave errors in
 the pressures of single pixels, which have faded 0.75 mm below the surface. Strain and force follow from the
-pressures exactly. docs/learned.md tabulates the error against the number of steps.
+pressures exactly. docs/evidence/learned.md tabulates the error against the number of steps.
 """
 
 import math
@@ -16,7 +16,7 @@ from tactile.contact import Compliance, ContactState, approach_contact
 from tactile.layer.elastic_layer import ElasticLayerOperator
 
 STEPS = 6
-"""Steps of the solver, from even pressure: V errs by 0.6 % in the median (docs/learned.md)."""
+"""Steps of the solver, from even pressure: V errs by 0.6 % in the median (docs/evidence/learned.md)."""
 FULL_PITCH_MM = 0.0625
 """Distance between samples, mm, from which `STEPS` suffice; on a finer grid the number grows with the square.
 With six steps V is 1.4 % off on 256 samples over 10 mm, 2.2 % on 512, and A 10 % on 128 samples over 4 mm,

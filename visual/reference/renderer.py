@@ -6,7 +6,7 @@ parallel light Mitsuba's shadow rays find the share: most of the plate lies whol
 only where a few rays disagree are many traced. For ambient light the horizons are found exactly
 (`visual.reference.horizon`) and the light above them integrated (`visual.reference.ambient`).
 
-docs/learned.md has the distance from converged renders, and times.
+docs/evidence/learned.md has the distance from converged renders, and times.
 """
 
 import numpy as np

@@ -26,7 +26,7 @@ from visual.scene import Scene, load_scene, plate_size_mm
 
 SAMPLES = 16
 """Samples a pixel. On results at +2 and -2 JND mean changes are then within 3 % of those by 256 samples
-(docs/studies.md)."""
+(docs/evidence/studies.md)."""
 LIFT_STEP_MM = 0.25
 """Lifts are multiples of this, so that the pictures of an original serve many results."""
 KEPT = 16
