@@ -4,8 +4,8 @@ from collections.abc import Callable
 from math import atan, cos, hypot, inf, radians, tan
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from relief.common.arrays import Array
 from relief.printers import STEEPEST_DEGREES, Printer
@@ -115,8 +115,8 @@ class PrintLimits:
     def too_fine(self, heights: Array) -> NDArray[np.bool_]:
         """Pixels (rows, cols) of a print where narrow ridges or grooves stand out by more than a layer."""
         layers = np.rint(heights / self._printer.layer_mm)
-        ridges = layers - self._filtered(layers, ndimage.grey_opening)
-        grooves = self._filtered(layers, ndimage.grey_closing) - layers
+        ridges = layers - self._filtered(layers, scipy.ndimage.grey_opening)
+        grooves = self._filtered(layers, scipy.ndimage.grey_closing) - layers
         return np.maximum(ridges, grooves) > 1.0
 
     def _without_fine(self, layers: Array) -> Array:
@@ -124,8 +124,8 @@ class PrintLimits:
 
         Those of a single layer may be narrower. Where all is ridges and grooves, grooves are filled.
         """
-        opened = np.minimum(layers, self._filtered(layers, ndimage.grey_opening) + 1.0)
-        return np.asarray(np.maximum(opened, self._filtered(opened, ndimage.grey_closing) - 1.0))
+        opened = np.minimum(layers, self._filtered(layers, scipy.ndimage.grey_opening) + 1.0)
+        return np.asarray(np.maximum(opened, self._filtered(opened, scipy.ndimage.grey_closing) - 1.0))
 
     def _moved(self, field: Array, down: int, right: int) -> Array:
         """The field moved over the plate; infinite where nothing comes in."""

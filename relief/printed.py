@@ -7,7 +7,7 @@ shrinks, rounded corners and grey pixels are left out.
 """
 
 import numpy as np
-import scipy.sparse as sp
+import scipy
 from numpy.typing import ArrayLike
 
 from relief.common.arrays import Array
@@ -150,7 +150,7 @@ def faults(
     }
 
 
-def _points(pixels: int, samples: int, repeats: bool) -> sp.csr_matrix:
+def _points(pixels: int, samples: int, repeats: bool) -> "scipy.sparse.csr_matrix":
     """(pixels * subdivisions, samples) weights of the samples in linear interpolation along an axis."""
     points = (np.arange(pixels * SUBDIVISIONS) + 0.5) * (samples / (pixels * SUBDIVISIONS)) - 0.5
     low = np.floor(points)
@@ -159,4 +159,4 @@ def _points(pixels: int, samples: int, repeats: bool) -> sp.csr_matrix:
     columns = columns % samples if repeats else np.clip(columns, 0, samples - 1)
     rows = np.tile(np.arange(len(points)), 2)
     weights = np.concatenate([1.0 - share, share])
-    return sp.csr_matrix((weights, (rows, columns)), shape=(len(points), samples))
+    return scipy.sparse.csr_matrix((weights, (rows, columns)), shape=(len(points), samples))

@@ -4,7 +4,7 @@ import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import tomli_w
 from pydantic import Field, ValidationError, field_validator, model_validator
@@ -25,8 +25,10 @@ from relief.common.limits import (
     SMALLEST_PLATE_MM,
     SMALLEST_RELIEF_MM,
 )
-from relief.relief import Relief
 from relief.surface import Repeats, axes
+
+if TYPE_CHECKING:
+    from relief.relief import Relief
 
 DEEPEST = 8
 """Most sections in one another of a key for `--set`; run files have one."""
@@ -111,12 +113,15 @@ class Run(Section):
         """Whether the relief repeats along y (rows) and along x (columns)."""
         return axes(self.repeats)
 
-    def design(self, plate_mm: float) -> Relief:
+    def design(self, plate_mm: float) -> "Relief":
         """The relief of the texture before a printer makes it. Raises InputError.
 
         Args:
             plate_mm: width of the scene's plate, for a texture of unknown width.
         """
+        # Imported here: a run file is checked before anything heavy is loaded.
+        from relief.relief import Relief
+
         return Relief.read(
             self.texture,
             size_mm=self.size_mm,
@@ -126,7 +131,7 @@ class Run(Section):
             default_mm=plate_mm,
         )
 
-    def relief(self, plate_mm: float) -> Relief:
+    def relief(self, plate_mm: float) -> "Relief":
         """The relief that the run begins with: its design, or the print of it. Raises InputError."""
         design, printer = self.design(plate_mm), self.print.described
         return design if printer is None else design.printed(printer)
