@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import os
 import subprocess
 import sys
@@ -25,6 +26,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from benchmarks.shared.common import IMAGES, load, machine, parser_of, save, table
+from optimize.run_directory.key import read_verification
 from relief.common.files import write_atomically
 from relief.common.limits import PATCH_SIDE_MM
 from relief.heightmap import load_heights
@@ -183,15 +185,17 @@ def travel(name: str, make: Callable[[Path], Path]) -> dict[str, Any]:
     row["status"] = status
     if status not in (0, 3):
         return row | {"outcome": error.strip()}
-    result = json.loads((WORK / run / "result.json").read_text())
-    touch, look = result["touch"], result["look"]
+    result = read_verification(WORK / run)
+    assert result is not None
+    touch, look = result.touch, result.look
+    verified, target = (of["roughness"] or math.nan for of in (touch.verified, touch.target))
     return row | {
-        "outcome": result["stop"]["message"],
-        "steps": result["stop"]["steps"],
-        "jnd": touch["jnd_from_original"],
-        "off_target_percent": 100.0 * (touch["verified_roughness"] / touch["target_roughness"] - 1.0),
-        "change_percent_of_mean": look["change_percent"],
-        "change_percent_of_white": look["noise"]["change_percent_of_white"]["mean"],
+        "outcome": result.stop.message,
+        "steps": result.stop.steps,
+        "jnd": touch.jnd_from_original,
+        "off_target_percent": 100.0 * (verified / target - 1.0),
+        "change_percent_of_mean": look.change_percent,
+        "change_percent_of_white": look.noise.change_percent_of_white.mean,
         "run": str(run),
     }
 

@@ -12,7 +12,6 @@ docs/evidence/speed.md.
 
 from __future__ import annotations
 
-import json
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,6 +23,7 @@ from benchmarks.runs.whole_run import PARTS
 from benchmarks.shared.checkouts import process
 from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, put, save, table
 from mitsuba_scenes import find_texture
+from optimize.run_directory.key import read_verification
 from relief.preparing.preparation import prepare
 
 PAGE = DOCS / "evidence" / "speed.md"
@@ -83,26 +83,26 @@ def measured(size_mm: int, samples: int) -> dict[str, Any]:
         settings = [part for setting in SETTINGS for part in ("--set", setting)]
         command = ["optimize", "gravel", "--texture", str(texture), *settings, "-o", str(out), "-q"]
         found = process(ROOT, ["-m", "optimize", *command], (0, 3))
-        result = json.loads((out / "result.json").read_text())
-    places = result["touch"]["places"] or {}
-    steered = places.get("steered", {"count": 1})
-    steps = result["stop"]["steps"]
+        result = read_verification(out)
+    assert result is not None
+    places, steps = result.touch.places, result.stop.steps
+    assert places is not None
     return {
         "size_mm": size_mm,
         "samples": samples,
-        "places": steered["count"],
+        "places": places.steered.count,
         "minutes": found["wall_s"] / 60.0,
         "cpu_s": found["cpu_s"],
         "peak_gb": found["peak_mb"] / 1e3,
-        **{f"{part}_cpu_s": result["cpu_s"][part] for part in PARTS},
-        "reason": result["stop"]["reason"],
+        **{f"{part}_cpu_s": result.cpu_s[part] for part in PARTS},
+        "reason": result.stop.reason,
         "steps": steps,
-        "step_cpu_s": result["cpu_s"]["descent"] / max(steps, 1),
-        "jnd": result["touch"]["jnd_from_original"],
-        "least_jnd": places.get("jnd_min"),
-        "largest_jnd": places.get("jnd_max"),
-        "change_percent": result["look"]["change_percent"],
-        "change_rms_percent": result["look"]["change_rms_percent"],
+        "step_cpu_s": result.cpu_s["descent"] / max(steps, 1),
+        "jnd": result.touch.jnd_from_original,
+        "least_jnd": places.jnd_min,
+        "largest_jnd": places.jnd_max,
+        "change_percent": result.look.change_percent,
+        "change_rms_percent": result.look.change_rms_percent,
     }
 
 

@@ -5,7 +5,6 @@ python -m benchmarks.surfaces.plates_figure runs/plates/study    # writes docs/i
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,8 @@ from benchmarks.shared.charts import INK, pyplot, style
 from benchmarks.shared.common import IMAGES, folder_named
 from benchmarks.shared.studies import committed, folder_of
 from benchmarks.surfaces.plates import NAMES, PLATE_MM, TEXTURES
-from optimize.run_directory.key import RESULT
+from optimize.run_directory.key import read_verification
+from optimize.verification.verification import Places
 from relief.heightmap import load_heights
 from relief.shading import facing
 from tactile.jnd import jnd_apart
@@ -40,8 +40,9 @@ def main() -> None:
         axis.set_title(name, fontsize=10)
     for row in committed("plates"):
         axis = axes[1 + LEVELS.index(row["touch.jnd"]), NAMES.index(row["texture"])]
-        result = json.loads((folder_of(study, row) / RESULT).read_text(encoding="utf-8"))
-        dots = one_map(axis, result["touch"]["places"], row["touch.jnd"])
+        result = read_verification(folder_of(study, row))
+        assert result is not None and result.touch.places is not None
+        dots = one_map(axis, result.touch.places, row["touch.jnd"])
     for axis, level in zip(axes[1:, 0], LEVELS, strict=True):
         axis.set_ylabel(f"{level:+d} JND".replace("-", "−"), fontsize=10)
     for axis in axes.flat:
@@ -53,15 +54,17 @@ def main() -> None:
     print(IMAGE)
 
 
-def one_map(axis: Axes, places: dict[str, Any], target: float) -> Any:
+def one_map(axis: Axes, places: Places, target: float) -> Any:
     """A dot for each place of the finger's middle, coloured by how far from the target it feels.
 
     No middle lies closer than half a finger, 5 mm, to the rim.
     """
-    sides = [places["steered"], places["between"]]
-    down, right = np.concatenate([side["centres_mm"] for side in sides]).T
+    down, right = np.concatenate([side.centres_mm for side in places.sides]).T
     before, after = (
-        np.concatenate([side[key] for side in sides]) for key in ("initial_roughness", "verified_roughness")
+        np.concatenate(each)
+        for each in zip(
+            *((side.initial["roughness"], side.verified["roughness"]) for side in places.sides), strict=True
+        )
     )
     felt = np.array([float(jnd_apart(*pair)) for pair in zip(after, before, strict=True)])
     axis.set(xlim=(4.0, PLATE_MM - 4.0), ylim=(PLATE_MM - 4.0, 4.0), aspect="equal")

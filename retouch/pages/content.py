@@ -5,15 +5,13 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from optimize.verification.section import Keys, Section
 from optimize.verification.verification import Fingers, PictureChange, Spread, Values, Verification
+from relief.common.arrays import Array, FloatArray
 from relief.relief import Relief
 from tactile.measures import TouchMeasures
 from visual.noise import Batches
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,10 +30,10 @@ class Side:
 
     name: str
     relief: Relief
-    strain: Array
-    pressure: Array | None = None
-    pictures: Array = field(default_factory=lambda: np.zeros((0, 1, 1)))
-    colours: Array | None = None
+    strain: FloatArray
+    pressure: FloatArray | None = None
+    pictures: FloatArray = field(default_factory=lambda: np.zeros((0, 1, 1)))
+    colours: FloatArray | None = None
 
     @classmethod
     def of(
@@ -44,7 +42,7 @@ class Side:
         relief: Relief,
         touch: TouchMeasures,
         pictures: Batches | None,
-        colours: Array | None,
+        colours: FloatArray | None,
     ) -> Self:
         """A side as measured; its maps of touch are those of the first place."""
         side = cls(
@@ -75,8 +73,8 @@ class Pair:
     after: Side
     conditions: Sequence[str] = ()
     white: float = 1.0
-    plate: NDArray[np.float64] | None = None
-    cameras: NDArray[np.float64] | None = None
+    plate: Array | None = None
+    cameras: Array | None = None
 
     @property
     def sides(self) -> tuple[Side, Side]:
@@ -88,7 +86,7 @@ class Pair:
         """Names of both reliefs."""
         return self.before.name, self.after.name
 
-    def _compared(self) -> dict[str, tuple[Array, Array]]:
+    def _compared(self) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Arrays whose shapes have to agree, by the name that an error gives them."""
         pairs = {"pictures": (self.before.pictures, self.after.pictures)}
         return pairs if self.plate is None else pairs | {"plate": (self.before.pictures, self.plate)}
@@ -113,7 +111,7 @@ class Baseline:
     """
 
     name: str
-    pictures: Array
+    pictures: FloatArray
     roughness: float | None = None
     note: str = ""
 
@@ -143,9 +141,9 @@ class Report(Pair):
     tolerance: float = 0.01
     settings: Mapping[str, Any] = field(default_factory=dict)
     baseline: Baseline | None = None
-    design: Array | None = None
+    design: FloatArray | None = None
 
-    def _compared(self) -> dict[str, tuple[Array, Array]]:
+    def _compared(self) -> dict[str, tuple[FloatArray, FloatArray]]:
         pairs = super()._compared() | {
             "strain": (self.before.strain, self.after.strain),
             "heights": (self.before.relief.heights, self.after.relief.heights),

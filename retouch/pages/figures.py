@@ -7,16 +7,14 @@ from typing import Any
 
 import numpy as np
 from markupsafe import Markup
-from numpy.typing import NDArray
 
 from optimize.verification.picture_metrics import mean_change, pixel_weights, rms_change
 from optimize.verification.verification import ChangePercent, PictureChange
+from relief.common.arrays import FloatArray
 from relief.common.formatting import number
 from retouch.pages import colour_maps, svg
 from retouch.pages.content import Baseline, Pair, Report
 from tactile.jnd import jnd_apart, tries_of_100
-
-Array = NDArray[np.floating]
 
 PICTURE_BYTES = 3.0e6
 """Bytes of the pictures under all lights before base64, one byte a pixel: half of the page's 6 MB."""
@@ -43,7 +41,9 @@ class MeanAndRms:
     rms_of_picture: float
 
 
-def change_percent(before: Array, after: Array, white: float, weights: Array | float = 1.0) -> MeanAndRms:
+def change_percent(
+    before: FloatArray, after: FloatArray, white: float, weights: FloatArray | float = 1.0
+) -> MeanAndRms:
     """The change between two pictures of any common shape.
 
     Args:
@@ -95,7 +95,7 @@ def ladder(
     return svg.dot_chart(dots, f"just-noticeable differences from {name}", shaded)
 
 
-def _exposed(pictures: Array, white: float) -> float:
+def _exposed(pictures: FloatArray, white: float) -> float:
     """Radiance shown as white, the same for all pictures.
 
     Relief under a raking light is dark; such an exposure makes its brightest parts nearly white.
@@ -137,7 +137,7 @@ def look_figures(pair: Pair, look: PictureChange, baseline: Baseline | None = No
     exposed = _exposed(before, white)
 
     def rows(
-        pictures: Array, changes: Sequence[MeanAndRms], drawn: tuple[Array, Array]
+        pictures: FloatArray, changes: Sequence[MeanAndRms], drawn: tuple[FloatArray, FloatArray]
     ) -> list[dict[str, Any]]:
         return [
             {
@@ -154,7 +154,7 @@ def look_figures(pair: Pair, look: PictureChange, baseline: Baseline | None = No
             )
         ]
 
-    def as_read(pictures: Array) -> tuple[MeanAndRms, list[MeanAndRms]]:
+    def as_read(pictures: FloatArray) -> tuple[MeanAndRms, list[MeanAndRms]]:
         each = zip(before, pictures, plate, strict=True)
         conditions = [change_percent(old, new, white, pixels) for old, new, pixels in each]
         return change_percent(before, pictures, white, weights), conditions
@@ -257,7 +257,7 @@ def relief_figures(pair: Pair) -> dict[str, Any]:
     }
 
 
-def height_rows(before: Array, after: Array) -> list[tuple[str, float, float]]:
+def height_rows(before: FloatArray, after: FloatArray) -> list[tuple[str, float, float]]:
     """What the heights of each relief are, mm: a name and the numbers of both."""
     pair = (before, after)
     rows = {
@@ -268,6 +268,6 @@ def height_rows(before: Array, after: Array) -> list[tuple[str, float, float]]:
     return [(name, float(first), float(second)) for name, (first, second) in rows.items()]
 
 
-def _values(maps: Iterable[Array]) -> Array:
+def _values(maps: Iterable[FloatArray]) -> FloatArray:
     """All values of maps, which may differ in shape."""
     return np.concatenate([np.ravel(one) for one in maps])

@@ -82,8 +82,8 @@ def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> Mad
         printed = write_plates(out, name, tiles, stimuli.print, stimuli.printer) if tiles else []
         files += printed
         with stage(f"pairs of {name}"):
-            shown = [path.relative_to(out).as_posix() for path in printed]
-            textures.append(documents.texture_entry(name, own, shown))
+            paths = [path.relative_to(out).as_posix() for path in printed]
+            textures.append(documents.texture_entry(name, own, paths))
     for old in set((out / FOLDER).glob("*.3mf")) - set(files):
         old.unlink()
     content = {

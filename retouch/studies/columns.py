@@ -62,7 +62,7 @@ UNITS: Mapping[str, str] = {"percent": "%", "mb": "MB", "mm": "mm", "mm2": "mm²
 """Units by the last word of a key."""
 
 
-def shown(rows: Sequence[Mapping[str, Cell]]) -> dict[str, Column]:
+def filled(rows: Sequence[Mapping[str, Cell]]) -> dict[str, Column]:
     """The columns that have a value in some row: those of `SHOWN`, and those of measures."""
     columns = dict(SHOWN)
     for measure in MEASURES.values():

@@ -115,15 +115,15 @@ def read_document(path: Path) -> Document:
 
 def flat_rows(content: Document) -> list[dict[str, Cell]]:
     """Rows with `table`, `row` (the folder), axis values, every column, and `failure`."""
-    found = []
+    rows = []
     for table in content.tables:
         for row in table.rows:
             record = content.records.get(row.key)
             cells = {} if record is None else record.cells
             failure = content.failures.get(row.key)
             heading: dict[str, Cell] = {"table": table.name, "row": row.key}
-            found.append(heading | cells | row.labels | {"failure": failure})
-    return found
+            rows.append(heading | cells | row.labels | {"failure": failure})
+    return rows
 
 
 def spreadsheet(content: Document) -> bytes:

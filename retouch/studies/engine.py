@@ -70,12 +70,12 @@ def known_rows(
     given: Mapping[str, Record] | None = None,
 ) -> dict[str, Record]:
     """The records of rows that are done: those in the folder of the study, and those that are given."""
-    found = {}
+    records = {}
     for key, row in expanded.rows.items():
         record = read_record(row_folder(out, row), key) or (given or {}).get(key)
         if record is not None and not outdated(record, measures):
-            found[key] = record
-    return found
+            records[key] = record
+    return records
 
 
 def known(

@@ -11,13 +11,13 @@ from markupsafe import Markup
 from optimize.run_directory.key import REPORT
 from relief.common.formatting import number
 from retouch.pages.rendering import render_page
-from retouch.studies.columns import Column, heading, shown
+from retouch.studies.columns import Column, filled, heading
 from retouch.studies.document import Document, TableOfDocument
 from retouch.studies.engine import ROWS
 from retouch.studies.plots import charts
 from retouch.studies.records import Cell
 from retouch.studies.row_key import SHORT
-from retouch.studies.study_file import shown as label_text
+from retouch.studies.study_file import label_text
 
 RENDERS, BEFORE = "renders", "-before.png"
 """Folder of the pictures of a run, and the end of the names of those of the original."""
@@ -48,7 +48,7 @@ def page(content: Document, out: Path) -> bytes:
         tables=[_table(content, table, out) for table in content.tables],
         data=_data({key: _details(key, numbers, out) for key, numbers in cells.items()}),
         missing=sum(key not in content.records and key not in content.failures for key in keys),
-        meanings_of=shown(list(cells.values())).items(),
+        meanings_of=filled(list(cells.values())).items(),
     )
 
 
@@ -77,7 +77,7 @@ def _summary(cells: Mapping[str, Mapping[str, Cell]], rows: int, failed: int) ->
 def _table(content: Document, table: TableOfDocument, out: Path) -> dict[str, Any]:
     """A table for the template: headings, and for each row its cells with the values that they sort by."""
     cells_of = [content.records[row.key].cells if row.key in content.records else {} for row in table.rows]
-    columns = shown(cells_of)
+    columns = filled(cells_of)
     rows = []
     for row, cells in zip(table.rows, cells_of, strict=True):
         report = out / ROWS / row.key[:SHORT] / REPORT

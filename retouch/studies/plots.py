@@ -9,7 +9,7 @@ from retouch.studies.columns import heading
 from retouch.studies.document import Document, TableOfDocument, flat_rows
 from retouch.studies.records import Cell
 from retouch.studies.statistics import RowCells, mean_over
-from retouch.studies.study_file import Plot, shown
+from retouch.studies.study_file import Plot, label_text
 
 DEFAULT_COLUMNS = ("change_percent", "miss_percent")
 """Columns that are drawn where the study file names no plot."""
@@ -19,16 +19,16 @@ MOST_SERIES = 6
 
 def charts(content: Document) -> tuple[list[Markup], str]:
     """The plots that the study file asks for, or those that its axes suggest, and a note for all of them."""
-    found, most = [], 0
+    points, most = [], 0
     for table in content.tables:
         rows = [row for row in flat_rows(content) if row["table"] == table.name]
         plots = [plot for plot in content.plots if plot.table in (None, table.name)]
         for plot in plots if content.plots else _suggested(table):
             chart = _chart(plot, table, rows, len(content.tables) > 1)
             if chart is not None:
-                found.append(chart[0])
+                points.append(chart[0])
                 most = max(most, chart[1])
-    return found, note(content) if most > 1 else "Each point is of a single row, without an interval."
+    return points, note(content) if most > 1 else "Each point is of a single row, without an interval."
 
 
 def _suggested(table: TableOfDocument) -> Iterator[Plot]:
@@ -66,9 +66,9 @@ def _chart(
         for number, place in enumerate(places or ()):
             at = float(place) if numeric and isinstance(place, int | float) else float(number)
             means.append(mean_over([row for row in mine if row[plot.x] == place], plot.y, plot.over, at))
-        found = [mean for mean in means if mean is not None]
-        if found:
-            series.append(Means("" if plot.by is None else shown(value), found))
+        points = [mean for mean in means if mean is not None]
+        if points:
+            series.append(Means("" if plot.by is None else label_text(value), points))
     if not series:
         return None
     title = f"{table.name}: {heading(plot.y)}" if named else heading(plot.y)
@@ -76,7 +76,7 @@ def _chart(
     most = max(mean.count for one in series for mean in one.means)
     if places is None or numeric:
         return line_chart(title, series, heading(plot.x)), most
-    return row_chart(title, series, [shown(place) for place in places], heading(plot.y)), most
+    return row_chart(title, series, [label_text(place) for place in places], heading(plot.y)), most
 
 
 def _numbers(values: Sequence[Cell]) -> bool:

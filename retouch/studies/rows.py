@@ -80,11 +80,11 @@ class Expanded:
     @property
     def rows(self) -> dict[str, Row]:
         """Each different row once, by its key, as the first table has it."""
-        found: dict[str, Row] = {}
+        tables: dict[str, Row] = {}
         for table in self.tables:
             for row in table.rows:
-                found.setdefault(row.key, row)
-        return found
+                tables.setdefault(row.key, row)
+        return tables
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def expand(study: Study, quick: bool = False, textures: Path | None = None) -> E
     Raises:
         InputError: the folder holds no height map, no axis takes it, or not a single row is sound.
     """
-    found, faults, count = [], list[str](), 0
+    tables, faults, count = [], list[str](), 0
     if textures is not None and not any(TEXTURE in table.axes for table in study.tables):
         raise InputError(f"{study.path}: no table has an axis {TEXTURE}, which --textures would replace")
     chosen = None if textures is None else _textures_in(textures)
@@ -135,11 +135,11 @@ def expand(study: Study, quick: bool = False, textures: Path | None = None) -> E
             except InputError as error:
                 faults.append(f"{study.path}: {table.name}: {text_of(labels)}: {error}")
         if rows:
-            shown = {axis: tuple(value.label for value in values) for axis, values in axes.items()}
-            found.append(Table(table.name, shown, tuple(rows.values())))
-    if not found:
+            labels_of = {axis: tuple(value.label for value in values) for axis, values in axes.items()}
+            tables.append(Table(table.name, labels_of, tuple(rows.values())))
+    if not tables:
         raise InputError(faults[0] if faults else f"{study.path}: no table is left")
-    return Expanded(tuple(found), tuple(faults))
+    return Expanded(tuple(tables), tuple(faults))
 
 
 def _textures_in(folder: Path) -> list[_Value]:
@@ -164,25 +164,25 @@ def _axis(
     if not quick or axis not in study.quick.axes:
         return _unlike(whole)
     by_label = {value.label: value for value in whole}
-    given = study.quick.axes[axis]
+    few = study.quick.axes[axis]
     return [
         by_label[value] if isinstance(value, str) and value in by_label else _value(study, axis, value)
-        for value in given
+        for value in few
     ]
 
 
-def _value(study: Study, axis: str, given: Any) -> _Value:
+def _value(study: Study, axis: str, value: Any) -> _Value:
     """A value of an axis as the file gives it. Raises InputError."""
-    if isinstance(given, dict):
-        settings = flat(given)
+    if isinstance(value, dict):
+        settings = flat(value)
         label = settings.pop(LABEL, None)
         if not isinstance(label, str | int | float) or not settings:
             raise InputError(f"{axis}: a value of several settings has a {LABEL} and at least one setting")
     else:
-        settings = {axis: given}
-        label = Path(given).stem if axis in (*FILES, *NAMES) and isinstance(given, str) else given
+        settings = {axis: value}
+        label = Path(value).stem if axis in (*FILES, *NAMES) and isinstance(value, str) else value
     for key in settings:
-        _check_key(axis, key, labelled=isinstance(given, dict))
+        _check_key(axis, key, labelled=isinstance(value, dict))
     anchor(settings, study.path.parent)
     return _Value(_label(label), settings)
 
@@ -196,12 +196,12 @@ def _label(value: Any) -> Any:
 
 def _check_key(axis: str, key: str, labelled: bool) -> None:
     """Raise InputError if a key is none of a run."""
-    known = run_keys()
-    if key in known or key.startswith("define."):
+    keys = run_keys()
+    if key in keys or key.startswith("define."):
         return
     place = f"{axis}: {key}" if labelled else axis
     raise InputError(
-        f"{place}: no such key of a run; the nearest is {get_close_matches(key, known, 1, 0.0)[0]}"
+        f"{place}: no such key of a run; the nearest is {get_close_matches(key, keys, 1, 0.0)[0]}"
     )
 
 

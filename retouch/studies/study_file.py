@@ -30,11 +30,11 @@ def flat(values: Any, depth: int = 0) -> Any:
         return values
     if depth > DEEPEST:
         raise InputError(f"a key has more than {DEEPEST} parts")
-    found: dict[str, Any] = {}
+    settings: dict[str, Any] = {}
     for key, value in values.items():
         inner = flat(value, depth + 1) if isinstance(value, dict) else None
-        found |= {key: value} if inner is None else {f"{key}.{name}": part for name, part in inner.items()}
-    return found
+        settings |= {key: value} if inner is None else {f"{key}.{name}": part for name, part in inner.items()}
+    return settings
 
 
 Name = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f\x7f]+$")]
@@ -165,7 +165,7 @@ def load_study(path: str | os.PathLike[str]) -> Study:
     return study
 
 
-def shown(label: Any) -> str:
+def label_text(label: Any) -> str:
     """An axis value as text."""
     if isinstance(label, bool):
         return "yes" if label else "no"
@@ -176,4 +176,4 @@ def shown(label: Any) -> str:
 
 def text_of(labels: Mapping[str, Any]) -> str:
     """A row in words: its axis values."""
-    return ", ".join(f"{axis.rpartition('.')[2]} {shown(label)}" for axis, label in labels.items())
+    return ", ".join(f"{axis.rpartition('.')[2]} {label_text(label)}" for axis, label in labels.items())

@@ -595,7 +595,7 @@ def test_an_interrupted_run_writes_its_best_and_goes_on(
     np.testing.assert_allclose(resumed.heights, whole.heights, atol=SAME_MM["gauss-newton"])
 
 
-@pytest.mark.parametrize("late", ["write", "_measure"])
+@pytest.mark.parametrize("late", ["write", "measure"])
 def test_an_interrupt_after_the_descent_leaves_something_to_print(
     out: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch, late: str
 ) -> None:
@@ -604,7 +604,7 @@ def test_an_interrupt_after_the_descent_leaves_something_to_print(
 
     path = run_file("jnd = 1", "steps = 2")
     with monkeypatch.context() as patch:
-        patch.setattr(job if late == "_measure" else results, late, interrupted)
+        patch.setattr(job if late == "measure" else results, late, interrupted)
         with pytest.raises(KeyboardInterrupt):
             runs.optimize(path, out)
     best = load_heights(out / "heights.exr")
@@ -620,7 +620,7 @@ def test_an_interrupt_before_the_first_step_measures_nothing(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(job, "_measure", lambda *_: pytest.fail("measured"))
+    monkeypatch.setattr(job, "measure", lambda *_: pytest.fail("measured"))
     monkeypatch.setattr("optimize.descent.gauss_newton.method.GaussNewton.advance", interrupted)
     with pytest.raises(KeyboardInterrupt):
         runs.optimize(run_file("jnd = 1", "steps = 2"), out)
