@@ -5,6 +5,9 @@ import math
 ROUGHNESS_JND = 1.19
 """Ratio of two roughnesses that a finger ranks correctly 84 % of the time (Tymms et al. 2018)."""
 
+SMOOTH = 1e-6
+"""Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
+
 
 def jnd_apart(roughness: float, reference: float) -> float:
     """Number of just-noticeable differences, positive if rougher than the reference, negative if smoother."""

@@ -24,6 +24,7 @@ from relief.common.limits import (
     SMALLEST_PLATE_MM,
     SMALLEST_RELIEF_MM,
 )
+from relief.heightmap import load_field, load_height_map
 from relief.relief import Relief
 from relief.surface import Repeats, axes
 
@@ -118,6 +119,13 @@ class Run(Section):
             repeats=self.repeats,
             default_mm=plate_mm,
         )
+
+    def check_texture(self) -> None:
+        """Read the texture, so that its faults are told before anything slow begins. Raises InputError."""
+        if self.relief_mm is None:
+            load_height_map(self.texture, height_scale=self.height_scale)
+        else:
+            load_field(self.texture)
 
     def relief(self, plate_mm: float) -> Relief:
         """The relief that the run begins with: its design, or the print of it. Raises InputError."""

@@ -5,10 +5,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import retouch
 from mitsuba_scenes import find_texture
 from relief.common.errors import InputError
+from relief.common.files import check_file_to_write
 from relief.common.formatting import number, percent
 from retouch.commands.options import (
+    LENGTHS,
     TEXTURE,
     add_distance,
     add_mitsuba,
@@ -20,6 +23,8 @@ from retouch.commands.options import (
     console,
     contact_errors_name,
     count,
+    given,
+    lines_table,
     print_json,
     seed,
 )
@@ -95,47 +100,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    given = [path for path in (arguments.first, arguments.second) if path is not None]
-    _check(arguments, given)
-    from retouch.verbs.comparison import compare
-
-    lengths = {key: getattr(arguments, key) for key in ("size_mm", "relief_mm", "height_scale")}
-    distance = {} if arguments.distance_cm is None else {"distance_cm": arguments.distance_cm}
-    with contact_errors_name(" and ".join(map(str, given))):
-        found = compare(
+    paths = [path for path in (arguments.first, arguments.second) if path is not None]
+    _check(arguments, paths)
+    with contact_errors_name(" and ".join(map(str, paths))):
+        found = retouch.compare(
             arguments.first,
             arguments.second,
             arguments.out,
-            scene=arguments.scene,
             defines=dict(arguments.defines),
-            variant=arguments.variant,
-            model=arguments.model,
-            skin=arguments.skin,
-            repeats=arguments.repeats,
-            samples=arguments.samples,
-            seed=arguments.seed,
-            quiet=arguments.quiet,
-            **distance,
-            **lengths,
+            **given(arguments, "scene", "variant", "model", "skin", "repeats", "samples", "seed", "quiet"),
+            **given(arguments, "distance_cm", *LENGTHS),
         )
     if arguments.json:
         print_json(found)
     elif not arguments.quiet:
-        from rich.table import Table
-        from rich.text import Text
-
-        rows = Table.grid(padding=(0, 2, 0, 0))
-        rows.add_column(no_wrap=True)
-        rows.add_column(overflow="fold")
-        for name, text in lines(found):
-            rows.add_row(Text(name, "bold"), Text(text))
-        console().print(rows)
+        console().print(lines_table(lines(found)))
     return 0
 
 
-def _check(arguments: argparse.Namespace, given: list[Path]) -> None:
+def _check(arguments: argparse.Namespace, paths: list[Path]) -> None:
     """Refuse what can be refused before anything is loaded. Raises InputError."""
-    textures = [find_texture(path) for path in given if not path.is_dir()]
+    textures = [find_texture(path) for path in paths if not path.is_dir()]
     for path in textures:
         if not path.is_file():
             raise InputError(f"{path}: no such file")
@@ -148,10 +133,7 @@ def _check(arguments: argparse.Namespace, given: list[Path]) -> None:
         if arguments.height_scale is not None:
             raise InputError("--height-scale: is for textures; a run directory knows its own")
     out = arguments.out
-    if out.is_dir():
-        raise InputError(f"{out}: -o: is a folder")
-    if not out.parent.is_dir():
-        raise InputError(f"{out}: -o: there is no folder {out.parent}")
+    check_file_to_write(out)
     if out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{out}: -o: the page is HTML; give a name that ends in .html")
 

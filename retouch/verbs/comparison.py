@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import tactile
-from mitsuba_scenes import find_file
+from mitsuba_scenes import DEFAULT_SCENE, find_file
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.runs.preparation import BLACK
 from optimize.settings.skins import described_skin, load_skin
@@ -28,6 +28,7 @@ from retouch.pages.comparison import write_comparison
 from retouch.pages.content import Comparison
 from retouch.verbs.progress_display import followed
 from retouch.verbs.subjects import RESULT, Subject, read_subjects
+from tactile.jnd import SMOOTH
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import ROUGHNESS
@@ -35,12 +36,8 @@ from tactile.skin import Skin
 from visual.noise import Batches, batched
 from visual.scene import Scene, load_scene, plate_size_mm
 
-SCENE = "studio"
-"""Scene of the pictures where neither the caller nor a run names one."""
 SAMPLES = 256
 """Samples a pixel where none are given and the grids differ: the most that a run takes for its pictures."""
-SMOOTH = 1e-6
-"""Largest roughness that is rounding error; ratios to such a roughness mean nothing."""
 
 
 def compare(
@@ -104,7 +101,7 @@ def compare(
         # The seed of a run's own pictures, so that the numbers are those of its report.
         seed = 0 if run is None else run.seed + 1
     own = run is not None and scene is None
-    scene_file = find_file(run.scene if run is not None and own else scene or SCENE, ".xml")
+    scene_file = find_file(run.scene if run is not None and own else scene or DEFAULT_SCENE, ".xml")
     known = dict(run.define) if run is not None and own else {}
     ends = axes(repeats) if repeats is not None or run is None else run.axes_repeat
     for subject in (one, other):
