@@ -12,6 +12,9 @@ FOLDER = Path(__file__).resolve().parent
 FOLDERS = (FOLDER, FOLDER / "textures")
 """Folders of the bundled files."""
 
+DEFAULT_SCENE = "studio"
+"""Name of the scene where none is given."""
+
 _log = logging.getLogger(__name__)
 
 

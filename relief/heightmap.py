@@ -5,7 +5,7 @@ import logging
 import math
 import os
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError, PictureError, naming
 from relief.common.files import partial_file
 from relief.common.formats import PICTURES
-from relief.common.lengths import header_of, in_range
+from relief.common.lengths import Lengths, header_of, in_range
 from relief.common.limits import (
     DEEPEST_RELIEF_MM,
     HEIGHT_LIMIT_MM,
@@ -148,6 +148,24 @@ def holds_mm(path: str | os.PathLike[str]) -> bool:
             return image.mode == "F"
     except InputError:
         return False
+
+
+def check_scales(files: Iterable[str | os.PathLike[str]], lengths: Lengths) -> None:
+    """Raise InputError for a ``relief_mm`` without a picture, and a ``height_scale`` without a file in mm."""
+    relief_mm, height_scale = lengths.get("relief_mm"), lengths.get("height_scale")
+    if relief_mm is None and height_scale is None:
+        return
+    in_mm = {holds_mm(file) for file in files}
+    if relief_mm is not None and in_mm == {True}:
+        raise InputError(
+            "relief_mm: is for pictures; the texture holds mm, which height_scale scales",
+            "--relief-mm: is for pictures; the texture holds mm, which --height-scale scales",
+        )
+    if height_scale is not None and in_mm == {False}:
+        raise InputError(
+            "height_scale: is for files that hold mm; a picture is scaled by relief_mm",
+            "--height-scale: is for files that hold mm; a picture is scaled by --relief-mm",
+        )
 
 
 def _read(path: Path, check: Check, relief_mm: float | None = None) -> Content:

@@ -11,7 +11,6 @@ from relief.common.arrays import Array
 from relief.common.lengths import in_range
 from relief.common.limits import PATCH_SIDE_MM
 from relief.heightmap import check_heights, load_height_map
-from relief.printed import print_of
 from relief.printers import Printer
 from relief.seam import check_seams
 from relief.surface import Repeats, Surface, axes
@@ -104,6 +103,9 @@ class Relief:
 
     def printed(self, printer: Printer) -> Self:
         """The print of this relief. Raises InputError if the printer cannot make it."""
+        # Imported here: SciPy, which prints alone need, takes long to load.
+        from relief.printed import print_of
+
         made = print_of(self.heights, self.pitch_mm, printer, self.repeats, self.name)
         return replace(self, heights=made, printer=printer)
 

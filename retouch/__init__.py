@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from relief.common.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from optimize.estimates.forecast import Forecast
     from optimize.runs.job import Result
     from optimize.settings.run_file import Run, load_run, run_from_scene
     from optimize.settings.skins import load_skin
@@ -16,9 +17,21 @@ if TYPE_CHECKING:
     from relief.common.progress import Progress, progress
     from relief.export.plate import export_plate
     from relief.heightmap import load_heights, save_heights_exr, save_heights_png
-    from relief.preparing.preparation import prepare
+    from relief.preparing.preparation import Prepared, prepare
+    from relief.relief import Relief
+    from retouch.stimulus_sets.making import StimulusPlates
     from retouch.verbs.comparison import compare
-    from retouch.verbs.runs import optimize, resume
+    from retouch.verbs.evaluation import Evaluation, evaluate
+    from retouch.verbs.exporting import Exported, export
+    from retouch.verbs.learning import DatasetMade, TrainedNet, dataset, train
+    from retouch.verbs.machine import Diagnosis, doctor
+    from retouch.verbs.previews import save_preview
+    from retouch.verbs.reliefs import read_solid
+    from retouch.verbs.rendering import Rendering, explain, render
+    from retouch.verbs.runs import forecast, optimize, resume
+    from retouch.verbs.stimulus_plates import redraw_stimuli, stimuli
+    from retouch.verbs.studying import StudyTables, list_studies, study
+    from retouch.verbs.wrapping import WrappedObject, wrap
     from surrogate.data.field_set import open_fieldset
     from tactile.area import contact_area
     from tactile.contact import ContactError
@@ -28,22 +41,42 @@ if TYPE_CHECKING:
     from tactile.skin import Skin
     from tactile.touch import Touch
     from visual.scene import Scene, load_scene
+    from visual.scene_file.fitting import scene_relief
 
 __all__ = [
     "ContactError",
+    "DatasetMade",
+    "Diagnosis",
+    "Evaluation",
+    "Exported",
+    "Forecast",
     "InputError",
+    "Prepared",
     "Progress",
+    "Relief",
+    "Rendering",
     "Result",
     "Run",
     "Scene",
     "Skin",
+    "StimulusPlates",
+    "StudyTables",
     "Touch",
+    "TrainedNet",
+    "WrappedObject",
     "compare",
     "contact_area",
+    "dataset",
     "discrimination_probability",
+    "doctor",
+    "evaluate",
+    "explain",
+    "export",
     "export_plate",
+    "forecast",
     "jnd_apart",
     "jnd_scaled",
+    "list_studies",
     "load_heights",
     "load_run",
     "load_scene",
@@ -53,11 +86,20 @@ __all__ = [
     "prepare",
     "press",
     "progress",
+    "read_solid",
+    "redraw_stimuli",
+    "render",
     "resume",
     "roughness",
     "run_from_scene",
     "save_heights_exr",
     "save_heights_png",
+    "save_preview",
+    "scene_relief",
+    "stimuli",
+    "study",
+    "train",
+    "wrap",
 ]
 
 __getattr__, __dir__ = lazy_names(sys.modules[__name__])

@@ -43,14 +43,14 @@ _ALLOWED = {
     "optimize": "optimize.runs relief.common",
     "optimize.__main__": "",
     "optimize.descent": "relief relief.common tactile visual visual.exact",
-    "optimize.descent.gauss_newton": ("optimize.descent relief relief.common tactile visual visual.exact"),
+    "optimize.descent.gauss_newton": "optimize.descent relief relief.common tactile visual visual.exact",
     "optimize.estimates": (
         "optimize.descent optimize.descent.gauss_newton optimize.runs optimize.settings "
         "optimize.verification relief relief.common tactile visual"
     ),
     "optimize.run_directory": (
         "optimize.descent optimize.settings optimize.verification relief relief.common relief.export "
-        "tactile visual visual.lights"
+        "tactile visual.lights"
     ),
     "optimize.runs": (
         "optimize.descent optimize.descent.gauss_newton optimize.run_directory optimize.settings "
@@ -61,16 +61,15 @@ _ALLOWED = {
         "optimize.descent optimize.settings relief relief.common relief.meshes tactile visual visual.exact"
     ),
     "retouch": (
-        "optimize.runs optimize.settings relief relief.common relief.export relief.preparing "
-        "retouch.verbs surrogate.data tactile visual"
+        "optimize.estimates optimize.runs optimize.settings relief relief.common relief.export "
+        "relief.preparing retouch.stimulus_sets retouch.verbs surrogate.data tactile visual "
+        "visual.scene_file"
     ),
     "retouch.__main__": "retouch.commands",
     "retouch.commands": (
-        "mitsuba_scenes optimize.descent optimize.estimates optimize.run_directory optimize.runs "
-        "optimize.settings optimize.verification relief relief.common relief.export relief.meshes "
-        "relief.objects relief.preparing relief.wrapping retouch.pages retouch.stimulus_sets "
-        "retouch.studies retouch.training retouch.verbs retouch.workers surrogate.corpus "
-        "surrogate.nets tactile visual visual.backend visual.scene_file"
+        "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.verification "
+        "relief relief.common relief.preparing retouch retouch.pages retouch.verbs surrogate.nets "
+        "tactile"
     ),
     "retouch.pages": (
         "optimize.run_directory optimize.runs optimize.verification relief relief.common "
@@ -78,8 +77,7 @@ _ALLOWED = {
     ),
     "retouch.stimulus_sets": (
         "optimize.run_directory optimize.settings optimize.verification relief relief.common "
-        "relief.export relief.preparing retouch.pages retouch.studies retouch.workers tactile "
-        "visual.lights"
+        "relief.export relief.preparing retouch.pages retouch.studies retouch.workers tactile"
     ),
     "retouch.studies": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.settings "
@@ -88,7 +86,7 @@ _ALLOWED = {
     ),
     "retouch.studies.measuring": (
         "mitsuba_scenes optimize.run_directory optimize.settings optimize.verification relief "
-        "relief.common tactile visual visual.lights"
+        "relief.common tactile visual"
     ),
     "retouch.training": (
         "mitsuba_scenes relief relief.common retouch.pages retouch.workers surrogate.corpus "
@@ -96,8 +94,11 @@ _ALLOWED = {
         "visual.scene_file"
     ),
     "retouch.verbs": (
-        "mitsuba_scenes optimize.run_directory optimize.runs optimize.settings optimize.verification "
-        "relief relief.common retouch.pages tactile visual"
+        "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
+        "optimize.verification relief relief.common relief.export relief.meshes relief.objects "
+        "relief.preparing relief.wrapping retouch.pages retouch.stimulus_sets retouch.studies "
+        "retouch.training retouch.workers surrogate.corpus surrogate.data surrogate.nets tactile "
+        "visual visual.backend visual.scene_file"
     ),
     "retouch.workers": "relief.common",
 }

@@ -60,6 +60,7 @@ class Scene:
     """A checked scene, loaded light by light on first use.
 
     Attributes:
+        file: of the scene.
         conditions: names of the rendering conditions, camera by camera.
         weights: (conditions,) in the look; those of one light add up to 1 over the cameras.
         relief: on the plate, the scene's own or another one.
@@ -83,6 +84,7 @@ class Scene:
     ) -> None:
         heights = relief.heights
         self._checked = checked
+        self.file = checked.path
         self._description = describe(checked)
         self._needs = needs_of(self._description, (heights.shape[0], heights.shape[1]))
         mi = variants.load_mitsuba(colour=self._needs.colour, variant=variant)

@@ -131,6 +131,16 @@ class Run(Section):
             default_mm=plate_mm,
         )
 
+    def check_texture(self) -> None:
+        """Read the texture, so that its faults are told before anything slow begins. Raises InputError."""
+        # Imported here, as for `design`.
+        from relief.heightmap import load_field, load_height_map
+
+        if self.relief_mm is None:
+            load_height_map(self.texture, height_scale=self.height_scale)
+        else:
+            load_field(self.texture)
+
     def relief(self, plate_mm: float) -> "Relief":
         """The relief that the run begins with: its design, or the print of it. Raises InputError."""
         design, printer = self.design(plate_mm), self.print.described

@@ -11,7 +11,7 @@ import tactile
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.errors import InputError
-from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
+from relief.common.limits import HEIGHT_LIMIT_MM, MOST_MESH_PLACES, PATCH_SIDE_MM
 from relief.common.progress import stage
 from relief.meshes.crops import Crop, Cropper
 from relief.meshes.mesh import Mesh
@@ -21,8 +21,6 @@ from tactile.measures import BATCH_SAMPLES, each
 from tactile.model import ModelName
 from tactile.quantities import QUANTITIES, means
 
-MOST_PLACES = 300
-"""Most places that are pressed."""
 MOST_TRIED = 450
 """Most places whose surroundings are looked at, many of which may lie on edges."""
 
@@ -104,7 +102,7 @@ def feel_of(
     mesh: Mesh,
     skin: tactile.Skin,
     model: ModelName = "layer",
-    most: int = MOST_PLACES,
+    most: int = MOST_MESH_PLACES,
     without_texture: Mesh | None = None,
 ) -> MeshFeel:
     """Press the skin on places 2.5 mm apart, or as many as there may be, all over a mesh.

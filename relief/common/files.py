@@ -56,6 +56,23 @@ def naming_errors(path: Path) -> Iterator[None]:
         raise OSError(error.errno, error.strerror, os.fspath(path)) from error
 
 
+def check_file_to_write(path: Path) -> None:
+    """Raise InputError if no file can be written at ``path``: its folder is missing, or it is a folder."""
+    missing = not path.parent.is_dir()
+    if missing or path.is_dir():
+        fault = f"there is no folder {path.parent}" if missing else "is a folder"
+        raise InputError(f"{path}: {fault}", f"{path}: -o: {fault}")
+
+
+@contextmanager
+def permitted(path: Path) -> Iterator[None]:
+    """Raise a PermissionError of the block, which may name a temporary file, as an InputError of ``path``."""
+    try:
+        yield
+    except PermissionError as error:
+        raise InputError(f"{path}: {error.strerror}", f"{path}: -o: {error.strerror}") from error
+
+
 def remove_partial(folder: Path, older_than_s: float = 0.0) -> None:
     """Remove the temporary folders that killed processes have left in a folder, as far as possible.
 

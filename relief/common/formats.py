@@ -37,6 +37,9 @@ HEIGHT_MAPS = (".png", ".tif", ".tiff", ".exr", ".npy")
 MESHES = (".stl", ".obj", ".ply", ".glb", ".3mf")
 """Suffixes of the files that `relief.meshes` reads."""
 
+UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
+"""Millimetres in each unit of length that a mesh may have."""
+
 PREVIEW = "-preview.png"
 """End of the name of the preview that `retouch prepare` writes beside a height map."""
 

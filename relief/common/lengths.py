@@ -3,7 +3,7 @@
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -24,6 +24,14 @@ RANGES = {
     "height_scale": (1.0 / LARGEST_HEIGHT_SCALE, LARGEST_HEIGHT_SCALE),
 }
 """Least and greatest value, both allowed, of each number that turns a height map into a plate."""
+
+
+class Lengths(TypedDict, total=False):
+    """The same numbers as arguments, None where unknown; see `relief.heightmap.load_height_map`."""
+
+    size_mm: float | None
+    relief_mm: float | None
+    height_scale: float | None
 
 
 HEADER = "retouch."

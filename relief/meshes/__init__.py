@@ -1,7 +1,7 @@
 """Meshes: read from files of other programs, checked as solids, and unrolled around a point."""
 
 from relief.meshes.intersections import self_intersections
-from relief.meshes.mesh import UNITS, Mesh, read_mesh
+from relief.meshes.mesh import Mesh, read_mesh
 from relief.meshes.solid import check_solid
 
-__all__ = ["UNITS", "Mesh", "check_solid", "read_mesh", "self_intersections"]
+__all__ = ["Mesh", "check_solid", "read_mesh", "self_intersections"]

@@ -10,7 +10,7 @@ from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
 from relief.common.files import read_limited
-from relief.common.formats import MESHES
+from relief.common.formats import MESHES, UNITS
 from relief.common.progress import stage
 from relief.meshes.glb import read_glb
 from relief.meshes.parsed import LARGEST_FILE, MOST_FACES, Parsed
@@ -18,8 +18,6 @@ from relief.meshes.text_formats import read_obj, read_ply, read_stl
 from relief.meshes.threemf import read_3mf
 from relief.readers import damage_named
 
-UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
-"""Millimetres in each unit of length that `read_mesh` takes."""
 READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".glb": read_glb, ".3mf": read_3mf}
 """Readers by the suffix of the file: from its bytes and its path."""
 SMALLEST_MM, LARGEST_MM = 0.01, 1e5

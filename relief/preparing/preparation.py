@@ -28,6 +28,7 @@ from relief.preparing.plates import repeated
 from relief.preparing.resampling import Box, resampled, square_in
 from relief.preparing.steps import smooth_steps
 from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, make_tile, period
+from relief.relief import Relief
 
 STEEP_PERCENTILE = 95.0
 """Percentile of the slopes that is told beside the median."""
@@ -54,6 +55,18 @@ class Prepared:
     numbers: Mapping[str, Any]
     picture: Picture
     square: Box
+
+    @property
+    def relief(self) -> Relief | None:
+        """What a finger touches: the plate, or the tile that repeats on it; None if its height is unknown."""
+        if self.relief_mm is None:
+            return None
+        heights, size_mm = self.heights, self.size_mm or PATCH_SIDE_MM
+        if "plate" in self.numbers:
+            size_mm, side = (self.numbers["plate"][name] for name in ("tile_mm", "tile_samples"))
+            heights = heights[:side, :side]
+        repeats = not self.numbers.keys().isdisjoint(("tile", "plate"))
+        return Relief(heights, size_mm, (repeats, repeats), str(self.picture.path))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the height map as a 16 bit PNG, or as an EXR in mm, with the lengths that are known.

@@ -5,10 +5,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import retouch
 from mitsuba_scenes import find_texture
 from relief.common.errors import InputError
+from relief.common.files import check_file_to_write
 from relief.common.formatting import number, percent
 from retouch.commands.options import (
+    LENGTHS,
     TEXTURE,
     add_distance,
     add_mitsuba,
@@ -20,6 +23,8 @@ from retouch.commands.options import (
     console,
     contact_errors_name,
     count,
+    given,
+    lines_table,
     print_json,
     seed,
 )
@@ -101,40 +106,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     paths = [path for path in (arguments.first, arguments.second) if path is not None]
     _check(arguments, paths)
-    from retouch.pages.content import Compared
-    from retouch.verbs.comparison import compare
-
-    lengths = {key: getattr(arguments, key) for key in ("size_mm", "relief_mm", "height_scale")}
-    distance = {} if arguments.distance_cm is None else {"distance_cm": arguments.distance_cm}
     with contact_errors_name(" and ".join(map(str, paths))):
-        content = compare(
+        content = retouch.compare(
             arguments.first,
             arguments.second,
             arguments.out,
-            scene=arguments.scene,
             defines=dict(arguments.defines),
-            variant=arguments.variant,
-            model=arguments.model,
-            skin=arguments.skin,
-            repeats=arguments.repeats,
-            samples=arguments.samples,
-            seed=arguments.seed,
-            quiet=arguments.quiet,
-            **distance,
-            **lengths,
+            **given(arguments, "scene", "variant", "model", "skin", "repeats", "samples", "seed", "quiet"),
+            **given(arguments, "distance_cm", *LENGTHS),
         )
     if arguments.json:
         print_json(content)
     elif not arguments.quiet:
-        from rich.table import Table
-        from rich.text import Text
+        from retouch.pages.content import Compared
 
-        rows = Table.grid(padding=(0, 2, 0, 0))
-        rows.add_column(no_wrap=True)
-        rows.add_column(overflow="fold")
-        for name, text in lines(Compared.model_validate(content)):
-            rows.add_row(Text(name, "bold"), Text(text))
-        console().print(rows)
+        console().print(lines_table(lines(Compared.model_validate(content))))
     return 0
 
 
@@ -153,10 +139,7 @@ def _check(arguments: argparse.Namespace, paths: list[Path]) -> None:
         if arguments.height_scale is not None:
             raise InputError("--height-scale: is for textures; a run directory knows its own")
     out = arguments.out
-    if out.is_dir():
-        raise InputError(f"{out}: -o: is a folder")
-    if not out.parent.is_dir():
-        raise InputError(f"{out}: -o: there is no folder {out.parent}")
+    check_file_to_write(out)
     if out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{out}: -o: the page is HTML; give a name that ends in .html")
 

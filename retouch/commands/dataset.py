@@ -1,18 +1,11 @@
 """`retouch dataset`: data sets for the training of nets."""
 
 import argparse
-import math
 import sys
-from collections.abc import Callable
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from relief.common.progress import stage, this_stage
-from retouch.commands.options import add_talk, add_workers, print_json, seed, whole_number
-
-if TYPE_CHECKING:
-    from retouch.training.dataset import ShardResult
+import retouch
+from retouch.commands.options import add_talk, add_workers, given, print_json, seed, whole_number
 
 COMPLETE, WITH_FAILURES = 0, 1
 """Exit statuses: every texture has its fields, or some have none."""
@@ -101,63 +94,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    # What is slow to import waits until the arguments are known to be good.
-    from relief.common.errors import InputError
-
-    if arguments.lights != "random" and arguments.directions is not None:
-        raise InputError(f"--directions: --lights {arguments.lights} fixes the directions")
-    if arguments.touch == arguments.lights == "none":
-        raise InputError("--touch none --lights none: no field is left to compute")
-    from relief.heightmap import load_field
-    from retouch.training.dataset import DIRECTIONS, make_dataset, plan_dataset
-    from retouch.training.shard_jobs import run_shard
-    from retouch.workers.choice import runner
-    from surrogate.corpus.photographs import bundled, folder
-
-    photographs = bundled()
-    for path in arguments.textures:
-        photographs += folder(path, load_field)
-    plan = plan_dataset(
-        arguments.seed,
+    made = retouch.dataset(
+        arguments.out,
         arguments.count,
-        photographs,
-        optimised=arguments.optimised,
-        touch=arguments.touch,
-        lights=arguments.lights,
-        directions=DIRECTIONS if arguments.directions is None else arguments.directions,
-        strata=math.ceil(math.sqrt(arguments.samples)),
+        **given(arguments, "seed", "textures", "optimised", "touch", "lights", "directions", "samples"),
+        **given(arguments, "workers", "dask"),
     )
-    chosen = runner(run_shard, arguments.workers, arguments.dask)
-    with stage("data set"):
-        failures = make_dataset(plan, arguments.out, chosen, _teller(plan.request.total))
-    status = WITH_FAILURES if failures else COMPLETE
+    status = WITH_FAILURES if made.failures else COMPLETE
     if arguments.json:
-        print_json(
-            {
-                "folder": str(arguments.out),
-                "textures": plan.request.total,
-                "failures": [asdict(failure) for failure in failures],
-            }
-        )
+        print_json(made.as_json())
         return status
     if not arguments.quiet:
-        complete = plan.request.total - len(failures)
-        print(f"{arguments.out}: {complete} textures with their fields, {len(failures)} without")
-    for failure in failures[:MOST_SHOWN]:
+        complete = made.textures - len(made.failures)
+        print(f"{made.folder}: {complete} textures with their fields, {len(made.failures)} without")
+    for failure in made.failures[:MOST_SHOWN]:
         print(f"texture {failure.index} ({failure.source}): {failure.reason}", file=sys.stderr)
-    if len(failures) > MOST_SHOWN:
-        print(f"... the others are listed in {arguments.out / FAILURES}", file=sys.stderr)
+    if len(made.failures) > MOST_SHOWN:
+        print(f"... the others are listed in {made.folder / FAILURES}", file=sys.stderr)
     return status
-
-
-def _teller(total: int) -> Callable[["ShardResult"], None]:
-    """An observer that tells of each shard how many textures are done."""
-    count = 0
-
-    def observer(result: "ShardResult") -> None:
-        nonlocal count
-        count += result.textures
-        shard = "a shard abandoned" if result.shard is None else f"shard {result.shard.number}"
-        this_stage().tell(f"{shard}: {count} of {total} textures")
-
-    return observer

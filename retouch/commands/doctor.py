@@ -1,8 +1,13 @@
-"""`retouch doctor`: checks of the machine (`retouch.commands.diagnosis`)."""
+"""`retouch doctor`: checks of the machine, with remedies."""
 
 import argparse
+from typing import TYPE_CHECKING
 
-from retouch.commands.options import add_talk
+import retouch
+from retouch.commands.options import Cell, add_talk, console, print_json, table
+
+if TYPE_CHECKING:
+    from retouch.verbs.machine import Finding
 
 HELP = "check this machine, and say what to install"
 DESCRIPTION = "Checks everything an optimisation uses: packages, libLLVM, Mitsuba's variants, cache, memory."
@@ -19,6 +24,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from retouch.commands import diagnosis
+    found = retouch.doctor()
+    if arguments.json:
+        print_json(found.as_json())
+    else:
+        screen = console(width=None)
+        columns = (("", "name"), ("", "name"), ("", "text"))
+        layout = {"show_header": False, "pad_edge": True}
+        screen.print(table(columns, map(_row, found.findings), gap=2, **layout))
+        screen.print("Ready." if found.ready else "Not ready: the lines marked MISSING say what to do.")
+    return 0 if found.ready else 1
 
-    return diagnosis.run(arguments.json)
+
+def _row(finding: "Finding") -> tuple[Cell, Cell, Cell]:
+    """Cells of a finding, with a remedy below every fault."""
+    fault = ("MISSING", "bold red") if finding.needed else ("-", "yellow")
+    detail = finding.detail if finding.ok else f"{finding.detail}\n-> {finding.remedy}"
+    return ("ok", "green") if finding.ok else fault, (finding.name, "bold"), detail

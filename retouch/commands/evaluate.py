@@ -4,29 +4,20 @@ import argparse
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
-from mitsuba_scenes import find_file, find_texture
+import retouch
+from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from relief.common.errors import InputError, naming
 from relief.common.formats import MESHES
 from relief.common.formatting import number
-from relief.common.limits import PATCH_SIDE_MM
+from relief.common.limits import MOST_MESH_PLACES as MOST_PLACES
 from relief.common.progress import stage
 from relief.printers import PRINTERS
-from relief.relief import Relief
-from retouch.commands.mesh_entries import (
-    MOST_PLACES,
-    add_meshes,
-    check_mesh_options,
-    feel_mesh,
-    is_mesh,
-    mesh_lines,
-    more_of_mesh,
-    read_meshes,
-)
+from retouch.commands.mesh_entries import add_meshes, check_mesh_options, is_mesh, mesh_lines
 from retouch.commands.options import (
-    SCENE,
+    LENGTHS,
     TEXTURE,
     add_mitsuba,
     add_plate,
@@ -37,19 +28,15 @@ from retouch.commands.options import (
     check_scales,
     console,
     contact_errors_name,
+    given,
     print_json,
 )
-from retouch.commands.touch_entries import described, table
+from retouch.commands.touch_entries import table
 from tactile.model_names import MODEL_NAMES, model_name
 from tactile.quantities import LARGEST_JND, LIMIT_PERCENT
-from tactile.skin import Skin
 
 if TYPE_CHECKING:
-    from optimize.verification.mesh_feel import MeshFeel
-    from relief.relief import Relief
-    from relief.surface import Surface
-    from tactile.measures import TouchMeasures
-    from tactile.model import ModelName
+    from retouch import Evaluation, Scene, Skin
 
 SKIN = {
     "force_n": ("N", "force of the finger, N"),
@@ -117,59 +104,64 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     far.add_argument(
         "--scene",
         type=Path,
-        help=f"Mitsuba scene (.xml) for --reach; a bundled one by its name (default: {SCENE})",
+        help=f"Mitsuba scene (.xml) for --reach; a bundled one by its name (default: {DEFAULT_SCENE})",
     )
     add_mitsuba(far)
     add_talk(parser, "a list with an entry for each texture", quiet=False)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from optimize.settings.skins import described_skin
-    from relief.common.lengths import RANGES
-
     arguments.textures = [find_texture(texture) for texture in arguments.textures]
     textures = [texture for texture in arguments.textures if not is_mesh(texture)]
     check_mesh_options(arguments, textures)
     check_scales(arguments, textures)
     scene = _scene(arguments)
-    name, skin = _skin(arguments)
+    skin = _skin(arguments)
     # All files are read before the first press, so that a misspelt name is refused at once.
-    lengths = {key: getattr(arguments, key) for key in RANGES}
-    printer = None if arguments.printer is None else PRINTERS[arguments.printer]
-    repeats = arguments.repeats or False
-    reliefs = {
-        texture: Relief.read(texture, **lengths, repeats=repeats, printer=printer) for texture in textures
+    printer = arguments.printer and PRINTERS[arguments.printer]
+    options = given(arguments, "repeats", *LENGTHS)
+    subjects: dict[Path, Any] = {
+        texture: retouch.Relief.read(texture, printer=printer, **options) for texture in textures
     }
-    meshes = read_meshes(arguments)
-    bare = meshes.get(arguments.object)
-    measured: list[TouchMeasures | MeshFeel] = []
+    for path in filter(is_mesh, arguments.textures):
+        subjects[path] = retouch.read_solid(path, units=arguments.units)
+    bare = arguments.object and retouch.read_solid(arguments.object, units=arguments.units)
+    found: list[Evaluation] = []
     with stage("evaluating", len(arguments.textures)) as advance:
         for texture in arguments.textures:
-            if texture in meshes:
-                measured.append(feel_mesh(meshes[texture], skin, arguments.model, bare))
-            else:
-                measured.append(measure(reliefs[texture], skin, arguments.model))
+            of_solid = {"without_texture": bare, "colours": arguments.out} if is_mesh(texture) else {}
+            with contact_errors_name(texture):
+                reach = None if scene is None else _loaded(scene, texture, arguments)
+                found.append(
+                    retouch.evaluate(
+                        subjects[texture], model=arguments.model, skin=skin, reach=reach, **of_solid
+                    )
+                )
             advance()
-    entries = described(arguments.textures, measured)
-    for texture, entry, touch in zip(arguments.textures, entries, measured, strict=True):
-        if scene is not None:
-            entry["reach"] = reached(texture, scene, skin, arguments)
-        if texture in meshes:
-            entry |= more_of_mesh(meshes[texture], cast("MeshFeel", touch), arguments.out, Path(name).stem)
+    entries = [one.as_json(found[0] if len(found) > 1 else None) for one in found]
     if arguments.json:
-        setting = {"skin": described_skin(skin, name), "model": arguments.model, "printer": arguments.printer}
-        for texture, entry in zip(arguments.textures, entries, strict=True):
-            entry |= ({} if texture in meshes else {"size_mm": reliefs[texture].width_mm}) | setting
         print_json(entries)
-        return 0
+    else:
+        _tell(found, entries, arguments, scene)
+    return 0
+
+
+def _tell(
+    found: "list[Evaluation]",
+    entries: list[dict[str, Any]],
+    arguments: argparse.Namespace,
+    scene: Path | None,
+) -> None:
+    """Print what is felt for a person."""
     screen = console()
     screen.print(table(entries))
-    pressed = [patch_mm(relief.surface) for relief in reliefs.values()]
-    pressed += [PATCH_SIDE_MM] * bool(meshes)
+    # Of height maps first, as their sizes differ.
+    pressed = [one.patch_mm for one in sorted(found, key=lambda one: is_mesh(Path(one.name)))]
     patches = " and ".join(f"{side:.4g} x {side:.4g}" for side in dict.fromkeys(pressed))
     by = f", as printed by {arguments.printer}" if arguments.printer else ""
+    skin = found[0].skin
     screen.print(
-        f"{model_name(arguments.model).capitalize()}, skin {Path(name).stem}: {_moduli(skin)}, "
+        f"{model_name(arguments.model).capitalize()}, skin {Path(found[0].skin_name).stem}: {_moduli(skin)}, "
         f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {patches} mm{by}."
     )
     if scene is not None:
@@ -179,30 +171,18 @@ def run(arguments: argparse.Namespace) -> int:
             screen.print(f"{entry['texture']} can be made {ways} {limit}.", markup=False)
     for line in mesh_lines(entries):
         screen.print(line, markup=False)
-    return 0
 
 
-def patch_mm(surface: "Surface") -> float:
-    """Side of the square that the finger presses on, mm."""
-    from relief.patches import Patches
-    from relief.places import places
-
-    return Patches(surface, places(surface)).size_mm
-
-
-def _skin(arguments: argparse.Namespace) -> tuple[str, Skin]:
-    """Name and values of the skin that the options describe. Raises InputError."""
-    from optimize.settings.skins import OWN, load_skin
-
+def _skin(arguments: argparse.Namespace) -> "Skin | str":
+    """The skin that the options describe, or the name of one. Raises InputError."""
     name = arguments.skin or DEFAULT_SKIN
-    named = load_skin(name)
-    given = {key: getattr(arguments, key) for key in SKIN if getattr(arguments, key) is not None}
+    named = retouch.load_skin(name)
     with naming("evaluate"):
-        skin = replace(named, **given)
-    return name if skin == named else OWN, skin
+        skin = replace(named, **given(arguments, *SKIN))
+    return name if skin == named else skin
 
 
-def _moduli(skin: Skin) -> str:
+def _moduli(skin: "Skin") -> str:
     """The layers of a skin from the surface down, and the modulus of the rest."""
     layers = "".join(f"{thickness:g} mm of {modulus:g} over " for thickness, modulus in skin.layers)
     return f"{layers}{skin.young_modulus_mpa:g} MPa"
@@ -211,36 +191,19 @@ def _moduli(skin: Skin) -> str:
 def _scene(arguments: argparse.Namespace) -> Path | None:
     """The scene of --reach; None without. Raises InputError."""
     if arguments.reach:
-        return find_file(arguments.scene or SCENE, ".xml")
+        return find_file(arguments.scene or DEFAULT_SCENE, ".xml")
     for flag, value in (("--scene", arguments.scene), ("-D", arguments.defines), ("-m", arguments.variant)):
         if value:
             raise InputError(f"{flag}: belongs to --reach; nothing else renders")
     return None
 
 
-def reached(texture: Path, scene: Path, skin: Skin, arguments: argparse.Namespace) -> dict[str, Any]:
-    """How much rougher and smoother a texture can be made in a scene; the entry `reach` of the JSON."""
-    from optimize.estimates.reach import reach
-    from visual.scene import load_scene
-    from visual.scene_file.fitting import scene_relief
-
-    with naming(texture), contact_errors_name(texture), stage(f"reach of {texture.name}"):
-        relief = scene_relief(
-            scene,
-            dict(arguments.defines),
-            texture,
-            size_mm=arguments.size_mm,
-            relief_mm=arguments.relief_mm,
-            height_scale=arguments.height_scale,
-            repeats=arguments.repeats or False,
-        )
-        loaded = load_scene(
-            scene,
-            dict(arguments.defines),
-            arguments.variant,
-            relief=relief,
-        )
-        return {"scene": str(scene), **reach(loaded, skin).as_json()}
+def _loaded(scene: Path, texture: Path, arguments: argparse.Namespace) -> "Scene":
+    """The scene of --reach with a texture, as wide as its header or the scene says. Raises InputError."""
+    defines = dict(arguments.defines)
+    with naming(texture):
+        relief = retouch.scene_relief(scene, defines, texture, **given(arguments, "repeats", *LENGTHS))
+        return retouch.load_scene(scene, defines, arguments.variant, relief=relief)
 
 
 def _ways(found: Mapping[str, Any]) -> str:
@@ -252,15 +215,3 @@ def _ways(found: Mapping[str, Any]) -> str:
         beyond = way["jnd"] >= LARGEST_JND or not way["arrived"]
         ways.append(f"{jnd} or more {sense}" if beyond else f"about {jnd} {sense}")
     return " or ".join(ways)
-
-
-def measure(relief: "Relief", skin: Skin, model: "ModelName") -> "TouchMeasures":
-    """Press the skin on a texture, at every place of a tile or of a plate larger than a finger.
-
-    Raises:
-        InputError: unfit heights, size or model, or a contact that does not converge; the line has the name.
-    """
-    from tactile.measures import measure_touch
-
-    with naming(relief.name), contact_errors_name(relief.name):
-        return measure_touch(relief, skin, model)

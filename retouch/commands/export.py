@@ -3,26 +3,11 @@
 import argparse
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from mitsuba_scenes import find_texture
-from relief.common.errors import InputError
+import retouch
 from relief.common.formats import DISPLACEMENT, FORMATS
 from relief.common.limits import BASE_MM
-from relief.printers import find_printer
-from retouch.commands.options import (
-    TEXTURE,
-    add_plate,
-    add_printer,
-    add_talk,
-    check_scales,
-    print_json,
-)
-
-if TYPE_CHECKING:
-    from relief.common.arrays import Array
-    from relief.printers import Printer
-    from relief.surface import Surface
+from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_printer, add_talk, given, print_json
 
 HELP = "write a texture as a plate for a 3-D printer, or for a modelling program"
 DESCRIPTION = (
@@ -88,92 +73,22 @@ def times(text: str) -> tuple[int, int]:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    # Imported here, so that --help needs no numpy.
-    from relief.common.lengths import RANGES
-    from relief.export.plate import repeated
-    from relief.relief import Relief
-
-    out, times = arguments.out, arguments.repeat
-    own = _printer_of(arguments.texture)
-    if own is not None and arguments.printer is not None:
-        raise InputError(f"--printer: the run in {arguments.texture} has a printer already, {own.name}")
-    arguments.texture = find_texture(arguments.texture)
-    check_scales(arguments, [arguments.texture])
-    _check_out(arguments)
-    tile = Relief.read(arguments.texture, **{key: getattr(arguments, key) for key in RANGES})
-    relief = Relief(
-        repeated(tile.heights, times, tile.name), tile.width_mm * times[1], name=str(arguments.texture)
+    made = retouch.export(
+        arguments.texture,
+        arguments.out,
+        **given(arguments, "base_mm", "repeat", "printer", *LENGTHS),
     )
-    printer = own
-    if arguments.printer is not None:
-        printer = find_printer(arguments.printer)
-        relief = relief.printed(printer)
-    heights, surface = relief.heights, relief.surface
-    try:
-        if out.suffix.lower() == DISPLACEMENT:
-            numbers, sentence = _write_displacement(out, heights, surface)
-        else:
-            numbers, sentence = _write_plate(out, heights, surface, arguments.base_mm, printer)
-    except PermissionError as error:
-        # The message of the error names a temporary file.
-        raise InputError(f"{out}: -o: {error.strerror}") from error
-    bytes_ = out.stat().st_size
     if arguments.json:
-        told = {"file": str(out), "size_mm": surface.width_mm, **numbers, "bytes": bytes_}
-        print_json(told | {"printer": None if printer is None else printer.name})
+        print_json(made.as_json())
+        return 0
+    sides = f"{made.width_mm:.4g} x {made.height_mm:.4g}"
+    if made.thickness_mm is not None:
+        sentence = f"{sides} x {made.thickness_mm:.3g} mm"
     else:
-        by = f", as printed by {printer.name}" if printer else ""
-        print(f"{out}: {sentence}{by}, {bytes_ / 2**20:.1f} MiB")
+        sentence = (
+            f"{sides} mm, black is 0 and white {made.strength_mm:.6g} mm; displace by strength "
+            f"{made.strength_mm:.6g} mm, midlevel 0, colours read as data (Non-Color)"
+        )
+    by = f", as printed by {made.printer.name}" if made.printer else ""
+    print(f"{made.file}: {sentence}{by}, {made.file.stat().st_size / 2**20:.1f} MiB")
     return 0
-
-
-def _printer_of(folder: Path) -> "Printer | None":
-    """The printer whose pixels and layers the result of a run has. Raises InputError."""
-    from optimize.run_directory.key import SETTINGS
-
-    if not (folder / SETTINGS).is_file():
-        return None
-    from optimize.settings.run_file import load_run
-
-    return load_run(folder / SETTINGS).print.described
-
-
-def _check_out(arguments: argparse.Namespace) -> None:
-    """Refuse what cannot be written before anything is read. Raises InputError."""
-    out, texture = arguments.out, arguments.texture
-    if not out.parent.is_dir():
-        raise InputError(f"{out}: -o: there is no folder {out.parent}")
-    if out.is_dir():
-        raise InputError(f"{out}: -o: is a folder")
-    if out.exists() and texture.exists() and out.samefile(texture):
-        raise InputError(f"{out}: -o: is the texture itself")
-    if out.suffix.lower() == DISPLACEMENT and arguments.base_mm is not None:
-        raise InputError(f"--base-mm: is for plates; {out.name} holds heights alone")
-
-
-def _write_plate(
-    out: Path, heights: "Array", surface: "Surface", base_mm: float | None, printer: "Printer | None"
-) -> tuple[dict[str, Any], str]:
-    """Write a plate, of flat pixels if it is a print; returns its numbers for `--json`, and what is told."""
-    from relief.export.plate import export_plate
-
-    if base_mm is None:
-        base_mm = BASE_MM if printer is None else printer.base_mm
-    export_plate(out, heights, surface.width_mm, base_mm, stepped=printer is not None)
-    thick = base_mm + float(heights.max())
-    sides = f"{surface.width_mm:.4g} x {surface.height_mm:.4g} x {thick:.3g} mm"
-    return {"thickness_mm": thick}, sides
-
-
-def _write_displacement(out: Path, heights: "Array", surface: "Surface") -> tuple[dict[str, Any], str]:
-    """Write a 16-bit picture of heights; returns its numbers for `--json`, and what is told."""
-    from relief.common.limits import SMALLEST_RELIEF_MM
-    from relief.heightmap import save_heights_png
-
-    white = max(float(heights.max()), SMALLEST_RELIEF_MM)
-    save_heights_png(out, heights, white, surface.width_mm)
-    told = (
-        f"{surface.width_mm:.4g} x {surface.height_mm:.4g} mm, black is 0 and white {white:.6g} mm; "
-        f"displace by strength {white:.6g} mm, midlevel 0, colours read as data (Non-Color)"
-    )
-    return {"height_mm": surface.height_mm, "strength_mm": white, "midlevel": 0.0, "bits": 16}, told

@@ -1,7 +1,8 @@
 """The command `retouch`: its verbs, its exit statuses and its error messages.
 
-The modules of the verbs import numpy, torch and Mitsuba only inside their `run`, after the cheap checks: help
-and refusals are instant, and a verb that renders nothing never loads Mitsuba.
+Each verb is a module that parses options, calls the function of the same name of `retouch` and prints what
+comes back. The functions load at their first use, after the cheap checks: help and refusals are instant, and
+a verb that renders nothing never loads Mitsuba.
 """
 
 import argparse

@@ -1,26 +1,14 @@
-"""Print files in `retouch evaluate`: their options, how they are read and felt, and what is told of them."""
+"""Print files in `retouch evaluate`: their options, and what is told of them."""
 
 import argparse
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from relief.common.errors import InputError, naming
-from relief.common.formats import MESHES
+from relief.common.errors import InputError
+from relief.common.formats import MESHES, UNITS
 from relief.common.formatting import number
-from relief.common.progress import say, stage
-from retouch.commands.options import contact_errors_name
-from tactile.skin import Skin
-
-if TYPE_CHECKING:
-    from optimize.verification.mesh_feel import MeshFeel
-    from relief.meshes import Mesh
-    from tactile.model import ModelName
-
-MOST_PLACES = 300
-"""Most places of a mesh that are pressed."""
-UNITS = ("um", "mm", "cm", "m", "in", "ft")
-"""Values of `--units`, the keys of `relief.meshes.UNITS`."""
+from retouch.commands.options import LENGTHS
 
 
 def is_mesh(path: Path) -> bool:
@@ -32,7 +20,9 @@ def add_meshes(parser: argparse.ArgumentParser) -> None:
     """Add the options of print files."""
     group = parser.add_argument_group("print files")
     group.add_argument(
-        "--units", choices=UNITS, help="unit of the file, where it does not state its own or a wrong one"
+        "--units",
+        choices=tuple(UNITS),
+        help="unit of the file, where it does not state its own or a wrong one",
     )
     group.add_argument(
         "--object",
@@ -52,12 +42,9 @@ def add_meshes(parser: argparse.ArgumentParser) -> None:
 
 def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) -> None:
     """Raise InputError for options that do not fit the files, which are textures, meshes or both."""
-    # Imported here, so that --help needs no numpy.
-    from relief.common.lengths import RANGES
-
     meshes = len(arguments.textures) - len(textures)
     for_meshes = {"--units": arguments.units, "--object": arguments.object, "-o": arguments.out}
-    for_textures = {"--" + key.replace("_", "-"): getattr(arguments, key) for key in RANGES}
+    for_textures = {"--" + key.replace("_", "-"): getattr(arguments, key) for key in LENGTHS}
     for flag, value in for_meshes.items():
         if value is not None and not meshes:
             raise InputError(f"{flag}: is for print files ({', '.join(MESHES)}); none is given")
@@ -73,49 +60,6 @@ def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) 
             raise InputError(f"{flag}: is for height maps; a print file is felt as it is")
     if arguments.out is not None and arguments.out.exists() and not arguments.out.is_dir():
         raise InputError(f"{arguments.out}: -o: is no folder")
-
-
-def read_meshes(arguments: argparse.Namespace) -> "dict[Path, Mesh]":
-    """Read and check the print files, `--object` among them. Raises InputError for what is no solid."""
-    paths = [path for path in arguments.textures if is_mesh(path)]
-    if not paths:
-        return {}
-    # Imported here, because few evaluations have meshes.
-    from relief.meshes import Mesh, check_solid, read_mesh
-    from relief.objects.table import OBJECTS
-
-    meshes = {}
-    if arguments.object is not None and str(arguments.object) in OBJECTS:
-        meshes[arguments.object] = Mesh(OBJECTS[str(arguments.object)].make(), None, arguments.object)
-    elif arguments.object is not None:
-        paths.append(arguments.object)
-    for path in paths:
-        mesh = read_mesh(path, units=arguments.units)
-        for line in mesh.warnings:
-            say(f"{path}: {line}")
-        check_solid(mesh.body, path)
-        meshes[path] = mesh
-    return meshes
-
-
-def feel_mesh(
-    mesh: "Mesh", skin: Skin, model: "ModelName", without_texture: "Mesh | None" = None
-) -> "MeshFeel":
-    """Press on places all over a mesh. Raises InputError, which names the file."""
-    from optimize.verification.mesh_feel import feel_of
-
-    with naming(mesh.path), contact_errors_name(mesh.path), stage(f"feeling {mesh.path.name}"):
-        return feel_of(mesh, skin, model, MOST_PLACES, without_texture)
-
-
-def more_of_mesh(mesh: "Mesh", feel: "MeshFeel", out: Path | None, skin: str) -> dict[str, Any]:
-    """The size and the warnings of a mesh, and the files that show its feel if a folder is named."""
-    entry: dict[str, Any] = {"size_mm": feel.details()["sides_mm"][0], "warnings": list(mesh.warnings)}
-    if out is not None:
-        from retouch.pages.mesh_colouring import write_coloured
-
-        entry["files"] = [str(path) for path in write_coloured(out, mesh.path.stem, feel, skin)]
-    return entry
 
 
 def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:

@@ -7,12 +7,13 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mitsuba_scenes import find_file, find_texture
+import retouch
+from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
+from optimize.descent.stop_reason import StopReason
 from relief.common.errors import InputError
 from relief.common.formats import HEIGHT_MAPS
 from retouch.commands.options import (
     INTERRUPTED,
-    SCENE,
     TEXTURE,
     add_distance,
     add_mitsuba,
@@ -24,14 +25,16 @@ from retouch.commands.options import (
     check_scales,
     console,
     contact_errors_name,
+    lines_table,
     print_json,
     seed,
 )
+from retouch.commands.summary import summary
 from retouch.commands.target_options import add_target, check_target, target_overrides
 
 if TYPE_CHECKING:
-    from optimize.settings.run_file import Run
     from optimize.verification.verification import Verification
+    from retouch import Run
 
 REACHED = 0
 SHORT_OF_TARGET = 3
@@ -110,7 +113,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     plate.add_argument(
         "--scene",
         type=Path,
-        help=f"Mitsuba scene (.xml); a bundled one goes by its name (default: the run file's, or {SCENE})",
+        help=f"Mitsuba scene (.xml); a bundled one goes by its name (default: the run file's, or "
+        f"{DEFAULT_SCENE})",
     )
     add_plate(plate, "the run file's", "the scene's")
     add_repeats(plate, "the run file's, or not")
@@ -155,16 +159,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     settings = load(arguments)
     check_scales(arguments, [settings.texture])
-    _read_texture(settings)
+    settings.check_texture()
     name = arguments.source if _is_run_file(arguments.source) else settings.texture
     out = arguments.out or Path("runs") / name.stem
     _refuse_inputs_in(out, (arguments.source, *settings.files().values()))
     if arguments.dry_run:
         return _forecast(settings, out, arguments)
-    from retouch.verbs import runs
-
     with contact_errors_name(settings.texture):
-        result = runs.optimize(
+        result = retouch.optimize(
             settings, out, variant=arguments.variant, force=arguments.force, quiet=arguments.quiet
         )
     return finish(result.verification, result.run_dir, arguments)
@@ -176,13 +178,11 @@ def load(arguments: argparse.Namespace) -> "Run":
     if arguments.texture is not None:
         arguments.texture = find_texture(arguments.texture)
     scene, texture = _scene_and_texture(arguments)
-    from optimize.settings import run_file as config
-
     if texture is None:
-        return config.load_run(source, overrides(arguments))
+        return retouch.load_run(source, overrides(arguments))
     settings = overrides(arguments)
     check_target(source, settings)
-    return config.run_from_scene(scene, texture, settings)
+    return retouch.run_from_scene(scene, texture, settings)
 
 
 def _scene_and_texture(arguments: argparse.Namespace) -> tuple[Path, Path | None]:
@@ -204,7 +204,7 @@ def _scene_and_texture(arguments: argparse.Namespace) -> tuple[Path, Path | None
         raise InputError(
             f"{source}: a scene needs --texture, a height map, as well; a run file ends in .toml"
         )
-    return find_file(scene or SCENE, ".xml"), source
+    return find_file(scene or DEFAULT_SCENE, ".xml"), source
 
 
 def overrides(arguments: argparse.Namespace) -> list[str]:
@@ -237,49 +237,25 @@ def finish(result: "Verification", run_dir: Path, arguments: argparse.Namespace)
         run_dir: folder of the run.
         arguments: of the command, with `json` and `quiet`.
     """
-    from optimize.descent.stop_reason import StopReason
-
     stop = StopReason[result.stop.reason.upper()]
     status = INTERRUPTED if stop is StopReason.INTERRUPTED else REACHED if stop.met else SHORT_OF_TARGET
     if arguments.json:
         files = sorted(str(path) for path in run_dir.rglob("*") if path.is_file())
         print_json({"run_dir": str(run_dir), "exit_status": status, **result.as_json(), "files": files})
     elif not arguments.quiet:
-        from retouch.commands.summary import summary
-
         console().print(summary(result, run_dir))
     return status
 
 
 def _forecast(settings: "Run", out: Path, arguments: argparse.Namespace) -> int:
     """Check a run and tell what it takes; returns the status of success. Raises InputError."""
-    from rich.table import Table
-    from rich.text import Text
-
-    from optimize.estimates.forecast import forecast
-    from optimize.run_directory.directory import check_vacant
-
-    check_vacant(out, arguments.force)
-    found = forecast(settings, out, arguments.variant)
+    found = retouch.forecast(settings, out, variant=arguments.variant, force=arguments.force)
     if arguments.json:
         print_json({"run_dir": str(out), **found.as_json()})
     elif not arguments.quiet:
-        rows = Table.grid(padding=(0, 2, 0, 0))
-        for name, text in found.lines():
-            rows.add_row(Text(name, "bold"), Text(text))
-        rows.add_row(Text("folder", "bold"), Text(f"{out}, nothing written yet"))
-        console().print(rows)
+        lines = [*found.lines(), ("folder", f"{out}, nothing written yet")]
+        console().print(lines_table(lines))
     return REACHED
-
-
-def _read_texture(settings: "Run") -> None:
-    """Read the texture, so that the reader's refusals come before anything slow is imported."""
-    from relief.heightmap import load_field, load_height_map
-
-    if settings.relief_mm is None:
-        load_height_map(settings.texture, height_scale=settings.height_scale)
-    else:
-        load_field(settings.texture)
 
 
 def _refuse_inputs_in(out: Path, inputs: Iterable[Path]) -> None:

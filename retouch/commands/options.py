@@ -6,10 +6,11 @@ import json
 import logging
 import math
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
+import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
 from relief.common.errors import InputError
 from relief.common.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
@@ -17,6 +18,9 @@ from relief.printers import PRINTERS
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
+
+    from relief.common.lengths import Lengths
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C: 128 + SIGINT, as shells count."""
@@ -29,12 +33,12 @@ TEXTURE = (
     "the result of a run by the run's directory"
 )
 """What a texture is, in the help of every verb that takes one."""
-SCENE = "studio"
-"""Scene of a texture that comes without one."""
+LENGTHS = ("size_mm", "relief_mm", "height_scale")
+"""Options of `add_plate`, by the names of arguments."""
 MOST_WORKERS = 1024
 LONGEST_NUMBER = 40
 """Most characters of a whole number."""
-PACKAGES = ("relief", "tactile", "visual", "surrogate", "optimize", "mitsuba_scenes")
+PACKAGES = ("relief", "tactile", "visual", "surrogate", "optimize", "retouch", "mitsuba_scenes")
 """Packages whose steps `-v` tells; others tell warnings only."""
 
 
@@ -214,17 +218,18 @@ def add_printer(parser: argparse._ActionsContainer, what: str, first: str = "non
     )
 
 
+def given(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:
+    """The options that are given, by the names of arguments."""
+    values = {name: getattr(arguments, name) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
+
+
 def check_scales(arguments: argparse.Namespace, textures: Iterable[Path]) -> None:
     """Raise InputError for a `--relief-mm` without a picture, and a `--height-scale` without a file in mm."""
-    if arguments.relief_mm is None and arguments.height_scale is None:
-        return
-    from relief.heightmap import holds_mm
+    if scales := given(arguments, "relief_mm", "height_scale"):
+        from relief import heightmap
 
-    in_mm = {holds_mm(texture) for texture in textures}
-    if arguments.relief_mm is not None and in_mm == {True}:
-        raise InputError("--relief-mm: is for pictures; the texture holds mm, which --height-scale scales")
-    if arguments.height_scale is not None and in_mm == {False}:
-        raise InputError("--height-scale: is for files that hold mm; a picture is scaled by --relief-mm")
+        heightmap.check_scales(textures, cast("Lengths", scales))
 
 
 def add_distance(parser: argparse._ActionsContainer) -> None:
@@ -277,20 +282,57 @@ def add_variant(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def console() -> "Console":
-    """The console for tables on stdout."""
+def console(width: int | None = UNBOUNDED) -> "Console":
+    """The console for tables on stdout, so wide in a file or pipe; None: 80 columns, as rich has them."""
     from rich.console import Console
 
     terminal = Console(highlight=False)
-    return terminal if terminal.is_terminal else Console(highlight=False, width=UNBOUNDED)
+    return terminal if terminal.is_terminal else Console(highlight=False, width=width)
+
+
+COLUMNS: dict[str, dict[str, Any]] = {
+    "": {},
+    "name": {"no_wrap": True},
+    "text": {"overflow": "fold"},
+    "number": {"justify": "right", "no_wrap": True},
+}
+"""How the cells of a column are set, by its kind."""
+Cell = str | tuple[str, str]
+"""Text of a cell, or text and style."""
+
+
+def table(
+    columns: Iterable[tuple[str, str]], rows: Iterable[Sequence[Cell]], gap: int = 3, **layout: Any
+) -> "Table":
+    """A table for a person.
+
+    Args:
+        columns: heading and kind of each, a key of `COLUMNS`.
+        rows: cells of each.
+        gap: spaces between columns.
+        layout: further settings of `rich.table.Table`.
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    made = Table(box=None, padding=(0, gap, 0, 0), **{"pad_edge": False, **layout})
+    for heading, kind in columns:
+        made.add_column(heading, **COLUMNS[kind])
+    for row in rows:
+        made.add_row(*(Text(cell) if isinstance(cell, str) else Text(*cell) for cell in row))
+    return made
+
+
+def lines_table(lines: Iterable[tuple[str, str]]) -> "Table":
+    """A table of lines, each a word and a sentence."""
+    rows = [((name, "bold"), text) for name, text in lines]
+    return table((("", "name"), ("", "text")), rows, gap=2, show_header=False)
 
 
 @contextlib.contextmanager
 def contact_errors_name(subject: Path | str) -> Iterator[None]:
     """Raise a ContactError of the block as an InputError that starts with the subject."""
-    import tactile
-
     try:
         yield
-    except tactile.ContactError as error:
+    except retouch.ContactError as error:
         raise InputError(f"{subject}: {error}") from error

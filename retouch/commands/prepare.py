@@ -2,22 +2,29 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+import retouch
 from mitsuba_scenes import find_texture
-from relief.common.errors import InputError, naming
+from relief.common.errors import InputError
+from relief.common.files import check_file_to_write
 from relief.common.formats import PREVIEW
 from relief.common.formatting import number
 from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.common.progress import stage
-from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES
-from relief.relief import Relief
-from retouch.commands.options import add_talk, console, contact_errors_name, print_json, whole_number
+from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS
+from retouch.commands.options import (
+    add_talk,
+    console,
+    contact_errors_name,
+    lines_table,
+    print_json,
+    whole_number,
+)
 from tactile.quantities import QUANTITIES, ROUGHNESS
 
 if TYPE_CHECKING:
-    from relief.preparing.preparation import Prepared
-    from tactile.measures import TouchMeasures
+    from retouch import Evaluation, Prepared
 
 MOST_PRESSED = 1024
 """Most samples a side that are pressed to tell how the relief feels."""
@@ -140,65 +147,51 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from relief.preparing.preparation import check_output, prepare
-
     arguments.picture = find_texture(arguments.picture)
     out: Path = arguments.out
-    if not out.parent.is_dir():
-        raise InputError(f"{out}: -o: there is no folder {out.parent}")
-    if out.is_dir():
-        raise InputError(f"{out}: -o: is a folder")
+    check_file_to_write(out)
     shown = out.with_name(f"{out.stem}{PREVIEW}")
     for path in (out, shown):
         if path.exists() and arguments.picture.exists() and path.samefile(arguments.picture):
             raise InputError(f"{path}: -o: is the picture, or its preview would be; choose another name")
-    check_output(out)
-    prepared = prepare(arguments.picture, **{name: getattr(arguments, name) for name in OPTIONS})
-    touch = _touch(prepared, arguments.picture)
-    from relief.common.files import write_atomically
-    from relief.preparing.preview import preview
-
+    if out.suffix.lower() not in OUTPUTS:
+        raise InputError(f"{out}: a height map is written as {' or '.join(OUTPUTS)}")
+    prepared = retouch.prepare(arguments.picture, **{name: getattr(arguments, name) for name in OPTIONS})
+    felt = _felt(prepared, arguments.picture)
     prepared.save(out)
-    with stage("drawing the preview"):
-        write_atomically(shown, preview(prepared, _figures(prepared, touch)))
+    retouch.save_preview(prepared, shown, felt)
     if arguments.json:
-        print_json(_entry(prepared, touch, arguments.picture, out, shown))
+        files = {"picture_file": str(arguments.picture), "heights": str(out), "preview": str(shown)}
+        print_json({**files, **prepared.numbers, **(felt.numbers if felt else {})})
         return 0
-    lines = dict(prepared.done) | _feel(prepared, touch)
+    lines = dict(prepared.done) | _feel(prepared, felt)
     bits = "16 bits" if out.suffix.lower() == ".png" else "mm"
     lines["written"] = f"{out} ({bits}), {shown}"
     if "tile" in prepared.numbers and "plate" not in prepared.numbers:
         lines["next"] = "evaluate and optimize take it as a tile with --repeats; wrap needs no option"
-    _print(lines)
+    console().print(lines_table(lines.items()))
     return 0
 
 
-def _touch(prepared: "Prepared", picture: Path) -> "TouchMeasures | None":
+def _felt(prepared: "Prepared", picture: Path) -> "Evaluation | None":
     """What a finger feels all over the plate or the tile, by the elastic layer.
 
     None if no relief is known, or too much is to be pressed.
     """
-    repeats = not prepared.numbers.keys().isdisjoint(("tile", "plate"))
-    heights, size_mm = prepared.heights, prepared.size_mm or PATCH_SIDE_MM
-    if "plate" in prepared.numbers:
-        size_mm, side = (prepared.numbers["plate"][name] for name in ("tile_mm", "tile_samples"))
-        heights = heights[:side, :side]
-    if prepared.relief_mm is None or len(heights) > MOST_PRESSED:
+    relief = prepared.relief
+    if relief is None or len(relief.heights) > MOST_PRESSED:
         return None
-    from tactile.measures import measure_touch
-    from tactile.skin import Skin
-
-    with naming(picture), contact_errors_name(picture), stage("pressing the skin on the relief"):
-        return measure_touch(Relief(heights, size_mm, (repeats, repeats)), Skin(), "layer")
+    with contact_errors_name(picture), stage("pressing the skin on the relief"):
+        return retouch.evaluate(relief, skin=retouch.Skin())
 
 
-def _feel(prepared: "Prepared", touch: "TouchMeasures | None") -> dict[str, str]:
+def _feel(prepared: "Prepared", felt: "Evaluation | None") -> dict[str, str]:
     """How the relief feels, or why nobody knows, and what to do about a relief that is far from natural."""
-    if touch is None:
+    if felt is None:
         if prepared.relief_mm is None:
             return {"feel": "unknown without --relief-mm"}
         return {"feel": f"not pressed: more than {MOST_PRESSED} samples a side; retouch evaluate does it"}
-    roughness = touch.means[ROUGHNESS.name]
+    touch, roughness = felt.touch, felt.roughness
     numbers = [f"{one.label} {number(touch.means[name])} {one.unit}" for name, one in QUANTITIES.items()]
     numbers.append(f"{100.0 * touch.contact_fraction:.0f} % of the plate in contact")
     if (ends := touch.ends)["count"] > 1:
@@ -210,45 +203,3 @@ def _feel(prepared: "Prepared", touch: "TouchMeasures | None") -> dict[str, str]
         sense, advice = ("rougher", "lower") if roughness > highest else ("smoother", "higher")
         lines[""] = f"{sense} than natural surfaces ({lowest:g} to {highest:g}); a {advice} --relief-mm helps"
     return lines
-
-
-def _figures(prepared: "Prepared", touch: "TouchMeasures | None") -> list[tuple[str, str]]:
-    """Numbers for the preview, and what they mean."""
-    if prepared.relief_mm is None:
-        return []
-    slopes = [f"{angle:.0f}°" for angle in prepared.numbers["slopes_deg"].values()]
-    figures = [(f"{prepared.relief_mm:.3g} mm", "relief"), (" / ".join(slopes), "slopes, median / steep")]
-    if touch is not None:
-        figures.append((number(touch.means[ROUGHNESS.name]), "roughness V"))
-        figures.append((f"{100.0 * touch.contact_fraction:.0f} %", "of the plate in contact"))
-    if "tile" in prepared.numbers:
-        tile = prepared.numbers["tile"]
-        figures.append(
-            (f"{100.0 * tile['seam_errors'][tile['method']]:.1f} %", f"seam error, {tile['method']}")
-        )
-    return figures
-
-
-def _entry(
-    prepared: "Prepared", touch: "TouchMeasures | None", picture: Path, out: Path, shown: Path
-) -> dict[str, Any]:
-    """The numbers for programs."""
-    felt: dict[str, Any] = {}
-    if touch is not None:
-        felt = {**touch.means, "contact_fraction": touch.contact_fraction}
-        if touch.ends["count"] > 1:
-            felt["places"] = touch.ends
-    files = {"picture_file": str(picture), "heights": str(out), "preview": str(shown)}
-    return {**files, **prepared.numbers, **felt}
-
-
-def _print(lines: dict[str, str]) -> None:
-    from rich.table import Table
-    from rich.text import Text
-
-    rows = Table.grid(padding=(0, 2, 0, 0))
-    rows.add_column(no_wrap=True)
-    rows.add_column(overflow="fold")
-    for subject, sentence in lines.items():
-        rows.add_row(Text(subject, "bold"), Text(sentence))
-    console().print(rows)

@@ -1,17 +1,17 @@
 """`retouch render`: pictures of a scene, one for each rendering condition."""
 
 import argparse
-import math
 import os
-import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import retouch
 from mitsuba_scenes import find_file, find_texture
 from relief.common.errors import InputError
 from relief.common.formatting import duration, number, percent
 from retouch.commands.options import (
+    LENGTHS,
     TEXTURE,
     add_mitsuba,
     add_plate,
@@ -20,15 +20,14 @@ from retouch.commands.options import (
     check_scales,
     console,
     count,
+    given,
     print_json,
     seed,
+    table,
 )
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
-    from relief.relief import Relief
-    from visual.noise import Batches
+    from retouch import Rendering
 
 HELP = "render a scene, one picture for each light"
 DESCRIPTION = """\
@@ -106,126 +105,40 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(
             f"{flag}: belongs to --texture; a scene has its own parameters, as in -D relief_mm=1"
         )
+    options = given(arguments, "texture", "repeats", "variant", "samples", *LENGTHS)
+    options["defines"] = dict(arguments.defines)
     if arguments.explain:
-        return _explain(arguments)
-    out = arguments.out or Path("renders") / arguments.scene.stem
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out}: -o: is a file, not a folder")
-    from optimize.run_directory.pictures import write_pictures
-    from optimize.runs.preparation import BLACK
-    from visual.noise import batched, batched_colour
-    from visual.scene import load_scene
-
-    scene = load_scene(
-        arguments.scene,
-        dict(arguments.defines),
-        arguments.variant,
-        relief=_relief(arguments),
-    )
-    start = time.perf_counter()
-    if scene.colour:
-        batches, shown = batched_colour(scene, arguments.samples, arguments.seed)
-    else:
-        batches = batched(scene, samples=arguments.samples, seed=arguments.seed)
-        shown = batches.mean
-    seconds = time.perf_counter() - start
-    pictures = batches.mean
-    levels = dict(zip(scene.conditions, pictures.mean(axis=(1, 2)).tolist(), strict=True))
-    for condition, level in levels.items():
-        if not math.isfinite(level):
-            raise InputError(f"{arguments.scene}: {condition}: pixels are not finite")
-    files = write_pictures(out, scene.conditions, shown, scene.white)
-    rows, cols = pictures.shape[1:]
-    black = [condition for condition, level in levels.items() if level < BLACK * scene.white]
+        _tell_lines(retouch.explain(arguments.scene, **options), arguments)
+        return 0
+    found = retouch.render(arguments.scene, arguments.out, seed=arguments.seed, **options)
     if arguments.json:
-        errors = batches.relative_error()
-        print_json(
-            {
-                "scene": str(arguments.scene),
-                "variant": scene.variant,
-                "resolution": [rows, cols],
-                "samples": batches.samples,
-                "seconds": seconds,
-                "white": scene.white,
-                "pictures": [
-                    {
-                        "condition": condition,
-                        "mean_radiance": level,
-                        "pixel_error_percent": 100.0 * float(error),
-                        "black": condition in black,
-                        "files": [f"{file}{suffix}" for suffix in (".exr", ".png")],
-                    }
-                    for (condition, level), error, file in zip(levels.items(), errors, files, strict=True)
-                ],
-            }
-        )
+        print_json(found.as_json())
         return 0
     screen = console()
-    screen.print(table(scene.conditions, files, batches))
+    columns = (("condition", "text"), ("mean radiance", "number"), ("error of a pixel", "number"))
+    screen.print(table((*columns, ("files", "text")), _rows(found)))
+    rows, cols = found.batches.mean.shape[1:]
     screen.print(
-        f"{cols} x {rows} pixels, {batches.samples} samples each, {scene.variant}, "
-        f"{duration(seconds)} of rendering."
+        f"{cols} x {rows} pixels, {found.batches.samples} samples each, {found.scene.variant}, "
+        f"{duration(found.seconds)} of rendering."
     )
-    if black:
+    if found.black:
         screen.print(
-            f"Black: {', '.join(black)}; next to no light goes from there to the camera.", markup=False
+            f"Black: {', '.join(found.black)}; next to no light goes from there to the camera.", markup=False
         )
     return 0
 
 
-def _relief(arguments: argparse.Namespace) -> "Relief":
-    """The relief on the scene's plate, the texture's or the scene's own. Raises InputError."""
-    from visual.scene_file.fitting import scene_relief
-
-    return scene_relief(
-        arguments.scene,
-        dict(arguments.defines),
-        arguments.texture,
-        size_mm=arguments.size_mm,
-        relief_mm=arguments.relief_mm,
-        height_scale=arguments.height_scale,
-        repeats=arguments.repeats or False,
-    )
-
-
-def _explain(arguments: argparse.Namespace) -> int:
-    from rich.table import Table
-    from rich.text import Text
-
-    from visual.explain import explain_scene
-
-    lines = explain_scene(
-        arguments.scene,
-        dict(arguments.defines),
-        arguments.variant,
-        _relief(arguments),
-        arguments.samples,
-    )
+def _tell_lines(lines: Sequence[tuple[str, str]], arguments: argparse.Namespace) -> None:
     if arguments.json:
         print_json([{"subject": subject, "sentence": sentence} for subject, sentence in lines])
-        return 0
-    rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False, show_header=False)
-    rows.add_column(overflow="fold")
-    rows.add_column(overflow="fold")
-    for subject, sentence in lines:
-        rows.add_row(Text(subject), Text(sentence))
-    console().print(rows)
-    return 0
+    else:
+        console().print(table((("", "text"), ("", "text")), lines, show_header=False))
 
 
-def table(conditions: Sequence[str], files: Sequence[Path], batches: "Batches") -> "Table":
-    """A table, one row a condition: name, mean radiance, standard error of a pixel in percent, files."""
-    from rich.table import Table
-    from rich.text import Text
-
-    rows = Table(box=None, padding=(0, 3, 0, 0), pad_edge=False)
-    rows.add_column("condition", overflow="fold")
-    rows.add_column("mean radiance", justify="right", no_wrap=True)
-    rows.add_column("error of a pixel", justify="right", no_wrap=True)
-    rows.add_column("files", overflow="fold")
-    means, errors = batches.mean.mean(axis=(1, 2)), batches.relative_error()
-    for condition, file, mean, error in zip(conditions, files, means, errors, strict=True):
-        rows.add_row(
-            Text(condition), number(float(mean)), percent(100.0 * float(error)), Text(f"{file}.exr, .png")
-        )
-    return rows
+def _rows(found: "Rendering") -> Iterator[tuple[str, ...]]:
+    """Name, mean radiance, standard error of a pixel and files of each condition."""
+    for (condition, mean), error, file in zip(
+        found.levels.items(), found.errors_percent, found.files, strict=True
+    ):
+        yield condition, number(mean), percent(error), f"{file}.exr, .png"

@@ -4,6 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
+import retouch
 from relief.common.errors import InputError
 from retouch.commands.optimize import STATUSES, finish
 from retouch.commands.options import add_talk, add_variant, contact_errors_name
@@ -41,10 +42,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"{arguments.run_dir}: no such file or folder")
     if (status := _finished(arguments)) is not None:
         return status
-    from retouch.verbs import runs
-
     with contact_errors_name(arguments.run_dir):
-        result = runs.resume(arguments.run_dir, variant=arguments.variant, quiet=arguments.quiet)
+        result = retouch.resume(arguments.run_dir, variant=arguments.variant, quiet=arguments.quiet)
     return finish(result.verification, result.run_dir, arguments)
 
 

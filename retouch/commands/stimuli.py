@@ -8,23 +8,26 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mitsuba_scenes import find_texture
+import retouch
 from relief.common.errors import InputError
+from relief.common.formatting import duration
 from retouch.commands.options import (
+    LENGTHS,
     TEXTURE,
     add_plate,
     add_printer,
     add_skin,
     add_talk,
     add_workers,
-    check_scales,
+    console,
+    given,
     print_json,
+    table,
     whole_number,
 )
 
 if TYPE_CHECKING:
-    from retouch.stimulus_sets.making import Made
-    from retouch.stimulus_sets.stimulus_set import StimulusSet
+    from retouch import StimulusPlates
 
 COMPLETE, WITH_FAILURES = 0, 1
 """Exit statuses: every plate is done, or some have failed."""
@@ -162,85 +165,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from retouch.stimulus_sets.making import make
-    from retouch.workers.choice import runner
-
     began = time.monotonic()
-    stimuli = _redrawn(arguments) if arguments.redraw else _requested(arguments)
-    made = make(
-        stimuli,
-        arguments.out,
-        None
-        if arguments.redraw
-        else lambda work, observer: runner(work, arguments.workers, arguments.dask, observer),
-    )
+    plates = given(arguments, "plate_mm", "base_mm", "bed_mm", "label")
+    if arguments.redraw:
+        _refuse_levels(arguments)
+        made = retouch.redraw_stimuli(arguments.out, plates=plates)
+    else:
+        settings: dict[str, Any] = {}
+        for setting in arguments.settings:
+            settings |= _setting(setting)
+        made = retouch.stimuli(
+            arguments.textures,
+            arguments.out,
+            plates=plates,
+            settings=settings,
+            **given(arguments, "jnd", "contact_area_scale", "same_roughness", "whole", "with_scaled"),
+            **given(arguments, "sources", "source_mm", "controls", "printer", "skin", "fast"),
+            **given(arguments, "workers", "dask", *LENGTHS),
+        )
     _tell(made, arguments, time.monotonic() - began)
     return WITH_FAILURES if made.content["failures"] else COMPLETE
 
 
-def _print_settings(arguments: argparse.Namespace) -> dict[str, Any]:
-    given = {name: getattr(arguments, name) for name in ("plate_mm", "base_mm", "bed_mm", "label")}
-    return {name: value for name, value in given.items() if value is not None}
-
-
-def _redrawn(arguments: argparse.Namespace) -> "StimulusSet":
-    """The set in the folder, with other plates where options say so. Raises InputError."""
-    from retouch.stimulus_sets.stimulus_set import FILE, read_set
-
-    given = (arguments.textures, arguments.jnd, arguments.contact_area_scale, arguments.sources)
+def _refuse_levels(arguments: argparse.Namespace) -> None:
+    """Raise InputError for an option that says what a set is, which its folder says already."""
+    levels = (arguments.textures, arguments.jnd, arguments.contact_area_scale, arguments.sources)
     switches = (arguments.same_roughness, arguments.whole, arguments.with_scaled, arguments.fast)
-    if any(given) or any(switches) or arguments.settings or arguments.printer:
+    if any(levels) or any(switches) or arguments.settings or arguments.printer:
         raise InputError("--redraw: draws the set in the folder; give -o and options of the print alone")
-    there = read_set(arguments.out / FILE)
-    return _checked(
-        {**there.model_dump(), "print": {**there.print.model_dump(), **_print_settings(arguments)}}
-    )
-
-
-def _requested(arguments: argparse.Namespace) -> "StimulusSet":
-    """The set that the arguments describe. Raises InputError."""
-    if not arguments.textures:
-        raise InputError("stimuli: name a texture, as in retouch stimuli gravel-tile --jnd -1,0,1 -o DIR")
-    textures = [find_texture(texture).absolute() for texture in arguments.textures]
-    check_scales(arguments, textures)
-    if not arguments.sources and (arguments.source_mm is not None or arguments.controls is not None):
-        raise InputError("--source-mm, --controls: are for a --source, which is missing")
-    settings: dict[str, Any] = {"touch.model": "quick", "look.model": "auto"} if arguments.fast else {}
-    lengths = {name: getattr(arguments, name) for name in ("size_mm", "relief_mm", "height_scale")}
-    settings |= {name: length for name, length in lengths.items() if length is not None}
-    if arguments.skin is not None:
-        path = Path(arguments.skin)
-        settings["touch.skin"] = str(path.absolute()) if path.is_file() else arguments.skin
-    if arguments.printer is not None:
-        settings["print.printer"] = arguments.printer
-    for setting in arguments.settings:
-        settings |= _setting(setting)
-    optional = {"source_mm": arguments.source_mm, "controls": arguments.controls}
-    return _checked(
-        {
-            "textures": textures,
-            "jnd": arguments.jnd or (),
-            "contact_area_scale": arguments.contact_area_scale or (),
-            **{name: getattr(arguments, name) for name in ("same_roughness", "whole", "with_scaled")},
-            "sources": [source.absolute() for source in arguments.sources],
-            "settings": settings,
-            "print": _print_settings(arguments),
-            **{name: value for name, value in optional.items() if value is not None},
-        }
-    )
-
-
-def _checked(values: Mapping[str, Any]) -> "StimulusSet":
-    """A request, checked. Raises InputError."""
-    from pydantic import ValidationError
-
-    from optimize.settings.toml_files import first_fault
-    from retouch.stimulus_sets.stimulus_set import StimulusSet
-
-    try:
-        return StimulusSet.model_validate(values)
-    except ValidationError as error:
-        raise InputError(f"stimuli: {first_fault(error, StimulusSet)}") from error
 
 
 def _setting(text: str) -> dict[str, Any]:
@@ -257,37 +209,17 @@ def _setting(text: str) -> dict[str, Any]:
     return {key.strip(): parsed["value"]}
 
 
-def _tell(made: "Made", arguments: argparse.Namespace, seconds: float) -> None:
+def _tell(made: "StimulusPlates", arguments: argparse.Namespace, seconds: float) -> None:
     """Print what became of the set."""
-    from relief.common.formatting import duration
-    from retouch.commands.options import console
-    from retouch.stimulus_sets.making import PAGE
-
     if arguments.json:
-        files = [str(arguments.out / PAGE), *map(str, made.files)]
-        print_json({"folder": str(arguments.out), **made.content, "files": files})
+        print_json(made.as_json())
         return
     if arguments.quiet:
         return
-    from rich.table import Table
-
-    rows = Table(box=None, pad_edge=False)
-    for heading in ("plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %", "JOD"):
-        rows.add_column(heading)
-    for texture in made.content["textures"]:
-        for plate in texture["plates"]:
-            ends = (plate["jnd_least"], plate["jnd_most"])
-            over = "" if None in ends else " to ".join(f"{end:+.2f}" for end in ends)
-            cells = (
-                (plate["jnd"], "+.2f"),
-                (over, "s"),
-                (plate["contact_area_mm2"], ".3g"),
-                (plate["picture_change_percent"], ".2g"),
-                (plate["jod"], ".2f"),
-            )
-            texts = ["" if value is None else format(value, form) for value, form in cells]
-            rows.add_row(plate["label"], plate["kind"], *texts)
-    console().print(rows)
+    headings = ("plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %", "JOD")
+    plates = [plate for texture in made.content["textures"] for plate in texture["plates"]]
+    columns = [(heading, "") for heading in headings]
+    console().print(table(columns, map(_cells, plates), gap=1))
     summary = made.content["summary"]
     if summary["neighbours_percent"] is not None:
         print(
@@ -299,6 +231,23 @@ def _tell(made: "Made", arguments: argparse.Namespace, seconds: float) -> None:
         print(line)
     missing = f"; {made.missing} plates not computed yet" if made.missing else ""
     took = "" if arguments.redraw or not math.isfinite(seconds) else f", {duration(seconds)}"
-    print(f"{arguments.out / PAGE}: {summary['plates']} plates{missing}{took}")
+    print(f"{made.page}: {summary['plates']} plates{missing}{took}")
     for file in made.files:
         print(f"to print: {file}")
+
+
+def _cells(plate: Mapping[str, Any]) -> list[str]:
+    """Cells of a plate; what it lacks is empty."""
+    ends = (plate["jnd_least"], plate["jnd_most"])
+    cells = (
+        (plate["jnd"], "+.2f"),
+        ("" if None in ends else " to ".join(f"{end:+.2f}" for end in ends), "s"),
+        (plate["contact_area_mm2"], ".3g"),
+        (plate["picture_change_percent"], ".2g"),
+        (plate["jod"], ".2f"),
+    )
+    return [
+        plate["label"],
+        plate["kind"],
+        *("" if value is None else format(value, form) for value, form in cells),
+    ]

@@ -4,19 +4,20 @@ import argparse
 import math
 import sys
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
+import retouch
 from mitsuba_scenes.studies import bundled_studies, find_study
 from relief.common.errors import InputError
-from retouch.commands.options import add_talk, add_workers, console, print_json
+from relief.common.formatting import duration
+from retouch.commands.options import add_talk, add_workers, console, given, print_json, table
+
+if TYPE_CHECKING:
+    from retouch import StudyTables
 
 COMPLETE, WITH_FAILURES = 0, 1
 """Exit statuses: every row is done, or some have failed."""
-MOST_SHOWN = 10
-"""Most faults and failures that are printed; the page lists all."""
 
 HELP = "compute tables of runs that a study file describes"
 DESCRIPTION = """\
@@ -94,91 +95,43 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.all and arguments.given is not None:
         raise InputError("--from: is the document of one study, not of all")
     out: Path = arguments.out or (Path("runs") if arguments.all else Path("runs") / paths[0].stem)
-    outcomes = [_study(path, out / path.stem if arguments.all else out, arguments) for path in paths]
+    found = [_study(path, out / path.stem if arguments.all else out, arguments) for path in paths]
     if arguments.json:
-        print_json([one.entry for one in outcomes] if arguments.all else outcomes[0].entry)
-    return max(one.status for one in outcomes)
+        entries = [one.as_json() for one in found]
+        print_json(entries if arguments.all else entries[0])
+    return COMPLETE if all(one.complete for one in found) else WITH_FAILURES
 
 
-@dataclass(frozen=True)
-class _Outcome:
-    """What became of a study: exit status, and what `--json` prints."""
-
-    status: int
-    entry: dict[str, Any]
-
-
-def _study(path: Path, out: Path, arguments: argparse.Namespace) -> _Outcome:
-    """Compute or redraw a study, write its files, and tell what became of it."""
-    from relief.common.formatting import duration
-    from retouch.studies import engine
-    from retouch.studies.document import flat_rows, read_document
-    from retouch.studies.rows import expand
-    from retouch.studies.study_file import load_study
-    from retouch.studies.writing import write_study
-    from retouch.workers.choice import runner
-
+def _study(path: Path, out: Path, arguments: argparse.Namespace) -> "StudyTables":
+    """Compute or redraw a study, and tell what became of it."""
     began = time.monotonic()
-    study = load_study(path)
-    expanded = expand(study, arguments.quick, arguments.textures)
-    given = None if arguments.given is None else read_document(arguments.given).records
-    _tell(expanded.faults)
-    if arguments.redraw:
-        engine.check_folder(out)
-        rows = engine.known(expanded, out, study.measures, given)
-    else:
-        rows = engine.compute(
-            expanded,
-            out,
-            lambda work, observer: runner(work, arguments.workers, arguments.dask, observer),
-            study.measures,
-            given,
-            arguments.again,
-        )
-    content = write_study(out, study, expanded, rows, arguments.quick)
-    failed = [f"{out / engine.ROWS / key[:12]}: {reason}" for key, reason in rows.failures.items()]
+    found = retouch.study(
+        path,
+        out,
+        given=arguments.given,
+        **given(arguments, "quick", "textures", "again", "redraw", "workers", "dask"),
+    )
     if not arguments.json:
-        _tell(failed)
+        for line in found.failures_shown():
+            print(line, file=sys.stderr)
     if not arguments.json and not arguments.quiet:
-        missing = len(expanded.rows) - len(rows.records) - len(failed)
-        rest = f", {missing} not computed yet" if missing else ""
+        rest = f", {found.missing} not computed yet" if found.missing else ""
         took = "" if arguments.redraw else f", {duration(time.monotonic() - began)}"
-        print(f"{out / engine.PAGE}: {len(rows.records)} rows, {len(failed)} failed{rest}{took}", flush=True)
-    files = [str(out / name) for name in (engine.PAGE, engine.SPREADSHEET, engine.DOCUMENT)]
-    failures = [*expanded.faults, *failed]
-    entry = {"folder": str(out), "rows": flat_rows(content), "failures": failures, "files": files}
-    return _Outcome(WITH_FAILURES if failures else COMPLETE, entry)
-
-
-def _tell(lines: Sequence[str]) -> None:
-    """Print faults or failures on stderr."""
-    for line in lines[:MOST_SHOWN]:
-        print(line, file=sys.stderr)
-    if len(lines) > MOST_SHOWN:
-        print(f"... and {len(lines) - MOST_SHOWN} more, which the page lists", file=sys.stderr)
+        print(f"{found.page}: {found.done} rows, {len(found.failed)} failed{rest}{took}", flush=True)
+    return found
 
 
 def _list(arguments: argparse.Namespace) -> int:
     """Print the bundled studies."""
-    from rich.table import Table
-
-    from retouch.studies.rough_time import about
-    from retouch.studies.study_file import load_study
-
-    found: list[dict[str, Any]] = []
-    for path in bundled_studies():
-        study = load_study(path)
-        sizes = {"whole": about(study, quick=False), "quick": about(study, quick=True)}
-        found.append({"name": study.name, "title": study.title, **sizes})
+    found = retouch.list_studies()
     if arguments.json:
         print_json(found)
         return COMPLETE
-    rows = Table(box=None, pad_edge=False)
-    for heading in ("name", "title", "rows, minutes", "with --quick"):
-        rows.add_column(heading)
+    rows = []
     for one in found:
         forms = (one["whole"], one["quick"])
         texts = [f"{form['rows']}, about {math.ceil(form['minutes'])}" for form in forms]
-        rows.add_row(one["name"], one["title"], *texts)
-    console().print(rows)
+        rows.append((one["name"], one["title"], *texts))
+    headings = ("name", "title", "rows, minutes", "with --quick")
+    console().print(table([(heading, "") for heading in headings], rows, gap=1))
     return COMPLETE

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from relief.common.formats import PLATES
 from relief.common.formatting import between, duration, number, percent, plus_minus, rounded
+from retouch.commands.options import lines_table
 from tactile.jnd import ROUGHNESS_JND, tries_of_100
 from tactile.quantities import FLAT_SHARE, PLACE_JND, QUANTITIES, ROUGHNESS
 
@@ -31,15 +32,7 @@ def summary(result: "Verification", run_dir: Path) -> "Table":
         result: what was measured of the result.
         run_dir: where the files lie; only files that exist are named.
     """
-    from rich.table import Table
-    from rich.text import Text
-
-    rows = Table.grid(padding=(0, 2, 0, 0))
-    rows.add_column(no_wrap=True)
-    rows.add_column(overflow="fold")
-    for name, text in _lines(result, run_dir):
-        rows.add_row(Text(name, "bold"), Text(text))
-    return rows
+    return lines_table(_lines(result, run_dir))
 
 
 def _lines(result: "Verification", run_dir: Path) -> Iterator[tuple[str, str]]:

@@ -1,11 +1,10 @@
 """`retouch train`: training of nets on a data set."""
 
 import argparse
-from dataclasses import asdict
 from pathlib import Path
 
-from relief.common.progress import this_stage
-from retouch.commands.options import add_talk, print_json, seed, whole_number
+import retouch
+from retouch.commands.options import add_talk, given, print_json, seed, whole_number
 
 HELP = "train the learned models on a data set"
 DESCRIPTION = """\
@@ -65,43 +64,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    import torch
-
-    from relief.common.errors import InputError
-    from retouch.training.train import TrainingRequest, train_net
-    from surrogate.nets.training import Settings
-
-    has_cuda = torch.cuda.is_available()
-    if arguments.device == "cuda" and not has_cuda:
-        raise InputError("--device cuda: torch finds no such device")
-    options = {name: getattr(arguments, name) for name in ("epochs", "minutes", "batch", "learning_rate")}
-    settings = Settings(
-        seed=arguments.seed, **{name: value for name, value in options.items() if value is not None}
-    )
-    request = TrainingRequest(
+    trained = retouch.train(
+        arguments.net,
         arguments.data,
         arguments.out,
-        settings,
-        device=arguments.device or ("cuda" if has_cuda else "cpu"),
+        seed=arguments.seed,
+        device=arguments.device,
         resume=arguments.resume,
-        **({} if arguments.widths is None else {"widths": arguments.widths}),
-    )
-    card = train_net(
-        arguments.net,
-        request,
-        lambda e: this_stage().tell(
-            f"epoch {e.number} of at most {settings.epochs}: loss {e.loss:.4f}, validation {e.error:.4f}, "
-            f"{e.seconds:.0f} s"
-        ),
+        **given(arguments, "epochs", "minutes", "batch", "learning_rate", "widths"),
     )
     if arguments.json:
-        print_json({"folder": str(arguments.out), **asdict(card)})
-        return 0
-    if arguments.quiet:
-        return 0
-    print(f"{arguments.out}: {card.training['ended']}")
-    for name, value in card.errors.items():
-        print(f"  {name.replace('_', ' ')}: {value:.4g}")
+        print_json(trained.as_json())
+    elif not arguments.quiet:
+        print(f"{trained.folder}: {trained.card.training['ended']}")
+        for name, value in trained.card.errors.items():
+            print(f"  {name.replace('_', ' ')}: {value:.4g}")
     return 0
 
 

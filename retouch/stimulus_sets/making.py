@@ -29,21 +29,32 @@ MakeRunner = Callable[[Work, Callable[[Any, str], None]], Runner]
 
 
 @dataclass(frozen=True)
-class Made:
+class StimulusPlates:
     """What became of a set.
 
     Attributes:
+        folder: of the set.
         content: of `stimuli.json`.
         files: to print.
         missing: number of plates that are neither done nor failed.
     """
 
+    folder: Path
     content: dict[str, Any]
     files: tuple[Path, ...]
     missing: int
 
+    @property
+    def page(self) -> Path:
+        """The page."""
+        return self.folder / PAGE
 
-def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> Made:
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch stimuli --json` prints."""
+        return {"folder": str(self.folder), **self.content, "files": [*map(str, (self.page, *self.files))]}
+
+
+def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> StimulusPlates:
     """Make a set, or what of it is missing, and write every file.
 
     Args:
@@ -96,7 +107,8 @@ def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> Mad
     for part, file in (("plates", documents.PLATES), ("pairs", documents.PAIRS)):
         write_atomically(out / file, documents.spreadsheet(content, part))
     write_atomically(out / PAGE, page(content, stimuli, out))
-    return Made(content, tuple(files), len(expanded.rows) - len(rows.records) - len(rows.failures))
+    missing = len(expanded.rows) - len(rows.records) - len(rows.failures)
+    return StimulusPlates(out, content, tuple(files), missing)
 
 
 def _wall_s(out: Path, took_s: float, continued: bool, redrawn: bool) -> float | None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mitsuba_scenes import find_file
+from mitsuba_scenes import DEFAULT_SCENE, find_file
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.runs.preparation import BLACK
 from optimize.settings.skins import described_skin, load_skin
@@ -34,8 +34,6 @@ from tactile.quantities import ROUGHNESS
 from visual.noise import Batches, batched
 from visual.scene import Scene, load_scene, plate_size_mm
 
-SCENE = "studio"
-"""Scene of the pictures where neither the caller nor a run names one."""
 SAME_WIDTH = 1e-6
 """Relative difference of the widths of two plates of one size, at most: rounding."""
 SAMPLES = 256
@@ -103,7 +101,7 @@ def compare(
         # The seed of a run's own pictures, so that the numbers are those of its report.
         seed = 0 if run is None else run.seed + 1
     own = run is not None and scene is None
-    scene_file = find_file(run.scene if run is not None and own else scene or SCENE, ".xml")
+    scene_file = find_file(run.scene if run is not None and own else scene or DEFAULT_SCENE, ".xml")
     own_defines = dict(run.define) if run is not None and own else {}
     ends = axes(repeats) if repeats is not None or run is None else run.axes_repeat
     for subject in subjects:

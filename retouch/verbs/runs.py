@@ -3,9 +3,12 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from optimize.estimates.forecast import Forecast
+from optimize.estimates.forecast import forecast as forecast_of
+from optimize.run_directory.directory import check_vacant
 from optimize.runs import job
 from optimize.runs.job import Result
-from optimize.settings.run_file import Run
+from optimize.settings.run_file import Run, load_run
 from relief.common.progress import Progress
 from retouch.pages.run_report import publish
 from retouch.verbs.progress_display import followed
@@ -56,3 +59,22 @@ def resume(
     """
     with followed(progress, quiet):
         return job.resume(run_dir, variant=variant, publish=publish)
+
+
+def forecast(
+    run: Run | str | Path,
+    out: Path | str,
+    *,
+    variant: str | None = None,
+    force: bool = False,
+    quiet: bool | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Forecast:
+    """Check a run as its beginning would, and tell about how much time and memory it takes; write nothing.
+
+    Arguments are as in `optimize`. Raises InputError as `optimize` does, or if there is no room on the disk.
+    """
+    out, settings = Path(out), run if isinstance(run, Run) else load_run(run)
+    with followed(progress, quiet):
+        check_vacant(out, force)
+        return forecast_of(settings, out, variant)

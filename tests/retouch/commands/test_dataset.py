@@ -53,7 +53,7 @@ def test_textures_without_fields_are_told_and_change_the_exit_status(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "retouch.training.dataset.make_dataset",
+        "retouch.verbs.learning.make_dataset",
         lambda *_: [Failure(k, "knit/0", "no luck") for k in range(7)],
     )
     assert main(["dataset", "-o", str(tmp_path), *FEW]) == cli_dataset.WITH_FAILURES

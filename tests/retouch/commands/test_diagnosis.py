@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from retouch.commands import diagnosis
+from retouch.commands.main import main
+from retouch.verbs import machine
 from visual.backend import llvm
 
 
@@ -21,8 +22,8 @@ def require(monkeypatch: pytest.MonkeyPatch, *texts: str) -> None:
     monkeypatch.setattr(importlib.metadata, "requires", lambda name: list(texts))
 
 
-def finding(name: str) -> diagnosis.Finding:
-    return next(checked for checked in diagnosis.diagnose() if checked.name == name)
+def finding(name: str) -> machine.Finding:
+    return next(checked for checked in machine.doctor().findings if checked.name == name)
 
 
 @pytest.fixture
@@ -34,29 +35,29 @@ def no_llvm(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_this_machine_can_optimise(capsys: pytest.CaptureFixture[str]) -> None:
-    assert diagnosis.run(as_json=False) == 0
+    assert main(["doctor"]) == 0
     printed = capsys.readouterr().out
     assert printed.endswith("Ready.\n")
     assert "MISSING" not in printed
 
 
 def test_json_holds_every_finding(capsys: pytest.CaptureFixture[str]) -> None:
-    assert diagnosis.run(as_json=True) == 0
+    assert main(["doctor", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed["ready"] is True
     assert [entry["name"] for entry in printed["findings"]] == [
-        checked.name for checked in diagnosis.diagnose()
+        checked.name for checked in machine.doctor().findings
     ]
     assert set(printed["findings"][0]) == {"name", "ok", "detail", "remedy", "needed"}
 
 
 def test_every_remedy_is_there_before_it_is_needed() -> None:
-    assert all(checked.remedy for checked in diagnosis.diagnose())
+    assert all(checked.remedy for checked in machine.doctor().findings)
 
 
 @pytest.mark.usefixtures("no_llvm")
 def test_without_llvm_it_says_what_to_install(capsys: pytest.CaptureFixture[str]) -> None:
-    assert diagnosis.run(as_json=False) == 1
+    assert main(["doctor"]) == 1
     printed = " ".join(capsys.readouterr().out.split())
     assert "apt install libllvm19" in printed
     assert finding("libLLVM").ok is False
@@ -92,7 +93,7 @@ def test_mitsuba_that_does_not_import_is_a_finding(monkeypatch: pytest.MonkeyPat
 
 def test_an_old_python_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "version_info", (3, 10, 0))
-    assert not diagnosis.can_run([diagnosis._python()])
+    assert not machine.Diagnosis((machine._python(),)).ready
 
 
 def test_a_cache_that_cannot_be_written_does_not_stop_an_optimisation(
@@ -102,7 +103,7 @@ def test_a_cache_that_cannot_be_written_does_not_stop_an_optimisation(
     monkeypatch.setenv("RETOUCH_CACHE", str(tmp_path / "file" / "cache"))
     checked = finding("cache")
     assert not checked.ok
-    assert diagnosis.can_run([checked])
+    assert machine.Diagnosis((checked,)).ready
 
 
 def test_the_cache_is_measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -113,5 +114,5 @@ def test_the_cache_is_measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
 
 def test_looking_makes_no_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("RETOUCH_CACHE", str(tmp_path / "cache"))
-    diagnosis._cache()
+    machine._cache()
     assert not (tmp_path / "cache").exists()

@@ -13,7 +13,6 @@ from relief.objects.table import OBJECTS
 from relief.wrapping.surfaces import Settings
 from relief.wrapping.tiles import Tile
 from relief.wrapping.wrap import Covering, wrap
-from retouch.commands import mesh_entries
 from retouch.commands.main import main
 from retouch.commands.mesh_entries import mesh_lines
 from tests.relief.meshes.bodies import CUBE, cube
@@ -112,7 +111,7 @@ def test_a_bundled_object_is_taken_out_by_its_name(
     bumps: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(mesh_entries, "MOST_PLACES", 3)
+    monkeypatch.setattr("retouch.verbs.evaluation.MOST_MESH_PLACES", 3)
     bare = OBJECTS["ball"].make()
     part = wrap(bare, [Covering(Tile(bumps, 15.0 / 96))], Settings(edge_mm=0.8)).body
     Path("part.stl").write_bytes(stl(part))

@@ -27,12 +27,12 @@ from relief.common.errors import InputError
 from relief.common.formatting import between, number, percent, plus_minus
 from relief.heightmap import load_heights, save_heights_exr
 from relief.relief import Relief
-from retouch.commands import evaluate as cli_evaluate
 from retouch.commands import main as cli
 from retouch.commands import optimize as cli_optimize
 from retouch.commands.main import main
 from retouch.commands.summary import summary
 from retouch.verbs import runs
+from tactile.measures import measure_touch
 from tests.retouch.pages.plausible import FINGERS, content, verified
 from visual.exact.view import View
 from visual.scene import Scene
@@ -232,13 +232,13 @@ def test_size_and_relief_come_along_with_the_heights_of_a_run(
     waves: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pressed: list[tuple[float, float]] = []
-    measure = cli_evaluate.measure
+    measure = measure_touch
 
     def measured(relief: Relief, *others: Any) -> Any:
         pressed.append((relief.heights.max(), relief.width_mm))
         return measure(replace(relief, width_mm=10.0), *others)
 
-    monkeypatch.setattr(cli_evaluate, "measure", measured)
+    monkeypatch.setattr("retouch.verbs.evaluation.measure_touch", measured)
     heights = load_heights(waves)
     write_relief(Path("run"), heights, 20.0, None)
     files = ("run/heights.png", "run/heights.exr", "waves.exr")

@@ -8,11 +8,9 @@ import pytest
 import trimesh
 
 from relief.heightmap import save_heights_exr
-from relief.meshes.mesh import UNITS as READ
 from relief.objects.table import OBJECTS
 from retouch.commands.main import BAD_INPUT, main
 from retouch.commands.wrap import OBJECTS as NAMED
-from retouch.commands.wrap import UNITS
 
 FEW = ("--edge-mm", "0.8")
 
@@ -91,6 +89,5 @@ def test_bad_input_is_refused_in_one_line(capsys, tmp_path, argv, says):
     assert not (tmp_path / "out.3mf").exists()
 
 
-def test_the_help_names_the_objects_and_units_there_are():
+def test_the_help_names_the_objects_there_are():
     assert tuple(NAMED.split(", ")) == tuple(OBJECTS)
-    assert tuple(READ) == UNITS

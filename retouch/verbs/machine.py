@@ -1,4 +1,4 @@
-"""Checks of the machine for `retouch doctor`: packages, libraries, cache and memory, with remedies."""
+"""Checks of the machine: packages, libraries, cache and memory, with remedies."""
 
 import contextlib
 import importlib.metadata
@@ -6,18 +6,17 @@ import importlib.resources
 import os
 import platform
 import sys
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from packaging.requirements import Requirement
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
 from relief.common.errors import InputError
 from relief.common.files import cache_folder
-from relief.common.progress import stage
-from retouch.commands.options import print_json
+from relief.common.progress import Progress, stage
+from retouch.verbs.progress_display import followed
 from tactile.sparse import has_pardiso
 from visual.backend import llvm
 from visual.backend.variants import choose_variant, is_differentiable
@@ -49,20 +48,39 @@ class Finding:
     needed: bool = True
 
 
-def diagnose() -> list[Finding]:
-    """Check everything that an optimisation uses on this machine; a fault is a finding, not an exception."""
+@dataclass(frozen=True)
+class Diagnosis:
+    """What was found on this machine.
+
+    Attributes:
+        findings: one for each check.
+    """
+
+    findings: tuple[Finding, ...]
+
+    @property
+    def ready(self) -> bool:
+        """Whether everything that an optimisation needs is there."""
+        return all(finding.ok for finding in self.findings if finding.needed)
+
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch doctor --json` prints."""
+        return {"ready": self.ready, "findings": [asdict(finding) for finding in self.findings]}
+
+
+def doctor(*, quiet: bool | None = None, progress: Callable[[Progress], None] | None = None) -> Diagnosis:
+    """Check everything that an optimisation uses on this machine; a fault is a finding, not an exception.
+
+    Args:
+        quiet, progress: as in `optimize`.
+    """
     checks = (_python, _packages, _llvm, _variants, _pardiso, _weights, _cache, _machine)
     findings = []
-    with stage("checking this machine", len(checks)) as advance:
+    with followed(progress, quiet), stage("checking this machine", len(checks)) as advance:
         for check in checks:
             findings.append(check())
             advance()
-    return findings
-
-
-def can_run(findings: list[Finding]) -> bool:
-    """Whether everything that an optimisation needs is there."""
-    return all(finding.ok for finding in findings if finding.needed)
+    return Diagnosis(tuple(findings))
 
 
 def _python() -> Finding:
@@ -170,31 +188,3 @@ def _machine() -> Finding:
         f"the finest finite elements take {MEMORY_GIB:.0f} GiB at their peak, everything else 1 GiB",
         needed=False,
     )
-
-
-def table(findings: list[Finding]) -> Table:
-    """A table for a person, one row a finding, with a remedy below every fault."""
-    rows = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    rows.add_column(no_wrap=True)
-    rows.add_column(no_wrap=True)
-    rows.add_column(overflow="fold")
-    for finding in findings:
-        mark, style = (
-            ("ok", "green") if finding.ok else ("MISSING", "bold red") if finding.needed else ("-", "yellow")
-        )
-        detail = finding.detail if finding.ok else f"{finding.detail}\n-> {finding.remedy}"
-        rows.add_row(Text(mark, style), Text(finding.name, "bold"), Text(detail))
-    return rows
-
-
-def run(as_json: bool) -> int:
-    """Print the findings as a table or as JSON; returns status 0 if an optimisation can run, else 1."""
-    findings = diagnose()
-    ready = can_run(findings)
-    if as_json:
-        print_json({"ready": ready, "findings": [asdict(finding) for finding in findings]})
-    else:
-        console = Console()
-        console.print(table(findings))
-        console.print("Ready." if ready else "Not ready: the lines marked MISSING say what to do.")
-    return 0 if ready else 1

@@ -1,0 +1,225 @@
+"""Evaluation: how a relief or a solid feels at each place of the finger, and how far a change can go."""
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self, Unpack
+
+import numpy as np
+
+from mitsuba_scenes import find_file
+from mitsuba_scenes.fingers import DEFAULT_SKIN
+from optimize.estimates.reach import Reach
+from optimize.estimates.reach import reach as reach_of
+from optimize.settings.skins import OWN, described_skin, load_skin
+from optimize.verification.mesh_feel import MeshFeel, feel_of
+from relief.common.arrays import Array
+from relief.common.errors import naming
+from relief.common.formats import MESHES
+from relief.common.lengths import Lengths
+from relief.common.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
+from relief.common.progress import Progress, stage
+from relief.meshes import Mesh
+from relief.patches import Patches
+from relief.places import centres_mm, places
+from relief.printers import Printer
+from relief.relief import Relief
+from relief.surface import Repeats
+from retouch.pages.mesh_colouring import write_coloured
+from retouch.verbs.progress_display import followed
+from retouch.verbs.reliefs import Source, read_solid, refuse, relief_of
+from tactile.jnd import SMOOTH, jnd_apart
+from tactile.measures import TouchMeasures, measure_touch
+from tactile.model import ModelName
+from tactile.quantities import CONTACT_AREA, ROUGHNESS
+from tactile.skin import Skin
+from visual.scene import Scene, load_scene
+
+
+@dataclass(frozen=True, eq=False)
+class TouchedPlaces:
+    """Places of the finger, and what is felt there.
+
+    Attributes:
+        count: number of places, k.
+        centres_mm: (k, 2) centres of the patches on a relief, mm down from the first row's and right from the
+            first column's outer edge; (k, 3) points of a solid, mm.
+        values: (k,) of each quantity by its name, "roughness" and "contact_area_mm2".
+    """
+
+    count: int
+    centres_mm: Array
+    values: Mapping[str, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """How a relief or a solid feels.
+
+    Attributes:
+        relief: what was touched.
+        touch: what fingers got from it, place by place.
+        model: of touch.
+        skin: of the finger.
+        skin_name: name or file of the skin; "own" if it has none.
+        reach: how far the feel can be changed before the pictures visibly change; None if not asked for.
+        scene: file of the scene of these pictures.
+        files: written to show the feel of a solid.
+    """
+
+    relief: Relief | Mesh
+    touch: TouchMeasures | MeshFeel
+    model: ModelName
+    skin: Skin
+    skin_name: str
+    reach: Reach | None = None
+    scene: Path | None = None
+    files: tuple[Path, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """File of the relief or the solid; "heights" for an array."""
+        return self.relief.name if isinstance(self.relief, Relief) else str(self.relief.path)
+
+    @property
+    def roughness(self) -> float:
+        """Mean over the places, no unit."""
+        return self.touch.means[ROUGHNESS.name]
+
+    @property
+    def contact_area_mm2(self) -> float:
+        """Mean over the places, mm²."""
+        return self.touch.means[CONTACT_AREA.name]
+
+    @property
+    def contact_fraction(self) -> float:
+        """Share of the patch in contact, mean over the places."""
+        return self.touch.contact_fraction
+
+    @property
+    def places(self) -> TouchedPlaces:
+        """Where the fingers pressed, and the values there."""
+        if isinstance(self.touch, MeshFeel):
+            centres = np.array([crop.frame.at for crop in self.touch.crops])
+        else:
+            assert isinstance(self.relief, Relief)
+            centres = centres_mm(self.relief.surface, places(self.relief.surface))
+        return TouchedPlaces(len(centres), centres, self.touch.values)
+
+    @property
+    def patch_mm(self) -> float:
+        """Side of the square under a finger, mm."""
+        if isinstance(self.relief, Mesh):
+            return PATCH_SIDE_MM
+        return Patches(self.relief.surface, places(self.relief.surface)).size_mm
+
+    def jnd_from(self, first: Self) -> float | None:
+        """Just-noticeable differences by which this is rougher (+) or smoother (-); None if one is smooth."""
+        smooth = min(self.roughness, first.roughness) < SMOOTH
+        return None if smooth else jnd_apart(self.roughness, first.roughness)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """Means over the places, and their least and largest values if there are several, for JSON."""
+        felt = {**self.touch.means, "contact_fraction": self.contact_fraction}
+        return felt | ({"places": self.touch.ends} if self.touch.ends["count"] > 1 else {})
+
+    def as_json(self, first: Self | None = None) -> dict[str, Any]:
+        """An entry of what `retouch evaluate --json` prints.
+
+        Args:
+            first: with `jnd_from_first`, counted from this one.
+        """
+        entry = {"texture": self.name, **self.numbers}
+        if isinstance(self.touch, MeshFeel):
+            entry |= self.touch.details()
+        if first is not None:
+            entry["jnd_from_first"] = self.jnd_from(first)
+        if self.reach is not None:
+            entry["reach"] = {"scene": str(self.scene), **self.reach.as_json()}
+        printer = None
+        if isinstance(self.relief, Mesh):
+            entry |= {"size_mm": entry["sides_mm"][0], "warnings": list(self.relief.warnings)}
+            entry |= {"files": [str(file) for file in self.files]} if self.files else {}
+        else:
+            entry["size_mm"] = self.relief.width_mm
+            printer = self.relief.printer
+        of_skin = described_skin(self.skin, self.skin_name)
+        return entry | {"skin": of_skin, "model": self.model, "printer": printer and printer.name}
+
+
+def evaluate(
+    relief: Source | Mesh,
+    *,
+    repeats: Repeats = False,
+    printer: str | Printer | None = None,
+    units: str | None = None,
+    without_texture: Mesh | str | os.PathLike[str] | None = None,
+    model: ModelName = "layer",
+    skin: Skin | str | os.PathLike[str] = DEFAULT_SKIN,
+    reach: Scene | str | os.PathLike[str] | None = None,
+    colours: str | os.PathLike[str] | None = None,
+    quiet: bool | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    **lengths: Unpack[Lengths],
+) -> Evaluation:
+    """Press fingers on a relief or a solid, wherever there is room for one, as `retouch evaluate` does.
+
+    Args:
+        relief: a `Relief`, heights (rows, cols) in mm, a height map, the name of a bundled one, or the folder
+            of a run; or a solid, as a print file (STL, OBJ, PLY, GLB, 3MF) or of `read_solid`.
+        lengths: `size_mm`, `relief_mm` and `height_scale` of a file, as in `Relief.read`; `size_mm` also
+            of an array.
+        repeats: whether a file or an array is a tile, along both axes, "x" or "y".
+        printer: name of a printer, or a printer, whose print of the relief is pressed.
+        units: of a print file, as in `read_solid`.
+        without_texture: the solid before its texture, whose own curvature is then no part of what is felt.
+        model: of touch.
+        skin: of the finger, or its name or file.
+        reach: estimate how much rougher and smoother the relief can be made before its pictures in this scene
+            change by 2 % of white. The name or the file of a scene, where the relief is put; or a scene, of
+            whose own relief the reach then is.
+        colours: folder for the files that show the roughness of a solid in colours.
+        quiet, progress: as in `optimize`.
+
+    Raises:
+        InputError: what is wrong with the input, in one line.
+        ContactError: a contact does not converge.
+    """
+    name, finger = (OWN, skin) if isinstance(skin, Skin) else (str(skin), load_skin(skin))
+    if isinstance(relief, str | os.PathLike) and Path(relief).suffix.lower() in MESHES:
+        relief = read_solid(relief, units=units)
+    if isinstance(relief, Mesh):
+        of_reliefs = {**lengths, "repeats": repeats or None, "printer": printer, "reach": reach}
+        refuse("height maps; a print file is felt as it is", of_reliefs)
+        if not isinstance(without_texture, Mesh | None):
+            without_texture = read_solid(without_texture, units=units)
+        with followed(progress, quiet):
+            return _of_solid(relief, without_texture, model, finger, name, colours)
+    refuse("print files", {"units": units, "without_texture": without_texture, "colours": colours})
+    felt = relief_of(relief, **lengths, repeats=repeats, printer=printer)
+    with followed(progress, quiet), naming(felt.name):
+        touch = measure_touch(felt, finger, model)
+        if reach is None:
+            return Evaluation(felt, touch, model, finger, name)
+        with stage(f"reach of {Path(felt.name).name}"):
+            if not isinstance(reach, Scene):
+                reach = load_scene(find_file(reach, ".xml"), relief=felt)
+            return Evaluation(felt, touch, model, finger, name, reach_of(reach, finger), reach.file)
+
+
+def _of_solid(
+    mesh: Mesh,
+    without_texture: Mesh | None,
+    model: ModelName,
+    skin: Skin,
+    skin_name: str,
+    colours: str | os.PathLike[str] | None,
+) -> Evaluation:
+    files: tuple[Path, ...] = ()
+    with naming(mesh.path), stage(f"feeling {mesh.path.name}"):
+        feel = feel_of(mesh, skin, model, MOST_MESH_PLACES, without_texture)
+    if colours is not None:
+        files = write_coloured(Path(colours), mesh.path.stem, feel, Path(skin_name).stem)
+    return Evaluation(mesh, feel, model, skin, skin_name, files=files)

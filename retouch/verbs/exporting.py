@@ -1,0 +1,121 @@
+"""Export: a relief as a plate for a 3-D printer, or as displacement for a modelling program."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Unpack
+
+from mitsuba_scenes import find_texture
+from optimize.run_directory.key import SETTINGS
+from optimize.runs.job import Result
+from optimize.settings.run_file import load_run
+from relief.common.errors import InputError
+from relief.common.files import check_file_to_write, permitted
+from relief.common.formats import DISPLACEMENT
+from relief.common.lengths import Lengths
+from relief.common.limits import BASE_MM, SMALLEST_RELIEF_MM
+from relief.export.plate import export_plate, repeated
+from relief.heightmap import check_scales, save_heights_png
+from relief.printers import Printer, find_printer
+from relief.relief import Relief
+from retouch.verbs.reliefs import Source, relief_of
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A file of a plate or of a displacement.
+
+    Attributes:
+        file: that was written.
+        width_mm, height_mm: sides along x and y, mm, of all tiles together.
+        thickness_mm: of a plate, from its bottom to its highest point; None for a displacement.
+        strength_mm: of a displacement, the height of white above black; None for a plate.
+        printer: whose print the relief is; None if it is none's.
+    """
+
+    file: Path
+    width_mm: float
+    height_mm: float
+    thickness_mm: float | None
+    strength_mm: float | None
+    printer: Printer | None
+
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch export --json` prints."""
+        numbers: dict[str, Any] = {"thickness_mm": self.thickness_mm}
+        if self.thickness_mm is None:
+            strength = {"strength_mm": self.strength_mm, "midlevel": 0.0, "bits": 16}
+            numbers = {"height_mm": self.height_mm, **strength}
+        told = {"file": str(self.file), "size_mm": self.width_mm, **numbers}
+        return told | {"bytes": self.file.stat().st_size, "printer": self.printer and self.printer.name}
+
+
+def export(
+    relief: Source | Result,
+    out: str | os.PathLike[str],
+    *,
+    base_mm: float | None = None,
+    repeat: tuple[int, int] = (1, 1),
+    printer: str | Printer | None = None,
+    **lengths: Unpack[Lengths],
+) -> Exported:
+    """Write a relief on a base as one watertight body, or as a picture that displaces a surface.
+
+    Args:
+        relief: a `Relief`, heights (rows, cols) in mm, a height map, the name of a bundled one, the folder of
+            a run, or what `optimize` returned.
+        out: file to write: .3mf, .stl, .obj, .glb or .ply, a body; .png, a displacement of 16 bits.
+        base_mm: thickness of the plate under height 0, mm; None: 2, or whole layers of the printer.
+        repeat: how often a tile is repeated down and across; `size_mm` is the side of one.
+        printer: name of a printer, or a printer, whose print is written, in flat pixels. The result of a run
+            with a printer is a print already.
+        lengths: `size_mm`, `relief_mm` and `height_scale` of a file, as in `Relief.read`; `size_mm` also
+            of an array.
+
+    Raises:
+        InputError: the relief cannot be read or made, its sides do not fit as a tile, or the file cannot be
+            written.
+    """
+    out = Path(out)
+    if isinstance(relief, Result):
+        relief = relief.run_dir
+    own = relief.printer if isinstance(relief, Relief) else None
+    if isinstance(relief, str | os.PathLike):
+        own = _printer_of(Path(relief))
+        if own is not None and printer is not None:
+            fault = f"printer: the run in {relief} has a printer already, {own.name}"
+            raise InputError(fault, f"--{fault}")
+        relief = find_texture(relief)
+        check_scales([relief], lengths)
+        if out.exists() and relief.exists() and out.samefile(relief):
+            raise InputError(f"{out}: is the texture itself", f"{out}: -o: is the texture itself")
+    check_file_to_write(out)
+    if out.suffix.lower() == DISPLACEMENT and base_mm is not None:
+        fault = f"base-mm: is for plates; {out.name} holds heights alone"
+        raise InputError(fault.replace("-", "_", 1), f"--{fault}")
+    tile = relief_of(relief, **lengths)
+    whole = Relief(repeated(tile.heights, repeat, tile.name), tile.width_mm * repeat[1], name=tile.name)
+    made_by = find_printer(printer) if isinstance(printer, str) else printer
+    whole = whole if made_by is None else whole.printed(made_by)
+    with permitted(out):
+        return _write(out, whole, base_mm, made_by or own)
+
+
+def _printer_of(folder: Path) -> Printer | None:
+    """The printer whose pixels and layers the result of a run has. Raises InputError."""
+    settings = folder / SETTINGS
+    return load_run(settings).print.described if settings.is_file() else None
+
+
+def _write(out: Path, relief: Relief, base_mm: float | None, printer: Printer | None) -> Exported:
+    """Write a body, of flat pixels if it is a print, or a picture. Raises InputError."""
+    width_mm, height_mm = relief.surface.width_mm, relief.surface.height_mm
+    highest = float(relief.heights.max())
+    if out.suffix.lower() == DISPLACEMENT:
+        white = max(highest, SMALLEST_RELIEF_MM)
+        save_heights_png(out, relief.heights, white, width_mm)
+        return Exported(out, width_mm, height_mm, None, white, printer)
+    if base_mm is None:
+        base_mm = BASE_MM if printer is None else printer.base_mm
+    export_plate(out, relief.heights, width_mm, base_mm, stepped=printer is not None)
+    return Exported(out, width_mm, height_mm, base_mm + highest, None, printer)

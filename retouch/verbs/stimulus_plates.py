@@ -1,0 +1,137 @@
+"""Stimuli: labelled plates of a texture at several levels of feel, to print for experiments."""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Unpack
+
+from pydantic import ValidationError
+
+from mitsuba_scenes import find_texture
+from optimize.settings.toml_files import first_fault
+from relief.common.errors import InputError
+from relief.common.lengths import Lengths
+from relief.common.progress import Progress
+from relief.heightmap import check_scales
+from retouch.stimulus_sets.making import StimulusPlates, make
+from retouch.stimulus_sets.stimulus_set import FILE, StimulusSet, read_set
+from retouch.verbs.progress_display import followed
+from retouch.workers.choice import runner
+
+FAST = {"touch.model": "quick", "look.model": "auto"}
+"""Settings of the fast models."""
+
+
+def stimuli(
+    textures: Sequence[str | os.PathLike[str]],
+    out: str | os.PathLike[str],
+    *,
+    jnd: Sequence[float] = (),
+    contact_area_scale: Sequence[float] = (),
+    same_roughness: bool = False,
+    whole: bool = False,
+    with_scaled: bool = False,
+    sources: Sequence[str | os.PathLike[str]] = (),
+    source_mm: float | None = None,
+    controls: int | None = None,
+    printer: str | None = None,
+    skin: str | os.PathLike[str] | None = None,
+    plates: Mapping[str, Any] | None = None,
+    fast: bool = False,
+    settings: Mapping[str, Any] | None = None,
+    workers: int | None = None,
+    dask: str | None = None,
+    quiet: bool | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    **lengths: Unpack[Lengths],
+) -> StimulusPlates:
+    """Make plates that look like a texture and feel rougher or smoother by given levels, each verified.
+
+    Args:
+        textures: height maps or names of bundled ones: tiles, or with `whole` plates.
+        out: folder to write to, or to go on in.
+        jnd: levels of roughness, just-noticeable differences from the texture; 0 is the texture.
+        contact_area_scale: levels of contact area in units of the texture's own.
+        same_roughness: whether levels of contact area keep the texture's roughness.
+        whole: whether a texture is no tile, but at least as large as a plate, and optimised as a whole.
+        with_scaled: make each level of roughness also by scaling the heights.
+        sources: for each texture the picture that it was cut from, of which other patches become plates.
+        source_mm: width of these pictures, mm; None: as their headers say.
+        controls: number of these patches; None: 3.
+        printer: name of a printer, between whose prints each level is felt and seen.
+        lengths: `size_mm`, `relief_mm` and `height_scale` of the textures, as in `Relief.read`.
+        skin: of the finger, a name or a file.
+        plates: `plate_mm`, `base_mm`, `bed_mm` and `label`, as in the section [print] of a set.
+        fast: compute each step with the fast models.
+        settings: any keys of a run file and their values, for every plate.
+        workers, dask, quiet, progress: as in `study`.
+
+    Raises:
+        InputError: what is wrong with the textures or the levels, or the folder holds something else.
+        KeyboardInterrupt: plates that are done stay; the same call goes on.
+    """
+    if not textures:
+        example = "retouch stimuli gravel-tile --jnd -1,0,1 -o DIR"
+        raise InputError("stimuli: name a texture", f"stimuli: name a texture, as in {example}")
+    files = [find_texture(texture).absolute() for texture in textures]
+    check_scales(files, lengths)
+    if not sources and (source_mm is not None or controls is not None):
+        raise InputError(
+            "source_mm, controls: are for sources, which are missing",
+            "--source-mm, --controls: are for a --source, which is missing",
+        )
+    if skin is not None:
+        skin = str(Path(skin).absolute()) if Path(skin).is_file() else str(skin)
+    own = {**lengths, "touch.skin": skin, "print.printer": printer}
+    optional = {"source_mm": source_mm, "controls": controls}
+    request = _checked(
+        {
+            "textures": files,
+            "jnd": jnd,
+            "contact_area_scale": contact_area_scale,
+            "same_roughness": same_roughness,
+            "whole": whole,
+            "with_scaled": with_scaled,
+            "sources": [Path(source).absolute() for source in sources],
+            "settings": (FAST if fast else {}) | _given(own) | dict(settings or {}),
+            "print": dict(plates or {}),
+            **_given(optional),
+        }
+    )
+    with followed(progress, quiet):
+        return make(request, Path(out), lambda work, observer: runner(work, workers, dask, observer))
+
+
+def redraw_stimuli(
+    out: str | os.PathLike[str],
+    *,
+    plates: Mapping[str, Any] | None = None,
+    quiet: bool | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> StimulusPlates:
+    """Draw plates and page of a set anew, and compute nothing.
+
+    Args:
+        out: folder of the set.
+        plates: what is to be different, as in `stimuli`.
+        quiet, progress: as in `optimize`.
+
+    Raises:
+        InputError: the folder holds no set, or the plates cannot be made so.
+    """
+    there = read_set(Path(out) / FILE)
+    request = _checked({**there.model_dump(), "print": {**there.print.model_dump(), **(plates or {})}})
+    with followed(progress, quiet):
+        return make(request, Path(out), None)
+
+
+def _given(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _checked(values: Mapping[str, Any]) -> StimulusSet:
+    """A request, checked. Raises InputError."""
+    try:
+        return StimulusSet.model_validate(values)
+    except ValidationError as error:
+        raise InputError(f"stimuli: {first_fault(error, StimulusSet)}") from error

@@ -1,0 +1,164 @@
+"""Wrapping: a tile on an object, with the same size in mm everywhere."""
+
+import logging
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Unpack
+
+import numpy as np
+
+from mitsuba_scenes import find_texture
+from relief.body import Body, Part
+from relief.common.arrays import Array
+from relief.common.errors import InputError, naming
+from relief.common.files import check_file_to_write, permitted
+from relief.common.formats import FORMATS
+from relief.common.lengths import Lengths
+from relief.common.progress import Progress
+from relief.export.parts import write_parts
+from relief.heightmap import check_scales
+from relief.meshes import check_solid, read_mesh
+from relief.objects.table import OBJECTS
+from relief.seam import check_seams
+from relief.wrapping.masks import Regions
+from relief.wrapping.surfaces import FALLOFF_MM, MOST_FACES, Settings
+from relief.wrapping.tiles import Tile
+from relief.wrapping.wrap import Covering, Wrapped
+from relief.wrapping.wrap import wrap as wrapped_by
+from retouch.verbs.progress_display import followed
+from retouch.verbs.reliefs import Source, relief_of
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class WrappedObject:
+    """An object with a texture, and its file.
+
+    Attributes:
+        file: that was written.
+        wrapped: the body, and how the texture lies on it.
+        warnings: lines about tiles that are larger than the object.
+    """
+
+    file: Path
+    wrapped: Wrapped
+    warnings: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch wrap --json` prints."""
+        names = {field.name for field in fields(self.wrapped)} - {"body", "original", "textured"}
+        return {
+            "file": str(self.file),
+            "size_mm": np.ptp(self.wrapped.body.vertices, axis=0).tolist(),
+            "faces": len(self.wrapped.body.faces),
+            "self_intersections": 0,
+            **{name: value for name, value in vars(self.wrapped).items() if name in names},
+            "warnings": list(self.warnings),
+            "bytes": self.file.stat().st_size,
+        }
+
+
+def wrap(
+    texture: Source,
+    mesh: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    mask: str | None = None,
+    regions: Sequence[tuple[str, Source]] = (),
+    units: str | None = None,
+    falloff_mm: float = FALLOFF_MM,
+    level: float = 0.0,
+    keep_bottom: bool = True,
+    edge_mm: float | None = None,
+    faces: int = MOST_FACES,
+    quiet: bool | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    **lengths: Unpack[Lengths],
+) -> WrappedObject:
+    """Displace the surface of a solid by a texture that repeats, and write the solid that comes out.
+
+    Args:
+        texture: a tile: a `Relief`, heights (rows, cols) in mm, a height map, the name of a bundled one, or
+            the folder of a run.
+        mesh: file of a solid (STL, OBJ, PLY, GLB, 3MF), or the name of an object that comes with Retouch.
+        out: file to write: .3mf, .stl, .obj, .glb or .ply.
+        mask: part of the surface that carries texture, as in `retouch wrap --mask`; None: all.
+        regions: pairs of a mask and another tile that lies there, later ones on top.
+        lengths: `size_mm`, `relief_mm` and `height_scale` of files, as in `Relief.read`; `size_mm` also of
+            arrays, the width of one tile.
+        units: of the mesh: "um", "mm", "cm", "m", "in" or "ft"; None: the file's, else mm.
+        falloff_mm: width over which textures end, mm.
+        level: height of the object's own surface in the relief, from 0, the relief stands on the surface, to
+            1, the relief is cut into it.
+        keep_bottom: whether a flat bottom stays flat.
+        edge_mm: longest edge of the triangles, mm; None: that of the samples, or what `faces` allow.
+        faces: triangles at most, about.
+        quiet, progress: as in `optimize`.
+
+    Raises:
+        InputError: a texture is no tile, the mesh is no solid, a mask cannot be read, or the file cannot be
+            written.
+    """
+    out = Path(out)
+    if out.suffix.lower() not in FORMATS:
+        fault = f"suffix {out.suffix!r} is not one of {', '.join(FORMATS)}"
+        raise InputError(f"{out}: {fault}", f"{out}: -o: {fault}")
+    check_file_to_write(out)
+    with followed(progress, quiet):
+        coverings = _coverings([(texture, None), *((tile, where) for where, tile in regions)], lengths)
+        body, uv, named_regions = _object(Path(mesh), units)
+        warnings = _misfits(coverings, body)
+        for line in warnings:
+            _log.warning("%s", line)
+        with naming(mesh):
+            settings = Settings(mask, level, falloff_mm, keep_bottom, edge_mm, faces)
+            wrapped = wrapped_by(body, coverings, settings, uv, named_regions)
+            check_solid(wrapped.body, "the wrapped object")
+        with permitted(out):
+            write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
+    return WrappedObject(out, wrapped, warnings)
+
+
+def _coverings(textures: Sequence[tuple[Source, str | None]], lengths: Lengths) -> list[Covering]:
+    """The tiles and where they lie. Raises InputError."""
+    found = [
+        (find_texture(tile) if isinstance(tile, str | os.PathLike) else tile, mask) for tile, mask in textures
+    ]
+    files = [tile for tile, _ in found if isinstance(tile, Path)]
+    check_scales(files, lengths)
+    coverings = []
+    for tile, mask in found:
+        relief = relief_of(tile, **lengths)
+        check_seams(relief.heights, (True, True), relief.name)
+        coverings.append(Covering(Tile(relief.heights, relief.pitch_mm), mask))
+    return coverings
+
+
+def _object(path: Path, units: str | None) -> tuple[Body, Array | None, Regions]:
+    """The body, its texture coordinates, and its regions. Raises InputError."""
+    if not path.exists() and (thing := OBJECTS.get(str(path))):
+        if units is not None:
+            fault = f"units: {path} comes with Retouch, in mm"
+            raise InputError(fault, f"--{fault}")
+        return thing.make(), None, thing.regions
+    if not path.exists() and not path.suffix:
+        raise InputError(f"{path}: no such file; objects that come with Retouch are {', '.join(OBJECTS)}")
+    mesh = read_mesh(path, units=units)
+    for line in mesh.warnings:
+        _log.warning("%s: %s", path, line)
+    check_solid(mesh.body, path)
+    return mesh.body, mesh.uv, {}
+
+
+def _misfits(coverings: Sequence[Covering], body: Body) -> tuple[str, ...]:
+    """Lines about tiles that are larger than the object."""
+    longest = float(np.ptp(body.vertices, axis=0).max())
+    return tuple(
+        f"a tile of {max(covering.tile.size_mm):.3g} mm is larger than the object, {longest:.3g} mm; "
+        "--size-mm sets its size"
+        for covering in coverings
+        if max(covering.tile.size_mm) > longest
+    )
