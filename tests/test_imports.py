@@ -63,16 +63,13 @@ _ALLOWED = {
         "optimize.descent optimize.settings relief relief.common relief.meshes tactile visual visual.exact"
     ),
     "retouch": (
-        "optimize.runs optimize.settings relief relief.common relief.export relief.preparing "
-        "retouch.verbs surrogate.data tactile visual"
+        "optimize.estimates optimize.runs optimize.settings relief relief.common relief.export "
+        "relief.preparing retouch.stimulus_sets retouch.verbs surrogate.data tactile visual visual.scene_file"
     ),
     "retouch.__main__": "retouch.commands",
     "retouch.commands": (
-        "mitsuba_scenes optimize.descent optimize.estimates optimize.run_directory optimize.runs "
-        "optimize.settings optimize.verification relief relief.common relief.export relief.meshes "
-        "relief.objects relief.preparing relief.wrapping retouch.pages retouch.stimulus_sets "
-        "retouch.studies retouch.training retouch.verbs retouch.workers surrogate.corpus "
-        "surrogate.nets tactile visual visual.backend visual.scene_file"
+        "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs relief relief.common "
+        "relief.preparing retouch retouch.verbs surrogate.nets tactile"
     ),
     "retouch.pages": (
         "optimize.run_directory optimize.runs optimize.verification relief relief.common "
@@ -84,8 +81,8 @@ _ALLOWED = {
         "visual.lights"
     ),
     "retouch.studies": (
-        "mitsuba_scenes optimize.estimates optimize.run_directory optimize.settings relief "
-        "relief.common retouch.pages retouch.studies.measuring retouch.verbs retouch.workers "
+        "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings relief "
+        "relief.common retouch.pages retouch.studies.measuring retouch.workers "
         "visual.backend"
     ),
     "retouch.studies.measuring": (
@@ -98,8 +95,11 @@ _ALLOWED = {
         "visual.scene_file"
     ),
     "retouch.verbs": (
-        "mitsuba_scenes optimize.run_directory optimize.runs optimize.settings optimize.verification "
-        "relief relief.common retouch.pages tactile visual"
+        "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
+        "optimize.verification relief relief.common relief.export relief.meshes relief.objects "
+        "relief.preparing relief.wrapping retouch.pages retouch.stimulus_sets retouch.studies "
+        "retouch.training retouch.workers surrogate.corpus surrogate.data surrogate.nets tactile visual "
+        "visual.backend visual.scene_file"
     ),
     "retouch.workers": "relief.common",
 }

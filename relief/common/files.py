@@ -57,7 +57,7 @@ def naming_errors(path: Path) -> Iterator[None]:
 
 
 def check_file_to_write(path: Path) -> None:
-    """Raise InputError if no file can be written at ``path``: there is no such folder, or a folder is there."""
+    """Raise InputError if no file can be at ``path``: there is no such folder, or a folder is there."""
     missing = not path.parent.is_dir()
     if missing or path.is_dir():
         fault = f"there is no folder {path.parent}" if missing else "is a folder"

@@ -27,7 +27,7 @@ RANGES = {
 
 
 class Lengths(TypedDict, total=False):
-    """The same numbers as arguments, None where they are not known; see `relief.heightmap.load_height_map`."""
+    """The same numbers as arguments, None where not known; see `relief.heightmap.load_height_map`."""
 
     size_mm: float | None
     relief_mm: float | None

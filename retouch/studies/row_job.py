@@ -131,15 +131,16 @@ def _done(job: RowJob, record: Record | None) -> dict[str, Any] | None:
 def _run(job: RowJob) -> tuple[dict[str, Any], float | None]:
     """The content of result.json, and the processor's seconds; None of these for a run that was continued."""
     # Imported here: this process may only read what is done already.
-    from retouch.verbs.runs import optimize, resume
+    from optimize.runs import job as runs
+    from retouch.pages.run_report import publish
 
     remove_partial(job.folder)
     if (job.folder / CHECKPOINT).is_file():
         with suppress(InputError):  # a checkpoint that is damaged or of another version: begun anew
-            return resume(job.folder).summary, None
+            return runs.resume(job.folder, publish=publish).summary, None
     began = time.process_time()
-    summary = optimize(job.settings, job.folder, force=holds_run(job.folder)).summary
-    return summary, time.process_time() - began
+    result = runs.run(job.settings, job.folder, force=holds_run(job.folder), publish=publish)
+    return result.summary, time.process_time() - began
 
 
 def _failed(job: RowJob, error: Exception) -> str:
