@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import retouch
+from retouch.commands.main import VERBS
 
 ROOT = Path(__file__).parents[1]
 
@@ -32,6 +33,29 @@ def test_the_import_loads_nothing_heavy() -> None:
 def test_every_name_is_there_and_keeps_its_value(name: str) -> None:
     assert callable(getattr(retouch, name))
     assert vars(retouch)[name] is getattr(retouch, name)
+
+
+def test_no_submodule_hides_a_public_name() -> None:
+    """In a process of its own, where every submodule is imported before a name is used."""
+    script = (
+        "import importlib, pkgutil, types, retouch\n"
+        "for module in pkgutil.walk_packages(retouch.__path__, 'retouch.'):\n"
+        "    module.name.endswith('__main__') or importlib.import_module(module.name)\n"
+        "print(*[n for n in retouch.__all__ if isinstance(getattr(retouch, n), types.ModuleType)])"
+    )
+    child = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    assert child.stdout.strip() == ""
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_of_the_command_has_a_documented_function(verb: str) -> None:
+    function = getattr(retouch, verb)
+    assert inspect.isfunction(function)
+    assert verb in retouch.__all__ and function.__name__ == verb
+    text = inspect.getdoc(function) or ""
+    assert all(name in text for name in inspect.signature(function).parameters)
 
 
 def test_completion_offers_the_public_names_and_no_other() -> None:

@@ -132,14 +132,15 @@ def _done(job: RowJob, record: Record | None) -> Verification | None:
 def _run(job: RowJob) -> tuple[Verification, float | None]:
     """The verification of the result, and the processor's seconds; none of these if the run was continued."""
     # Imported here: this process may only read what is done already.
-    from retouch.verbs.runs import optimize, resume
+    from optimize.runs import job as runs
+    from retouch.pages.run_report import publish
 
     remove_partial(job.folder)
     if (job.folder / CHECKPOINT).is_file():
         with suppress(InputError):  # a checkpoint that is damaged or of another version: begun anew
-            return resume(job.folder).verification, None
+            return runs.resume(job.folder, publish=publish).verification, None
     began = time.process_time()
-    result = optimize(job.settings, job.folder, force=holds_run(job.folder))
+    result = runs.run(job.settings, job.folder, force=holds_run(job.folder), publish=publish)
     return result.verification, time.process_time() - began
 
 
