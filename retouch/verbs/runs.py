@@ -51,7 +51,9 @@ def resume(
 ) -> Result:
     """Go on with a run from its checkpoint; ends as the uninterrupted run would, within tolerance.
 
-    Arguments are as in `optimize`.
+    Args:
+        run_dir: the run directory.
+        variant, quiet, progress: as in `optimize`.
 
     Raises:
         InputError: the directory holds no run or no sound checkpoint; or scene, texture, or a setting other
