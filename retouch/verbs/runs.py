@@ -52,7 +52,7 @@ def resume(
     """Go on with a run from its checkpoint; ends as the uninterrupted run would, within tolerance.
 
     Args:
-        run_dir: folder of the run.
+        run_dir: the run directory.
         variant, quiet, progress: as in `optimize`.
 
     Raises:
