@@ -3,7 +3,7 @@
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Protocol, Unpack, runtime_checkable
 
 from mitsuba_scenes import find_texture
 from optimize.run_directory.key import SETTINGS
@@ -19,8 +19,16 @@ from relief.printers import Printer, find_printer
 from relief.relief import Relief
 from retouch.verbs.reliefs import Source, relief_of
 
-if TYPE_CHECKING:
-    from optimize.runs.job import Result
+
+@runtime_checkable
+class OfRun(Protocol):
+    """What `optimize` returns; its class would load the packages of runs before bad input is refused.
+
+    Attributes:
+        run_dir: the run directory.
+    """
+
+    run_dir: Path
 
 
 @dataclass(frozen=True)
@@ -53,7 +61,7 @@ class Exported:
 
 
 def export(
-    relief: "Source | Result",
+    relief: Source | OfRun,
     out: str | os.PathLike[str],
     *,
     base_mm: float | None = None,
@@ -79,8 +87,7 @@ def export(
             written.
     """
     out = Path(out)
-    # A result of `optimize` is known by its folder: the class itself would load the packages of runs.
-    source: Source = getattr(relief, "run_dir", relief)
+    source = relief.run_dir if isinstance(relief, OfRun) else relief
     own = source.printer if isinstance(source, Relief) else None
     if isinstance(source, str | os.PathLike):
         own = _printer_of(Path(source))
