@@ -21,12 +21,11 @@ if TYPE_CHECKING:
     from relief.relief import Relief
     from retouch.stimulus_sets.making import StimulusPlates
     from retouch.verbs.comparison import compare
-    from retouch.verbs.evaluation import Evaluation, evaluate
+    from retouch.verbs.evaluation import Evaluation, evaluate, read_solid
     from retouch.verbs.exporting import Exported, export
     from retouch.verbs.learning import DatasetMade, TrainedNet, dataset, train
     from retouch.verbs.machine import Diagnosis, doctor
     from retouch.verbs.previews import save_preview
-    from retouch.verbs.reliefs import read_solid
     from retouch.verbs.rendering import Rendering, explain, render
     from retouch.verbs.runs import forecast, optimize, resume
     from retouch.verbs.stimulus_plates import redraw_stimuli, stimuli

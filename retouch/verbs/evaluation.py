@@ -19,8 +19,9 @@ from relief.common.errors import naming
 from relief.common.formats import MESHES
 from relief.common.lengths import Lengths
 from relief.common.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
-from relief.common.progress import Progress, stage
-from relief.meshes import Mesh
+from relief.common.progress import Progress, say, stage
+from relief.meshes import Mesh, check_solid, read_mesh
+from relief.objects.table import OBJECTS
 from relief.patches import Patches
 from relief.places import centres_mm, places
 from relief.printers import Printer
@@ -28,7 +29,7 @@ from relief.relief import Relief
 from relief.surface import Repeats
 from retouch.pages.mesh_colouring import write_coloured
 from retouch.verbs.progress_display import followed
-from retouch.verbs.reliefs import Source, read_solid, refuse, relief_of
+from retouch.verbs.reliefs import Source, refuse, relief_of
 from tactile.jnd import SMOOTH, jnd_apart
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
@@ -207,6 +208,27 @@ def evaluate(
             if not isinstance(reach, Scene):
                 reach = load_scene(find_file(reach, ".xml"), relief=felt)
             return Evaluation(felt, touch, model, finger, name, reach_of(reach, finger), reach.file)
+
+
+def read_solid(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh:
+    """Read a print file, which must be a solid, or make an object that comes with Retouch.
+
+    Args:
+        path: STL, OBJ, PLY, GLB or 3MF, or the name of a bundled object.
+        units: of the file, where it does not state its own or a wrong one: "um", "mm", "cm", "m", "in" or
+            "ft".
+
+    Raises:
+        InputError: the file cannot be read, or its mesh is no solid.
+    """
+    path = Path(path)
+    if (thing := OBJECTS.get(str(path))) is not None:
+        return Mesh(thing.make(), None, path)
+    mesh = read_mesh(path, units=units)
+    for line in mesh.warnings:
+        say(f"{path}: {line}")
+    check_solid(mesh.body, path)
+    return mesh
 
 
 def _of_solid(

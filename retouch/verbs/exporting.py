@@ -3,11 +3,10 @@
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, Protocol, Unpack, runtime_checkable
 
 from mitsuba_scenes import find_texture
 from optimize.run_directory.key import SETTINGS
-from optimize.runs.job import Result
 from optimize.settings.run_file import load_run
 from relief.common.errors import InputError
 from relief.common.files import check_file_to_write, permitted
@@ -19,6 +18,17 @@ from relief.heightmap import check_scales, save_heights_png
 from relief.printers import Printer, find_printer
 from relief.relief import Relief
 from retouch.verbs.reliefs import Source, relief_of
+
+
+@runtime_checkable
+class OfRun(Protocol):
+    """What `optimize` returns; its class would load the packages of runs before bad input is refused.
+
+    Attributes:
+        run_dir: the run directory.
+    """
+
+    run_dir: Path
 
 
 @dataclass(frozen=True)
@@ -51,7 +61,7 @@ class Exported:
 
 
 def export(
-    relief: Source | Result,
+    relief: Source | OfRun,
     out: str | os.PathLike[str],
     *,
     base_mm: float | None = None,
@@ -77,23 +87,22 @@ def export(
             written.
     """
     out = Path(out)
-    if isinstance(relief, Result):
-        relief = relief.run_dir
-    own = relief.printer if isinstance(relief, Relief) else None
-    if isinstance(relief, str | os.PathLike):
-        own = _printer_of(Path(relief))
+    source = relief.run_dir if isinstance(relief, OfRun) else relief
+    own = source.printer if isinstance(source, Relief) else None
+    if isinstance(source, str | os.PathLike):
+        own = _printer_of(Path(source))
         if own is not None and printer is not None:
-            fault = f"printer: the run in {relief} has a printer already, {own.name}"
+            fault = f"printer: the run in {source} has a printer already, {own.name}"
             raise InputError(fault, f"--{fault}")
-        relief = find_texture(relief)
-        check_scales([relief], lengths)
-        if out.exists() and relief.exists() and out.samefile(relief):
+        source = find_texture(source)
+        check_scales([source], lengths)
+        if out.exists() and source.exists() and out.samefile(source):
             raise InputError(f"{out}: is the texture itself", f"{out}: -o: is the texture itself")
     check_file_to_write(out)
     if out.suffix.lower() == DISPLACEMENT and base_mm is not None:
         fault = f"base-mm: is for plates; {out.name} holds heights alone"
         raise InputError(fault.replace("-", "_", 1), f"--{fault}")
-    tile = relief_of(relief, **lengths)
+    tile = relief_of(source, **lengths)
     whole = Relief(repeated(tile.heights, repeat, tile.name), tile.width_mm * repeat[1], name=tile.name)
     made_by = find_printer(printer) if isinstance(printer, str) else printer
     whole = whole if made_by is None else whole.printed(made_by)

@@ -1,8 +1,7 @@
-"""Reliefs and solids as the verbs take them: values, arrays, or files."""
+"""Reliefs as the verbs take them: values, arrays, or files."""
 
 import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Unpack
 
 from numpy.typing import ArrayLike
@@ -11,9 +10,6 @@ from mitsuba_scenes import find_texture
 from relief.common.errors import InputError
 from relief.common.lengths import Lengths
 from relief.common.limits import PATCH_SIDE_MM
-from relief.common.progress import say
-from relief.meshes import Mesh, check_solid, read_mesh
-from relief.objects.table import OBJECTS
 from relief.printers import Printer, find_printer
 from relief.relief import Relief
 from relief.surface import Repeats
@@ -49,24 +45,3 @@ def refuse(kind: str, values: Mapping[str, object]) -> None:
     for name, value in values.items():
         if value is not None:
             raise InputError(f"{name}: is for {kind}")
-
-
-def read_solid(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh:
-    """Read a print file, which must be a solid, or make an object that comes with Retouch.
-
-    Args:
-        path: STL, OBJ, PLY, GLB or 3MF, or the name of a bundled object.
-        units: of the file, where it does not state its own or a wrong one: "um", "mm", "cm", "m", "in" or
-            "ft".
-
-    Raises:
-        InputError: the file cannot be read, or its mesh is no solid.
-    """
-    path = Path(path)
-    if (thing := OBJECTS.get(str(path))) is not None:
-        return Mesh(thing.make(), None, path)
-    mesh = read_mesh(path, units=units)
-    for line in mesh.warnings:
-        say(f"{path}: {line}")
-    check_solid(mesh.body, path)
-    return mesh
