@@ -30,7 +30,7 @@ from relief.surface import Repeats
 from retouch.pages.mesh_colouring import write_coloured
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source, refuse, relief_of
-from tactile.jnd import SMOOTH, jnd_apart
+from tactile.jnd import jnd_unless_smooth
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import CONTACT_AREA, ROUGHNESS
@@ -117,8 +117,7 @@ class Evaluation:
 
     def jnd_from(self, first: Self) -> float | None:
         """Just-noticeable differences by which this is rougher (+) or smoother (-); None if one is smooth."""
-        smooth = min(self.roughness, first.roughness) < SMOOTH
-        return None if smooth else jnd_apart(self.roughness, first.roughness)
+        return jnd_unless_smooth(self.roughness, first.roughness)
 
     @property
     def numbers(self) -> dict[str, Any]:

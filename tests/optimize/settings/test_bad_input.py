@@ -245,7 +245,7 @@ def test_an_error_of_the_program_is_one_line_and_a_traceback_in_a_file(
     def exhausted(*_: object, **__: object) -> None:
         raise MemoryError("all of it\nis used")
 
-    monkeypatch.setattr("relief.heightmap.load_height_map", exhausted)
+    monkeypatch.setattr("relief.relief.load_height_map", exhausted)
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     assert main(["evaluate", "plate.exr"]) == 1
     (line,) = capfd.readouterr().err.splitlines()
