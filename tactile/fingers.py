@@ -14,12 +14,11 @@ from scipy import ndimage
 from relief.common.arrays import Array
 from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import stage
-from tactile.contact import solve_contact
 from tactile.layer.cosine_layer import sliding_layer
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.pair_variation import roughness
+from tactile.press import Press
 from tactile.skin import Skin
-from tactile.strain import principal_strain
 
 VARIATIONS = (
     ("this finger", 1.0, 1.0),
@@ -92,14 +91,14 @@ def roughness_by_finger(heights: ArrayLike, skin: Skin, size_mm: float = PATCH_S
     # A flat plate is pressed along: its strain is subtracted.
     patches = torch.cat((patches, torch.zeros_like(patches[:1])))
     operator = elastic_layer_operator(skin, patches.shape[-1], size_mm, patches.dtype)
-    pressures: dict[float, torch.Tensor] = {}
+    pressures = dict[float, torch.Tensor]()
     rows = []
     for finger in fingers(skin):
         # Displacements depend on the load alone, and contact does not depend on the depth of the receptors.
-        load = finger.skin.mean_pressure_mpa(size_mm) / finger.skin.young_modulus_mpa
-        if load not in pressures:
-            pressures[load] = solve_contact(operator, patches, load).pressure
-        strain = principal_strain(at_depth(operator, finger.skin), pressures[load])
+        press = Press.of(finger.skin, at_depth(operator, finger.skin))
+        if press.load not in pressures:
+            pressures[press.load] = press.pressure(patches)
+        strain = press.felt(pressures[press.load])
         rows.append(roughness(strain[:-1] - strain[-1], size_mm).double().numpy())
     return np.stack(rows)
 

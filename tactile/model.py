@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal, Protocol, get_args
+from typing import Literal, get_args
 
 import numpy as np
 import torch
@@ -14,14 +14,13 @@ from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import stage
 from relief.places import patch_shape
 from relief.surface import Surface
-from tactile.contact import Compliance, Solver, solve_contact
-from tactile.contact import press as press_contact
+from tactile.contact import Solver, solve_contact
 from tactile.elements.finite_elements import FiniteElementOperator, finite_element_operator
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.layer.truncated import GRADIENT_TOLERANCE, quick_solver
 from tactile.limits import FEM_MESH, MAX_MESH, MAX_SAMPLES, MIN_MESH, MIN_SAMPLES
+from tactile.press import Press, SkinOperator
 from tactile.skin import Skin
-from tactile.strain import principal_strain
 from tactile.touch import Touch, share_in_contact
 
 ModelName = Literal["layer", "quick", "net", "fem"]
@@ -30,20 +29,6 @@ MODELS: tuple[str, ...] = get_args(ModelName)
 MIN_LOAD, MAX_LOAD = 1e-6, 100.0
 """Least and greatest mean pressure in units of Young's modulus: 500 times the usual load squeezes the skin by
 many times its thickness, and far beyond, rounding doubles V in single precision without any other sign."""
-
-
-class SkinOperator(Compliance, Protocol):
-    """Skin as a linear map from pressures (..., n, n) in units of E to displacements and strains."""
-
-    @property
-    def size_mm(self) -> float:
-        """Side of the patch that the n x n pressures cover, mm."""
-
-    def strain(self, pressure: Tensor) -> Tensor:
-        """Strain (..., 6, n, n) at receptor depth, components as in `tactile.strain.STRAIN_COMPONENTS`.
-
-        Linear in the pressure, and differentiable by automatic differentiation where heights are to be.
-        """
 
 
 @dataclass(frozen=True)
@@ -79,26 +64,16 @@ class TouchModel:
             ContactError: the contact did not converge.
         """
         modulus = self.skin.young_modulus_mpa
-        mean = self.skin.mean_pressure_mpa(self.operator.size_mm) / modulus
-        pressure, gap, approach = press_contact(
-            self.operator,
-            heights,
-            mean,
-            None if start is None else start / modulus,
-            self.solve,
-            self.gradient_tolerance,
-        )
-        strain = principal_strain(self.operator, pressure) - self.flat_strain
+        finger = Press.of(self.skin, self.operator, self.solve, self.gradient_tolerance)
+        pressure, gap, approach = finger.contact(heights, None if start is None else start / modulus)
+        strain = finger.felt(pressure) - self.flat_strain
         return Touch(
             strain, gap, pressure * modulus, approach, share_in_contact(pressure), self.operator.size_mm
         )
 
 
-def check_model(skin: Skin, samples: int, size_mm: float, model: ModelName, mesh: int = FEM_MESH) -> float:
+def check_model(skin: Skin, samples: int, size_mm: float, model: ModelName, mesh: int = FEM_MESH) -> None:
     """Check what `touch_model` takes, before anything is built; the same arguments.
-
-    Returns:
-        Mean pressure on the patch in units of Young's modulus.
 
     Raises:
         InputError: as `touch_model`, but for a net that is missing.
@@ -121,7 +96,6 @@ def check_model(skin: Skin, samples: int, size_mm: float, model: ModelName, mesh
             f"{skin.young_modulus_mpa:g} is a pressure of {mean:g} Young's moduli, outside "
             f"[{MIN_LOAD:g}, {MAX_LOAD:g}]"
         )
-    return mean
 
 
 @lru_cache(maxsize=8)
@@ -147,7 +121,7 @@ def touch_model(
     Raises:
         InputError: an unknown model; `samples`, `size_mm` or `mesh` out of range; no net for them.
     """
-    mean = check_model(skin, samples, size_mm, model, mesh)
+    check_model(skin, samples, size_mm, model, mesh)
     solver: Solver | None = None
     if model == "quick":
         single = elastic_layer_operator(skin, samples, size_mm, torch.float32)
@@ -158,9 +132,7 @@ def touch_model(
         from tactile.net import net_solver
 
         solver = net_solver(skin, samples, size_mm)
-    operator, flat_strain = _in_double(
-        skin, samples, size_mm, mean, "fem" if model == "fem" else "layer", mesh
-    )
+    operator, flat_strain = _in_double(skin, samples, size_mm, "fem" if model == "fem" else "layer", mesh)
     converged = TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))
     if solver is None:
         return converged
@@ -169,7 +141,7 @@ def touch_model(
 
 @lru_cache(maxsize=8)
 def _in_double(
-    skin: Skin, samples: int, size_mm: float, mean: float, model: ModelName, mesh: int
+    skin: Skin, samples: int, size_mm: float, model: ModelName, mesh: int
 ) -> tuple[FiniteElementOperator | ElasticLayerOperator, Tensor]:
     """Operator and principal strain under a flat plate, in double precision, for models of any precision."""
     operator: FiniteElementOperator | ElasticLayerOperator
@@ -178,8 +150,7 @@ def _in_double(
     else:
         operator = elastic_layer_operator(skin, samples, size_mm, torch.float64)
     flat = torch.zeros(samples, samples, dtype=torch.float64)
-    pressure = solve_contact(operator, flat, mean).pressure
-    return operator, principal_strain(operator, pressure)
+    return operator, Press.of(skin, operator).felt_flat(flat)
 
 
 def press(

@@ -20,8 +20,8 @@ from relief.common.errors import InputError, naming
 from relief.common.formatting import duration, number
 from relief.patches import Patches
 from relief.places import places
+from tactile.limits import model_name
 from tactile.model import check_model
-from tactile.model_names import model_name
 from visual.looks import AUTO, FAST, FixedSamples, look_model
 
 START_S = 4.0

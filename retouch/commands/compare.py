@@ -30,7 +30,7 @@ from retouch.commands.options import (
 )
 from retouch.commands.summary import other_fingers
 from tactile.jnd import tries_of_100
-from tactile.model_names import MODEL_NAMES
+from tactile.limits import MODEL_NAMES
 from tactile.quantities import QUANTITIES
 
 if TYPE_CHECKING:

@@ -32,7 +32,7 @@ from retouch.commands.options import (
     print_json,
 )
 from retouch.commands.touch_entries import table
-from tactile.model_names import MODEL_NAMES, model_name
+from tactile.limits import MODEL_NAMES, model_name
 from tactile.quantities import LARGEST_JND, LIMIT_PERCENT
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from relief.common.files import write_atomically
 from retouch.pages import figures
 from retouch.pages.content import Compared, Comparison
 from retouch.pages.rendering import leaves, render_page
-from tactile.model_names import model_name
+from tactile.limits import model_name
 from tactile.quantities import QUANTITIES, ROUGHNESS
 
 

@@ -10,7 +10,7 @@ from retouch.pages import figures, run_figures
 from retouch.pages.content import Report
 from retouch.pages.place_figures import place_figures
 from retouch.pages.rendering import leaves, render_page
-from tactile.model_names import model_name
+from tactile.limits import model_name
 from tactile.quantities import QUANTITIES, Quantity
 
 FILES = {

@@ -8,7 +8,7 @@ from markupsafe import Markup
 from retouch.pages import svg
 from retouch.pages.content import Report
 from retouch.pages.figures import ladder, odds
-from tactile.model_names import model_name
+from tactile.limits import model_name
 from tactile.quantities import QUANTITIES, ROUGHNESS
 
 

@@ -21,11 +21,10 @@ from optimize.descent.problem import FingerRange, Problem
 from relief.common.arrays import Array
 from relief.patches import STEERING_SAMPLES, Patches
 from tactile import jnd_scaled, roughness, touch_model
-from tactile.contact import solve_contact
 from tactile.fingers import at_depth, fingers
 from tactile.jnd import SMOOTH
 from tactile.layer.elastic_layer import ElasticLayerOperator
-from tactile.strain import principal_strain
+from tactile.press import Press
 
 MOST_PLACES = 4
 """Most places where other fingers press: their mean over the places is drawn to a goal, not each of them."""
@@ -112,12 +111,12 @@ class OtherFingers:
         self._loads = sorted(set(stiffness))
         self._load_of = [self._loads.index(factor) for factor in stiffness]
         assert isinstance(model.operator, ElasticLayerOperator)
-        operators = {finger.skin.depth_mm: at_depth(model.operator, finger.skin) for finger in self._fingers}
-        mean = skin.mean_pressure_mpa(model.operator.size_mm) / skin.young_modulus_mpa
-        flat = solve_contact(model.operator, torch.zeros_like(model.flat_strain), mean).pressure
-        self._at_depth = {
-            depth: (operator, principal_strain(operator, flat)) for depth, operator in operators.items()
+        presses = {
+            finger.skin.depth_mm: Press.of(skin, at_depth(model.operator, finger.skin))
+            for finger in self._fingers
         }
+        flat = Press.of(skin, model.operator).pressure(torch.zeros_like(model.flat_strain))
+        self._at_depth = {depth: (press, press.felt(flat)) for depth, press in presses.items()}
         self._weight, self._stiffness = wanted.weight, pixels * (wanted.weight / 100.0) ** 2
         self._first: torch.Tensor | None = None
         values, _, self._first = self._press(problem.heights, None)
@@ -158,8 +157,8 @@ class OtherFingers:
         pressures = (touch.pressure / modulus).unflatten(0, (len(self._loads), len(patches)))
         values = []
         for finger, load in zip(self._fingers, self._load_of, strict=True):
-            operator, flat = self._at_depth[finger.skin.depth_mm]
-            strain = (principal_strain(operator, pressures[load]) - flat) / self._loads[load]
+            press, flat = self._at_depth[finger.skin.depth_mm]
+            strain = (press.felt(pressures[load]) - flat) / self._loads[load]
             values.append(roughness(strain, self._patches.size_mm, "polar"))
         return values, scaled, touch.pressure.detach()
 
