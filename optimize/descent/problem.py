@@ -16,7 +16,7 @@ from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.depth import floor_mm, out_of_reach
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import SPACING_MM, places
-from relief.printers import Printer
+from relief.relief import Relief
 from relief.surface import Surface
 from tactile.measures import TouchMeasures, batches, each, touch_measures
 from tactile.model import ModelName
@@ -46,8 +46,7 @@ class Problem:
     """One optimisation.
 
     Attributes:
-        heights: (rows, cols) the original, mm.
-        size_mm: width of the plate.
+        relief: the original; of a printer's, the results of Gauss-Newton are prints, too.
         skin: the finger.
         targets: the feel to reach.
         scene: renders the look to keep.
@@ -60,17 +59,14 @@ class Problem:
         seed: of everything random.
         touch, look: the models that steer the descent; the look is a name of `visual.looks.LOOKS`.
         precision: of touch; None for that of its model.
-        repeats: axes (rows, cols) along which the relief repeats.
         spacing_mm: greatest distance between neighbouring places of the finger.
         fingers: what other fingers are to feel; None if that does not matter.
-        printer: the relief is a print of it, and so are the results of Gauss-Newton; None: heights are free.
         frozen: (rows, cols) samples that stay, because no finger reaches them; None if there are none.
         patches: of the relief under the finger, one at each place.
         model: of touch, for one patch or a batch.
     """
 
-    heights: Array
-    size_mm: float
+    relief: Relief
     skin: tactile.Skin
     targets: Targets
     scene: Scene
@@ -83,10 +79,8 @@ class Problem:
     touch: ModelName = "layer"
     look: str = EXACT
     precision: torch.dtype | None = None
-    repeats: tuple[bool, bool] = (False, False)
     spacing_mm: float = SPACING_MM
     fingers: FingerRange | None = None
-    printer: Printer | None = None
     frozen: NDArray[np.bool_] | None = field(init=False)
     patches: Patches = field(init=False)
     model: tactile.TouchModel = field(init=False)
@@ -103,9 +97,14 @@ class Problem:
         object.__setattr__(self, "model", model)
 
     @property
+    def heights(self) -> Array:
+        """(rows, cols) of the original, mm."""
+        return self.relief.heights
+
+    @property
     def surface(self) -> Surface:
         """Size and sampling of the relief."""
-        return Surface((self.heights.shape[0], self.heights.shape[1]), self.size_mm, self.repeats)
+        return self.relief.surface
 
     @property
     def fast_touch(self) -> bool:

@@ -94,10 +94,7 @@ def reach(scene: Scene, skin: Skin) -> Reach:
     except InputError as unable:
         _log.info("exact models take the steps: %s", unable)
         touch, look = "layer", EXACT
-    repeats = scene.surface.repeats
-    problem = Problem(
-        scene.heights, scene.size_mm, skin, Targets(), scene, touch=touch, look=look, repeats=repeats
-    )
+    problem = Problem(scene.relief, skin, Targets(), scene, touch=touch, look=look)
     original = problem.press(scene.heights, gradients=False).values[ROUGHNESS.name]
     changed = _rendered_change(scene) if look_model(look).sampled else _change(scene, look)
     with stage("short descents", 2 * len(CURVE_JND), at_most=True) as advance:

@@ -26,7 +26,6 @@ from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.common.progress import say, stage
 from relief.patches import Patches
 from relief.places import places
-from relief.relief import Relief
 from tactile.jnd import SMOOTH
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
@@ -113,8 +112,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
     scene, look, maps, other = checked_scene(settings, variant)
     with naming(settings.texture):
         untargeted = Problem(
-            scene.heights,
-            scene.size_mm,
+            scene.relief,
             touch.finger,
             Targets(),
             scene,
@@ -126,17 +124,15 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             seed=settings.seed,
             touch=touch.model,
             look=look,
-            repeats=settings.axes_repeat,
             spacing_mm=touch.spacing_mm,
-            printer=settings.print.described,
         )
     verifier: ModelName | None = "fem" if settings.verify.model == "fem" else None
 
     steered = untargeted.patches.places
 
     def press(heights: Array, model: ModelName, at: Index) -> TouchMeasures:
-        mesh, repeats = settings.verify.resolution, untargeted.repeats
-        return measure_touch(Relief(heights, scene.size_mm, repeats), untargeted.skin, model, mesh, at=at)
+        relief = replace(scene.relief, heights=heights)
+        return measure_touch(relief, untargeted.skin, model, settings.verify.resolution, at=at)
 
     with naming(settings.texture), stage("pressing on the original"):
         original = press(scene.heights, verifier or touch.model, steered)

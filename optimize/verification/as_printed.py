@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -15,7 +15,6 @@ from optimize.verification.verification import Design, Faults, Print
 from relief.common.arrays import Array
 from relief.common.progress import stage
 from relief.printed import faults, on_pixels
-from relief.relief import Relief
 from tactile.jnd import jnd_apart
 from tactile.measures import measure_touch
 from tactile.quantities import ROUGHNESS
@@ -92,9 +91,8 @@ def as_printed(
 
 def _roughness(heights: Array, problem: Problem) -> float:
     """Mean roughness over the places of a relief (rows, cols), mm, by the elastic layer."""
-    touch = measure_touch(
-        Relief(heights, problem.size_mm, problem.repeats), problem.skin, "layer", quantities=[ROUGHNESS]
-    )
+    relief = replace(problem.relief, heights=heights)
+    touch = measure_touch(relief, problem.skin, "layer", quantities=[ROUGHNESS])
     return touch.means[ROUGHNESS.name]
 
 

@@ -124,7 +124,7 @@ def measure(
     samples, seed = settings.verify.samples, settings.seed + 1
     limits = {} if samples is None else {"most": samples, "least": samples}
     before, after = converged(problem.scene, problem.heights, best, known(problem.scene), seed, **limits)
-    relief = Relief(problem.heights, problem.size_mm, problem.repeats)
+    relief = Relief(problem.heights, problem.relief.width_mm, problem.relief.repeats)
     places = problem.patches.places
     felt = verified or original.press(best, "layer", places)
     goals = {target.quantity.name: target.goal for target in problem.targets.each}

@@ -22,7 +22,7 @@ def publish(finished: Finished) -> None:
         goal = problem.targets.goals().get(ROUGHNESS.name)
         baseline = Baseline("linear scaling", outcome.baseline_pictures, goal)
     colours = outcome.colours or (None, None)
-    touch, original = outcome.touch, Relief(problem.heights, problem.size_mm, problem.repeats)
+    touch, original = outcome.touch, Relief(problem.heights, problem.relief.width_mm, problem.relief.repeats)
     result = replace(original, heights=best)
     write_report(
         finished.run_dir,

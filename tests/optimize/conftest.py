@@ -1,6 +1,7 @@
 """The small case that tests of the descent share: waves of 32 x 32 samples, in the paper's studio."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,9 @@ import pytest
 import tactile
 from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
+from relief.common.arrays import Array
 from relief.heightmap import save_heights_exr
+from relief.relief import Relief
 from tactile.measures import TouchMeasures
 from tests.tactile.reliefs import SIZE, waves
 from visual.scene import Scene, load_scene
@@ -17,6 +20,11 @@ STUDIO = Path(__file__).resolve().parents[2] / "mitsuba_scenes" / "studio.xml"
 SAMPLES = 32
 
 ProblemWith = Callable[[Targets], Problem]
+
+
+def with_heights(problem: Problem, heights: Array) -> Problem:
+    """The same problem for a relief of other heights (rows, cols), mm."""
+    return replace(problem, relief=replace(problem.relief, heights=heights))
 
 
 @pytest.fixture(scope="session")
@@ -42,7 +50,7 @@ def scene(texture: Path) -> Scene:
 @pytest.fixture(scope="session")
 def problem_with(scene: Scene) -> ProblemWith:
     """The waves with a feel to reach."""
-    return lambda targets: Problem(scene.heights, SIZE, tactile.Skin(), targets, scene)
+    return lambda targets: Problem(Relief(scene.heights, SIZE), tactile.Skin(), targets, scene)
 
 
 @pytest.fixture(scope="session")

@@ -97,11 +97,11 @@ class GaussNewton:
         samples = FixedSamples(resolution, problem.seed, STRATA, EDGE_SAMPLES, DIRECTIONS)
         self._views = problem.scene.look(problem.look).views(samples)
         self._layers = None
-        if problem.printer is not None:
-            self._layers = Layers(problem.heights, problem.printer, problem.surface)
+        if problem.relief.printer is not None:
+            self._layers = Layers(problem.heights, problem.relief.printer, problem.surface)
         self.patience = 1 if self._layers is None else PATIENCE
         overhead = all(view.overhead for view in self._views)
-        self._around = problem.repeats if overhead else (False, False)
+        self._around = problem.relief.repeats if overhead else (False, False)
         # With the Jacobian, because the first step mostly starts here.
         self._original = self._evaluate(problem.heights)
         target = np.concatenate([of_view.pictures for of_view in self._original])
@@ -255,7 +255,7 @@ class GaussNewton:
         """The undamped least squares of the look and, by a weight, of layers; the matrix of the damping."""
         problem, shape = self._problem, heights.shape
         smooth = picture_weight(self._target.shape[1:], problem.regularisation, self._around)
-        differences = laplacian(shape, problem.repeats)
+        differences = laplacian(shape, problem.relief.repeats)
         bend = ROUGHENING * (differences.T @ differences)
         matrix = 2.0 * bend
         load = -2.0 * (bend @ (heights - problem.heights).ravel())

@@ -54,7 +54,7 @@ def deep_scene(studio: Path, tmp_path_factory: pytest.TempPathFactory) -> Scene:
 def deep_problem(scene: Scene, jnd: float) -> Problem:
     before = measure_touch(Relief(scene.heights, SIZE), SKIN, "quick").means["roughness"]
     targets = Targets.of(0.01, roughness=tactile.jnd_scaled(before, jnd))
-    return Problem(scene.heights, SIZE, SKIN, targets, scene, touch="quick", look="fast")
+    return Problem(Relief(scene.heights, SIZE), SKIN, targets, scene, touch="quick", look="fast")
 
 
 def test_the_contact_is_that_of_the_whole_relief_and_of_a_deeper_cut() -> None:

@@ -34,7 +34,7 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     lights = [sun(35.0, azimuth) for azimuth in (10.0, 130.0, 250.0)]
     path = write_scene(tmp_path_factory.mktemp("scene"), waves(SAMPLES, 1.5).numpy(), lights, PLASTIC)
     scene = load_scene(path)
-    untargeted = partial(Problem, scene.heights, SIZE, tactile.Skin(), scene=scene, look="fast")
+    untargeted = partial(Problem, scene.relief, tactile.Skin(), scene=scene, look="fast")
     before = untargeted(targets=Targets()).press(scene.heights, gradients=False)
     return untargeted(
         targets=Targets.of(TOLERANCE, roughness=tactile.jnd_scaled(before.means["roughness"], 2))

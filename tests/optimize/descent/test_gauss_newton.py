@@ -23,7 +23,7 @@ from optimize.verification.picture_metrics import rms_change
 from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.relief import Relief
 from tactile.measures import TouchMeasures, measure_touch
-from tests.optimize.conftest import SAMPLES, ProblemWith
+from tests.optimize.conftest import SAMPLES, ProblemWith, with_heights
 from tests.tactile.reliefs import waves
 from visual.noise import batched
 
@@ -55,7 +55,7 @@ def test_roughness_is_reached_with_less_change_of_look_than_by_scaling(
     descent = walk(problem)
     heights = descent.best.heights
     assert descent.reason is StopReason.CONVERGED
-    assert measure_touch(Relief(heights, problem.size_mm), problem.skin, "layer").means[
+    assert measure_touch(Relief(heights, problem.relief.width_mm), problem.skin, "layer").means[
         "roughness"
     ] == pytest.approx(problem.targets.goals()["roughness"], rel=TOLERANCE)
     assert heights.min() >= 0.0 and heights.max() <= HEIGHT_LIMIT_MM
@@ -74,7 +74,7 @@ def test_contact_area_alone_is_reached(
     )
     descent = walk(problem, steps=2 * STEPS)
     assert descent.reason.met
-    touch = measure_touch(Relief(descent.best.heights, problem.size_mm), problem.skin, "layer")
+    touch = measure_touch(Relief(descent.best.heights, problem.relief.width_mm), problem.skin, "layer")
     assert touch.means["contact_area_mm2"] == pytest.approx(
         problem.targets.goals()["contact_area_mm2"], rel=TOLERANCE
     )
@@ -88,7 +88,7 @@ def test_roughness_and_contact_area_are_reached_together(
     problem = problem_with(targets)
     descent = walk(problem)
     assert descent.reason is StopReason.CONVERGED
-    touch = measure_touch(Relief(descent.best.heights, problem.size_mm), problem.skin, "layer")
+    touch = measure_touch(Relief(descent.best.heights, problem.relief.width_mm), problem.skin, "layer")
     assert targets.relative_error(touch.values) <= TOLERANCE
 
 
@@ -120,7 +120,7 @@ def test_without_shadow_edges_the_look_changes_more(
     problem_with: ProblemWith, original: TouchMeasures
 ) -> None:
     steep = waves(SAMPLES, 2.0).numpy()
-    plain = replace(problem_with(rougher(original, 0)), heights=steep)
+    plain = with_heights(problem_with(rougher(original, 0)), steep)
     targets = rougher(plain.press(steep, gradients=False), 1)
     followed, ignored = (
         replace(plain, targets=targets, shadow_edges=shadow_edges) for shadow_edges in (True, False)
@@ -170,7 +170,7 @@ def test_where_small_changes_leave_the_feel_alone_the_target_is_out_of_reach(
 ) -> None:
     """On a relief so low that the finger lies on all of it, no small change opens a gap."""
     problem = problem_with(Targets.of(TOLERANCE, contact_area_mm2=80.0))
-    low = replace(problem, heights=0.02 * problem.heights)
+    low = with_heights(problem, 0.02 * problem.heights)
     assert low.press(low.heights).contact_fraction == 1.0
     assert walk(low).reason is StopReason.UNREACHABLE
 

@@ -10,7 +10,7 @@ from optimize.descent.linear_scaling import WIDEST, LinearScaling, linear_scalin
 from optimize.descent.targets import Targets
 from relief.common.limits import HEIGHT_LIMIT_MM
 from tactile.measures import TouchMeasures
-from tests.optimize.conftest import ProblemWith
+from tests.optimize.conftest import ProblemWith, with_heights
 
 TOLERANCE = 0.01
 
@@ -56,7 +56,10 @@ def test_a_lifted_relief_scales_as_one_on_the_ground(
     problem_with: ProblemWith, original: TouchMeasures
 ) -> None:
     problem = problem_with(Targets.of(TOLERANCE, roughness=1.2 * original.means["roughness"]))
-    one, other = linear_scaling(problem), linear_scaling(replace(problem, heights=problem.heights + 0.7))
+    one, other = (
+        linear_scaling(problem),
+        linear_scaling(with_heights(problem, problem.heights + 0.7)),
+    )
     assert one is not None and other is not None
     np.testing.assert_allclose(one, other, rtol=0.1 * TOLERANCE)
 
@@ -73,12 +76,12 @@ def test_a_roughness_that_three_millimetres_do_not_give_is_out_of_reach(
 
 def test_a_flat_plate_cannot_be_scaled(problem_with: ProblemWith) -> None:
     problem = problem_with(Targets.of(TOLERANCE, roughness=0.1))
-    assert linear_scaling(replace(problem, heights=np.full_like(problem.heights, 0.4))) is None
+    assert linear_scaling(with_heights(problem, np.full_like(problem.heights, 0.4))) is None
 
 
 def test_a_relief_of_full_height_can_still_be_lowered(problem_with: ProblemWith) -> None:
     problem = problem_with(Targets.of(TOLERANCE, roughness=0.1))
-    tallest = replace(problem, heights=HEIGHT_LIMIT_MM * problem.heights / problem.heights.max())
+    tallest = with_heights(problem, HEIGHT_LIMIT_MM * problem.heights / problem.heights.max())
     scaled = linear_scaling(tallest)
     assert scaled is not None
     assert tallest.press(scaled, gradients=False).means["roughness"] == pytest.approx(0.1, rel=TOLERANCE)
@@ -115,7 +118,11 @@ def test_what_three_millimetres_do_not_reach_is_scaled_sideways(problem_with: Pr
     tallest = fine - fine.min()
     tallest *= HEIGHT_LIMIT_MM / tallest.max()
     reached = problem.press(tallest, gradients=False).means["roughness"]
-    problem = replace(problem, heights=fine, targets=Targets.of(TOLERANCE, roughness=1.2 * reached))
+    problem = replace(
+        problem,
+        relief=replace(problem.relief, heights=fine),
+        targets=Targets.of(TOLERANCE, roughness=1.2 * reached),
+    )
     assert linear_scaling(problem) is None
     scaled = scaled_both_ways(problem)
     assert 0.8 * HEIGHT_LIMIT_MM < scaled.max() <= HEIGHT_LIMIT_MM

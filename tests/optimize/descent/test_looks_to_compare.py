@@ -13,6 +13,7 @@ from optimize.descent.problem import Problem
 from optimize.descent.targets import Targets
 from optimize.verification.picture_metrics import rms_change
 from relief.common.arrays import Array
+from relief.relief import Relief
 from tests.tactile.reliefs import SIZE
 from tests.visual.scenes import PLASTIC, hills, sun, write_scene
 from visual.noise import batched
@@ -25,7 +26,7 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     lights = [sun(20.0, azimuth) for azimuth in (10.0, 130.0, 250.0)]
     path = write_scene(tmp_path_factory.mktemp("scene"), hills(2.0, 2.5), lights, PLASTIC)
     scene = load_scene(path)
-    untargeted = Problem(scene.heights, SIZE, tactile.Skin(), Targets(), scene, touch="quick")
+    untargeted = Problem(Relief(scene.heights, SIZE), tactile.Skin(), Targets(), scene, touch="quick")
     before = untargeted.press(scene.heights, gradients=False).means["roughness"]
     return replace(untargeted, targets=Targets.of(0.01, roughness=tactile.jnd_scaled(before, 1.0)))
 

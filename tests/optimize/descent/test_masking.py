@@ -15,6 +15,7 @@ from optimize.descent.targets import Targets
 from optimize.settings.run_file import run_from_scene
 from relief.common.arrays import Array
 from relief.common.errors import InputError
+from relief.relief import Relief
 from tests.tactile.reliefs import SIZE, waves
 from tests.visual.scenes import PLASTIC, sun, write_scene
 from visual.scene import load_scene
@@ -35,7 +36,7 @@ def test_a_descent_keeps_the_smooth_part_better_by_masking(tmp_path: Path) -> No
     relief = waves(32, 0.6).numpy()
     relief[:, 16:] += 0.4 * np.random.default_rng(0).random((32, 16))
     scene = load_scene(write_scene(tmp_path, relief, [sun(35.0, 10.0)], PLASTIC))
-    problem = Problem(relief, SIZE, tactile.Skin(), Targets(), scene, touch="quick", look="fast")
+    problem = Problem(Relief(relief, SIZE), tactile.Skin(), Targets(), scene, touch="quick", look="fast")
     before = problem.press(relief, gradients=False).means["roughness"]
     problem = replace(problem, targets=Targets.of(0.01, roughness=tactile.jnd_scaled(before, 1.0)))
 

@@ -46,14 +46,14 @@ def test_fingers_feel_what_whole_presses_feel(problem: Problem, felt: FingersFel
     heights = torch.as_tensor(problem.heights)
     for number in STIFFER_ONLY:
         skin = fingers(problem.skin)[1 + number].skin
-        strain = tactile.press(heights, problem.size_mm, skin).strain
-        expected = float(tactile.roughness(strain, problem.size_mm, "polar"))
+        strain = tactile.press(heights, problem.relief.width_mm, skin).strain
+        expected = float(tactile.roughness(strain, problem.relief.width_mm, "polar"))
         assert felt.values[number] == pytest.approx(expected, rel=1e-6)
 
 
 def test_fingers_feel_what_results_tell_of_them(problem: Problem, felt: FingersFelt) -> None:
     """But for the polar sum of roughness, and single precision."""
-    told = roughness_by_finger(problem.heights[None], problem.skin, problem.size_mm)[1:, 0]
+    told = roughness_by_finger(problem.heights[None], problem.skin, problem.relief.width_mm)[1:, 0]
     np.testing.assert_allclose(felt.values, told, rtol=0.01)
 
 

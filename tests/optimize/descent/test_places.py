@@ -39,7 +39,9 @@ def tile_of(samples: int) -> Array:
 @pytest.fixture(scope="module")
 def tile(problem_with: ProblemWith) -> Problem:
     problem = problem_with(Targets.of(TOLERANCE, **BOTH))
-    return replace(problem, heights=tile_of(32), repeats=(True, True), spacing_mm=5.0)
+    return replace(
+        problem, relief=replace(problem.relief, heights=tile_of(32), repeats=(True, True)), spacing_mm=5.0
+    )
 
 
 def test_a_tile_is_felt_at_each_place_as_by_a_finger_there_alone(tile: Problem) -> None:
@@ -66,7 +68,7 @@ def test_gradients_of_all_places_come_from_one_press(tile: Problem, seed: int) -
 def test_the_gradient_by_splines_is_that_of_the_relief(scene: Scene) -> None:
     plate = np.pad(tile_of(144), ((0, 0), (0, 36)), mode="wrap")[:, :180]
     problem = Problem(
-        plate, 12.5, tactile.Skin(), Targets.of(TOLERANCE, roughness=0.1), scene, repeats=(True, False)
+        Relief(plate, 12.5, (True, False)), tactile.Skin(), Targets.of(TOLERANCE, roughness=0.1), scene
     )
     assert problem.patches.samples == 128 and problem.patches.shape == (144, 144)
     direction = np.random.default_rng(0).standard_normal(plate.shape)
@@ -201,11 +203,10 @@ def test_steps_of_a_rolled_tile_are_the_rolled_steps(texture: Path, masking: flo
     targets, shift, found = Targets.of(TOLERANCE, roughness=0.1), (16, 16), []
     for heights in (tile_of(32), np.roll(tile_of(32), shift, (0, 1))):
         problem = Problem(
-            *(heights, SIZE, tactile.Skin(), targets, scene),
+            *(replace(scene.relief, heights=heights), tactile.Skin(), targets, scene),
             regularisation=2.0,
             masking=masking,
             look="fast",
-            repeats=(True, True),
             spacing_mm=5.0,
         )
         goals = 1.2 * problem.press(heights, gradients=False).values["roughness"]
@@ -222,7 +223,7 @@ def test_steps_of_a_rolled_tile_are_the_rolled_steps(texture: Path, masking: flo
 
 def test_a_press_between_the_places_is_told_by_its_place(tile: Problem) -> None:
     middle = between(tile.surface, tile.spacing_mm)
-    measures = measure_touch(Relief(tile.heights, SIZE, tile.repeats), tile.skin, "layer", at=middle)
+    measures = measure_touch(Relief(tile.heights, SIZE, tile.relief.repeats), tile.skin, "layer", at=middle)
     rolled = np.roll(tile.heights, -middle[2], (0, 1))
     alone = measure_touch(Relief(rolled, SIZE), tile.skin, "layer").values["roughness"][0]
     assert measures.values["roughness"][2] == pytest.approx(alone, rel=1e-9)

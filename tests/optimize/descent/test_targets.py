@@ -79,6 +79,6 @@ def test_a_third_quantity_is_steered(problem_with: ProblemWith, factor: float) -
     method = GaussNewton(problem)
     descent = descend(method, targets, method.begin(0, problem.heights, {}), 12)
     assert descent.reason.met
-    touch = tactile.press(torch.as_tensor(descent.best.heights), problem.size_mm, problem.skin)
+    touch = tactile.press(torch.as_tensor(descent.best.heights), problem.relief.width_mm, problem.skin)
     assert float(touch.strain.abs().mean()) == pytest.approx(factor * original, rel=TOLERANCE)
     assert descent.best.values.keys() == {"roughness", "contact_area_mm2", "mean_strain"}

@@ -179,7 +179,8 @@ def outcome(problem: Problem, verified: bool) -> Outcome:
     before, after = (Batches(p + random.normal(0.0, 0.01, (4, *p.shape[1:])), 64) for p in true)
     best = iterate(3, lower)
     first, felt = (
-        measure_touch(Relief(h, problem.size_mm), problem.skin, "layer") for h in (problem.heights, lower)
+        measure_touch(Relief(h, problem.relief.width_mm), problem.skin, "layer")
+        for h in (problem.heights, lower)
     )
     goals = {"roughness": 0.1}
     iterations = (OuterIteration(goals, best.means, felt.means, 0.2, 7),)
@@ -204,7 +205,7 @@ def test_maps_of_the_result_are_its_own_even_if_it_is_not_verified(
     verification = results.write(tmp_path, settings, problem, measured, times)
     prepared = SimpleNamespace(settings=settings, problem=problem)
     run_report.publish(Finished(tmp_path, cast(Prepared, prepared), measured, verification, []))
-    after = tactile.press(0.8 * problem.heights, problem.size_mm, problem.skin)
+    after = tactile.press(0.8 * problem.heights, problem.relief.width_mm, problem.skin)
     (report,) = reports
     assert report.after.pressure is not None
     np.testing.assert_allclose(report.after.strain, after.strain.numpy(), atol=1e-7)
@@ -216,7 +217,7 @@ def test_maps_of_the_result_are_its_own_even_if_it_is_not_verified(
 
 
 def test_what_was_verified_stands_beside_what_was_believed(problem: Problem, settings: Run) -> None:
-    verified = measure_touch(Relief(0.8 * problem.heights, problem.size_mm), problem.skin, "layer")
+    verified = measure_touch(Relief(0.8 * problem.heights, problem.relief.width_mm), problem.skin, "layer")
     told = summarise(settings, problem, outcome(problem, True), {}, {}).as_json()
     touch = told["touch"]
     assert touch["roughness"] == iterate(3).means["roughness"]
