@@ -17,7 +17,7 @@ from relief.common.progress import stage
 from tactile.layer.cosine_layer import sliding_layer
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.pair_variation import roughness
-from tactile.press import Press
+from tactile.pressing import Press
 from tactile.skin import Skin
 
 VARIATIONS = (

@@ -19,7 +19,7 @@ from tactile.elements.finite_elements import FiniteElementOperator, finite_eleme
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.layer.truncated import GRADIENT_TOLERANCE, quick_solver
 from tactile.limits import FEM_MESH, MAX_MESH, MAX_SAMPLES, MIN_MESH, MIN_SAMPLES
-from tactile.press import Press, SkinOperator
+from tactile.pressing import Press, SkinOperator
 from tactile.skin import Skin
 from tactile.touch import Touch, share_in_contact
 

@@ -35,13 +35,14 @@ def test_every_name_is_there_and_keeps_its_value(name: str) -> None:
     assert vars(retouch)[name] is getattr(retouch, name)
 
 
-def test_no_submodule_hides_a_public_name() -> None:
+@pytest.mark.parametrize("package", ["retouch", "optimize", "tactile", "visual"])
+def test_no_submodule_hides_a_public_name(package: str) -> None:
     """In a process of its own, where every submodule is imported before a name is used."""
     script = (
-        "import importlib, pkgutil, types, retouch\n"
-        "for module in pkgutil.walk_packages(retouch.__path__, 'retouch.'):\n"
+        f"import importlib, pkgutil, types, {package} as front\n"
+        "for module in pkgutil.walk_packages(front.__path__, front.__name__ + '.'):\n"
         "    module.name.endswith('__main__') or importlib.import_module(module.name)\n"
-        "print(*[n for n in retouch.__all__ if isinstance(getattr(retouch, n), types.ModuleType)])"
+        "print(*[n for n in front.__all__ if isinstance(getattr(front, n), types.ModuleType)])"
     )
     child = subprocess.run(
         [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True

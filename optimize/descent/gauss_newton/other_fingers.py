@@ -24,7 +24,7 @@ from tactile import jnd_scaled, roughness, touch_model
 from tactile.fingers import at_depth, fingers
 from tactile.jnd import SMOOTH
 from tactile.layer.elastic_layer import ElasticLayerOperator
-from tactile.press import Press
+from tactile.pressing import Press
 
 MOST_PLACES = 4
 """Most places where other fingers press: their mean over the places is drawn to a goal, not each of them."""

@@ -10,6 +10,7 @@ import pytest
 from optimize.descent.driver import Iterate
 from optimize.runs.recorder import Recorder
 from optimize.settings.run_file import load_run, run_from_scene
+from optimize.verification.verification import Verification
 from relief.heightmap import load_heights, save_heights_exr
 from relief.surface import axes
 from retouch.commands.main import BAD_INPUT, main
@@ -78,7 +79,7 @@ def test_the_screen_tells_the_places_and_names_one_that_missed(capsys: pytest.Ca
     result = json.loads(Path("run/result.json").read_text())
     steered = result["touch"]["places"]["steered"]
     steered["verified_roughness"][6] = 0.9 * steered["target_roughness"][6]
-    told = [text for name, text in _lines(result, Path("run")) if name == "farthest"]
+    told = [text for name, text in _lines(Verification.from_json(result), Path("run")) if name == "farthest"]
     assert len(told) == 1
     down, right = steered["centres_mm"][6]
     assert f"{right:.1f} mm from the left and {down:.1f} mm from the top" in told[0]

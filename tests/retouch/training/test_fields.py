@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import tactile
+from relief.relief import Relief
 from retouch.training.fields import BATCH, STUDIO, light_directions, picture_fields, touch_fields
 from tests.tactile.reliefs import bumps, grating, waves
 from visual.scene import Scene
@@ -61,7 +62,7 @@ def test_a_relief_that_is_no_number_is_refused(reliefs: np.ndarray) -> None:
 
 def test_sums_of_pictures_are_the_studios(reliefs: np.ndarray) -> None:
     checked = check_scene(STUDIO, {"resolution": str(SIDE)})
-    scene = Scene(checked, reliefs[5], "llvm_ad_mono")
+    scene = Scene(checked, Relief(reliefs[5]), "llvm_ad_mono")
     renders = np.stack([scene.render(samples=256, seed=seed).numpy() for seed in range(3)])
     fields = picture_fields(reliefs[5], light_directions("studio", 3, 0), 12, 0)
     sums = fields["pictures"] + AMBIENT * fields["ambient"]
