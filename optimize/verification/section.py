@@ -29,7 +29,7 @@ class Keys:
 class Section(BaseModel):
     """A section of a document; what a document lacks has its default, and is not written."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
     @model_validator(mode="before")
     @classmethod

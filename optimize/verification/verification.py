@@ -331,9 +331,11 @@ class Verification(Section):
         Raises:
             ValueError: a value is missing, of another type, or may not be shown.
         """
-        if not all(map(_presentable, _leaves(content))):
+        verification = cls.model_validate(content)
+        # Not of the content: a text such as "1e999" becomes a number.
+        if not all(map(_presentable, _leaves(verification.as_json()))):
             raise ValueError("holds a text or a number that may not be shown")
-        return cls.model_validate(content)
+        return verification
 
 
 def described(settings: Run) -> dict[str, Any]:
