@@ -116,15 +116,7 @@ WISHES: Mapping[str, Wish] = {
             "optimize/descent/problem.py",
             "optimize/descent/gauss_newton/other_fingers.py",
         ),
-        (
-            "tactile/contact.py",
-            "tactile/model.py",
-            "tactile/skin.py",
-            "tactile/net.py",
-            "tactile/layer/truncated.py",
-            "tactile/fingers.py",
-            "optimize/settings/skins.py",
-        ),
+        ("tactile/pressing.py", "tactile/skin.py", "optimize/settings/skins.py"),
     ),
     "a command and its Python door": Wish(
         (
