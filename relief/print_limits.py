@@ -92,16 +92,16 @@ class PrintLimits:
         """The highest surface that keeps the slope and is nowhere above heights (rows, cols), mm."""
         longest = max(heights.shape)
         spread = float(np.ptp(heights)) if np.isfinite(heights).all() else inf
-        found = heights
+        envelope = heights
         for move in MOVES if not self.any_slope else ():
             rise_mm, times = self._rise_mm * hypot(*move), 1
             # After steps of 1, 2, 4, ... all multiples are among the sums.
             while times * rise_mm < spread and times < 2 * longest:
-                found = np.minimum(
-                    found, self._moved(found, times * move[0], times * move[1]) + times * rise_mm
+                envelope = np.minimum(
+                    envelope, self._moved(envelope, times * move[0], times * move[1]) + times * rise_mm
                 )
                 times *= 2
-        return found
+        return envelope
 
     def above(self, heights: Array) -> Array:
         """The lowest surface that keeps the slope and is nowhere below heights (rows, cols), mm."""

@@ -115,14 +115,14 @@ def print_of(
         InputError: the relief is higher than the printer makes, or does not fit its pixels.
     """
     with naming(name):
-        made = printed(heights_mm, pitch_mm, printer, repeats)
-        if (relief_mm := float(np.ptp(made))) > printer.max_relief_mm + printer.layer_mm * SAME:
+        layers = printed(heights_mm, pitch_mm, printer, repeats)
+        if (relief_mm := float(np.ptp(layers))) > printer.max_relief_mm + printer.layer_mm * SAME:
             raise InputError(
                 f"printer: the relief is {relief_mm:.4g} mm high, and the printer makes "
                 f"{printer.max_relief_mm:g} mm; make it lower (relief_mm or height_scale)"
             )
     limit = HEIGHT_LIMIT_MM if heights_mm.max() <= HEIGHT_LIMIT_MM else DEEPEST_RELIEF_MM
-    return np.minimum(made, printer.top_mm(limit))
+    return np.minimum(layers, printer.top_mm(limit))
 
 
 def faults(

@@ -87,9 +87,9 @@ class Relief:
         )
         width_mm = default_mm if content.size_mm is None else content.size_mm
         design = cls(content.heights, width_mm, axes(repeats), os.fspath(file))
-        made = design if printer is None else design.printed(printer)
-        check_seams(made.heights, made.repeats, file)
-        return made
+        relief = design if printer is None else design.printed(printer)
+        check_seams(relief.heights, relief.repeats, file)
+        return relief
 
     @property
     def surface(self) -> Surface:
@@ -106,8 +106,8 @@ class Relief:
         # Imported here: SciPy, which prints alone need, takes long to load.
         from relief.printed import print_of
 
-        made = print_of(self.heights, self.pitch_mm, printer, self.repeats, self.name)
-        return replace(self, heights=made, printer=printer)
+        heights = print_of(self.heights, self.pitch_mm, printer, self.repeats, self.name)
+        return replace(self, heights=heights, printer=printer)
 
 
 def as_relief(relief: Relief | ArrayLike, size_mm: float | None = None) -> Relief:

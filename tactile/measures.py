@@ -151,8 +151,8 @@ def touch_measures(
     """The measures of touches, each (n, n) or (batch, n, n), and of their values; see `TouchMeasures`."""
 
     def maps(name: str) -> Array:
-        found = [getattr(touch, name).detach().double().numpy() for touch in touches]
-        return np.concatenate([field.reshape(-1, *field.shape[-2:]) for field in found])
+        fields = [getattr(touch, name).detach().double().numpy() for touch in touches]
+        return np.concatenate([field.reshape(-1, *field.shape[-2:]) for field in fields])
 
     fractions = np.concatenate([each(touch.contact_fraction) for touch in touches])
     return TouchMeasures(

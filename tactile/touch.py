@@ -64,5 +64,5 @@ def map_and_size(felt: Touch | Tensor, name: str, size_mm: float | None) -> tupl
         return felt, PATCH_SIDE_MM if size_mm is None else size_mm
     if size_mm not in (None, felt.size_mm):
         raise InputError(f"size_mm: {size_mm:g} is not the {felt.size_mm:g} mm of the touch's own patch")
-    found: Tensor = getattr(felt, name)
-    return found, felt.size_mm
+    felt_map: Tensor = getattr(felt, name)
+    return felt_map, felt.size_mm

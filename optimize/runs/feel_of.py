@@ -158,7 +158,7 @@ def feel(other: Other, settings: Run, model: ModelName) -> Feel:
         except ContactError as error:
             raise InputError(str(error)) from error
     result = Feel(other, touch.feel_of_quantities, felt)
-    told = ", ".join(f"{one.label} {one.text(felt.means[one.name])}" for one in result.quantities)
+    values = ", ".join(f"{one.label} {one.text(felt.means[one.name])}" for one in result.quantities)
     average = f", the mean of {len(other.at)} places" if len(other.at) > 1 else ""
-    say(f"the feel of {other.name}: {told}{average}")
+    say(f"the feel of {other.name}: {values}{average}")
     return result

@@ -32,13 +32,13 @@ def anchor(values: dict[str, Any], folder: Path) -> None:
                 part[key] = os.path.abspath(folder / part[key])
         if isinstance(other := section.get(f"{before}feel_of"), str):
             # A folder, too: the result of a run.
-            found = None if os.path.exists(folder / other) else bundled(other, *HEIGHT_MAPS)
-            section[f"{before}feel_of"] = os.path.abspath(found or folder / other)
+            bundled_file = None if os.path.exists(folder / other) else bundled(other, *HEIGHT_MAPS)
+            section[f"{before}feel_of"] = os.path.abspath(bundled_file or folder / other)
     for key, suffixes in (("scene", (".xml",)), ("texture", HEIGHT_MAPS)):
         if isinstance(values.get(key), str):
             file = folder / values[key]
-            found = None if os.path.isfile(file) else bundled(values[key], *suffixes)
-            values[key] = os.path.abspath(found or file)
+            bundled_file = None if os.path.isfile(file) else bundled(values[key], *suffixes)
+            values[key] = os.path.abspath(bundled_file or file)
 
 
 def resolve_result(touch: dict[str, Any]) -> None:

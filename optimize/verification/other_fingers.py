@@ -55,14 +55,14 @@ def felt_by_fingers(before: Relief, after: Relief, skin: Skin) -> Fingers | None
         for finger, first, then in zip(fingers(skin), *felt, strict=True)
     )
     jnds = [one.jnd for one in each if one.jnd is not None]
-    known = len(jnds) == len(each)
+    all_felt = len(jnds) == len(each)
     return Fingers(
         count=len(each),
         places=min(counts),
-        jnd_mean=fmean(jnds) if known else None,
-        jnd_min=min(jnds) if known else None,
-        jnd_max=max(jnds) if known else None,
-        jnd_std=pstdev(jnds) if known else None,
+        jnd_mean=fmean(jnds) if all_felt else None,
+        jnd_min=min(jnds) if all_felt else None,
+        jnd_max=max(jnds) if all_felt else None,
+        jnd_std=pstdev(jnds) if all_felt else None,
         each=each,
     )
 

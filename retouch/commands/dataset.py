@@ -94,21 +94,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    made = retouch.dataset(
+    result = retouch.dataset(
         arguments.out,
         arguments.count,
         **given(arguments, "seed", "textures", "optimised", "touch", "lights", "directions", "samples"),
         **given(arguments, "workers", "dask"),
     )
-    status = WITH_FAILURES if made.failures else COMPLETE
+    status = WITH_FAILURES if result.failures else COMPLETE
     if arguments.json:
-        print_json(made.as_json())
+        print_json(result.as_json())
         return status
     if not arguments.quiet:
-        complete = made.textures - len(made.failures)
-        print(f"{made.folder}: {complete} textures with their fields, {len(made.failures)} without")
-    for failure in made.failures[:MOST_SHOWN]:
+        complete = result.textures - len(result.failures)
+        print(f"{result.folder}: {complete} textures with their fields, {len(result.failures)} without")
+    for failure in result.failures[:MOST_SHOWN]:
         print(f"texture {failure.index} ({failure.source}): {failure.reason}", file=sys.stderr)
-    if len(made.failures) > MOST_SHOWN:
-        print(f"... the others are listed in {made.folder / FAILURES}", file=sys.stderr)
+    if len(result.failures) > MOST_SHOWN:
+        print(f"... the others are listed in {result.folder / FAILURES}", file=sys.stderr)
     return status

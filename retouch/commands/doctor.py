@@ -24,16 +24,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    found = retouch.doctor()
+    diagnosis = retouch.doctor()
     if arguments.json:
-        print_json(found.as_json())
+        print_json(diagnosis.as_json())
     else:
         screen = console(width=None)
         columns = (("", "name"), ("", "name"), ("", "text"))
         layout = {"show_header": False, "pad_edge": True}
-        screen.print(table(columns, map(_row, found.findings), gap=2, **layout))
-        screen.print("Ready." if found.ready else "Not ready: the lines marked MISSING say what to do.")
-    return 0 if found.ready else 1
+        screen.print(table(columns, map(_row, diagnosis.findings), gap=2, **layout))
+        screen.print("Ready." if diagnosis.ready else "Not ready: the lines marked MISSING say what to do.")
+    return 0 if diagnosis.ready else 1
 
 
 def _row(finding: "Finding") -> tuple[Cell, Cell, Cell]:

@@ -126,28 +126,28 @@ def run(arguments: argparse.Namespace) -> int:
     for path in filter(is_mesh, arguments.textures):
         subjects[path] = retouch.read_solid(path, units=arguments.units)
     bare = arguments.object and retouch.read_solid(arguments.object, units=arguments.units)
-    found: list[Evaluation] = []
+    evaluations: list[Evaluation] = []
     with stage("evaluating", len(arguments.textures)) as advance:
         for texture in arguments.textures:
             of_solid = {"without_texture": bare, "colours": arguments.out} if is_mesh(texture) else {}
             with contact_errors_name(texture):
                 reach = None if scene is None else _loaded(scene, texture, arguments)
-                found.append(
+                evaluations.append(
                     retouch.evaluate(
                         subjects[texture], model=arguments.model, skin=skin, reach=reach, **of_solid
                     )
                 )
             advance()
-    entries = [one.as_json(found[0] if len(found) > 1 else None) for one in found]
+    entries = [one.as_json(evaluations[0] if len(evaluations) > 1 else None) for one in evaluations]
     if arguments.json:
         print_json(entries)
     else:
-        _tell(found, entries, arguments, scene)
+        _tell(evaluations, entries, arguments, scene)
     return 0
 
 
 def _tell(
-    found: "list[Evaluation]",
+    evaluations: "list[Evaluation]",
     entries: list[dict[str, Any]],
     arguments: argparse.Namespace,
     scene: Path | None,
@@ -156,12 +156,12 @@ def _tell(
     screen = console()
     screen.print(table(entries))
     # Of height maps first, as their sizes differ.
-    pressed = [one.patch_mm for one in sorted(found, key=lambda one: is_mesh(Path(one.name)))]
+    pressed = [one.patch_mm for one in sorted(evaluations, key=lambda one: is_mesh(Path(one.name)))]
     patches = " and ".join(f"{side:.4g} x {side:.4g}" for side in dict.fromkeys(pressed))
     by = f", as printed by {arguments.printer}" if arguments.printer else ""
-    skin = found[0].skin
+    skin, skin_name = evaluations[0].skin, Path(evaluations[0].skin_name).stem
     screen.print(
-        f"{model_name(arguments.model).capitalize()}, skin {Path(found[0].skin_name).stem}: {_moduli(skin)}, "
+        f"{model_name(arguments.model).capitalize()}, skin {skin_name}: {_moduli(skin)}, "
         f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {patches} mm{by}."
     )
     if scene is not None:
@@ -206,11 +206,11 @@ def _loaded(scene: Path, texture: Path, arguments: argparse.Namespace) -> "Scene
         return retouch.load_scene(scene, defines, arguments.variant, relief=relief)
 
 
-def _ways(found: Mapping[str, Any]) -> str:
+def _ways(reach: Mapping[str, Any]) -> str:
     """A reach in words."""
     ways = []
     for sense in ("rougher", "smoother"):
-        way = found[sense]
+        way = reach[sense]
         jnd = f"{number(way['jnd'], 2)} JND"
         beyond = way["jnd"] >= LARGEST_JND or not way["arrived"]
         ways.append(f"{jnd} or more {sense}" if beyond else f"about {jnd} {sense}")

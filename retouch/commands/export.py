@@ -63,8 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def times(text: str) -> tuple[int, int]:
     """Read `3x2`, 3 across and 2 down, as (down, across). Raises argparse.ArgumentTypeError."""
-    found = re.fullmatch(r"([0-9]{1,3})x([0-9]{1,3})", text)
-    across, down = (int(number) for number in found.groups()) if found else (0, 0)
+    match = re.fullmatch(r"([0-9]{1,3})x([0-9]{1,3})", text)
+    across, down = (int(number) for number in match.groups()) if match else (0, 0)
     if not (1 <= across <= MOST_REPEATS and 1 <= down <= MOST_REPEATS):
         raise argparse.ArgumentTypeError(
             f"{text[:20]!r}: expected two numbers from 1 to {MOST_REPEATS}, as in 3x2"
@@ -73,22 +73,22 @@ def times(text: str) -> tuple[int, int]:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    made = retouch.export(
+    exported = retouch.export(
         arguments.texture,
         arguments.out,
         **given(arguments, "base_mm", "repeat", "printer", *LENGTHS),
     )
     if arguments.json:
-        print_json(made.as_json())
+        print_json(exported.as_json())
         return 0
-    sides = f"{made.width_mm:.4g} x {made.height_mm:.4g}"
-    if made.thickness_mm is not None:
-        sentence = f"{sides} x {made.thickness_mm:.3g} mm"
+    sides = f"{exported.width_mm:.4g} x {exported.height_mm:.4g}"
+    if exported.thickness_mm is not None:
+        sentence = f"{sides} x {exported.thickness_mm:.3g} mm"
     else:
         sentence = (
-            f"{sides} mm, black is 0 and white {made.strength_mm:.6g} mm; displace by strength "
-            f"{made.strength_mm:.6g} mm, midlevel 0, colours read as data (Non-Color)"
+            f"{sides} mm, black is 0 and white {exported.strength_mm:.6g} mm; displace by strength "
+            f"{exported.strength_mm:.6g} mm, midlevel 0, colours read as data (Non-Color)"
         )
-    by = f", as printed by {made.printer.name}" if made.printer else ""
-    print(f"{made.file}: {sentence}{by}, {made.file.stat().st_size / 2**20:.1f} MiB")
+    by = f", as printed by {exported.printer.name}" if exported.printer else ""
+    print(f"{exported.file}: {sentence}{by}, {exported.file.stat().st_size / 2**20:.1f} MiB")
     return 0

@@ -249,11 +249,11 @@ def finish(result: "Verification", run_dir: Path, arguments: argparse.Namespace)
 
 def _forecast(settings: "Run", out: Path, arguments: argparse.Namespace) -> int:
     """Check a run and tell what it takes; returns the status of success. Raises InputError."""
-    found = retouch.forecast(settings, out, variant=arguments.variant, force=arguments.force)
+    estimate = retouch.forecast(settings, out, variant=arguments.variant, force=arguments.force)
     if arguments.json:
-        print_json({"run_dir": str(out), **found.as_json()})
+        print_json({"run_dir": str(out), **estimate.as_json()})
     elif not arguments.quiet:
-        lines = [*found.lines(), ("folder", f"{out}, nothing written yet")]
+        lines = [*estimate.lines(), ("folder", f"{out}, nothing written yet")]
         console().print(lines_table(lines))
     return REACHED
 

@@ -315,12 +315,12 @@ def table(
     from rich.table import Table
     from rich.text import Text
 
-    made = Table(box=None, padding=(0, gap, 0, 0), **{"pad_edge": False, **layout})
+    rows_table = Table(box=None, padding=(0, gap, 0, 0), **{"pad_edge": False, **layout})
     for heading, kind in columns:
-        made.add_column(heading, **COLUMNS[kind])
+        rows_table.add_column(heading, **COLUMNS[kind])
     for row in rows:
-        made.add_row(*(Text(cell) if isinstance(cell, str) else Text(*cell) for cell in row))
-    return made
+        rows_table.add_row(*(Text(cell) if isinstance(cell, str) else Text(*cell) for cell in row))
+    return rows_table
 
 
 def lines_table(lines: Iterable[tuple[str, str]]) -> "Table":

@@ -110,22 +110,21 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.explain:
         _tell_lines(retouch.explain(arguments.scene, **options), arguments)
         return 0
-    found = retouch.render(arguments.scene, arguments.out, seed=arguments.seed, **options)
+    rendering = retouch.render(arguments.scene, arguments.out, seed=arguments.seed, **options)
     if arguments.json:
-        print_json(found.as_json())
+        print_json(rendering.as_json())
         return 0
     screen = console()
     columns = (("condition", "text"), ("mean radiance", "number"), ("error of a pixel", "number"))
-    screen.print(table((*columns, ("files", "text")), _rows(found)))
-    rows, cols = found.batches.mean.shape[1:]
+    screen.print(table((*columns, ("files", "text")), _rows(rendering)))
+    rows, cols = rendering.batches.mean.shape[1:]
     screen.print(
-        f"{cols} x {rows} pixels, {found.batches.samples} samples each, {found.scene.variant}, "
-        f"{duration(found.seconds)} of rendering."
+        f"{cols} x {rows} pixels, {rendering.batches.samples} samples each, {rendering.scene.variant}, "
+        f"{duration(rendering.seconds)} of rendering."
     )
-    if found.black:
-        screen.print(
-            f"Black: {', '.join(found.black)}; next to no light goes from there to the camera.", markup=False
-        )
+    if rendering.black:
+        black = ", ".join(rendering.black)
+        screen.print(f"Black: {black}; next to no light goes from there to the camera.", markup=False)
     return 0
 
 
@@ -136,9 +135,9 @@ def _tell_lines(lines: Sequence[tuple[str, str]], arguments: argparse.Namespace)
         console().print(table((("", "text"), ("", "text")), lines, show_header=False))
 
 
-def _rows(found: "Rendering") -> Iterator[tuple[str, ...]]:
+def _rows(rendering: "Rendering") -> Iterator[tuple[str, ...]]:
     """Name, mean radiance, standard error of a pixel and files of each condition."""
     for (condition, mean), error, file in zip(
-        found.levels.items(), found.errors_percent, found.files, strict=True
+        rendering.levels.items(), rendering.errors_percent, rendering.files, strict=True
     ):
         yield condition, number(mean), percent(error), f"{file}.exr, .png"

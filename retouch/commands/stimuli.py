@@ -169,12 +169,12 @@ def run(arguments: argparse.Namespace) -> int:
     plates = given(arguments, "plate_mm", "base_mm", "bed_mm", "label")
     if arguments.redraw:
         _refuse_levels(arguments)
-        made = retouch.redraw_stimuli(arguments.out, plates=plates)
+        stimuli = retouch.redraw_stimuli(arguments.out, plates=plates)
     else:
         settings: dict[str, Any] = {}
         for setting in arguments.settings:
             settings |= _setting(setting)
-        made = retouch.stimuli(
+        stimuli = retouch.stimuli(
             arguments.textures,
             arguments.out,
             plates=plates,
@@ -183,8 +183,8 @@ def run(arguments: argparse.Namespace) -> int:
             **given(arguments, "sources", "source_mm", "controls", "printer", "skin", "fast"),
             **given(arguments, "workers", "dask", *LENGTHS),
         )
-    _tell(made, arguments, time.monotonic() - began)
-    return WITH_FAILURES if made.content["failures"] else COMPLETE
+    _tell(stimuli, arguments, time.monotonic() - began)
+    return WITH_FAILURES if stimuli.content["failures"] else COMPLETE
 
 
 def _refuse_levels(arguments: argparse.Namespace) -> None:
@@ -209,30 +209,30 @@ def _setting(text: str) -> dict[str, Any]:
     return {key.strip(): parsed["value"]}
 
 
-def _tell(made: "StimulusPlates", arguments: argparse.Namespace, seconds: float) -> None:
+def _tell(stimuli: "StimulusPlates", arguments: argparse.Namespace, seconds: float) -> None:
     """Print what became of the set."""
     if arguments.json:
-        print_json(made.as_json())
+        print_json(stimuli.as_json())
         return
     if arguments.quiet:
         return
     headings = ("plate", "kind", "felt, JND", "over places", "contact, mm²", "pictures, %", "JOD")
-    plates = [plate for texture in made.content["textures"] for plate in texture["plates"]]
+    plates = [plate for texture in stimuli.content["textures"] for plate in texture["plates"]]
     columns = [(heading, "") for heading in headings]
     console().print(table(columns, map(_cells, plates), gap=1))
-    summary = made.content["summary"]
+    summary = stimuli.content["summary"]
     if summary["neighbours_percent"] is not None:
         print(
             f"neighbouring levels should be told right in {summary['neighbours_percent']:.0f} % of tries "
             f"(the paper's participants: {summary['paper_neighbours_percent']:.0f} %), whole sets in "
             f"{summary['sorted_percent']:.0f} %"
         )
-    for line in made.content["failures"]:
+    for line in stimuli.content["failures"]:
         print(line)
-    missing = f"; {made.missing} plates not computed yet" if made.missing else ""
+    missing = f"; {stimuli.missing} plates not computed yet" if stimuli.missing else ""
     took = "" if arguments.redraw or not math.isfinite(seconds) else f", {duration(seconds)}"
-    print(f"{made.page}: {summary['plates']} plates{missing}{took}")
-    for file in made.files:
+    print(f"{stimuli.page}: {summary['plates']} plates{missing}{took}")
+    for file in stimuli.files:
         print(f"to print: {file}")
 
 

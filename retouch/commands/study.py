@@ -95,40 +95,40 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.all and arguments.given is not None:
         raise InputError("--from: is the document of one study, not of all")
     out: Path = arguments.out or (Path("runs") if arguments.all else Path("runs") / paths[0].stem)
-    found = [_study(path, out / path.stem if arguments.all else out, arguments) for path in paths]
+    outcomes = [_study(path, out / path.stem if arguments.all else out, arguments) for path in paths]
     if arguments.json:
-        entries = [one.as_json() for one in found]
+        entries = [one.as_json() for one in outcomes]
         print_json(entries if arguments.all else entries[0])
-    return COMPLETE if all(one.complete for one in found) else WITH_FAILURES
+    return COMPLETE if all(one.complete for one in outcomes) else WITH_FAILURES
 
 
 def _study(path: Path, out: Path, arguments: argparse.Namespace) -> "StudyTables":
     """Compute or redraw a study, and tell what became of it."""
     began = time.monotonic()
-    found = retouch.study(
+    tables = retouch.study(
         path,
         out,
         given=arguments.given,
         **given(arguments, "quick", "textures", "again", "redraw", "workers", "dask"),
     )
     if not arguments.json:
-        for line in found.failures_shown():
+        for line in tables.failures_shown():
             print(line, file=sys.stderr)
     if not arguments.json and not arguments.quiet:
-        rest = f", {found.missing} not computed yet" if found.missing else ""
+        rest = f", {tables.missing} not computed yet" if tables.missing else ""
         took = "" if arguments.redraw else f", {duration(time.monotonic() - began)}"
-        print(f"{found.page}: {found.done} rows, {len(found.failed)} failed{rest}{took}", flush=True)
-    return found
+        print(f"{tables.page}: {tables.done} rows, {len(tables.failed)} failed{rest}{took}", flush=True)
+    return tables
 
 
 def _list(arguments: argparse.Namespace) -> int:
     """Print the bundled studies."""
-    found = retouch.list_studies()
+    studies = retouch.list_studies()
     if arguments.json:
-        print_json(found)
+        print_json(studies)
         return COMPLETE
     rows = []
-    for one in found:
+    for one in studies:
         forms = (one["whole"], one["quick"])
         texts = [f"{form['rows']}, about {math.ceil(form['minutes'])}" for form in forms]
         rows.append((one["name"], one["title"], *texts))

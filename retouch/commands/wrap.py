@@ -86,7 +86,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    made = retouch.wrap(
+    wrapped = retouch.wrap(
         arguments.texture,
         arguments.mesh,
         arguments.out,
@@ -94,11 +94,11 @@ def run(arguments: argparse.Namespace) -> int:
         **given(arguments, "units", *LENGTHS),
         **given(arguments, "mask", "level", "falloff_mm", "keep_bottom", "edge_mm", "faces"),
     )
-    told = made.as_json()
+    numbers = wrapped.as_json()
     if arguments.json:
-        print_json(told)
+        print_json(numbers)
     elif not arguments.quiet:
-        for line in _lines(told):
+        for line in _lines(numbers):
             print(line)
     return 0
 

@@ -1,7 +1,7 @@
 """Comparison of two reliefs: how each feels, how far apart the two feel, and how unlike the two look."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from optimize.verification.verification import Fingers, PictureChange
 from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
-from relief.common.progress import stage
+from relief.common.progress import Progress, stage
 from relief.seam import check_seams
 from relief.surface import Repeats, axes
 from retouch.pages.comparison import write_comparison
@@ -58,6 +58,7 @@ def compare(
     relief_mm: float | None = None,
     height_scale: float | None = None,
     quiet: bool | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> dict[str, Any]:
     """Compare two reliefs, and write a page that shows them side by side.
 
@@ -76,7 +77,7 @@ def compare(
         seed: of the pictures; by default that of the run's own pictures, else 0.
         distance_cm: from the eye to the plate, for FLIP.
         size_mm, relief_mm, height_scale: of the height maps, as in `load_height_map`; not of runs.
-        quiet: as in `optimize.runs.job.run`.
+        quiet, progress: as in `optimize`.
 
     Returns:
         What `retouch compare --json` prints; docs/python.md says what each key means.
@@ -108,7 +109,7 @@ def compare(
         check_seams(subject.relief.heights, ends, subject.file)
     one, other = (replace(each, relief=replace(each.relief, repeats=ends)) for each in subjects)
     look = _Look(scene_file, own_defines | dict(defines or {}), variant, samples, seed, distance_cm)
-    with followed(None, quiet):
+    with followed(progress, quiet):
         touches = []
         for subject in (one, other):
             with naming(subject.file), stage(f"pressing on {subject.name}"):

@@ -93,13 +93,13 @@ class _Watch:
 
     def report(self, progress: Progress) -> None:
         with self._lock:
-            known = self._under_way[progress.level :]
+            earlier = self._under_way[progress.level :]
             del self._under_way[progress.level :]
-            if progress.detail and (not known or progress.detail != known[0][0].detail):
+            if progress.detail and (not earlier or progress.detail != earlier[0][0].detail):
                 self._display.line(progress.detail + _rest(progress))
             if not progress.ended:
-                self._count += not known
-                number = known[0][2] if known else self._count
+                self._count += not earlier
+                number = earlier[0][2] if earlier else self._count
                 self._under_way.append((progress, time.monotonic() - progress.seconds, number))
             elif not self._under_way:
                 # At once, because results may be printed next.

@@ -124,13 +124,13 @@ def wrap(
 
 def _coverings(textures: Sequence[tuple[Source, str | None]], lengths: Lengths) -> list[Covering]:
     """The tiles and where they lie. Raises InputError."""
-    found = [
+    pairs = [
         (find_texture(tile) if isinstance(tile, str | os.PathLike) else tile, mask) for tile, mask in textures
     ]
-    files = [tile for tile, _ in found if isinstance(tile, Path)]
+    files = [tile for tile, _ in pairs if isinstance(tile, Path)]
     check_scales(files, lengths)
     coverings = []
-    for tile, mask in found:
+    for tile, mask in pairs:
         relief = relief_of(tile, **lengths)
         check_seams(relief.heights, (True, True), relief.name)
         coverings.append(Covering(Tile(relief.heights, relief.pitch_mm), mask))
