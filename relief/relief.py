@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from relief.common.arrays import Array
+from relief.common.errors import InputError
 from relief.common.lengths import in_range
 from relief.common.limits import PATCH_SIDE_MM
 from relief.heightmap import check_heights, load_height_map
@@ -102,7 +103,9 @@ class Relief:
         return self.surface.pitch_mm
 
     def printed(self, printer: Printer) -> Self:
-        """The print of this relief. Raises InputError if the printer cannot make it."""
+        """The print of this relief. Raises InputError if it is a print, or the printer cannot make it."""
+        if self.printer is not None:
+            raise InputError(f"printer: {self.name} is a print already, of {self.printer.name}")
         # Imported here: SciPy, which prints alone need, takes long to load.
         from relief.printed import print_of
 
@@ -110,8 +113,28 @@ class Relief:
         return replace(self, heights=heights, printer=printer)
 
 
-def as_relief(relief: Relief | ArrayLike, size_mm: float | None = None) -> Relief:
-    """A relief, or that of an array (rows, cols) in mm, by default 10 mm wide. Raises InputError."""
-    if isinstance(relief, Relief):
-        return relief
-    return Relief.of(relief, PATCH_SIDE_MM if size_mm is None else size_mm)
+def as_relief(
+    relief: Relief | ArrayLike,
+    size_mm: float | None = None,
+    *,
+    repeats: Repeats = False,
+    default_mm: float = PATCH_SIDE_MM,
+) -> Relief:
+    """A relief, or that of an array (rows, cols) in mm.
+
+    Args:
+        relief: the one or the other.
+        size_mm: width of an array; None: `default_mm`.
+        repeats: whether an array is a tile, along both axes, "x" or "y".
+        default_mm: see `size_mm`.
+
+    Raises:
+        InputError: heights or size are out of range, the sides of a tile do not fit, or a `Relief`, which has
+            its own, comes with a size or with axes on which it repeats.
+    """
+    if not isinstance(relief, Relief):
+        return Relief.of(relief, default_mm if size_mm is None else size_mm, repeats)
+    for name, value in (("size_mm", size_mm), ("repeats", repeats or None)):
+        if value is not None:
+            raise InputError(f"{name}: is for files and arrays; a Relief has its own")
+    return relief

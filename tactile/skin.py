@@ -114,6 +114,16 @@ class Skin:
         """The layers, their moduli in units of `young_modulus_mpa`."""
         return tuple((thickness, modulus / self.young_modulus_mpa) for thickness, modulus in self.layers)
 
+    @property
+    def structure(self) -> dict[str, float | str]:
+        """Keys of operators stored on disk: all that they depend on, which is no load and no modulus."""
+        return {
+            "nu": self.poisson_ratio,
+            "thickness": self.thickness_mm,
+            "depth": self.depth_mm,
+            "layers": repr(self.stack),
+        }
+
     def at_unit_modulus(self) -> "Skin":
         """The skin that has the same operators: the one of unit modulus and force."""
         return replace(self, young_modulus_mpa=1.0, force_n=1.0, layers=self.stack)

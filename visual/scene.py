@@ -504,7 +504,9 @@ def load_scene(
         InputError: what is wrong with the scene or the relief, in one line.
     """
     if relief is None:
-        relief = scene_relief(path, defines, texture, size_mm=size_mm)
+        relief, size_mm = scene_relief(path, defines, texture, size_mm=size_mm), None
+    elif texture is not None:
+        raise InputError(f"texture: {texture}: there is a relief already")
     checked, relief = fitted_scene(path, defines, relief, size_mm)
     if _log.isEnabledFor(logging.INFO):
         for subject, sentence in explain(checked, relief, variant):

@@ -105,19 +105,10 @@ def run(
     force: bool = False,
     publish: Publish | None = None,
 ) -> Result:
-    """Optimise one texture and write its run directory.
+    """Optimise one texture and write its run directory, as `retouch.optimize`, which tells the rest.
 
     Args:
-        run: a run, or the path of a run file.
-        out: the run directory; default `runs/<name of the run file or texture>`.
-        variant: Mitsuba's.
-        force: replace an earlier run in `out`.
         publish: called once the result is written; `retouch.optimize` writes the report so.
-
-    Raises:
-        InputError: what is wrong with the input, in one line; nothing is written then.
-        KeyboardInterrupt: before there was a result; heights and plates of the best relief are written, and
-            `resume` goes on.
     """
     name = Path(run).stem if not isinstance(run, Run) else run.texture.stem
     settings = run if isinstance(run, Run) else load_run(run)
@@ -143,14 +134,7 @@ def resume(
     variant: str | None = None,
     publish: Publish | None = None,
 ) -> Result:
-    """Go on with a run from its checkpoint; ends as the uninterrupted run would, within tolerance.
-
-    Arguments are as in `run`.
-
-    Raises:
-        InputError: the directory holds no run or no sound checkpoint; or scene, texture, or a setting other
-            than those of `optimize.run_directory.key.CHANGEABLE` has changed since the run began.
-    """
+    """Go on with a run from its checkpoint, as `retouch.resume`, which tells the rest."""
     run_dir = Path(run_dir)
     settings = load_run(run_dir / SETTINGS)
     checkpoint = load_checkpoint(run_dir)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.descent.stop_reason import StopReason
+from optimize.settings.fast_models import FAST_MODELS
 from relief.common.errors import InputError
 from relief.common.formats import HEIGHT_MAPS
 from retouch.commands.options import (
@@ -71,10 +72,6 @@ _SETTINGS = {
     "distance_cm": "verify.distance_cm",
 }
 """Key in the run file of each option that takes a number."""
-
-FAST = ('touch.model="quick"', 'look.model="auto"')
-"""Settings of `--fast`, which `--set` overrides."""
-
 
 AFTER_INTERRUPT = "; retouch resume RUN_DIR goes on"
 """End of the line that an interrupt prints."""
@@ -223,7 +220,7 @@ def overrides(arguments: argparse.Namespace) -> list[str]:
     if arguments.repeats is not None:
         settings.append(f"repeats={json.dumps(arguments.repeats)}")
     if arguments.fast:
-        settings += FAST
+        settings += [f"{key}={_quoted(value)}" for key, value in FAST_MODELS.items()]
     if not arguments.baseline:
         settings.append("verify.baseline=false")
     return [*settings, *arguments.settings]

@@ -103,7 +103,8 @@ def export(
         fault = f"base-mm: is for plates; {out.name} holds heights alone"
         raise InputError(fault.replace("-", "_", 1), f"--{fault}")
     tile = relief_of(source, **lengths)
-    whole = Relief(repeated(tile.heights, repeat, tile.name), tile.width_mm * repeat[1], name=tile.name)
+    heights = repeated(tile.heights, repeat, tile.name)
+    whole = Relief(heights, tile.width_mm * repeat[1], name=tile.name, printer=tile.printer)
     made_by = find_printer(printer) if isinstance(printer, str) else printer
     whole = whole if made_by is None else whole.printed(made_by)
     with permitted(out):

@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike
 from mitsuba_scenes import find_texture
 from relief.common.errors import InputError
 from relief.common.lengths import Lengths
-from relief.common.limits import PATCH_SIDE_MM
 from relief.printers import Printer, find_printer
-from relief.relief import Relief
+from relief.relief import Relief, as_relief
 from relief.surface import Repeats
 
 Source = Relief | ArrayLike | str | os.PathLike[str]
@@ -33,11 +32,9 @@ def relief_of(
     made_by = find_printer(printer) if isinstance(printer, str) else printer
     if isinstance(source, str | os.PathLike):
         return Relief.read(find_texture(source), repeats=repeats, printer=made_by, **lengths)
-    if not isinstance(source, Relief):
-        size_mm = lengths.pop("size_mm", None)
-        source = Relief.of(source, PATCH_SIDE_MM if size_mm is None else size_mm, repeats)
+    relief = as_relief(source, lengths.pop("size_mm", None), repeats=repeats)
     refuse("files", lengths)
-    return source if made_by is None else source.printed(made_by)
+    return relief if made_by is None else relief.printed(made_by)
 
 
 def refuse(kind: str, values: Mapping[str, object]) -> None:

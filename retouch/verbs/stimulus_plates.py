@@ -8,6 +8,7 @@ from typing import Any, Unpack
 from pydantic import ValidationError
 
 from mitsuba_scenes import find_texture
+from optimize.settings.fast_models import FAST_MODELS
 from optimize.settings.toml_files import first_fault
 from relief.common.errors import InputError
 from relief.common.lengths import Lengths
@@ -17,9 +18,6 @@ from retouch.stimulus_sets.making import StimulusPlates, make
 from retouch.stimulus_sets.stimulus_set import FILE, StimulusSet, read_set
 from retouch.verbs.progress_display import followed
 from retouch.workers.choice import runner
-
-FAST = {"touch.model": "quick", "look.model": "auto"}
-"""Settings of the fast models."""
 
 
 def stimuli(
@@ -93,7 +91,7 @@ def stimuli(
             "whole": whole,
             "with_scaled": with_scaled,
             "sources": [Path(source).absolute() for source in sources],
-            "settings": (FAST if fast else {}) | _given(own) | dict(settings or {}),
+            "settings": (FAST_MODELS if fast else {}) | _given(own) | dict(settings or {}),
             "print": dict(plates or {}),
             **_given(optional),
         }

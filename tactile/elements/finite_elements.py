@@ -211,10 +211,7 @@ def _elements(skin: Skin, nodes: int, size: float) -> tuple[CosineLayer, dict[st
     """The elements with sliding sides, and the blocks with free ones by name, in double precision."""
     key: dict[str, float | int | str] = {
         "code": fingerprint(__name__),
-        "nu": skin.poisson_ratio,
-        "thickness": skin.thickness_mm,
-        "depth": skin.depth_mm,
-        "layers": repr(skin.stack),
+        **skin.structure,
         "size": size,
         "nodes": nodes,
     }

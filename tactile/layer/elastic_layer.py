@@ -148,10 +148,7 @@ def _operator(
 def _free_sides(skin: Skin, n: int, size: float, coarse: int) -> FreeSides:
     key: dict[str, float | int | str] = {
         "code": fingerprint(__name__),
-        "nu": skin.poisson_ratio,
-        "thickness": skin.thickness_mm,
-        "depth": skin.depth_mm,
-        "layers": repr(skin.stack),
+        **skin.structure,
         "size": size,
         "coarse": coarse,
     }

@@ -35,7 +35,7 @@ def fitted_scene(
         path: of the scene file.
         defines: values of its `$parameters`.
         relief: on the plate, or its heights (rows, cols) in mm; None: the scene's own.
-        size_mm: width of an array; None: that of the scene's plate.
+        size_mm: width of an array; None: that of the scene's plate. A `Relief` has its own.
 
     Returns:
         The scene, and the relief.
@@ -48,7 +48,7 @@ def fitted_scene(
     plate = describe(checked).plate
     if relief is None:
         relief = scene_relief(path, defines)
-    relief = as_relief(relief, plate.size_mm if size_mm is None else size_mm)
+    relief = as_relief(relief, size_mm, default_mm=plate.size_mm)
     width_mm = None if relief.width_mm == plate.size_mm else relief.width_mm
     following = parameters(checked, defines, relief.heights.shape, width_mm)
     if following:
