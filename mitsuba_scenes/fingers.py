@@ -28,4 +28,6 @@ def find_skin(path: str | os.PathLike[str]) -> Path:
         return Path(name)
     if (stem := name.removesuffix(".toml")) in skins:
         return skins[stem]
-    raise InputError(f"{name}: no such file; the skins that come with Retouch are {', '.join(skins)}")
+    raise InputError(
+        f"{name or repr(name)}: no such file; the skins that come with Retouch are {', '.join(skins)}"
+    )

@@ -67,9 +67,9 @@ _ALLOWED = {
     ),
     "retouch.__main__": "retouch.commands",
     "retouch.commands": (
-        "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.verification "
-        "relief relief.common relief.preparing retouch retouch.pages retouch.verbs surrogate.nets "
-        "tactile"
+        "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.settings "
+        "optimize.verification relief relief.common relief.preparing retouch retouch.pages "
+        "retouch.verbs surrogate.nets tactile"
     ),
     "retouch.pages": (
         "optimize.run_directory optimize.runs optimize.verification relief relief.common "

@@ -107,16 +107,18 @@ class LookModel:
         implementation: where its class is, as `module:Class`, which makes a `SceneLook` of a `Scene`.
         step_s: seconds of a step for each height sample (`optimize.estimates.forecast`).
         sampled: whether its pictures are sampled, so that `look.samples` applies and they have noise.
+        shadows: whether its pictures have shadows, so that `descent.shadow_edges` applies.
     """
 
     implementation: str
     step_s: float
     sampled: bool = False
+    shadows: bool = False
 
 
 LOOKS: Mapping[str, LookModel] = {
-    "exact": LookModel("visual.scene_looks:ExactLook", 1.2e-4, sampled=True),
-    "fast": LookModel("visual.scene_looks:FastLook", 3e-5),
+    "exact": LookModel("visual.scene_looks:ExactLook", 1.2e-4, sampled=True, shadows=True),
+    "fast": LookModel("visual.scene_looks:FastLook", 3e-5, shadows=True),
     "shading": LookModel("visual.scene_looks:ShadingLook", 3e-5),
     "heights": LookModel("visual.scene_looks:HeightsLook", 3e-5),
 }

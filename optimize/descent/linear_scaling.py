@@ -139,8 +139,7 @@ class LinearScaling:
 
     def _pictures(self, heights: Array) -> Array:
         problem = self._problem
-        samples = problem.samples or SAMPLES
-        pictures = problem.scene.render(heights, None, samples, problem.seed, problem.look)
+        pictures = problem.scene.render(heights, None, SAMPLES, problem.seed, problem.look)
         return np.asarray(pictures.numpy())
 
 

@@ -115,7 +115,7 @@ class Method:
 
 
 _WITH_GRADIENTS = frozenset(
-    {"descent.steps", "descent.shadow_edges", "descent.regularisation", "look.weight"}
+    {"descent.steps", "descent.shadow_edges", "descent.regularisation", "look.model", "look.weight"}
 )
 METHODS: Mapping[str, Method] = {
     "gauss-newton": Method(
@@ -133,7 +133,7 @@ METHODS: Mapping[str, Method] = {
     ),
     "scaling": Method(
         "optimize.descent.linear_scaling:LinearScaling",
-        frozenset({"look.samples"}),
+        frozenset(),
         own_steps=1,
     ),
 }

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from optimize.settings.run_file import Run, load_run
+from optimize.settings.run_file import Run, load_settings
 from optimize.verification.verification import Verification, described
 from relief.common.errors import InputError
 from relief.common.files import read_limited
@@ -53,7 +53,7 @@ def finished(run_dir: Path) -> Verification | None:
     Raises:
         InputError: there is no run.toml, or it is no run file.
     """
-    settings = load_run(run_dir / SETTINGS)
+    settings = load_settings(run_dir / SETTINGS)
     if not all((run_dir / name).is_file() for name in (RESULT, REPORT, "heights.exr", *PLATES)):
         return None
     result = read_verification(run_dir)

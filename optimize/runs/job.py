@@ -25,7 +25,7 @@ from optimize.run_directory.key import SETTINGS, run_key
 from optimize.runs.interrupts import interruptible
 from optimize.runs.preparation import Prepared, prepare
 from optimize.runs.recorder import Recorder
-from optimize.settings.run_file import Run, load_run
+from optimize.settings.run_file import Run, load_run, load_settings
 from optimize.verification.measuring import Outcome, measure
 from optimize.verification.verification import Verification
 from relief.common.arrays import Array
@@ -136,7 +136,7 @@ def resume(
 ) -> Result:
     """Go on with a run from its checkpoint, as `retouch.resume`, which tells the rest."""
     run_dir = Path(run_dir)
-    settings = load_run(run_dir / SETTINGS)
+    settings = load_settings(run_dir / SETTINGS)
     checkpoint = load_checkpoint(run_dir)
     check_key(run_dir / SETTINGS, settings, checkpoint.key)
     current, state = checkpoint.current, checkpoint.state

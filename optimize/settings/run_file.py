@@ -2,12 +2,13 @@
 
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import tomli_w
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from mitsuba_scenes import find_file
 from optimize.descent.methods import METHODS, StopRule, methods_that_take
@@ -26,6 +27,7 @@ from relief.common.limits import (
     SMALLEST_RELIEF_MM,
 )
 from relief.surface import Repeats, axes
+from visual.looks import LOOKS, LookModel
 
 if TYPE_CHECKING:
     from relief.relief import Relief
@@ -37,11 +39,27 @@ FilePath = Annotated[Path, Field(strict=False)]
 PAPER_TOLERANCE = 0.1
 """Tolerance of the paper's stopping rule (section 4.1): half of what a finger just notices."""
 UNABLE = {
-    "look.masking": "look.masking: {method} has no weights by contrast; {others} has",
-    "touch.fingers": "touch.fingers: {method} steers one finger; {others} a range",
-    "print.printer": "print: {method} makes no whole layers; {others} does",
+    "look.masking": "{method} has no weights by contrast; {others} has",
+    "touch.fingers": "{method} steers one finger; {others} a range",
+    "print.printer": "{method} makes no whole layers; {others} does",
 }
-"""What a method that does not take a key is unable to do."""
+"""What a method that does not take a key is unable to do; other keys that it does not take have no effect."""
+NEEDED: Mapping[str, tuple[str, str, Any]] = {
+    "touch.fingers_weight": ("touch.fingers", "range", None),
+    "verify.resolution": ("verify.model", "fem", None),
+    "verify.corrections": ("verify.model", "fem", 0),
+}
+"""For each key, another one, the value of that without which the first has no effect, and the value of the
+first, beside its default, that tells what is so then."""
+LOOK_KEYS: Mapping[str, Callable[[LookModel], bool]] = {
+    "look.samples": lambda look: look.sampled,
+    "descent.shadow_edges": lambda look: look.shadows,
+}
+"""Keys that have an effect by some looks only, with whether they have by one."""
+SCALES = frozenset({"relief_mm", "height_scale"})
+"""Keys of the scale of a texture: one for pictures, one for files that hold mm."""
+SHARED = "shared"
+"""Keys of the context of a validation that may be without effect, as in `load_run`."""
 LARGEST_SMOOTHING = 1e6
 """Largest lambda: steps then divide waves as long as 512 samples by 151; hardly a sample moves alone."""
 
@@ -75,7 +93,10 @@ class DescentSettings(Section):
     @classmethod
     def _as_the_paper(cls, section: Any) -> Any:
         """The paper's stopping rule comes with its own tolerance and constant weights, unless given."""
-        if isinstance(section, dict) and section.get("stop") == "paper":
+        if not isinstance(section, dict) or section.get("stop") != "paper":
+            return section
+        # A method without stopping rules keeps its own tolerance; unknown names are left to their check.
+        if section.get("method", cls.model_fields["method"].default) in methods_that_take("descent.stop"):
             return {"tolerance": PAPER_TOLERANCE, "growth": 1.0} | section
         return section
 
@@ -161,17 +182,50 @@ class Run(Section):
             for key, value in define.items()
         }
 
+    def without_effect(self) -> dict[str, str]:
+        """Keys that are set at other than their defaults and change nothing in this run, each with why."""
+        defaults = run_keys()
+        own = {key for key in defaults if self.value(key) != defaults[key]}
+        method, reasons = self.descent.method, dict[str, str]()
+        for key in own.difference(METHODS[method].takes, UNABLE):
+            if others := methods_that_take(key):
+                reasons[key] = f"has no effect by {method}; {' or '.join(others)} takes it"
+        for key, (other, value, idle) in NEEDED.items():
+            if key in own and self.value(key) != idle and self.value(other) != value:
+                reasons.setdefault(key, f'has no effect without {other} = "{value}"')
+        # The look that "auto" takes is not known before the scene is.
+        look = LOOKS.get(self.look.model)
+        for key, applies in LOOK_KEYS.items():
+            if key in own and look is not None and not applies(look):
+                reasons.setdefault(key, f"has no effect by the look {self.look.model}")
+        if own & SCALES and os.path.isfile(self.texture):
+            # Imported here: a run file is checked before anything heavy is loaded.
+            from relief.heightmap import holds_mm
+
+            key, reason = (
+                ("relief_mm", "is for pictures; the texture holds mm, which height_scale scales")
+                if holds_mm(self.texture)
+                else ("height_scale", "is for files that hold mm; a picture is scaled by relief_mm")
+            )
+            if key in own:
+                reasons[key] = reason
+        return reasons
+
+    def value(self, key: str) -> Any:
+        """The value of a dotted key."""
+        return attrgetter(key)(self)
+
     @model_validator(mode="after")
-    def _by_the_method(self) -> Self:
-        stated = {
-            "look.masking": self.look.masking > 0.0,
-            "touch.fingers": self.touch.fingers == "range",
-            "print.printer": self.print.printer is not None,
-        }
-        method = self.descent.method
+    def _by_the_method(self, info: ValidationInfo) -> Self:
+        method, defaults = self.descent.method, run_keys()
         for key, fault in UNABLE.items():
-            if stated[key] and key not in METHODS[method].takes:
-                raise ValueError(fault.format(method=method, others=" or ".join(methods_that_take(key))))
+            if self.value(key) != defaults[key] and key not in METHODS[method].takes:
+                others = " or ".join(methods_that_take(key))
+                raise ValueError(f"{key}: {fault.format(method=method, others=others)}")
+        shared = (info.context or {}).get(SHARED, ())
+        for key, reason in self.without_effect().items():
+            if key not in shared:
+                raise ValueError(f"{key}: {reason}")
         return self
 
     @model_validator(mode="after")
@@ -183,13 +237,17 @@ class Run(Section):
         return self
 
 
-def load_run(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Run:
+def load_run(
+    path: str | os.PathLike[str], overrides: Sequence[str] = (), *, shared: Collection[str] = ()
+) -> Run:
     """Read a run file.
 
     Args:
         path: the file, or the name of a bundled one. Relative paths in the file are relative to its folder.
         overrides: `key=value` with a dot between section and key, the value as in TOML; bare words count as
             strings. Relative paths are relative to the working directory.
+        shared: dotted keys that several runs have in common, and which may be without effect in this one;
+            any other key that is set and has none is refused.
 
     Raises:
         InputError: one line that names the file and the key.
@@ -197,11 +255,20 @@ def load_run(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Run
     path = find_file(path, ".toml")
     values = read_toml(path)
     anchor(values, path.parent)
-    return _run(path, values, overrides)
+    return _run(path, values, overrides, shared)
+
+
+def load_settings(path: Path) -> Run:
+    """Read the settings that a run directory holds, whatever of them has an effect. Raises InputError."""
+    return load_run(path, shared=run_keys())
 
 
 def run_from_scene(
-    scene: str | os.PathLike[str], texture: str | os.PathLike[str], overrides: Sequence[str] = ()
+    scene: str | os.PathLike[str],
+    texture: str | os.PathLike[str],
+    overrides: Sequence[str] = (),
+    *,
+    shared: Collection[str] = (),
 ) -> Run:
     """The run of a scene and a texture; everything else by overrides or default.
 
@@ -209,13 +276,14 @@ def run_from_scene(
         scene: the file, or the name of a bundled one.
         texture: height map, or the name of a bundled one.
         overrides: as for `load_run`; one of them states a goal.
+        shared: as for `load_run`.
 
     Raises:
         InputError: one line that names the file and the key.
     """
     values: dict[str, Any] = {"scene": os.fspath(scene), "texture": os.fspath(texture)}
     anchor(values, Path.cwd())
-    return _run(Path(scene), values, overrides)
+    return _run(Path(scene), values, overrides, shared)
 
 
 def dump_resolved(run: Run) -> str:
@@ -223,15 +291,17 @@ def dump_resolved(run: Run) -> str:
     return tomli_w.dumps(run.model_dump(mode="json", exclude_none=True))
 
 
-def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
-    touch = values.get("touch")
-    for override in overrides:
-        for rival in RIVALS.get(override.partition("=")[0].strip(), ()):
-            if isinstance(touch, dict):
-                touch.pop(rival, None)
-    if any(override.partition("=")[0].strip() == "print.printer" for override in overrides):
+def _run(path: Path, values: dict[str, Any], overrides: Sequence[str], shared: Collection[str]) -> Run:
+    touch, overridden = values.get("touch"), {override.partition("=")[0].strip() for override in overrides}
+    for rival in (rival for key in overridden for rival in RIVALS.get(key, ())):
+        if isinstance(touch, dict):
+            touch.pop(rival, None)
+    if "print.printer" in overridden:
         # Another printer has other numbers.
         values["print"] = {}
+    if "texture" in overridden:
+        # The scale that the file gives is that of its own texture, which may be of the other kind.
+        shared = {*shared, *SCALES - overridden}
     for override in overrides:
         _override(values, override)
     if isinstance(touch := values.get("touch"), dict):
@@ -240,7 +310,7 @@ def _run(path: Path, values: dict[str, Any], overrides: Sequence[str]) -> Run:
         with naming(f"{path}: touch.feel_of"):
             resolve_result(touch)
     try:
-        run = Run.model_validate(values)
+        run = Run.model_validate(values, context={SHARED: shared})
     except ValidationError as error:
         raise InputError(f"{path}: {first_fault(error, Run)}") from error
     for key, file in run.files().items():

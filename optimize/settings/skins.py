@@ -65,7 +65,9 @@ def described_skin(skin: Skin, name: str) -> dict[str, Any]:
 
 
 def skin_anchored(name: str, folder: Path) -> str:
-    """A skin's path as an absolute one, relative ones from ``folder``; a bundled name as it is."""
+    """A skin's path as an absolute one, relative ones from ``folder``; a bundled or empty name as it is."""
+    if not name:
+        return name
     file = folder / name
     bundled = name.removesuffix(".toml")
     return bundled if bundled in bundled_skins() and not os.path.isfile(file) else os.path.abspath(file)

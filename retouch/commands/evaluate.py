@@ -175,7 +175,7 @@ def _tell(
 
 def _skin(arguments: argparse.Namespace) -> "Skin | str":
     """The skin that the options describe, or the name of one. Raises InputError."""
-    name = arguments.skin or DEFAULT_SKIN
+    name = DEFAULT_SKIN if arguments.skin is None else arguments.skin
     named = retouch.load_skin(name)
     with naming("evaluate"):
         skin = replace(named, **given(arguments, *SKIN))

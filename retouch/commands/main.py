@@ -9,6 +9,7 @@ import argparse
 import difflib
 import errno
 import importlib.metadata
+import itertools
 import os
 import re
 import sys
@@ -178,6 +179,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     if argv and not argv[0].startswith("-") and argv[0] not in VERBS:
         nearest = difflib.get_close_matches(argv[0], VERBS, n=1, cutoff=0.0)[0]
         raise UsageError(f"{argv[0]}: no such verb; the nearest is {nearest}")
+    _refuse_empty(argv)
     argv = _lists_joined(argv)
     parser = _Parser(prog="retouch", description=DESCRIPTION, epilog=EPILOG)
     parser.add_argument("--version", action="version", version=f"retouch {_version()}")
@@ -192,6 +194,15 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         # Not by argparse, which would point to the help of the program.
         parsers[arguments.verb].error(_unknown(unknown[0], parsers[arguments.verb]))
     return arguments
+
+
+def _refuse_empty(argv: Sequence[str]) -> None:
+    """Raise UsageError for an argument or value of an option that is an empty text, which names nothing."""
+    for before, argument in itertools.pairwise(["", *argv]):
+        option, equals, value = argument.partition("=")
+        if not argument or (option.startswith("--") and equals and not value):
+            option = option or (before if before.startswith("-") else "an argument")
+            raise UsageError(f"{option}: empty; leave it out, or name something")
 
 
 def _lists_joined(argv: Sequence[str]) -> list[str]:

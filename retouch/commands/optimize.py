@@ -23,7 +23,6 @@ from retouch.commands.options import (
     add_repeats,
     add_skin,
     add_talk,
-    check_scales,
     console,
     contact_errors_name,
     lines_table,
@@ -155,7 +154,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     settings = load(arguments)
-    check_scales(arguments, [settings.texture])
     settings.check_texture()
     name = arguments.source if _is_run_file(arguments.source) else settings.texture
     out = arguments.out or Path("runs") / name.stem
@@ -175,11 +173,11 @@ def load(arguments: argparse.Namespace) -> "Run":
     if arguments.texture is not None:
         arguments.texture = find_texture(arguments.texture)
     scene, texture = _scene_and_texture(arguments)
+    settings, shared = overrides(arguments), FAST_MODELS if arguments.fast else ()
     if texture is None:
-        return retouch.load_run(source, overrides(arguments))
-    settings = overrides(arguments)
+        return retouch.load_run(source, settings, shared=shared)
     check_target(source, settings)
-    return retouch.run_from_scene(scene, texture, settings)
+    return retouch.run_from_scene(scene, texture, settings, shared=shared)
 
 
 def _scene_and_texture(arguments: argparse.Namespace) -> tuple[Path, Path | None]:

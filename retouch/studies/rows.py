@@ -139,7 +139,21 @@ def expand(study: Study, quick: bool = False, textures: Path | None = None) -> E
             tables.append(Table(table.name, labels_of, tuple(rows.values())))
     if not tables:
         raise InputError(faults[0] if faults else f"{study.path}: no table is left")
+    _check_common(study, quick, [row.settings for table in tables for row in table.rows])
     return Expanded(tuple(tables), tuple(faults))
+
+
+def _check_common(study: Study, quick: bool, runs: Sequence[Run]) -> None:
+    """Raise InputError if a setting that rows have in common is without effect in all of them."""
+    common = {
+        *study.set,
+        *(study.quick.set if quick else ()),
+        *(key for one in study.tables for key in one.set),
+    }
+    reasons = [run.without_effect() for run in runs]
+    for key in sorted(common):
+        if all(key in reason for reason in reasons):
+            raise InputError(f"{study.path}: set.{key}: {reasons[0][key]}")
 
 
 def _textures_in(folder: Path) -> list[_Value]:
@@ -225,8 +239,9 @@ def _run(study: Study, table: TableOfRuns, values: Sequence[_Value], quick: bool
             settings.pop(f"touch.{rival}", None)
         settings |= layer
     anchor(settings, study.path.parent)
+    own = {key for value in values for key in value.settings}
     try:
-        return load_run(study.base, list(_overrides(settings)))
+        return load_run(study.base, list(_overrides(settings)), shared=run_keys().keys() - own)
     except InputError as error:
         raise InputError(str(error).removeprefix(f"{study.base}: ")) from error
 

@@ -94,7 +94,7 @@ def compare(
     subjects = read_subjects(first, second, lengths)
     run = next((subject.run for subject in subjects if subject.run is not None), None)
     if skin is not None or run is None:
-        skin_name = str(skin or DEFAULT_SKIN)
+        skin_name = str(DEFAULT_SKIN if skin is None else skin)
         finger = load_skin(skin_name)
     else:
         finger, skin_name = run.touch.finger, run.touch.skin

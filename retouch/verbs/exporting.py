@@ -7,7 +7,7 @@ from typing import Any, Protocol, Unpack, runtime_checkable
 
 from mitsuba_scenes import find_texture
 from optimize.run_directory.key import SETTINGS
-from optimize.settings.run_file import load_run
+from optimize.settings.run_file import load_settings
 from relief.common.errors import InputError
 from relief.common.files import check_file_to_write, permitted
 from relief.common.formats import DISPLACEMENT
@@ -114,7 +114,7 @@ def export(
 def _printer_of(folder: Path) -> Printer | None:
     """The printer whose pixels and layers the result of a run has. Raises InputError."""
     settings = folder / SETTINGS
-    return load_run(settings).print.described if settings.is_file() else None
+    return load_settings(settings).print.described if settings.is_file() else None
 
 
 def _write(out: Path, relief: Relief, base_mm: float | None, printer: Printer | None) -> Exported:

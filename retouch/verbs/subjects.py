@@ -7,7 +7,7 @@ from pathlib import Path
 from mitsuba_scenes import find_texture
 from optimize.run_directory import results
 from optimize.run_directory.key import SETTINGS
-from optimize.settings.run_file import Run, load_run
+from optimize.settings.run_file import Run, load_settings
 from relief.common.errors import InputError
 from relief.common.formats import RUN_HEIGHTS
 from relief.relief import Relief
@@ -63,7 +63,7 @@ def _subject(path: str | Path, name: str, lengths: Mapping[str, float | None]) -
 
 def _run_in(folder: Path) -> Run | None:
     """The settings of the run in a folder; None if there is no run."""
-    return load_run(folder / SETTINGS) if folder.is_dir() and results.holds_run(folder) else None
+    return load_settings(folder / SETTINGS) if folder.is_dir() and results.holds_run(folder) else None
 
 
 def _result_of(folder: Path, run: Run, name: str) -> Subject:

@@ -117,7 +117,7 @@ BAD: Sequence[tuple[str, Sequence[str]]] = [
     ("render scene.xml --texture loop.exr", ["loop.exr", "no such file"]),
     ("render scene.xml --height-scale 2", ["--height-scale", "--texture"]),
     ("render scene.xml --texture broad.exr", ["scene.xml", "size_mm", "10", "20"]),
-    ("optimize run.toml --relief-mm 1", ["--relief-mm", "--height-scale"]),
+    ("optimize run.toml --relief-mm 1", ["run.toml", "relief_mm", "height_scale"]),
     ("optimize run.toml --height-scale 1e300", ["run.toml", "height_scale"]),
     ("optimize run.toml --texture broad.exr", ["scene.xml", "size_mm", "10", "20"]),
     ("optimize run.toml --texture loop.exr", ["loop.exr", "no such file"]),

@@ -1,5 +1,6 @@
 """A run file says what is wanted; whatever it says wrong is told in one line that names file and key."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -121,13 +122,17 @@ def test_the_papers_stopping_rule_comes_with_its_tolerance_and_constant_weights(
 ) -> None:
     run = config.load_run(run_file, ["descent.method=adam", "descent.stop=paper"])
     assert (run.descent.tolerance, run.descent.growth) == (config.PAPER_TOLERANCE, 1.0)
+    stop = ["descent.method=adam", "descent.stop=paper"]
     own = config.load_run(
-        run_file, ["descent.stop=paper", "descent.tolerance=0.05", "descent.growth=3", "descent.smoothing=20"]
+        run_file, [*stop, "descent.tolerance=0.05", "descent.growth=3", "descent.smoothing=20"]
     )
     assert (own.descent.tolerance, own.descent.growth, own.descent.smoothing) == (0.05, 3.0, 20.0)
     resolved = tmp_path / "resolved.toml"
     resolved.write_text(config.dump_resolved(own), encoding="utf-8")
     assert config.load_run(resolved) == own
+    # A method without stopping rules keeps its own tolerance where runs share the rule.
+    other = config.load_run(run_file, ["descent.stop=paper"], shared=["descent.stop"])
+    assert other.descent.tolerance == 0.01
     plain = config.load_run(run_file)
     assert (plain.descent.tolerance, plain.descent.growth, plain.look.weight) == (0.01, 30.0, None)
 
@@ -273,3 +278,59 @@ def test_a_range_of_fingers_has_a_weight(run_file: Path) -> None:
     touch = config.load_run(run_file, ["touch.fingers=range", "touch.fingers_weight=5"]).touch
     assert (touch.fingers, touch.fingers_weight) == ("range", 5.0)
     assert config.load_run(run_file).touch.fingers == "one"
+
+
+@pytest.mark.parametrize(
+    ("settings", "line"),
+    [
+        (("descent.smoothing=5",), "descent.smoothing: has no effect by gauss-newton; adam takes it"),
+        (("descent.learning_rate=0.01",), "descent.learning_rate: has no effect by gauss-newton; adam"),
+        (("descent.growth=1",), "descent.growth: has no effect by gauss-newton; adam takes it"),
+        (("look.samples=4",), "look.samples: has no effect by gauss-newton; adam takes it"),
+        (("descent.stop=paper",), "descent.stop: has no effect by gauss-newton; adam takes it"),
+        (("touch.fingers_weight=5",), 'touch.fingers_weight: has no effect without touch.fingers = "range"'),
+        (("descent.method=adam", "touch.fingers_weight=5"), "touch.fingers_weight: has no effect by adam"),
+        (
+            ("descent.method=adam", "look.model=fast", "look.samples=4"),
+            "look.samples: has no effect by the l",
+        ),
+        (("look.model=shading", "descent.shadow_edges=false"), "descent.shadow_edges: has no effect by the"),
+        (("descent.method=scaling", "look.model=fast"), "look.model: has no effect by scaling; gauss-newton"),
+        (("descent.method=scaling", "look.weight=2"), "look.weight: has no effect by scaling; gauss-newton"),
+        (("descent.method=scaling", "look.samples=4"), "look.samples: has no effect by scaling; adam takes"),
+        (("descent.method=scaling", "descent.regularisation=1"), "descent.regularisation: has no effect by"),
+        (("descent.method=scaling", "descent.steps=7"), "descent.steps: has no effect by scaling; gauss-n"),
+        (("verify.model=layer", "verify.resolution=32"), "verify.resolution: has no effect without verify."),
+        (("verify.model=none", "verify.corrections=2"), "verify.corrections: has no effect without verify."),
+        (("texture=mm.exr", "relief_mm=1"), "relief_mm: is for pictures; the texture holds mm, which"),
+        (("height_scale=2",), "height_scale: is for files that hold mm; a picture is scaled by relief_mm"),
+    ],
+)
+def test_a_setting_without_effect_is_refused_unless_runs_share_it(
+    run_file: Path, settings: tuple[str, ...], line: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(run_file.parent)
+    Path("mm.exr").write_bytes(b"")
+    with pytest.raises(InputError, match=f"^{re.escape(f'{run_file}: {line}')}"):
+        config.load_run(run_file, settings)
+    run = config.load_run(run_file, settings, shared=[line.partition(":")[0]])
+    assert [f"{key}: {reason}".startswith(line) for key, reason in run.without_effect().items()] == [True]
+    # All of its settings are written, and a run goes on with what it has.
+    Path("run.toml").write_text(config.dump_resolved(run), encoding="utf-8")
+    assert config.load_settings(Path("run.toml")) == run
+
+
+def test_what_is_so_anyway_may_be_said(run_file: Path) -> None:
+    adam = ("descent.method=adam", "look.model=auto", "look.samples=4")
+    run = config.load_run(run_file, ["verify.model=layer", "verify.corrections=0", *adam])
+    assert run.without_effect() == {}
+    run_file.write_text(config.dump_resolved(run), encoding="utf-8")
+    assert config.load_run(run_file, ["seed=3"]).seed == 3
+
+
+def test_another_texture_leaves_the_scale_of_the_first(run_file: Path) -> None:
+    (run_file.parent / "mm.exr").write_bytes(b"")
+    other = f"texture={run_file.parent / 'mm.exr'}"
+    assert config.load_run(run_file, [other]).texture.name == "mm.exr"
+    with pytest.raises(InputError, match="relief_mm: is for pictures"):
+        config.load_run(run_file, [other, "relief_mm=2"])
