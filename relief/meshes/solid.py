@@ -7,7 +7,7 @@ from scipy.sparse import csgraph
 from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
-from relief.meshes.intersections import self_intersections
+from relief.meshes.intersections import MOST, self_intersections
 
 THINNEST = 1e-7
 """Least volume of a solid as a share of the cube of its longest side; what is less is a sheet."""
@@ -41,7 +41,8 @@ def check_solid(body: Body, name: object) -> None:
         raise InputError(f"{name}: is turned inside out; flip the normals (Blender: Mesh, Normals, Flip)")
     if pairs := self_intersections(body):
         raise InputError(
-            f"{name}: passes through itself: {pairs} pairs of faces; unite its parts (Boolean), or {MEND}"
+            f"{name}: passes through itself: {'at least ' * (pairs >= MOST)}{pairs} pairs of faces; "
+            f"unite its parts (Boolean), or {MEND}"
         )
 
 
