@@ -1,13 +1,13 @@
 """Bodies of triangles, and the files that hold one without a name: binary STL and binary PLY."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from relief.common.arrays import Array
+from relief.common.arrays import Array, in_blocks
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """A triangle in a binary STL file."""
@@ -69,6 +69,8 @@ class Part:
 def joined(parts: Sequence[Part]) -> Body:
     """All parts at their places as one body of several pieces."""
     bodies = [part.placed for part in parts]
+    if len(bodies) == 1:
+        return bodies[0]
     first = np.cumsum([0, *(len(body.vertices) for body in bodies)])
     faces = [body.faces + number for body, number in zip(bodies, first, strict=False)]
     return Body(np.concatenate([body.vertices for body in bodies]), np.concatenate(faces))
@@ -76,22 +78,37 @@ def joined(parts: Sequence[Part]) -> Body:
 
 def stl(body: Body) -> bytes:
     """A body as a binary STL file."""
-    triangles = np.zeros(len(body.faces), TRIANGLE)
-    normal = body.normals
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    triangles["normal"] = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
-    triangles["corners"] = body.vertices[body.faces]
-    return b"Retouch".ljust(80) + np.uint32(len(triangles)).tobytes() + triangles.tobytes()
+    return b"".join(stl_blocks(body))
+
+
+def stl_blocks(body: Body) -> Iterator[bytes]:
+    """The bytes of a binary STL file, one block after the other."""
+    yield b"Retouch".ljust(80) + np.uint32(len(body.faces)).tobytes()
+    for faces in in_blocks(body.faces):
+        triangles = np.zeros(len(faces), TRIANGLE)
+        normal = Body(body.vertices, faces).normals
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        triangles["normal"] = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+        triangles["corners"] = body.vertices[faces]
+        yield triangles.tobytes()
 
 
 def ply(body: Body) -> bytes:
     """A body as a binary PLY file."""
-    faces = np.zeros(len(body.faces), FACE)
-    faces["count"], faces["vertices"] = 3, body.faces
-    head = (
+    return b"".join(ply_blocks(body))
+
+
+def ply_blocks(body: Body) -> Iterator[bytes]:
+    """The bytes of a binary PLY file, one block after the other."""
+    yield (
         "ply\nformat binary_little_endian 1.0\n"
         f"element vertex {len(body.vertices)}\n"
         "property float x\nproperty float y\nproperty float z\n"
-        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    return head.encode() + body.vertices.astype("<f4").tobytes() + faces.tobytes()
+        f"element face {len(body.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    ).encode()
+    for vertices in in_blocks(body.vertices):
+        yield vertices.astype("<f4").tobytes()
+    for corners in in_blocks(body.faces):
+        faces = np.zeros(len(corners), FACE)
+        faces["count"], faces["vertices"] = 3, corners
+        yield faces.tobytes()

@@ -1,5 +1,6 @@
-"""Arrays: the types that most modules name, and the smooth step."""
+"""Arrays: the types that most modules name, the smooth step, and blocks of rows."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,17 @@ FloatArray = NDArray[np.floating[Any]]
 """Array of floating-point numbers of any precision."""
 AnyArray = NDArray[Any]
 """Array of any type."""
+ROWS = 1 << 15
+"""Rows of a block: a few megabytes of text."""
 
 
 def smooth_step(t: ArrayLike) -> Array:
     """0 below 0, 1 above 1, and between them a cubic with flat ends."""
     t = np.clip(np.asarray(t, dtype=np.float64), 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
+def in_blocks(rows: AnyArray) -> Iterator[AnyArray]:
+    """The rows of an array in blocks of `ROWS`, for work that takes much more memory than the rows."""
+    for start in range(0, len(rows), ROWS):
+        yield rows[start : start + ROWS]

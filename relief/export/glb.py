@@ -1,7 +1,7 @@
 """Writer of GLB, the binary form of glTF 2.0, for Blender, browsers and game engines."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,8 +21,8 @@ MATERIAL = {"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0
 """A matt plastic; without a material glTF means metal, which many viewers show black."""
 
 
-def glb(parts: Sequence[Part]) -> bytes:
-    """Parts as a GLB file in metres, each a mesh of its name, with colours where it has them."""
+def glb(parts: Sequence[Part]) -> Iterator[bytes]:
+    """Blocks of a GLB file of parts in metres, each a mesh of its name, with colours where it has them."""
     buffer = _Buffer()
     meshes = [{"name": shown(part.name), "primitives": [_primitive(part, buffer)]} for part in parts]
     document = {
@@ -34,20 +34,23 @@ def glb(parts: Sequence[Part]) -> bytes:
         "materials": [MATERIAL],
         "accessors": buffer.accessors,
         "bufferViews": buffer.views,
-        "buffers": [{"byteLength": len(buffer.content)}],
+        "buffers": [{"byteLength": buffer.length}],
     }
     text = json.dumps(document, separators=(",", ":")).encode()
     # Chunks are whole words of four bytes; those of the buffer are so by themselves.
     text += b" " * (-len(text) % 4)
-    chunks = _words(len(text)) + b"JSON" + text + _words(len(buffer.content)) + b"BIN\0" + buffer.content
-    return b"glTF" + _words(2, 12 + len(chunks)) + chunks
+    heads = _words(len(text)) + b"JSON" + text + _words(buffer.length) + b"BIN\0"
+    yield b"glTF" + _words(2, 12 + len(heads) + buffer.length) + heads
+    for values in buffer.arrays:
+        yield values.tobytes()
 
 
 class _Buffer:
     """The numbers of a file, and the tables that tell where each array lies."""
 
     def __init__(self) -> None:
-        self.content = bytearray()
+        self.arrays: list[NDArray[Any]] = []
+        self.length = 0
         self.views: list[dict[str, int]] = []
         self.accessors: list[dict[str, Any]] = []
 
@@ -55,9 +58,10 @@ class _Buffer:
         """Append (count, 3) float32 or (count,) uint32; returns the number of the accessor."""
         # Single bytes of colours would have to be padded; four bytes a number keep every array aligned.
         self.views.append(
-            {"buffer": 0, "byteOffset": len(self.content), "byteLength": values.nbytes, "target": use}
+            {"buffer": 0, "byteOffset": self.length, "byteLength": values.nbytes, "target": use}
         )
-        self.content += values.tobytes()
+        self.arrays.append(values)
+        self.length += values.nbytes
         self.accessors.append(
             {
                 "bufferView": len(self.views) - 1,

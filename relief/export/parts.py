@@ -5,41 +5,63 @@ all its files.
 """
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
-from relief.body import Part, joined, ply, stl
+from relief.body import Body, Part, joined, ply_blocks, stl_blocks
 from relief.common.errors import InputError
-from relief.common.files import write_atomically
+from relief.common.files import partial_file
 from relief.common.formats import FORMATS
 from relief.common.lengths import shown
-from relief.export.glb import glb
-from relief.export.threemf import threemf
+from relief.export.glb import MM_TO_METRES_Y_UP, glb
+from relief.export.threemf import lines, write_threemf
 
 
-def obj(parts: Sequence[Part]) -> bytes:
-    """Parts as an OBJ file, each an object of its name; a comment tells the unit, which the format lacks."""
-    lines, first = ["# Retouch, millimetres, z up\n"], 1
+def obj(parts: Sequence[Part]) -> Iterator[bytes]:
+    """Blocks of an OBJ file of parts, each an object of its name.
+
+    A comment tells the unit, which the format lacks.
+    """
+    first = 1
+    yield b"# Retouch, millimetres, z up\n"
     for part in parts:
         vertices, faces = part.placed
         # Programs end a name at the first space.
-        lines.append(f"o {shown(part.name).replace(' ', '_')}\n")
-        lines.append(("v %.9g %.9g %.9g\n" * len(vertices)) % tuple(vertices.ravel().tolist()))
-        lines.append(("f %d %d %d\n" * len(faces)) % tuple((faces + first).ravel().tolist()))
+        yield f"o {shown(part.name).replace(' ', '_')}\n".encode()
+        yield from lines("v %.9g %.9g %.9g\n", vertices)
+        yield from lines("f %d %d %d\n", faces + first)
         first += len(vertices)
-    return "".join(lines).encode()
 
 
-WRITERS: dict[str, Callable[[Sequence[Part]], bytes]] = {
-    ".3mf": threemf,
-    ".stl": lambda parts: stl(joined(parts)),
-    ".obj": obj,
-    ".glb": glb,
-    ".ply": lambda parts: ply(joined(parts)),
+WRITERS: dict[str, Callable[[Sequence[Part], BinaryIO], None]] = {
+    ".3mf": write_threemf,
+    ".stl": lambda parts, file: file.writelines(stl_blocks(joined(parts))),
+    ".obj": lambda parts, file: file.writelines(obj(parts)),
+    ".glb": lambda parts, file: file.writelines(glb(parts)),
+    ".ply": lambda parts, file: file.writelines(ply_blocks(joined(parts))),
 }
-"""The writer of each of `relief.common.formats.FORMATS`."""
+"""The writer of each of `relief.common.formats.FORMATS`, block by block."""
+
+
+def as_written(body: Body, suffix: str) -> Body:
+    """The body with the coordinates that a file holds, in double precision as readers give them.
+
+    Args:
+        body: Any body.
+        suffix: One of `FORMATS`. STL, PLY and GLB hold single precision, GLB in metres; 3MF and OBJ hold nine
+            decimal digits.
+    """
+    vertices = body.vertices
+    if suffix in (".3mf", ".obj"):
+        blocks = [np.fromstring(text.decode(), sep=" ") for text in lines("%.9g %.9g %.9g ", vertices)]
+        return Body(np.concatenate(blocks).reshape(-1, 3), body.faces)
+    if suffix == ".glb":
+        metres = (vertices @ MM_TO_METRES_Y_UP).astype(np.float32).astype(np.float64)
+        return Body(metres @ (1e6 * MM_TO_METRES_Y_UP.T), body.faces)
+    return Body(vertices.astype(np.float32).astype(np.float64), body.faces)
 
 
 def write_parts(path: str | os.PathLike[str], parts: Sequence[Part]) -> Path:
@@ -69,5 +91,6 @@ def write_parts(path: str | os.PathLike[str], parts: Sequence[Part]) -> Path:
         numbers = [part.body.vertices] if part.placement is None else [part.body.vertices, part.placement]
         if not all(np.isfinite(each).all() for each in numbers):
             raise InputError(f"{path}: {shown(part.name)}: vertices or placement are not finite")
-    write_atomically(path, WRITERS[suffix](parts))
+    with partial_file(path) as partial, partial.open("wb") as file:
+        WRITERS[suffix](parts, file)
     return path

@@ -1,13 +1,14 @@
 """Writer of 3MF: parts with names, places and their unit, mm, for slicers."""
 
-import io
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import BinaryIO
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from relief.body import Part
+from relief.common.arrays import AnyArray, in_blocks
 from relief.common.lengths import shown
 
 LEVEL = 4
@@ -30,41 +31,46 @@ RELATIONS = (
 MODEL = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'
     '<model unit="millimeter" xml:lang="en-US" '
-    'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">'
-    "<resources>{objects}</resources><build>{items}</build></model>"
+    'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>'
 )
-OBJECT = (
-    '<object id="{number}" type="model" name={name}><mesh><vertices>{vertices}</vertices>'
-    "<triangles>{triangles}</triangles></mesh></object>"
-)
+VERTEX, TRIANGLE = '<vertex x="%.9g" y="%.9g" z="%.9g"/>', '<triangle v1="%d" v2="%d" v3="%d"/>'
+"""Nine digits give back every number in single precision, as STL holds them."""
+LONGEST_LINE = 72
+"""Bytes that a vertex or a triangle of a model takes at most."""
 
 
-def threemf(parts: Sequence[Part]) -> bytes:
-    """Parts as a 3MF file, each an object to be built at its place; the same parts, the same bytes."""
-    numbered = list(enumerate(parts, 1))
-    model = MODEL.format(
-        objects="".join(_object(number, part) for number, part in numbered),
-        items="".join(_item(number, part) for number, part in numbered),
-    )
-    file = io.BytesIO()
-    with zipfile.ZipFile(file, "w") as archive:
-        for name, text in (("[Content_Types].xml", TYPES), ("_rels/.rels", RELATIONS), (PART, model)):
-            # A fixed date, the earliest there is.
-            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, text, compresslevel=LEVEL)
-    return file.getvalue()
+def write_threemf(parts: Sequence[Part], file: BinaryIO) -> None:
+    """Write parts as a 3MF file, each an object to be built at its place; the same parts, the same bytes."""
+    length = LONGEST_LINE * sum(len(part.body.vertices) + len(part.body.faces) for part in parts)
+    large = length > zipfile.ZIP64_LIMIT
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=LEVEL) as archive:
+        for name, blocks in (
+            ("[Content_Types].xml", [TYPES.encode()]),
+            ("_rels/.rels", [RELATIONS.encode()]),
+            (PART, _model(parts)),
+        ):
+            # Entries opened by their names have the earliest date there is.
+            with archive.open(name, "w", force_zip64=large) as entry:
+                entry.writelines(blocks)
 
 
-def _object(number: int, part: Part) -> str:
-    # Nine digits give back every number in single precision, as STL holds them.
-    vertices, faces = part.body
-    return OBJECT.format(
-        number=number,
-        name=quoteattr(shown(part.name)),
-        vertices=('<vertex x="%.9g" y="%.9g" z="%.9g"/>' * len(vertices)) % tuple(vertices.ravel().tolist()),
-        triangles=('<triangle v1="%d" v2="%d" v3="%d"/>' * len(faces)) % tuple(faces.ravel().tolist()),
-    )
+def _model(parts: Sequence[Part]) -> Iterator[bytes]:
+    yield MODEL.encode()
+    for number, part in enumerate(parts, 1):
+        name = quoteattr(shown(part.name))
+        yield f'<object id="{number}" type="model" name={name}><mesh><vertices>'.encode()
+        yield from lines(VERTEX, part.body.vertices)
+        yield b"</vertices><triangles>"
+        yield from lines(TRIANGLE, part.body.faces)
+        yield b"</triangles></mesh></object>"
+    items = "".join(_item(number, part) for number, part in enumerate(parts, 1))
+    yield f"</resources><build>{items}</build></model>".encode()
+
+
+def lines(template: str, rows: AnyArray) -> Iterator[bytes]:
+    """Text of the rows of an array, each by a template, in blocks."""
+    for block in in_blocks(rows):
+        yield ((template * len(block)) % tuple(block.ravel().tolist())).encode()
 
 
 def _item(number: int, part: Part) -> str:

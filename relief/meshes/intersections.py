@@ -2,8 +2,8 @@
 
 Two triangles pass through one another by the length by which one of them has to be moved, in the best
 direction, until they are apart: the distance from the origin to the surface of their Minkowski difference.
-Its faces are perpendicular to a normal of the triangles or to an edge of each of them, so that the length is the
-least overlap of their projections on eleven axes. On any other axis they overlap no less. Thus a group of
+Its faces are perpendicular to a normal of the triangles or to an edge of each of them, so that the length is
+the least overlap of their projections on eleven axes. On any other axis they overlap no less. Thus a group of
 triangles that overlaps another by less than `LEAST_DEPTH_MM` on some axis holds no pair that is sought.
 
 Groups are the nodes of a binary tree over the faces in Morton order. Pairs of nodes are descended block by

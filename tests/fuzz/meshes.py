@@ -29,11 +29,9 @@ def sound() -> Mapping[str, bytes]:
     """A plate of 4 x 4 samples in each of the formats."""
     import trimesh
 
-    from relief.body import Part, ply, stl
-    from relief.export.glb import glb
-    from relief.export.parts import obj
+    from relief.body import Part
+    from relief.export.parts import WRITERS
     from relief.export.plate import plate_mesh
-    from relief.export.threemf import threemf
 
     body = plate_mesh([[0.1, 0.4, 0.2, 0.3]] * 4, 20.0)
     parts = (Part("plate", body),)
@@ -42,10 +40,10 @@ def sound() -> Mapping[str, bytes]:
         "text.stl": trimesh.exchange.stl.export_stl_ascii(other).encode(),
         "text.ply": trimesh.exchange.ply.export_ply(other, encoding="ascii"),
     }
-    return {
-        **{"stl": stl(body), "ply": ply(body), "obj": obj(parts), "glb": glb(parts), "3mf": threemf(parts)},
-        **texts,
-    }
+    files = {suffix[1:]: io.BytesIO() for suffix in WRITERS}
+    for suffix, file in files.items():
+        WRITERS[f".{suffix}"](parts, file)
+    return {suffix: file.getvalue() for suffix, file in files.items()} | texts
 
 
 def _zip_changed(content: bytes, changes: list[Edit]) -> bytes:
