@@ -78,6 +78,18 @@ def mask_at(text: str, points: Points, falloff_mm: float) -> Array:
     return carried
 
 
+def check_mask(text: str, regions: Regions, with_uv: bool) -> None:
+    """Refuse a mask as `mask_at` does, before there is a surface.
+
+    Args:
+        text: The mask.
+        regions: Regions of the object.
+        with_uv: Whether the mesh has texture coordinates, or may have.
+    """
+    uv = np.zeros((1, 2)) if with_uv else None
+    mask_at(text, Points(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), uv, regions), falloff_mm=1.0)
+
+
 def _one(text: str, points: Points, falloff_mm: float) -> Array:
     if match := CONDITION.fullmatch(text):
         return _compared(*match.groups(), points=points, falloff_mm=falloff_mm)

@@ -12,7 +12,7 @@ from relief.common.errors import InputError
 from relief.common.progress import say, stage
 from relief.meshes.refining import AREA_PER_FACE, expected_faces, refined
 from relief.wrapping.clearance import clearance_factor
-from relief.wrapping.masks import Regions, mask_at
+from relief.wrapping.masks import Regions, check_mask, mask_at
 from relief.wrapping.patches import lay_out
 from relief.wrapping.surfaces import MOST_FACES, BaseSurface, FineSurface, Settings, check_count
 from relief.wrapping.texture_coordinates import by_texture_coordinates
@@ -92,10 +92,10 @@ def wrap(
         InputError: A mask is none or leaves nothing, a number is out of range, the triangles would be too
             many, or the relief is too high for the curvature.
     """
-    settings = settings or Settings()
-    _check(settings)
+    settings, regions = settings or Settings(), regions or {}
+    check_choices(settings, [covering.mask for covering in coverings], regions, uv is not None)
     tallest = max(float(covering.tile.heights.max()) for covering in coverings)
-    base = BaseSurface(body, uv, regions or {}, settings)
+    base = BaseSurface(body, uv, regions, settings)
     needed = base.carried > 0.0
     where = np.asarray(needed[base.body.faces].any(axis=1))
     if not where.any():
@@ -136,6 +136,32 @@ def wrap(
         lowered=lowered,
         lowest_factor=float(factor.min()),
     )
+
+
+def check_choices(settings: Settings, masks: Sequence[str | None], regions: Regions, with_uv: bool) -> None:
+    """Refuse what is wrong whatever the surface: numbers out of range, and masks that are none.
+
+    Args:
+        settings: As for `wrap`.
+        masks: Of the coverings.
+        regions: As for `wrap`.
+        with_uv: Whether the mesh has texture coordinates, or may have.
+
+    Raises:
+        InputError: The line names the field.
+    """
+    ranges = {
+        "level": (settings.level, 0.0, 1.0),
+        "falloff_mm": (settings.falloff_mm, 0.05, 100.0),
+        "edge_mm": (settings.edge_mm, 0.01, 10.0),
+        "faces": (settings.faces, 1000, 20 * MOST_FACES),
+    }
+    for name, (value, low, high) in ranges.items():
+        if value is not None and not low <= value <= high:
+            raise InputError(f"{name}: {value:g} is outside [{low:g}, {high:g}]")
+    for mask in (settings.mask, *masks):
+        if mask is not None:
+            check_mask(mask, regions, with_uv)
 
 
 def _heights(
@@ -189,16 +215,3 @@ def _unfit(uv: Array, weight: Array) -> NDArray[np.bool_]:
     rows = np.arange(len(weight))
     apart = np.linalg.norm(uv[rows, first] - uv[rows, second], axis=1)
     return np.asarray((weight[rows, second] > 0.05) & (apart > 0.1))
-
-
-def _check(settings: Settings) -> None:
-    """Refuse numbers out of range."""
-    ranges = {
-        "level": (settings.level, 0.0, 1.0),
-        "falloff_mm": (settings.falloff_mm, 0.05, 100.0),
-        "edge_mm": (settings.edge_mm, 0.01, 10.0),
-        "faces": (settings.faces, 1000, 20 * MOST_FACES),
-    }
-    for name, (value, low, high) in ranges.items():
-        if value is not None and not low <= value <= high:
-            raise InputError(f"{name}: {value:g} is outside [{low:g}, {high:g}]")

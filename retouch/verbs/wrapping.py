@@ -3,7 +3,7 @@
 import logging
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -17,20 +17,23 @@ from relief.common.files import check_file_to_write, permitted
 from relief.common.formats import FORMATS
 from relief.common.lengths import Lengths
 from relief.common.progress import Progress
-from relief.export.parts import write_parts
+from relief.export.parts import as_written, write_parts
 from relief.heightmap import check_scales
 from relief.meshes import check_solid, read_mesh
-from relief.objects.table import OBJECTS
+from relief.objects.table import OBJECTS, BundledObject
 from relief.seam import check_seams
 from relief.wrapping.masks import Regions
 from relief.wrapping.surfaces import FALLOFF_MM, MOST_FACES, Settings
 from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import Covering, Wrapped
+from relief.wrapping.wrap import Covering, Wrapped, check_choices
 from relief.wrapping.wrap import wrap as wrapped_by
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source, relief_of
 
 _log = logging.getLogger(__name__)
+
+WITH_UV = (".obj", ".ply", ".glb")
+"""Suffixes of files whose meshes may have texture coordinates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,14 +111,21 @@ def wrap(
         raise InputError(f"{out}: {fault}", f"{out}: -o: {fault}")
     check_file_to_write(out)
     with followed(progress, quiet):
+        thing = _bundled(Path(mesh), units)
+        settings = Settings(mask, level, falloff_mm, keep_bottom, edge_mm, faces)
+        masks = [where for where, _ in regions]
+        with naming(mesh):
+            check_choices(
+                settings, masks, thing.regions if thing else {}, Path(mesh).suffix.lower() in WITH_UV
+            )
         coverings = _coverings([(texture, None), *((tile, where) for where, tile in regions)], lengths)
-        body, uv, named_regions = _object(Path(mesh), units)
+        body, uv, named_regions = (thing.make(), None, thing.regions) if thing else _solid(Path(mesh), units)
         warnings = _misfits(coverings, body)
         for line in warnings:
             _log.warning("%s", line)
         with naming(mesh):
-            settings = Settings(mask, level, falloff_mm, keep_bottom, edge_mm, faces)
             wrapped = wrapped_by(body, coverings, settings, uv, named_regions)
+            wrapped = replace(wrapped, body=as_written(wrapped.body, out.suffix.lower()))
             check_solid(wrapped.body, "the wrapped object")
         with permitted(out):
             write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
@@ -137,15 +147,20 @@ def _coverings(textures: Sequence[tuple[Source, str | None]], lengths: Lengths) 
     return coverings
 
 
-def _object(path: Path, units: str | None) -> tuple[Body, Array | None, Regions]:
-    """The body, its texture coordinates, and its regions. Raises InputError."""
-    if not path.exists() and (thing := OBJECTS.get(str(path))):
-        if units is not None:
-            fault = f"units: {path} comes with Retouch, in mm"
-            raise InputError(fault, f"--{fault}")
-        return thing.make(), None, thing.regions
-    if not path.exists() and not path.suffix:
+def _bundled(path: Path, units: str | None) -> BundledObject | None:
+    """The object of a name; None for a file. Raises InputError."""
+    if path.exists() or path.suffix:
+        return None
+    if (thing := OBJECTS.get(str(path))) is None:
         raise InputError(f"{path}: no such file; objects that come with Retouch are {', '.join(OBJECTS)}")
+    if units is not None:
+        fault = f"units: {path} comes with Retouch, in mm"
+        raise InputError(fault, f"--{fault}")
+    return thing
+
+
+def _solid(path: Path, units: str | None) -> tuple[Body, Array | None, Regions]:
+    """The body of a file, its texture coordinates, and no regions. Raises InputError."""
     mesh = read_mesh(path, units=units)
     for line in mesh.warnings:
         _log.warning("%s: %s", path, line)

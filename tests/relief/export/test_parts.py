@@ -1,5 +1,6 @@
 """Parts come back from every format, by another reader, at their places and in mm."""
 
+import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -7,11 +8,12 @@ import numpy as np
 import pytest
 import trimesh
 from lxml import etree
+from scipy.spatial.transform import Rotation
 
 from relief.body import Body, Part
 from relief.common.errors import InputError
 from relief.common.formats import FORMATS
-from relief.export.parts import write_parts
+from relief.export.parts import as_written, write_parts
 from relief.export.plate import plate_mesh
 from relief.export.threemf import PART
 from relief.meshes import read_mesh
@@ -62,6 +64,30 @@ def test_our_own_reader_reads_what_we_write(tmp_path: Path, suffix: str) -> None
     mesh = read_mesh(write_parts(tmp_path / f"parts{suffix}", PARTS))
     np.testing.assert_allclose(mesh.body.vertices.min(axis=0), [-36.0, -4.5, -2.0], atol=1e-4)
     assert len(mesh.body.faces) == len(PARTS) * len(PLATE.faces)
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_the_coordinates_of_a_file_are_known_before(tmp_path: Path, suffix: str) -> None:
+    turn = Rotation.from_euler("xyz", (0.3, 0.5, 0.7))
+    body = PLATE._replace(vertices=turn.apply(PLATE.vertices) + 70.0)
+    read = read_mesh(write_parts(tmp_path / f"body{suffix}", [Part("body", body)])).body
+    known = as_written(body, suffix)
+    np.testing.assert_allclose(read.vertices[read.faces], known.vertices[known.faces], rtol=1e-15, atol=1e-13)
+    assert np.abs(known.vertices - body.vertices).max() > 1e-8
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_large_bodies_are_written_block_by_block(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
+) -> None:
+    """In about the memory of the body itself, of which the text alone takes three times as much."""
+    monkeypatch.setattr("relief.common.arrays.ROWS", 1000)
+    body = plate_mesh(np.zeros((128, 128)), 10.0)
+    tracemalloc.start()
+    write_parts(tmp_path / f"plate{suffix}", [Part("plate", body)])
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1.2 * (body.vertices.nbytes + body.faces.nbytes)
 
 
 def test_names_and_places_stand_in_3mf(tmp_path: Path) -> None:

@@ -2,12 +2,15 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import trimesh
 
+import retouch
 from relief.heightmap import save_heights_exr
+from relief.meshes import read_mesh
 from relief.objects.table import OBJECTS
 from retouch.commands.main import BAD_INPUT, main
 from retouch.commands.wrap import OBJECTS as NAMED
@@ -87,6 +90,38 @@ def test_a_tile_larger_than_the_object_is_told(capsys):
 def test_bad_input_is_refused_in_one_line(capsys, tmp_path, argv, says):
     assert re.search(says, refused(capsys, *argv))
     assert not (tmp_path / "out.3mf").exists()
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        (("waves.exr", "bracelet", "--region", "nowhere=flat.exr"), "regions of this object: even, odd"),
+        (("waves.exr", "ball", "--region", "mask.png=flat.exr"), "the mesh has none"),
+        (("waves.exr", "box.stl", "--region", "odd=flat.exr"), "'odd' is no mask"),
+        (("waves.exr", "box.stl", "--region", "no.png=flat.exr"), "no.png"),
+        (("waves.exr", "box.stl", "--region", "z>5..2=flat.exr"), "not the greater"),
+        (("waves.exr", "box.stl", "--mask", "z>2 & up"), "is no mask"),
+        (("waves.exr", "box.stl", "--falloff-mm", "0"), "falloff_mm: 0 is outside"),
+        (("waves.exr", "box.stl", "--edge-mm", "nan"), "edge_mm: nan is outside"),
+    ],
+)
+def test_what_no_surface_can_mend_is_refused_before_there_is_one(capsys, monkeypatch, argv, says):
+    made = replace(OBJECTS["bracelet"], make=lambda: pytest.fail("the object is made"))
+    monkeypatch.setitem(OBJECTS, "bracelet", made)
+    monkeypatch.setitem(OBJECTS, "ball", made)
+    monkeypatch.setattr("retouch.verbs.wrapping.read_mesh", lambda *_, **__: pytest.fail("the mesh is read"))
+    assert re.search(says, refused(capsys, *argv))
+
+
+@pytest.mark.parametrize("suffix", [".3mf", ".stl", ".glb"])
+def test_what_is_checked_is_what_the_file_holds(suffix):
+    """The file's coordinates are rounded, and `evaluate` checks those."""
+    inclined = trimesh.load_mesh("box.stl")
+    inclined.apply_transform(trimesh.transformations.euler_matrix(0.3, 0.5, 0.7))
+    inclined.export("inclined.stl")
+    body = retouch.wrap("waves.exr", "inclined.stl", f"out{suffix}", edge_mm=1.0, mask="z>6").wrapped.body
+    read = read_mesh(f"out{suffix}").body
+    np.testing.assert_allclose(read.vertices[read.faces], body.vertices[body.faces], rtol=1e-15, atol=1e-13)
 
 
 def test_the_help_names_the_objects_there_are():
