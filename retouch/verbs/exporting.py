@@ -1,5 +1,6 @@
 """Export: a relief as a plate for a 3-D printer, or as displacement for a modelling program."""
 
+import logging
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,13 @@ from relief.heightmap import check_scales, save_heights_png
 from relief.printers import Printer, find_printer
 from relief.relief import Relief
 from retouch.verbs.reliefs import Source, relief_of
+
+_log = logging.getLogger(__name__)
+
+MANY_TRIANGLES = 4_000_000
+"""Triangles of a plate beyond which its size is told before the work: those of 1400 x 1400 samples."""
+TRIANGLE_BYTES = {".3mf": 11, ".stl": 50, ".obj": 42, ".glb": 18, ".ply": 19}
+"""Bytes of a triangle in each of `FORMATS`, with its share of the vertices, of plates of gravel."""
 
 
 @runtime_checkable
@@ -127,5 +135,20 @@ def _write(out: Path, relief: Relief, base_mm: float | None, printer: Printer | 
         return Exported(out, width_mm, height_mm, None, white, printer)
     if base_mm is None:
         base_mm = BASE_MM if printer is None else printer.base_mm
+    _foretell(out, relief, stepped=printer is not None)
     export_plate(out, relief.heights, width_mm, base_mm, stepped=printer is not None)
     return Exported(out, width_mm, height_mm, base_mm + highest, None, printer)
+
+
+def _foretell(out: Path, relief: Relief, stepped: bool) -> None:
+    """Say how large the file of a plate of very many triangles will be."""
+    rows, cols = (side * (2 if stepped else 1) for side in relief.heights.shape)
+    triangles = 2 * (rows + 1) * (cols + 1)
+    if triangles > MANY_TRIANGLES:
+        _log.warning(
+            "%s: %.1f million triangles, about %.0f MB; slicers may be slow; fewer samples make fewer "
+            "(retouch prepare --samples)",
+            out,
+            triangles / 1e6,
+            triangles * TRIANGLE_BYTES[out.suffix.lower()] / 1e6,
+        )

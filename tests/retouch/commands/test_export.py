@@ -1,6 +1,7 @@
 """`retouch export`: plates, repeated tiles and displacement, read back by other programs."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -190,3 +191,15 @@ def test_repeats_that_are_no_two_numbers_are_refused(text: str, capsys: pytest.C
 
 def test_a_slope_repeats_along_the_axis_where_it_fits(capsys: pytest.CaptureFixture[str]) -> None:
     assert told(capsys, "slope.exr", "--repeat", "1x2", "-o", "a.stl")["size_mm"] == 10.0
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_the_size_of_a_large_file_is_told_before(
+    suffix: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("retouch.verbs.exporting.MANY_TRIANGLES", 1000)
+    assert main(["export", "gravel-tile", "-o", f"plate{suffix}"]) == 0
+    line = capsys.readouterr().err
+    size = Path(f"plate{suffix}").stat().st_size / 1e6
+    (told_mb,) = re.findall(r"about ([0-9]+) MB", line)
+    assert float(told_mb) == pytest.approx(size, rel=0.15, abs=0.5)
