@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from manifold3d import Manifold
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -93,6 +94,17 @@ def test_rounding_parts_nothing_that_shares_vertices() -> None:
         turned = Rotation.from_euler("xyz", (0.3, 0.5, 0.7)).apply(each.vertices) + 70.0
         rounded = turned.astype(np.float32).astype(np.float64)
         assert self_intersections(Body(rounded, each.faces)) == 0
+
+
+@pytest.mark.parametrize("turn", [13, 14, 18])
+def test_a_boolean_union_in_single_precision_has_none(turn: int) -> None:
+    """Thin triangles along the seam, of which rounding turns some over."""
+    union = Manifold.cylinder(20, 8, 8, 48).rotate((turn, 2 * turn, 30)) + Manifold.sphere(9, 40).translate(
+        (4, 3, 8)
+    )
+    mesh = union.to_mesh()
+    vertices = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
+    assert self_intersections(Body(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))) == 0
 
 
 def cylinder(around: int, cone_mm: float = 0.0) -> Body:
