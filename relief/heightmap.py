@@ -7,6 +7,7 @@ import os
 import shlex
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,19 @@ from relief.common.limits import (
     PATCH_SIDE_MM,
     SMALLEST_SIDE,
 )
-from relief.readers import LARGEST_FIELD_SIDE, Check, Content, damage_named, read_exr, read_npy, read_picture
+from relief.common.progress import say
+from relief.readers import (
+    LARGEST_FIELD_SIDE,
+    TILE,
+    Check,
+    Content,
+    damage_named,
+    read_exr,
+    read_npy,
+    read_picture,
+)
+from relief.seam import misfit
+from relief.surface import Repeats, axes
 
 _log = logging.getLogger(__name__)
 
@@ -43,10 +56,12 @@ class HeightMap:
     Attributes:
         heights: (rows, cols), row 0 at +y, in mm within [0, 20].
         size_mm: Side of the plate, mm; None if unknown.
+        repeats: Axes along which the header says that the relief repeats; `fitting_repeats` checks the sides.
     """
 
     heights: Array
     size_mm: float | None
+    repeats: Repeats = False
 
     @property
     def side_mm(self) -> float:
@@ -94,16 +109,50 @@ def load_height_map(
         white = _first(path, "relief_mm", relief_mm, content.relief_mm)
         white = default_relief_mm if white is None else white
         if white is None:
-            raise InputError(
-                f"{path}: relief_mm: missing; a picture needs the height of white above black in mm"
-            )
+            missing = "missing; a picture needs the height of white above black in mm"
+            raise InputError(f"{path}: relief_mm: {missing}", f"{path}: --relief-mm: {missing}")
         unit = white
     with np.errstate(over="ignore", invalid="ignore"):
         heights = content.values * unit
     checked = check_heights(heights, path)
     kind = "heights times" if content.holds_mm else "a picture, white is"
     _log.info("%s: %d x %d samples read, %s %g mm", path, *checked.shape, kind, unit)
-    return HeightMap(checked, _first(path, "size_mm", size_mm, content.size_mm))
+    return HeightMap(checked, _first(path, "size_mm", size_mm, content.size_mm), content.repeats)
+
+
+def fitting_repeats(repeats: Repeats, heights: ArrayLike, path: str | os.PathLike[str]) -> Repeats:
+    """The axes of repeats that a header states, or none if the sides do not fit; a line tells which.
+
+    Args:
+        repeats: What the header states.
+        heights: (rows, cols) of the file, in any unit.
+        path: The file, for the line.
+    """
+    if (fault := misfit(heights, axes(repeats))) is not None:
+        _log.warning("%s: is taken as a plate, though its header says that it repeats: %s", path, fault)
+        return False
+    if repeats:
+        say(f"{path} repeats along {'x and y' if repeats is True else repeats} (its header)")
+    return repeats
+
+
+def repeats_by_header(path: str | os.PathLike[str]) -> Repeats:
+    """`fitting_repeats` of a file; False if it cannot be read, which whoever reads its heights tells."""
+    try:
+        state = os.stat(path)
+    except OSError:
+        return False
+    return _repeats_of_file(Path(path), state.st_mtime_ns, state.st_size)
+
+
+@lru_cache(maxsize=256)
+def _repeats_of_file(path: Path, _mtime_ns: int, _size: int) -> Repeats:
+    """Remembered, since the rows of a study take the same few files thousands of times."""
+    try:
+        content = _read(path, _check_shape)
+    except InputError:
+        return False
+    return fitting_repeats(content.repeats, content.values, path)
 
 
 def _first(path: Path, key: str, given: float | None, header: float | None) -> float | None:
@@ -233,6 +282,7 @@ def save_heights_exr(
     heights: ArrayLike,
     size_mm: float | None = None,
     relief_mm: float | None = None,
+    repeats: Repeats = False,
 ) -> None:
     """Write heights as a float32 EXR, channel Y; the file appears whole or not at all.
 
@@ -241,11 +291,12 @@ def save_heights_exr(
         heights: (rows, cols) heights in mm.
         size_mm: Side of the plate, mm; ``retouch.size_mm`` of the header.
         relief_mm: Height of white above black, mm, if the heights are made a picture; ``retouch.relief_mm``.
+        repeats: Whether they are a tile, along both axes, "x" or "y"; ``retouch.repeats``.
 
     Raises:
         InputError: A length is out of `RANGES`.
     """
-    header = header_of(path, size_mm=size_mm, relief_mm=relief_mm)
+    header = header_of(path, size_mm=size_mm, relief_mm=relief_mm) | _tile_mark(repeats)
     with partial_file(path) as partial:
         write_exr(partial, heights, header)
 
@@ -273,7 +324,11 @@ def write_exr(path: Path, samples: ArrayLike, attributes: Mapping[str, Any] | No
 
 
 def save_heights_png(
-    path: str | os.PathLike[str], heights: ArrayLike, relief_mm: float | None, size_mm: float | None = None
+    path: str | os.PathLike[str],
+    heights: ArrayLike,
+    relief_mm: float | None,
+    size_mm: float | None = None,
+    repeats: Repeats = False,
 ) -> None:
     """Write heights as a 16 bit grey PNG; the file appears whole or not at all.
 
@@ -283,6 +338,7 @@ def save_heights_png(
         relief_mm: Height of white above black, mm; text ``retouch.relief_mm`` of the file. None, if it is
             unknown, leaves the text out and takes heights from 0 to 1.
         size_mm: Side of the plate, mm; text ``retouch.size_mm`` of the file.
+        repeats: Whether they are a tile, along both axes, "x" or "y"; text ``retouch.repeats`` of the file.
 
     Raises:
         InputError: A height is outside the range that the picture can hold, or a length out of `RANGES`.
@@ -290,6 +346,8 @@ def save_heights_png(
     text = PngInfo()
     for key, length in header_of(path, size_mm=size_mm, relief_mm=relief_mm).items():
         text.add_text(key, repr(length))
+    for key, mark in _tile_mark(repeats).items():
+        text.add_text(key, mark)
     heights = np.asarray(heights, dtype=np.float64)
     low, high = heights.min(), heights.max()
     relief_mm = 1.0 if relief_mm is None else relief_mm
@@ -300,6 +358,12 @@ def save_heights_png(
     grey = np.rint(np.clip(heights / relief_mm, 0.0, 1.0) * 65535).astype(np.uint16)
     with partial_file(path) as partial:
         Image.fromarray(grey).save(partial, format="PNG", pnginfo=text)
+
+
+def _tile_mark(repeats: Repeats) -> dict[str, str]:
+    """What a header says of a tile; nothing of a plate."""
+    mark = "".join(name for name, does in zip("yx", axes(repeats), strict=True) if does)[::-1]
+    return {TILE: mark} if mark else {}
 
 
 def _check_shape(shape: tuple[int, ...], name: str | os.PathLike[str]) -> None:

@@ -3,7 +3,7 @@
 import io
 import os
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +18,7 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError, PictureError
 from relief.common.lengths import HEADER, lengths_of, shown
 from relief.common.limits import LARGEST_SIDE
+from relief.surface import Repeats
 
 LARGEST_FIELD_SIDE = 8192
 """Most samples a side of a picture that textures are cut from."""
@@ -32,18 +33,33 @@ _GREY_16 = ("I;16", "I;16B", "I;16L")
 """Pillow's modes of grey whose values are as stored."""
 _COLOUR_8 = {"LA": 2, "RGB": 3, "RGBA": 4}
 """Channels of Pillow's modes of colour or transparency, with 8 bits each."""
+TILE = f"{HEADER}repeats"
+"""Name in a header of the axes along which a relief repeats."""
+TILE_MARKS: Mapping[str, Repeats] = {"xy": True, "x": "x", "y": "y"}
+"""Texts of `TILE`. PNG and EXR carry it; nothing in a TIFF or NPY says that it is a tile."""
 Check = Callable[[tuple[int, ...], Path], None]
 """A function that raises InputError for a shape that must not be read."""
 
 
 @dataclass(frozen=True)
 class Content:
-    """Values of a file, and the lengths in its header; ``relief_mm`` is that of a picture."""
+    """Values of a file, and the lengths and axes of repeats in its header; ``relief_mm`` is a picture's."""
 
     values: Array
     holds_mm: bool
     size_mm: float | None = None
     relief_mm: float | None = None
+    repeats: Repeats = False
+
+
+def repeats_of(header: Mapping[Any, Any], path: Path) -> Repeats:
+    """The axes along which a hostile header says that the relief repeats. Raises InputError."""
+    if TILE not in header:
+        return False
+    mark = str(header[TILE])
+    if mark not in TILE_MARKS:
+        raise InputError(f"{path}: header: repeats: {shown(mark)} is none of {', '.join(TILE_MARKS)}")
+    return TILE_MARKS[mark]
 
 
 @contextmanager
@@ -107,7 +123,8 @@ def read_picture(path: Path, check: Check) -> Content:
                 raise PictureError(
                     f"{path}: pixel format {image.mode} of {bits} bits is no grey of 1 to 16 bits"
                 )
-            return Content(grey, holds_mm=False, **lengths_of(image.info, path))
+            lengths = lengths_of(image.info, path)
+            return Content(grey, holds_mm=False, **lengths, repeats=repeats_of(image.info, path))
 
 
 def _encoding(image: Any, path: Path) -> tuple[int, bool]:
@@ -136,16 +153,17 @@ def _one_channel(colours: Sequence[NDArray[Any]], alpha: Sequence[NDArray[Any]],
 
 def read_exr(path: Path, check: Check) -> Content:
     """Read channel Y or Z of an EXR file, else R, G and B if these agree, else the only channel."""
-    pixels, lengths = exr_channels(path, check)
+    pixels, header = exr_channels(path, check)
     alpha = [pixels.pop("A")] if len(pixels) > 1 and "A" in pixels else []
-    return Content(_one_channel([*pixels.values()], alpha, path), holds_mm=True, **lengths)
+    heights = _one_channel([*pixels.values()], alpha, path)
+    return Content(heights, holds_mm=True, **lengths_of(header, path), repeats=repeats_of(header, path))
 
 
-def exr_channels(path: Path, check: Check) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
+def exr_channels(path: Path, check: Check) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Read channel Y or Z of an EXR file, else R, G and B, else the only channel; and A, if it is there.
 
     Returns:
-        The channels (rows, cols) by name, A last, and the lengths of the header.
+        The channels (rows, cols) by name, A last, and the hostile header, as far as Retouch writes it.
     """
     with damage_named(path, "an EXR"):
         with OpenEXR.File(str(path), header_only=True) as file:
@@ -159,7 +177,7 @@ def exr_channels(path: Path, check: Check) -> tuple[dict[str, NDArray[Any]], dic
             if tiles is not None and max(tiles.xSize, tiles.ySize) > LARGEST_TILE:
                 raise InputError(f"{path}: tiles of {tiles.xSize} x {tiles.ySize}; at most {LARGEST_TILE}")
             # The shortest text of a number in single precision: 12.3, not 12.300000190734863.
-            lengths = {
+            own = {
                 key: str(np.float32(value)) if isinstance(value, float) else value
                 for key, value in header.items()
                 if key.startswith(HEADER)
@@ -180,7 +198,7 @@ def exr_channels(path: Path, check: Check) -> tuple[dict[str, NDArray[Any]], dic
             if not file.parts:
                 raise InputError(f"{path}: damaged: its samples cannot be decoded")
             pixels = {name: channel.pixels for name, channel in file.parts[0].channels.items()}
-    return {name: pixels[name] for name in names}, lengths_of(lengths, path)
+    return {name: pixels[name] for name in names}, own
 
 
 def read_npy(path: Path, check: Check) -> Content:

@@ -11,7 +11,7 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.lengths import in_range
 from relief.common.limits import PATCH_SIDE_MM
-from relief.heightmap import check_heights, load_height_map
+from relief.heightmap import check_heights, fitting_repeats, load_height_map
 from relief.printers import Printer
 from relief.seam import check_seams
 from relief.surface import Repeats, Surface, axes
@@ -59,7 +59,7 @@ class Relief:
         size_mm: float | None = None,
         relief_mm: float | None = None,
         height_scale: float | None = None,
-        repeats: Repeats = False,
+        repeats: Repeats | None = None,
         printer: Printer | None = None,
         default_mm: float = PATCH_SIDE_MM,
         default_relief_mm: float | None = None,
@@ -70,7 +70,8 @@ class Relief:
             file: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm).
             size_mm: width of the plate or the tile; None takes the one in the file's header.
             relief_mm, height_scale: of the height map, as in `relief.heightmap.load_height_map`.
-            repeats: whether the relief is a tile, along both axes, "x" or "y".
+            repeats: whether the relief is a tile, along both axes, "x" or "y"; None takes what the file's
+                header says, or a plate, with a warning, if the sides do not fit.
             printer: makes a print of the relief, with a sample for each of its pixels.
             default_mm, default_relief_mm: width, and height of white above black in a picture, where neither
                 an argument nor the header has one.
@@ -87,6 +88,8 @@ class Relief:
             default_relief_mm=default_relief_mm,
         )
         width_mm = default_mm if content.size_mm is None else content.size_mm
+        if repeats is None:
+            repeats = fitting_repeats(content.repeats, content.heights, file)
         design = cls(content.heights, width_mm, axes(repeats), os.fspath(file))
         relief = design if printer is None else design.printed(printer)
         check_seams(relief.heights, relief.repeats, file)
@@ -117,7 +120,7 @@ def as_relief(
     relief: Relief | ArrayLike,
     size_mm: float | None = None,
     *,
-    repeats: Repeats = False,
+    repeats: Repeats | None = None,
     default_mm: float = PATCH_SIDE_MM,
 ) -> Relief:
     """A relief, or that of an array (rows, cols) in mm.
@@ -125,7 +128,7 @@ def as_relief(
     Args:
         relief: the one or the other.
         size_mm: width of an array; None: `default_mm`.
-        repeats: whether an array is a tile, along both axes, "x" or "y".
+        repeats: whether an array is a tile, along both axes, "x" or "y"; None: no.
         default_mm: see `size_mm`.
 
     Raises:
@@ -133,8 +136,9 @@ def as_relief(
             its own, comes with a size or with axes on which it repeats.
     """
     if not isinstance(relief, Relief):
-        return Relief.of(relief, default_mm if size_mm is None else size_mm, repeats)
-    for name, value in (("size_mm", size_mm), ("repeats", repeats or None)):
-        if value is not None:
+        return Relief.of(relief, default_mm if size_mm is None else size_mm, repeats or False)
+    disagrees = repeats is not None and (repeats or any(relief.repeats))
+    for name, refused in (("size_mm", size_mm is not None), ("repeats", disagrees)):
+        if refused:
             raise InputError(f"{name}: is for files and arrays; a Relief has its own")
     return relief

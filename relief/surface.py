@@ -12,6 +12,11 @@ def axes(repeats: Repeats | None) -> tuple[bool, bool]:
     return repeats in (True, "y"), repeats in (True, "x")
 
 
+def repeats_along(ends: tuple[bool, bool]) -> Repeats:
+    """The statement of the axes (y, x) on which a relief repeats; the inverse of `axes`."""
+    return next(stated for stated in (True, "x", "y", False) if axes(stated) == ends)
+
+
 @dataclass(frozen=True)
 class Surface:
     """Size and sampling of a relief; its samples are square.

@@ -21,6 +21,7 @@ from relief.common.limits import BASE_MM, SMALLEST_RELIEF_MM
 from relief.export.plate import export_plate
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.printers import Printer
+from relief.surface import repeats_along
 
 MARK = b"# The settings of the run in this folder, written by retouch optimize.\n"
 """First line of run.toml, the file that a run writes first and whole: the sign of a run directory."""
@@ -51,14 +52,21 @@ def white_mm(heights: Array) -> float:
     return max(float(heights.max()), SMALLEST_RELIEF_MM)
 
 
-def write_relief(run_dir: Path, heights: Array, size_mm: float, printer: Printer | None) -> None:
+def write_relief(
+    run_dir: Path,
+    heights: Array,
+    size_mm: float,
+    printer: Printer | None,
+    ends: tuple[bool, bool] = (False, False),
+) -> None:
     """heights.exr, heights.png and the plates of heights (rows, cols) in mm; each file appears whole.
 
-    With a printer the plates are of its layers and pixels, and slicers read them as such.
+    With a printer the plates are of its layers and pixels, and slicers read them as such. Axes (y, x) along
+    which the relief repeats are written into the headers of the height maps.
     """
-    white = white_mm(heights)
-    save_heights_exr(run_dir / "heights.exr", heights, size_mm, white)
-    save_heights_png(run_dir / "heights.png", heights, white, size_mm)
+    white, repeats = white_mm(heights), repeats_along(ends)
+    save_heights_exr(run_dir / "heights.exr", heights, size_mm, white, repeats)
+    save_heights_png(run_dir / "heights.png", heights, white, size_mm, repeats)
     for name in PLATES:
         base_mm = BASE_MM if printer is None else printer.base_mm
         export_plate(run_dir / name, heights, size_mm, base_mm, stepped=printer is not None)

@@ -19,7 +19,7 @@ from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief
 from relief.seam import check_seams
-from relief.surface import axes
+from relief.surface import Repeats, axes
 from tactile import ContactError
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tactile.measures import TouchMeasures, measure_touch
@@ -119,10 +119,12 @@ def read_other(settings: Run, own: Relief) -> Other | None:
     if relief_mm is not None and holds_mm(file):
         raise InputError(f"{KEY}_relief_mm: is for pictures; {file} holds mm")
     with naming(KEY):
-        plate = Relief.read(file, relief_mm=relief_mm)
+        plate = _read(file, relief_mm, None if touch.feel_of_repeats is None else False)
         if np.ptp(plate.heights) == 0.0:
             raise InputError(f"{file}: is flat; there is no feel to take over")
-    repeats = settings.axes_repeat if touch.feel_of_repeats is None else axes(touch.feel_of_repeats)
+    repeats = axes(touch.feel_of_repeats)
+    if touch.feel_of_repeats is None:
+        repeats = plate.repeats if any(plate.repeats) else settings.axes_repeat
     with naming(f"{KEY}_repeats"):
         check_seams(plate.heights, repeats, file)
     other = replace(plate, repeats=repeats)
@@ -138,6 +140,16 @@ def read_other(settings: Run, own: Relief) -> Other | None:
     if repeats == own.repeats and np.array_equal(other.heights, own.heights):
         raise InputError(f"{KEY}: {file}: is this texture itself; there is nothing to change")
     return Other(name_of(file), other, at)
+
+
+def _read(file: Path, relief_mm: float | None, repeats: Repeats | None) -> Relief:
+    """The other relief; the refusal of a picture of unknown relief names the key that is for this one."""
+    try:
+        return Relief.read(file, relief_mm=relief_mm, repeats=repeats)
+    except InputError as error:
+        line = str(error).replace(": relief_mm: missing", ": feel_of_relief_mm: missing")
+        for_command = error.for_command.replace(": --relief-mm: missing", ": --feel-of-relief-mm: missing")
+        raise InputError(line, for_command) from error
 
 
 def name_of(file: Path) -> str:

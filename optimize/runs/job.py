@@ -190,7 +190,8 @@ def _descend_and_write(
     publish: Publish | None,
 ) -> Result:
     settings, problem, plan = prepared.settings, prepared.problem, prepared.plan
-    plate, key = (problem.relief.width_mm, settings.print.described), run_key(settings)
+    plate = (problem.relief.width_mm, settings.print.described, problem.relief.repeats)
+    key = run_key(settings)
     recorder = Recorder(run_dir, history, key, state, segment, plate, earlier_seconds)
     segment = replace(segment, trace=history.trace())
     descent_began = now()

@@ -25,7 +25,7 @@ class Recorder:
         key: of the run, as `optimize.run_directory.key.run_key` has it.
         state: of the outer iterations.
         segment: what is still to be done.
-        plate: width of the plate, mm, and its printer, if there is one.
+        plate: width of the plate, mm, its printer, if there is one, and whether it repeats along y and x.
         earlier_seconds: of the parts of the run before this one.
     """
 
@@ -36,7 +36,7 @@ class Recorder:
         key: Mapping[str, Any],
         state: CorrectionState,
         segment: Segment,
-        plate: tuple[float, Printer | None],
+        plate: tuple[float, Printer | None, tuple[bool, bool]],
         earlier_seconds: float,
     ) -> None:
         self._plate, self._key, self.history = plate, key, history

@@ -109,7 +109,8 @@ class Run(Section):
         size_mm: width of the plate, mm; by default that of the texture's header, else that of the scene.
         relief_mm: height of white above black, mm, in a picture; by default that of its header.
         height_scale: mm for a height of 1 in a file that holds heights; without meaning for pictures.
-        repeats: whether the relief goes on as itself beyond its rim: along both axes, or along "x" or "y".
+        repeats: whether the relief goes on as itself beyond its rim: along both axes, or along "x" or "y"; by
+            default as the texture's header says. Never None once loaded.
         seed: of all random numbers.
         define: values of the scene's parameters, by name.
         touch, look, descent, verify, print: the sections of the run file.
@@ -120,7 +121,7 @@ class Run(Section):
     size_mm: Annotated[float, Field(ge=SMALLEST_PLATE_MM, le=LARGEST_PLATE_MM)] | None = None
     relief_mm: Annotated[float, Field(ge=SMALLEST_RELIEF_MM, le=LARGEST_RELIEF_MM)] | None = None
     height_scale: Annotated[float, Field(ge=1.0 / LARGEST_HEIGHT_SCALE, le=LARGEST_HEIGHT_SCALE)] = 1.0
-    repeats: Repeats = False
+    repeats: Repeats | None = None
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     define: Mapping[str, str] = {}
     touch: Touch
@@ -316,6 +317,11 @@ def _run(path: Path, values: dict[str, Any], overrides: Sequence[str], shared: C
     for key, file in run.files().items():
         if not os.path.isfile(file):
             raise InputError(f"{path}: {key}: {file}: no such file")
+    if run.repeats is None:
+        # Imported here, as for `design`.
+        from relief.heightmap import repeats_by_header
+
+        run = run.model_copy(update={"repeats": repeats_by_header(run.texture)})
     return run
 
 

@@ -161,7 +161,7 @@ class _TouchModel(SkinKeys):
         region: parts of the surface with a feel of their own; the rest keeps the original's.
         feel_of: height map whose feel is the goal; absolute once loaded, and a file where it named a run.
         feel_of_relief_mm: mm of white above black, if that is a picture; by default that of its header.
-        feel_of_repeats: whether that is a tile; None: as this texture.
+        feel_of_repeats: whether that is a tile; None: as its header says, else as this texture.
         feel_of_quantity: which of its quantities of touch are goals, a key of `FEEL_OF_QUANTITIES`.
     """
 

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from PIL import Image, ImageChops, ImageOps
 from relief.common.errors import InputError
 from relief.common.lengths import lengths_of
 from relief.preparing.choices import GREYS
-from relief.readers import damage_named, exr_channels, read_npy
+from relief.readers import damage_named, exr_channels, read_npy, repeats_of
 
 FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "GIF", "PPM")
 """Kinds of pictures that are read, by Pillow's names; the content of a file tells its kind, not its name."""
@@ -41,6 +41,7 @@ class Picture:
         bands: "Y", or "R", "G" and "B"; and "A" if a part is transparent; each of mode L, I;16 or F.
         notes: What was done to the picture on opening.
         lengths: size_mm and relief_mm of a header that Retouch has written.
+        tile: Whether that header says that the picture repeats along both axes.
     """
 
     path: Path
@@ -53,6 +54,7 @@ class Picture:
     bands: Mapping[str, Image.Image]
     notes: tuple[str, ...] = ()
     lengths: Mapping[str, float] = field(default_factory=dict)
+    tile: bool = False
 
     @property
     def coloured(self) -> bool:
@@ -151,8 +153,8 @@ def _decoded(image: Image.Image, path: Path) -> Picture:
     elif stored < bits and not palette:
         bits = stored
     kind = "with a palette" if palette else "in grey" if "Y" in bands else "in colour"
-    step = _step(bands, bits, white)
-    return Picture(path, f"{name} {kind}", *image.size, bits, step, white, bands, tuple(notes), lengths)
+    step, tile = _step(bands, bits, white), repeats_of(image.info, path) is True
+    return Picture(path, f"{name} {kind}", *image.size, bits, step, white, bands, tuple(notes), lengths, tile)
 
 
 def _stored_bits(image: Image.Image) -> int:
@@ -203,9 +205,9 @@ def _numbers(path: Path) -> Picture:
     """The picture of an EXR or NPY file."""
     kind = f"{path.suffix[1:].upper()} of numbers"
     if path.suffix.lower() == ".exr":
-        pixels, lengths = exr_channels(path, _check_size)
+        pixels, header = exr_channels(path, _check_size)
     else:
-        values, lengths = read_npy(path, _check_array).values, {}
+        values, header = read_npy(path, _check_array).values, {}
         pixels = dict(
             zip("YRGBA"[values.ndim > 2 :], np.moveaxis(np.atleast_3d(values), -1, 0), strict=False)
         )
@@ -213,7 +215,8 @@ def _numbers(path: Path) -> Picture:
         pixels = {"Y": next(iter(pixels.values()))}
     with np.errstate(over="ignore"):
         bands = {name: Image.fromarray(channel.astype(np.float32)) for name, channel in pixels.items()}
-    return _of_numbers(bands, path, kind, [], lengths)
+    picture = _of_numbers(bands, path, kind, [], lengths_of(header, path))
+    return replace(picture, tile=repeats_of(header, path) is True)
 
 
 def _check_array(shape: tuple[int, ...], path: Path) -> None:

@@ -29,6 +29,7 @@ from relief.preparing.resampling import Box, resampled, square_in
 from relief.preparing.steps import smooth_steps
 from relief.preparing.tiling import OVERLAP, PERIOD_SIDE, make_tile, period
 from relief.relief import Relief
+from relief.seam import misfit
 
 STEEP_PERCENTILE = 95.0
 """Percentile of the slopes that is told beside the median."""
@@ -42,6 +43,7 @@ class Prepared:
         heights: (samples, samples), row 0 at +y: mm if `relief_mm` is known, else 0 (lowest) to 1 (highest).
         relief_mm: Height of white above black, mm; None if unknown.
         size_mm: Side of the plate, mm; None if unknown.
+        repeats: Whether the height map is a tile, which goes on as itself beyond its borders.
         done: What was done, a sentence for each subject, in order.
         numbers: The same as numbers.
         picture: The picture.
@@ -51,6 +53,7 @@ class Prepared:
     heights: Array
     relief_mm: float | None
     size_mm: float | None
+    repeats: bool
     done: Mapping[str, str]
     numbers: Mapping[str, Any]
     picture: Picture
@@ -61,26 +64,26 @@ class Prepared:
         """What a finger touches: the plate, or the tile that repeats on it; None if its height is unknown."""
         if self.relief_mm is None:
             return None
-        heights, size_mm = self.heights, self.size_mm or PATCH_SIDE_MM
+        heights, size_mm, repeats = self.heights, self.size_mm or PATCH_SIDE_MM, self.repeats
         if "plate" in self.numbers:
             size_mm, side = (self.numbers["plate"][name] for name in ("tile_mm", "tile_samples"))
-            heights = heights[:side, :side]
-        repeats = not self.numbers.keys().isdisjoint(("tile", "plate"))
+            heights, repeats = heights[:side, :side], True
         return Relief(heights, size_mm, (repeats, repeats), str(self.picture.path))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the height map as a 16 bit PNG, or as an EXR in mm, with the lengths that are known.
+        """Write the height map as a 16 bit PNG, or as an EXR in mm, with what is known: lengths, tile.
 
         Raises:
             InputError: The suffix is neither, or an EXR is asked for without a relief in mm.
         """
         path = check_output(path)
         if path.suffix.lower() == ".png":
-            save_heights_png(path, self.heights, self.relief_mm, self.size_mm)
+            save_heights_png(path, self.heights, self.relief_mm, self.size_mm, self.repeats)
         elif self.relief_mm is None:
-            raise InputError(f"{path}: relief_mm: missing; an EXR holds mm, a PNG may do without")
+            missing = "missing; an EXR holds mm, a PNG may do without"
+            raise InputError(f"{path}: relief_mm: {missing}", f"{path}: --relief-mm: {missing}")
         else:
-            save_heights_exr(path, self.heights, self.size_mm, self.relief_mm)
+            save_heights_exr(path, self.heights, self.size_mm, self.relief_mm, self.repeats)
 
 
 def check_output(path: str | os.PathLike[str]) -> Path:
@@ -153,12 +156,15 @@ def prepare(
         heights, span = work.levelled(heights, wanted, invert)
         if picture.bits is None and "relief_mm" not in lengths:
             if span > HEIGHT_LIMIT_MM:
-                most = f"more than {HEIGHT_LIMIT_MM:g}"
-                raise InputError(f"relief_mm: missing; the numbers span {span:g}, {most} if they are mm")
+                missing = f"missing; the numbers span {span:g}, more than {HEIGHT_LIMIT_MM:g} if they are mm"
+                raise InputError(f"relief_mm: {missing}", f"--relief-mm: {missing}")
             lengths["relief_mm"] = span
+        known_tile = picture.tile and work.side == picture.width == picture.height
+        repeats = (tile is not None or known_tile) and misfit(heights) is None
         if plate_mm is not None:
             plate = repeated(heights, lengths.get("size_mm", PATCH_SIDE_MM), plate_mm)
             heights, lengths["size_mm"] = plate.heights, plate.size_mm
+            repeats = len(heights) % plate.tile_samples == 0
             work.done["plate"] = str(plate)
             work.numbers["plate"] = {name: getattr(plate, name) for name in ("tile_mm", "tile_samples")}
         work.lengths(heights, lengths)
@@ -166,6 +172,7 @@ def prepare(
         heights * lengths.get("relief_mm", 1.0),
         lengths.get("relief_mm"),
         lengths.get("size_mm"),
+        repeats,
         work.done,
         work.numbers,
         picture,

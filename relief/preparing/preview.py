@@ -41,7 +41,7 @@ def preview(prepared: Prepared, figures: Sequence[tuple[str, str]] = ()) -> byte
     Returns:
         A PNG in colour.
     """
-    tile = "tile" in prepared.numbers and "plate" not in prepared.numbers
+    tile = prepared.repeats and "plate" not in prepared.numbers
     repeats = 2 if tile else 1
     size_mm = prepared.size_mm or PATCH_SIDE_MM
     span = float(np.ptp(prepared.heights)) or 1.0

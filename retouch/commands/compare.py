@@ -73,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", dest="out", type=Path, default=PAGE, metavar="PAGE", help=f"file to write (default: {PAGE})"
     )
     add_plate(parser)
-    add_repeats(parser, "the run's, or not")
+    add_repeats(parser, "the run's")
     parser.add_argument(
         "--model",
         choices=tuple(MODEL_NAMES),

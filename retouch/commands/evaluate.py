@@ -15,6 +15,7 @@ from relief.common.formatting import number
 from relief.common.limits import MOST_MESH_PLACES as MOST_PLACES
 from relief.common.progress import stage
 from relief.printers import PRINTERS
+from relief.surface import Repeats, repeats_along
 from retouch.commands.mesh_entries import add_meshes, check_mesh_options, is_mesh, mesh_lines
 from retouch.commands.options import (
     LENGTHS,
@@ -131,7 +132,9 @@ def run(arguments: argparse.Namespace) -> int:
         for texture in arguments.textures:
             of_solid = {"without_texture": bare, "colours": arguments.out} if is_mesh(texture) else {}
             with contact_errors_name(texture):
-                reach = None if scene is None else _loaded(scene, texture, arguments)
+                reach = None
+                if scene is not None:
+                    reach = _loaded(scene, texture, arguments, repeats_along(subjects[texture].repeats))
                 evaluations.append(
                     retouch.evaluate(
                         subjects[texture], model=arguments.model, skin=skin, reach=reach, **of_solid
@@ -198,11 +201,12 @@ def _scene(arguments: argparse.Namespace) -> Path | None:
     return None
 
 
-def _loaded(scene: Path, texture: Path, arguments: argparse.Namespace) -> "Scene":
+def _loaded(scene: Path, texture: Path, arguments: argparse.Namespace, repeats: Repeats) -> "Scene":
     """The scene of --reach with a texture, as wide as its header or the scene says. Raises InputError."""
     defines = dict(arguments.defines)
     with naming(texture):
-        relief = retouch.scene_relief(scene, defines, texture, **given(arguments, "repeats", *LENGTHS))
+        lengths = given(arguments, *LENGTHS)
+        relief = retouch.scene_relief(scene, defines, texture, **lengths, repeats=repeats)
         return retouch.load_scene(scene, defines, arguments.variant, relief=relief)
 
 

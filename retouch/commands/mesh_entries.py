@@ -51,12 +51,12 @@ def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) 
     for flag, value in for_textures.items():
         if value is not None and not textures:
             raise InputError(f"{flag}: is for height maps; --units states the unit of a print file")
-    for flag, value in {
+    for flag, stated in {
         "--reach": arguments.reach,
-        "--repeats": arguments.repeats,
+        "--no-repeats" if arguments.repeats is False else "--repeats": arguments.repeats is not None,
         "--printer": arguments.printer,
     }.items():
-        if value and meshes:
+        if stated and meshes:
             raise InputError(f"{flag}: is for height maps; a print file is felt as it is")
     if arguments.out is not None and arguments.out.exists() and not arguments.out.is_dir():
         raise InputError(f"{arguments.out}: -o: is no folder")

@@ -113,7 +113,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f"{DEFAULT_SCENE})",
     )
     add_plate(plate, "the run file's", "the scene's")
-    add_repeats(plate, "the run file's, or not")
+    add_repeats(plate, "the run file's")
 
     finger = parser.add_argument_group("the finger")
     add_skin(finger, "the run file's, or ")

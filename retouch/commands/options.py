@@ -165,19 +165,18 @@ def add_plate(
 
 
 def add_repeats(parser: argparse._ActionsContainer, first: str = "") -> None:
-    """Add `--repeats` and `--repeats-along`, whose `repeats` is True, "x", "y", or None where not given.
+    """Add `--repeats`, `--no-repeats` and `--repeats-along`; `repeats` is None where none is given.
 
     Args:
         parser: of the verb.
-        first: where the value comes from if it is not given, for the help.
+        first: where the value comes from before the texture's header, for the help.
     """
     one = parser.add_mutually_exclusive_group()
-    default = f" (default: {first})" if first else ""
     one.add_argument(
         "--repeats",
-        action="store_const",
-        const=True,
-        help=f"the relief is a tile, which goes on as itself beyond its rim{default}",
+        action=argparse.BooleanOptionalAction,
+        help=f"the relief is a tile, which goes on as itself beyond its rim, or a plate "
+        f"(default: {first}{', or ' * bool(first)}the texture's header, or a plate)",
     )
     one.add_argument(
         "--repeats-along",

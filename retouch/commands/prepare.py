@@ -167,8 +167,8 @@ def run(arguments: argparse.Namespace) -> int:
     lines = dict(prepared.done) | _feel(prepared, felt)
     bits = "16 bits" if out.suffix.lower() == ".png" else "mm"
     lines["written"] = f"{out} ({bits}), {shown}"
-    if "tile" in prepared.numbers and "plate" not in prepared.numbers:
-        lines["next"] = "evaluate and optimize take it as a tile with --repeats; wrap needs no option"
+    if prepared.repeats:
+        lines["repeats"] = f"{out.name} says that it is a tile; --no-repeats takes it as a plate"
     console().print(lines_table(lines.items()))
     return 0
 

@@ -63,21 +63,22 @@ def make_controls(stimuli: StimulusSet, out: Path) -> list[Control]:
                 file = out / FOLDER / f"{name}-{number}.exr"
                 if not file.is_file():
                     _prepare(stimuli, source, read, crop, file)
-                size_mm = Relief.read(file).width_mm
+                size_mm = Relief.read(file, repeats=False).width_mm
                 controls.append(Control(name, number, file.absolute(), size_mm))
     return controls
 
 
 def _texture(stimuli: StimulusSet, texture: Path) -> Relief:
     lengths = {key: stimuli.settings.get(key) for key in ("size_mm", "relief_mm", "height_scale")}
-    return Relief.read(texture, **lengths)  # type: ignore[arg-type]
+    return Relief.read(texture, **lengths, repeats=False)  # type: ignore[arg-type]
 
 
 def _pixels_per_mm(stimuli: StimulusSet, source: Path) -> float:
     picture = open_picture(source)
     width_mm = stimuli.source_mm or picture.lengths.get("size_mm")
     if width_mm is None:
-        raise InputError("source_mm: missing; the picture does not say how many mm wide it is")
+        missing = "missing; the picture does not say how many mm wide it is"
+        raise InputError(f"source_mm: {missing}", f"--source-mm: {missing}")
     return picture.width / width_mm
 
 

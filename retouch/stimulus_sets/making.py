@@ -89,7 +89,7 @@ def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> Sti
     textures, files = [], list[Path]()
     for name in stimuli.names:
         own = [plate for plate in done if plate.of.texture == name]
-        tiles = {plate.of.label: Relief.read(plate.folder / "heights.exr") for plate in own}
+        tiles = {plate.of.label: Relief.read(plate.folder / "heights.exr", repeats=False) for plate in own}
         printed = write_plates(out, name, tiles, stimuli.print, stimuli.printer) if tiles else []
         files += printed
         with stage(f"pairs of {name}"):

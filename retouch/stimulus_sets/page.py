@@ -72,7 +72,7 @@ def _picture(folder: Path, plate_mm: float) -> str | None:
     first = next(iter(sorted((folder / RENDERS).glob(f"*{PNG_AFTER}"))), None)
     if first is None:
         return None
-    side_mm = Relief.read(folder / "heights.exr").width_mm
+    side_mm = Relief.read(folder / "heights.exr", repeats=False).width_mm
     whole = Image.fromarray(cut_square(np.asarray(Image.open(first).convert("L")), side_mm, plate_mm)[0])
     whole.thumbnail((2 * SIDE, 2 * SIDE), Image.Resampling.BOX)
     file = io.BytesIO()

@@ -167,7 +167,7 @@ class StimulusSet(Section):
         """Check that each texture is a tile, or as large as a plate. Raises InputError."""
         lengths = {key: self.settings.get(key) for key in ("size_mm", "relief_mm", "height_scale")}
         for texture in self.textures:
-            relief = Relief.read(texture, **lengths)  # type: ignore[arg-type]
+            relief = Relief.read(texture, **lengths, repeats=False)  # type: ignore[arg-type]
             if not self.whole:
                 beside = texture.with_name(f"{texture.stem}{TILE}{texture.suffix}")
                 if beside.is_file() and misfit(relief.heights):

@@ -21,8 +21,7 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.common.progress import Progress, stage
-from relief.seam import check_seams
-from relief.surface import Repeats, axes
+from relief.surface import Repeats
 from retouch.pages.comparison import write_comparison
 from retouch.pages.content import Compared, ComparedSide, Comparison, Side
 from retouch.verbs.progress_display import followed
@@ -72,7 +71,8 @@ def compare(
         model: of touch.
         skin: name of a bundled skin, or a skin file; by default that of the run, if one is a run, else the
             default skin.
-        repeats: whether the reliefs are tiles, along both axes, "x" or "y"; by default as the run, if one is.
+        repeats: whether the reliefs are tiles, along both axes, "x" or "y"; by default as the run, if one is
+            a run, else where the headers of both say so.
         samples: a pixel; by default as many as the change of the pictures needs, or 256 if the grids differ.
         seed: of the pictures; by default that of the run's own pictures, else 0.
         distance_cm: from the eye to the plate, for FLIP.
@@ -91,7 +91,7 @@ def compare(
             f"distance_cm: {distance_cm:g} is not a number from {NEAREST_EYE_CM:g} to {FARTHEST_EYE_CM:g}"
         )
     lengths = {"size_mm": size_mm, "relief_mm": relief_mm, "height_scale": height_scale}
-    subjects = read_subjects(first, second, lengths)
+    one, other = subjects = read_subjects(first, second, lengths, repeats)
     run = next((subject.run for subject in subjects if subject.run is not None), None)
     if skin is not None or run is None:
         skin_name = str(DEFAULT_SKIN if skin is None else skin)
@@ -104,10 +104,6 @@ def compare(
     own = run is not None and scene is None
     scene_file = find_file(run.scene if run is not None and own else scene or DEFAULT_SCENE, ".xml")
     own_defines = dict(run.define) if run is not None and own else {}
-    ends = axes(repeats) if repeats is not None or run is None else run.axes_repeat
-    for subject in subjects:
-        check_seams(subject.relief.heights, ends, subject.file)
-    one, other = (replace(each, relief=replace(each.relief, repeats=ends)) for each in subjects)
     look = _Look(scene_file, own_defines | dict(defines or {}), variant, samples, seed, distance_cm)
     with followed(progress, quiet):
         touches = []

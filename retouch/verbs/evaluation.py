@@ -152,7 +152,7 @@ class Evaluation:
 def evaluate(
     relief: Source | Mesh,
     *,
-    repeats: Repeats = False,
+    repeats: Repeats | None = None,
     printer: str | Printer | None = None,
     units: str | None = None,
     without_texture: Mesh | str | os.PathLike[str] | None = None,
@@ -171,7 +171,7 @@ def evaluate(
             of a run; or a solid, as a print file (STL, OBJ, PLY, GLB, 3MF) or of `read_solid`.
         lengths: `size_mm`, `relief_mm` and `height_scale` of a file, as in `Relief.read`; `size_mm` also
             of an array.
-        repeats: whether a file or an array is a tile, along both axes, "x" or "y".
+        repeats: whether a file or an array is a tile, along both axes, "x" or "y"; None: as the header says.
         printer: name of a printer, or a printer, whose print of the relief is pressed.
         units: of a print file, as in `read_solid`.
         without_texture: the solid before its texture, whose own curvature is then no part of what is felt.
@@ -191,7 +191,7 @@ def evaluate(
     if isinstance(relief, str | os.PathLike) and Path(relief).suffix.lower() in MESHES:
         relief = read_solid(relief, units=units)
     if isinstance(relief, Mesh):
-        of_reliefs = {**lengths, "repeats": repeats or None, "printer": printer, "reach": reach}
+        of_reliefs = {**lengths, "repeats": repeats, "printer": printer, "reach": reach}
         refuse("height maps; a print file is felt as it is", of_reliefs)
         if not isinstance(without_texture, Mesh | None):
             without_texture = read_solid(without_texture, units=units)

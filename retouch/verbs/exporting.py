@@ -2,7 +2,7 @@
 
 import logging
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol, Unpack, runtime_checkable
 
@@ -18,6 +18,7 @@ from relief.export.plate import export_plate, repeated
 from relief.heightmap import check_scales, save_heights_png
 from relief.printers import Printer, find_printer
 from relief.relief import Relief
+from relief.surface import repeats_along
 from retouch.verbs.reliefs import Source, relief_of
 
 _log = logging.getLogger(__name__)
@@ -115,6 +116,7 @@ def export(
     whole = Relief(heights, tile.width_mm * repeat[1], name=tile.name, printer=tile.printer)
     made_by = find_printer(printer) if isinstance(printer, str) else printer
     whole = whole if made_by is None else whole.printed(made_by)
+    whole = replace(whole, repeats=tile.repeats)
     with permitted(out):
         return _write(out, whole, base_mm, made_by or own)
 
@@ -131,7 +133,7 @@ def _write(out: Path, relief: Relief, base_mm: float | None, printer: Printer | 
     highest = float(relief.heights.max())
     if out.suffix.lower() == DISPLACEMENT:
         white = max(highest, SMALLEST_RELIEF_MM)
-        save_heights_png(out, relief.heights, white, width_mm)
+        save_heights_png(out, relief.heights, white, width_mm, repeats_along(relief.repeats))
         return Exported(out, width_mm, height_mm, None, white, printer)
     if base_mm is None:
         base_mm = BASE_MM if printer is None else printer.base_mm

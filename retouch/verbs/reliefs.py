@@ -20,7 +20,7 @@ Source = Relief | ArrayLike | str | os.PathLike[str]
 def relief_of(
     source: Source,
     *,
-    repeats: Repeats = False,
+    repeats: Repeats | None = None,
     printer: str | Printer | None = None,
     **lengths: Unpack[Lengths],
 ) -> Relief:

@@ -86,7 +86,7 @@ def render(
     out: str | os.PathLike[str] | None = None,
     *,
     texture: Source | None = None,
-    repeats: Repeats = False,
+    repeats: Repeats | None = None,
     defines: Mapping[str, str] | None = None,
     variant: str | None = None,
     samples: int | None = None,
@@ -104,7 +104,7 @@ def render(
             a bundled one, or the folder of a run.
         lengths: `size_mm`, `relief_mm` and `height_scale` of a file, as in `Relief.read`; `size_mm` also
             of an array.
-        repeats: whether a file or an array is a tile, along both axes, "x" or "y".
+        repeats: whether a file or an array is a tile, along both axes, "x" or "y"; None: as the header says.
         defines: values of the scene's parameters.
         variant: Mitsuba's.
         samples: a pixel, 4 at least; None: the scene's.
@@ -140,7 +140,7 @@ def explain(
     scene: str | os.PathLike[str],
     *,
     texture: Source | None = None,
-    repeats: Repeats = False,
+    repeats: Repeats | None = None,
     defines: Mapping[str, str] | None = None,
     variant: str | None = None,
     samples: int | None = None,
@@ -160,7 +160,7 @@ def _on_plate(
     defines: Mapping[str, str] | None,
     texture: Source | None,
     lengths: Lengths,
-    repeats: Repeats,
+    repeats: Repeats | None,
 ) -> Relief:
     """The relief on the scene's plate. Raises InputError."""
     if texture is not None and not isinstance(texture, str | os.PathLike):

@@ -141,7 +141,7 @@ def _coverings(textures: Sequence[tuple[Source, str | None]], lengths: Lengths) 
     check_scales(files, lengths)
     coverings = []
     for tile, mask in pairs:
-        relief = relief_of(tile, **lengths)
+        relief = relief_of(tile, **lengths, repeats=True if isinstance(tile, Path) else None)
         check_seams(relief.heights, (True, True), relief.name)
         coverings.append(Covering(Tile(relief.heights, relief.pitch_mm), mask))
     return coverings

@@ -16,14 +16,19 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from relief.common.errors import InputError
+from relief.common.progress import progress
 from relief.heightmap import (
     holds_mm,
     load_field,
     load_height_map,
     load_heights,
+    repeats_by_header,
     save_heights_exr,
     save_heights_png,
 )
+from relief.preparing.pictures import open_picture
+from relief.relief import Relief
+from relief.surface import Repeats, axes, repeats_along
 
 SIDE = 32
 
@@ -135,6 +140,62 @@ def test_a_header_that_lies_is_refused(
     for attribute in (value, np.array([1.0, 2.0])) if value == "ten" else (value,):
         write_exr(tmp_path / "ramp.exr", {"Y": ramp}, {f"retouch.{key}": attribute})
         assert f"header: {key}: " in fault(tmp_path / "ramp.exr")
+
+
+def write_tile(path: Path, heights: NDArray[np.float64], repeats: Repeats) -> None:
+    if path.suffix == ".exr":
+        save_heights_exr(path, heights, repeats=repeats)
+    else:
+        save_heights_png(path, heights, 1.0, repeats=repeats)
+
+
+@pytest.mark.parametrize("suffix", [".exr", ".png"])
+@pytest.mark.parametrize("repeats", [True, "x", "y", False])
+def test_a_file_says_whether_it_is_a_tile(tmp_path: Path, repeats: Repeats, suffix: str) -> None:
+    """The header is taken and told where nobody says anything else."""
+    path, lines = tmp_path / f"tile{suffix}", list[str]()
+    angle = 2.0 * np.pi * np.arange(SIDE) / SIDE
+    write_tile(path, 0.5 + 0.2 * np.cos(angle) + 0.2 * np.cos(angle)[:, None], repeats)
+    with progress(lambda told: lines.append(told.stage)):
+        assert Relief.read(path).repeats == axes(repeats)
+        along = "x and y" if repeats is True else repeats
+        assert lines == ([f"{path} repeats along {along} (its header)"] if repeats else [])
+        for stated in (True, "x", "y", False):
+            assert Relief.read(path, repeats=stated).repeats == axes(stated)
+        assert len(lines) == bool(repeats)
+        assert repeats_by_header(path) == repeats == repeats_along(axes(repeats))
+
+
+@pytest.mark.parametrize("suffix", [".exr", ".png"])
+def test_a_marked_file_whose_sides_do_not_fit_is_a_plate(
+    tmp_path: Path, ramp: NDArray[np.float64], suffix: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / f"ramp{suffix}"
+    write_tile(path, ramp, True)
+    assert Relief.read(path).repeats == (False, False)
+    (line,) = caplog.messages
+    assert line.startswith(f"{path}: is taken as a plate, though its header says that it repeats: the sides ")
+    assert Relief.read(path, repeats=False).repeats == (False, False) and len(caplog.messages) == 1
+    with pytest.raises(InputError, match="repeats: the sides do not fit"):
+        Relief.read(path, repeats=True)
+    assert repeats_by_header(path) is False
+    assert repeats_by_header(tmp_path / "absent.exr") is repeats_by_header(tmp_path) is False
+
+
+@pytest.mark.parametrize("mark", ["", "yx", "True", "xy ", "\x1b[2J", "x\ny", "9" * 5000])
+def test_a_header_with_another_mark_of_tiles_is_refused(
+    tmp_path: Path, ramp: NDArray[np.float64], mark: str
+) -> None:
+    text, path = PngInfo(), tmp_path / "ramp.png"
+    text.add_text("retouch.repeats", mark)
+    Image.fromarray(np.rint(ramp * 255).astype(np.uint8)).save(path, pnginfo=text)
+    line = fault(path, 1.0)
+    assert "header: repeats: " in line and len(line) < 400 and line.isprintable()
+    with pytest.raises(InputError, match="header: repeats: "):
+        open_picture(path)
+    for attribute in (mark, 1.0, np.array([1.0, 2.0])):
+        write_exr(tmp_path / "ramp.exr", {"Y": ramp}, {"retouch.repeats": attribute})
+        assert "header: repeats: " in fault(tmp_path / "ramp.exr")
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 0.0, -1.0, 1e300])
@@ -250,7 +311,10 @@ def test_16_bit_colour_is_refused_rather_than_rounded(tmp_path: Path) -> None:
 def test_a_picture_needs_relief_mm_above_zero(tmp_path: Path) -> None:
     path = tmp_path / "flat.png"
     Image.fromarray(np.zeros((SIDE, SIDE), np.uint8)).save(path)
-    assert "relief_mm: missing" in fault(path)
+    assert f"{path}: relief_mm: missing" in fault(path)
+    with pytest.raises(InputError) as caught:
+        load_heights(path)
+    assert caught.value.for_command.startswith(f"{path}: --relief-mm: missing")
     for relief_mm in (0.0, -1.0, float("nan"), float("inf")):
         assert "relief_mm" in fault(path, relief_mm)
 

@@ -14,6 +14,7 @@ from relief.relief import as_relief
 
 HEIGHTS = np.linspace(0.0, 0.5, 64)[:, None] * np.ones(64)
 RELIEF = retouch.Relief.of(HEIGHTS)
+TILE = retouch.Relief.of(np.zeros((64, 64)), repeats=True)
 PRINTED = retouch.Relief.of(HEIGHTS + 0.1).printed(next(iter(PRINTERS.values())))
 OTHER = list(PRINTERS)[1]
 
@@ -23,6 +24,7 @@ OTHER = list(PRINTERS)[1]
     [
         (lambda: retouch.evaluate(RELIEF, size_mm=12.0), "size_mm: is for files and arrays"),
         (lambda: retouch.evaluate(RELIEF, repeats="x"), "repeats: is for files and arrays"),
+        (lambda: retouch.evaluate(TILE, repeats=False), "repeats: is for files and arrays"),
         (lambda: retouch.evaluate(RELIEF, relief_mm=1.0), "relief_mm: is for files"),
         (lambda: retouch.evaluate(HEIGHTS, height_scale=2.0), "height_scale: is for files"),
         (lambda: retouch.evaluate(HEIGHTS, units="in"), "units: is for print files"),

@@ -65,7 +65,7 @@ def scene_relief(
     size_mm: float | None = None,
     relief_mm: float | None = None,
     height_scale: float | None = None,
-    repeats: Repeats = False,
+    repeats: Repeats | None = None,
 ) -> Relief:
     """The relief that lies on the plate of a scene; of the scene nothing is loaded.
 
@@ -76,7 +76,7 @@ def scene_relief(
         size_mm: width of the plate; None takes the one in the file's header, then that of the scene.
         relief_mm, height_scale: of the height map, as in `relief.heightmap.load_height_map`. How high white
             is in the scene's own height map, the scene says where nobody else does.
-        repeats: whether the relief is a tile, along both axes, "x" or "y".
+        repeats: whether the relief is a tile, along both axes, "x" or "y"; None: as its file's header says.
 
     Raises:
         InputError: what is wrong with the scene or the height map, in one line.

@@ -118,7 +118,7 @@ def test_the_row_of_a_study_is_known_by_the_other_s_content(studio: Path) -> Non
         ("--feel-of small.exr", r"presses on 6 mm of it and on 10 mm of this texture"),
         ("--feel-of waves.exr", r"touch.feel_of: .*waves.exr: is this texture itself"),
         ("--feel-of smooth.exr", r"smooth.exr: .* the nearest that a run takes is"),
-        ("--feel-of bare.png", r"bare.png: relief_mm: missing"),
+        ("--feel-of bare.png", r"touch.feel_of: .*bare.png: --feel-of-relief-mm: missing"),
         ("--feel-of low.exr --feel-of-relief-mm 1", r"feel_of_relief_mm: is for pictures"),
         ("--feel-of empty", r"touch.feel_of: .*empty: a folder without run.toml"),
         ("--feel-of begun", r"begun/heights.exr: no such file; the run has no result yet"),

@@ -10,6 +10,7 @@ from PIL import Image
 from relief.common.errors import InputError
 from relief.heightmap import load_height_map, save_heights_png
 from relief.preparing.preparation import prepare
+from relief.relief import Relief
 
 SIDE = 32
 
@@ -101,6 +102,22 @@ def test_a_height_map_keeps_its_heights(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a\.npy: relief_mm: missing; the numbers span 499"):
         prepare(tmp_path / "a.npy")
     assert prepare(tmp_path / "a.npy", relief_mm=0.7).heights.max() == 0.7
+
+
+def test_a_tile_stays_one(stone: Path) -> None:
+    """The mark of a tile is written; what is made of the whole tile carries it on, a part of it does not."""
+    tile, again = stone.with_name("tile.exr"), stone.with_name("again.png")
+    prepare(stone, samples=SIDE, tile="cut", relief_mm=1.0).save(tile)
+    assert Relief.read(tile).repeats == (True, True)
+    for options, repeats in (
+        ({"relief_mm": 0.5}, True),
+        ({"crop": (0, 0, 24, 24)}, False),
+        ({"plate_mm": 20.0}, True),
+        ({"plate_mm": 25.0}, False),
+    ):
+        prepared = prepare(tile, **options)
+        prepared.save(again)
+        assert prepared.repeats == repeats and Relief.read(again).repeats == (repeats, repeats)
 
 
 @pytest.mark.parametrize("method", ["auto", "blend", "cut"])

@@ -59,13 +59,16 @@ def test_a_tile_and_an_exr(capsys: pytest.CaptureFixture[str]) -> None:
     assert "seam error" in lines and "dark is high" in lines
     assert load_height_map("tile.exr").heights.shape == (32, 32)
     assert "places of the finger, roughness 0.0" in lines
-    assert "take it as a tile with --repeats" in lines
+    assert "says that it is a tile; --no-repeats takes it as a plate" in lines
+    whole = json.loads(printed(capsys, "evaluate", "tile.exr", "--json"))
+    assert whole == json.loads(printed(capsys, "evaluate", "tile.exr", "--repeats", "--json"))
+    assert "places" not in json.loads(printed(capsys, "evaluate", "tile.exr", "--no-repeats", "--json"))[0]
     plated = json.loads(printed(capsys, "prepare", "tile.exr", "-o", "a.exr", "--plate-mm", "20", "--json"))
     assert plated["size_mm"] == 20.0 and plated["plate"] == {"tile_mm": 10.0, "tile_samples": 32}
     assert plated["places"]["count"] == 16
     assert plated["places"]["roughness_min"] < plated["roughness"] < plated["places"]["roughness_max"]
     plain = printed(capsys, "prepare", "wide.png", "-o", "plain.png")
-    assert "unknown without --relief-mm" in plain and "--repeats" not in plain
+    assert "unknown without --relief-mm" in plain and "repeats" not in plain
 
 
 @pytest.mark.parametrize(
@@ -93,7 +96,7 @@ def test_a_refusal_names_the_command_that_mends_it(name: str, capsys: pytest.Cap
     [
         ("absent.jpg -o a.png", "no such file"),
         ("wide.png -o a.jpg", "written as .png or .exr"),
-        ("wide.png -o a.exr", "relief_mm: missing"),
+        ("wide.png -o a.exr", "a.exr: --relief-mm: missing"),
         ("wide.png -o folder/a.png", "there is no folder"),
         ("wide.png -o wide.png", "is the picture"),
         ("wide.png -o .", "is a folder"),

@@ -7,15 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+import retouch
 from optimize.descent.driver import Iterate
 from optimize.runs.recorder import Recorder
-from optimize.settings.run_file import load_run, run_from_scene
+from optimize.settings.run_file import dump_resolved, load_run, run_from_scene
 from optimize.verification.verification import Verification
 from relief.heightmap import load_heights, save_heights_exr
+from relief.relief import Relief
 from relief.surface import axes
 from retouch.commands.main import BAD_INPUT, main
 from retouch.commands.summary import _lines
 from retouch.verbs import runs
+from retouch.verbs.subjects import read_subjects
 from tactile.jnd import jnd_apart
 
 SMALL = ("-D", "resolution=32")
@@ -64,11 +67,57 @@ def test_sides_that_do_not_fit_are_refused(verb: str, capsys: pytest.CaptureFixt
 
 
 @pytest.mark.parametrize(("options", "repeats"), [((), False), (("--repeats",), True)])
-def test_the_run_file_says_whether_it_repeats(options: tuple[str, ...], repeats: bool) -> None:
+def test_the_run_file_says_whether_it_repeats(
+    options: tuple[str, ...], repeats: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And so do the height maps of the result, which `evaluate` and `export` read."""
     assert main(["optimize", "tile.exr", "--jnd", "1", *options, *SMALL, *QUICK, "-o", "run"]) == 0
     assert load_run("run/run.toml").repeats is repeats
     places = json.loads(Path("run/result.json").read_text())["touch"]["places"]
     assert places["count"] == (32 if repeats else 1) and ("between" in places) is repeats
+    retouch.export("run", "copy.png")
+    for file in ("run/heights.exr", "run/heights.png", "copy.png"):
+        assert Relief.read(file).repeats == (repeats, repeats)
+    capsys.readouterr()
+    assert main(["evaluate", "run/heights.exr"]) == 0
+    assert ("heights.exr repeats along x and y (its header)" in capsys.readouterr().err) is repeats
+
+
+def test_a_run_takes_the_header_where_nobody_says_anything(capsys: pytest.CaptureFixture[str]) -> None:
+    save_heights_exr("marked.exr", hills(), 10.0, repeats=True)
+    Path("plain.toml").write_text('scene = "studio"\ntexture = "marked.exr"\n[touch]\njnd = 1\n')
+    Path("plate.toml").write_text("repeats = false\n" + Path("plain.toml").read_text())
+    loaded = {name: load_run(f"{name}.toml") for name in ("plain", "plate")}
+    assert [run.repeats for run in loaded.values()] == [True, False]
+    assert load_run("plain.toml", ["repeats=x"]).repeats == "x"
+    assert load_run("plain.toml", ["texture=tile.exr"]).repeats is False
+    # A run file as it is written says it, so that a run goes on as it began.
+    Path("dumped.toml").write_text(dump_resolved(loaded["plain"]))
+    save_heights_exr("marked.exr", hills(), 10.0)
+    assert load_run("dumped.toml").repeats is True and load_run("plain.toml").repeats is False
+    for options, places in (((), 16), (("--no-repeats",), None), (("--repeats-along", "x"), 4)):
+        save_heights_exr("marked.exr", hills(), 10.0, repeats=True)
+        assert main(["evaluate", "marked.exr", "--json", *options]) == 0
+        out, err = capsys.readouterr()
+        assert json.loads(out)[0].get("places", {}).get("count") == places
+        assert ("marked.exr repeats along x and y (its header)" in err) is (not options)
+
+
+@pytest.mark.parametrize(
+    ("pair", "stated", "ends"),
+    [
+        (("marked.exr", "marked.exr"), None, (True, True)),
+        (("marked.exr", "tile.exr"), None, (False, False)),
+        (("marked.exr", "tile.exr"), True, (True, True)),
+        (("marked.exr", "marked.exr"), False, (False, False)),
+    ],
+)
+def test_two_files_are_compared_as_tiles_if_both_are(
+    pair: tuple[str, str], stated: bool | None, ends: tuple[bool, bool]
+) -> None:
+    save_heights_exr("marked.exr", hills(), 10.0, repeats=True)
+    lengths = dict.fromkeys(("size_mm", "relief_mm", "height_scale"))
+    assert [one.relief.repeats for one in read_subjects(*pair, lengths, stated)] == [ends, ends]
 
 
 def test_the_screen_tells_the_places_and_names_one_that_missed(capsys: pytest.CaptureFixture[str]) -> None:
