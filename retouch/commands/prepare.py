@@ -1,6 +1,7 @@
 """`retouch prepare`: a height map made of any picture, and a preview of it."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,6 +31,8 @@ MOST_PRESSED = 1024
 """Most samples a side that are pressed to tell how the relief feels."""
 NATURAL_ROUGHNESS = (0.03, 0.12)
 """Least and greatest roughness of natural surfaces, no unit (docs/touch.md)."""
+HIGH_MM = 2.0
+"""Relief, mm, at which every bundled texture of 10 mm is natural: what is smoother has too fine features."""
 
 OPTIONS = (
     *("grey", "crop", "centre", "samples", "invert", "levels", "keep_steps", "tile"),
@@ -158,13 +161,14 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(f"{out}: a height map is written as {' or '.join(OUTPUTS)}")
     prepared = retouch.prepare(arguments.picture, **{name: getattr(arguments, name) for name in OPTIONS})
     felt = _felt(prepared, arguments.picture)
+    feel = {} if arguments.json else _feel(prepared, felt)
     prepared.save(out)
     retouch.save_preview(prepared, shown, felt)
     if arguments.json:
         files = {"picture_file": str(arguments.picture), "heights": str(out), "preview": str(shown)}
         print_json({**files, **prepared.numbers, **(felt.numbers if felt else {})})
         return 0
-    lines = dict(prepared.done) | _feel(prepared, felt)
+    lines = dict(prepared.done) | feel
     bits = "16 bits" if out.suffix.lower() == ".png" else "mm"
     lines["written"] = f"{out} ({bits}), {shown}"
     if prepared.repeats:
@@ -199,7 +203,26 @@ def _feel(prepared: "Prepared", felt: "Evaluation | None") -> dict[str, str]:
         numbers.append(f"means over {ends['count']} places of the finger, roughness {least} to {largest}")
     lines = {"feel": ", ".join(text.rstrip() for text in numbers)}
     lowest, highest = NATURAL_ROUGHNESS
-    if not lowest <= roughness <= highest:
-        sense, advice = ("rougher", "lower") if roughness > highest else ("smoother", "higher")
-        lines[""] = f"{sense} than natural surfaces ({lowest:g} to {highest:g}); a {advice} --relief-mm helps"
+    usual = f"than natural surfaces ({lowest:g} to {highest:g})"
+    if roughness > highest:
+        lines[""] = f"rougher {usual}; a lower --relief-mm helps"
+    elif roughness < lowest:
+        lines[""] = f"smoother {usual}; {_how_to_be_rougher(prepared, felt)}"
     return lines
+
+
+def _how_to_be_rougher(prepared: "Prepared", felt: "Evaluation") -> str:
+    """What makes a smooth relief natural: a higher one, unless its features are too fine for the finger."""
+    relief, relief_mm = prepared.relief, prepared.relief_mm
+    assert relief is not None and relief_mm is not None
+    if relief_mm < HIGH_MM:
+        higher = replace(relief, heights=relief.heights * (HIGH_MM / relief_mm))
+        with contact_errors_name(relief.name), stage("pressing the skin on a higher relief"):
+            felt, relief_mm = retouch.evaluate(higher, skin=retouch.Skin()), HIGH_MM
+    at_most = f"roughness {number(felt.roughness)} at {relief_mm:g} mm"
+    # A finger that rests on the tops alone gains little by higher tops; one that follows gains in proportion.
+    if felt.roughness >= NATURAL_ROUGHNESS[0] or felt.contact_fraction > 0.5:
+        return f"a higher --relief-mm helps ({at_most})"
+    # Of a picture whose size is known, a part keeps its scale.
+    part = "" if "size_mm" in prepared.picture.lengths else "--crop or --centre a smaller part, or "
+    return f"features are too fine for the finger ({at_most}): {part}take a larger --size-mm"

@@ -71,6 +71,26 @@ def test_a_tile_and_an_exr(capsys: pytest.CaptureFixture[str]) -> None:
     assert "unknown without --relief-mm" in plain and "repeats" not in plain
 
 
+def test_what_helps_a_smooth_relief_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of hills a higher relief, of features too fine for the finger larger features."""
+    fine, hills = (
+        (127 + 120 * np.sin(waves * np.arange(96)[:, None]) * np.sin(waves * np.arange(96))).astype(np.uint8)
+        for waves in (1.3, 0.2)
+    )
+    Image.fromarray(fine).save("fine.png")
+    Image.fromarray(hills).save("hills.png")
+    told = "smoother than natural surfaces (0.03 to 0.12); "
+    argv = ["prepare", "fine.png", "-o", "a.exr", "--relief-mm", "0.6", "--size-mm", "9"]
+    lines = " ".join(printed(capsys, *argv).split())
+    assert f"{told}features are too fine for the finger (roughness 0.0" in lines
+    assert "at 2 mm): --crop or --centre a smaller part, or take a larger --size-mm" in lines
+    # A part of a file whose header tells its size has the same features.
+    lines = " ".join(printed(capsys, "prepare", "a.exr", "-o", "b.exr").split())
+    assert "at 2 mm): take a larger --size-mm" in lines
+    lines = " ".join(printed(capsys, "prepare", "hills.png", "-o", "a.exr", "--relief-mm", "0.05").split())
+    assert f"{told}a higher --relief-mm helps (roughness " in lines
+
+
 @pytest.mark.parametrize(
     "name",
     [
