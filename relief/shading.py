@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from relief.common.arrays import Array
 
-SHADOW_STRIDE = 2
-"""Samples from one look toward the light to the next."""
+SKY_DIRECTIONS = 8
+"""Directions in which the horizon is looked for, evenly all around."""
 
 
 def facing(heights: NDArray[np.floating], size_mm: float, azimuth_deg: float, elevation_deg: float) -> Array:
@@ -46,14 +46,50 @@ def lit(heights: Array, size_mm: float, azimuth_deg: float, elevation_deg: float
     Returns:
         (side, side) from 0 to 1.
     """
-    rise = np.tan(np.radians(elevation_deg)) * size_mm / len(heights)
-    toward = np.array([-np.sin(np.radians(azimuth_deg)), np.cos(np.radians(azimuth_deg))])
-    share = np.ones_like(heights)
-    farthest = min(int(np.ptp(heights) / rise) + 1, len(heights))
-    around = np.pad(heights, farthest + 1, constant_values=heights.min())
-    for distance in range(SHADOW_STRIDE, farthest + 1, SHADOW_STRIDE):
-        row, col = np.rint(distance * toward).astype(int) + farthest + 1
-        beyond = around[row : row + len(heights), col : col + len(heights)]
-        clear = (heights + distance * rise - beyond) / (softness * distance * rise)
-        share = np.minimum(share, np.clip(0.5 + clear, 0.0, 1.0))
-    return share
+    slope = np.tan(np.radians(elevation_deg))
+    # Farther away nothing stands high enough for the outer edge of a shadow.
+    farthest_mm = np.ptp(heights) / (slope * max(1.0 - 0.5 * softness, 0.1))
+    horizon = _horizon(heights, size_mm, azimuth_deg, farthest_mm)
+    return np.asarray(np.clip(0.5 + (1.0 - horizon / slope) / softness, 0.0, 1.0))
+
+
+def open_sky(heights: Array, size_mm: float, farthest_mm: float) -> Array:
+    """Share of the light of an even sky that reaches each sample, if the surface there were level.
+
+    Args:
+        heights: As for `lit`.
+        size_mm: As for `lit`.
+        farthest_mm: Distance beyond which nothing is taken to cover the sky.
+
+    Returns:
+        (side, side) from 0 to 1: the mean over `SKY_DIRECTIONS` of the squared cosine of the horizon.
+    """
+    azimuths = np.arange(SKY_DIRECTIONS) * (360.0 / SKY_DIRECTIONS)
+    horizons = (_horizon(heights, size_mm, azimuth, farthest_mm) for azimuth in azimuths)
+    return np.asarray(sum(1.0 / (1.0 + horizon**2) for horizon in horizons) / SKY_DIRECTIONS)
+
+
+def _horizon(heights: Array, size_mm: float, azimuth_deg: float, farthest_mm: float) -> Array:
+    """Tangent (side, side) of the horizon's elevation in one direction, at least 0.
+
+    The way toward the light goes from one row or column to the next, whichever it crosses faster, and between
+    two samples there by linear interpolation; nearest samples would tear the edges of shadows.
+    """
+    side, azimuth = len(heights), np.radians(azimuth_deg)
+    toward = np.array([-np.sin(azimuth), np.cos(azimuth)])
+    toward /= np.abs(toward).max()
+    step_mm = np.hypot(*toward) * size_mm / side
+    steps = min(int(farthest_mm / step_mm) + 1, side)
+    around = np.pad(heights, steps + 1, constant_values=heights.min())
+    horizon = np.zeros_like(heights)
+    for step in range(1, steps + 1):
+        # Rounded, as a part of 1e-16 is none.
+        place = np.round(step * toward, 9) + steps + 1
+        (row, col), (down, right) = np.floor(place).astype(int), np.mod(place, 1.0)
+        beyond = (1.0 - down - right) * around[row : row + side, col : col + side]
+        if down:
+            beyond += down * around[row + 1 : row + 1 + side, col : col + side]
+        if right:
+            beyond += right * around[row : row + side, col + 1 : col + 1 + side]
+        np.maximum(horizon, (beyond - heights) / (step * step_mm), out=horizon)
+    return horizon

@@ -4,28 +4,37 @@ import io
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 from PIL import Image, ImageDraw, ImageFont
 
 from relief.common.arrays import Array
 from relief.common.limits import PATCH_SIDE_MM
 from relief.preparing.preparation import Prepared
-from relief.shading import facing, lit
+from relief.shading import facing, lit, open_sky
 
 PANEL, GAP, MARGIN = 480, 24, 36
 """Pixels of the side of a panel, between panels, and around the sheet."""
 WIDTH = 3 * PANEL + 2 * GAP + 2 * MARGIN
 """Pixels of the sheet from left to right."""
-AZIMUTH_DEG, ELEVATION_DEG = 135.0, 25.0
-"""Direction of the raking light: from the top left, where people expect light, and low."""
-AMBIENT, SHADOW_SOFTNESS = 0.2, 0.15
-"""Share of the light that reaches shadows, and width of their edges as a part of how far they fall."""
+AZIMUTH_DEG, ELEVATIONS_DEG = 135.0, (25.0, 45.0)
+"""Direction of the raking light: from the top left, where people expect light, and low; as high as the
+`STEEP_PERCENTILE` of the slopes within these bounds, so that a steep relief is not all shadow."""
+STEEP_PERCENTILE = 75.0
+SHADOW_SOFTNESS = 0.5
+"""Width of the edges of shadows, as a part of how far above the shadow its edge stands."""
+SKY, SKY_REACH = 0.5, 0.125
+"""Share of the light of a level surface that comes from the sky, and how far a relief covers it, in sides."""
+BOUNCES = 0.6
+"""Exponent of the light of the sky: below 1, as what is covered gets light from the relief around it."""
+SMOOTHING = 0.45
+"""Standard deviation, in samples, of the blur that takes the steps from edges that run across samples."""
 ASSUMED_SLOPE = 0.1
 """Relief in sides of the plate that is shaded and drawn where no relief is known."""
 PROFILE_HEIGHT = 150
 """Most pixels of the profile from its lowest to its highest point."""
 PAPER, INK, FAINT, ACCENT = (250, 248, 244), (38, 38, 42), (128, 124, 118), (196, 78, 40)
 """Colours of the background, the text, the labels, and of what is marked."""
-DARK, BRIGHT = (22, 24, 32), (250, 238, 218)
+DARK, BRIGHT = (28, 27, 34), (252, 243, 226)
 """Colours of the relief without light and in full light."""
 GLYPHS = str.maketrans({"²": "2", "µ": "u", "–": "-", "−": "-", "×": "x"})
 """Characters that the font lacks."""
@@ -132,16 +141,27 @@ def _grey(heights: Array) -> Image.Image:
 
 def _shaded(heights: Array, size_mm: float) -> Image.Image:
     """A relief of any number of samples, in a panel, with shadows."""
-    smooth = Image.fromarray(heights.astype(np.float32)).resize((PANEL, PANEL), Image.Resampling.BICUBIC)
-    relief = np.asarray(smooth, dtype=np.float64)
-    faces = np.clip(facing(relief, size_mm, AZIMUTH_DEG, ELEVATION_DEG), 0.0, 1.0)
-    light = faces * lit(relief, size_mm, AZIMUTH_DEG, ELEVATION_DEG, SHADOW_SOFTNESS)
-    ambient = AMBIENT * np.clip(facing(relief, size_mm, 0.0, 90.0), 0.0, 1.0)
-    # The curve of a screen, about; the brightest per cent may be white.
-    radiance = ambient + (1.0 - AMBIENT) * light
-    level = np.clip(radiance / np.percentile(radiance, 99.0), 0.0, 1.0)[..., None] ** 0.6
+    relief = _resized(heights, PANEL)
+    relief = scipy.ndimage.gaussian_filter(relief, SMOOTHING * PANEL / len(heights), mode="nearest")
+    upward = facing(relief, size_mm, 0.0, 90.0)
+    slope = np.degrees(np.arccos(np.percentile(upward, 100.0 - STEEP_PERCENTILE)))
+    light = AZIMUTH_DEG, float(np.clip(slope, *ELEVATIONS_DEG))
+    # Shadows have soft edges, so that half the pixels do.
+    half = _resized(relief, PANEL // 2)
+    sun = np.clip(facing(relief, size_mm, *light), 0.0, 1.0) / np.sin(np.radians(light[1]))
+    sun *= _resized(lit(half, size_mm, *light, SHADOW_SOFTNESS), PANEL)
+    sky = _resized(open_sky(half, size_mm, SKY_REACH * size_mm), PANEL) * (0.5 + 0.5 * upward)
+    radiance = (1.0 - SKY) * sun + SKY * np.clip(sky, 0.0, 1.0) ** BOUNCES
+    # The curve of a screen, about; the brightest half per cent may be white.
+    level = np.clip(radiance / np.percentile(radiance, 99.5), 0.0, 1.0)[..., None] ** 0.7
     colour = (1.0 - level) * np.array(DARK) + level * np.array(BRIGHT)
     return Image.fromarray(np.rint(colour).astype(np.uint8))
+
+
+def _resized(values: Array, side: int) -> Array:
+    """Values (rows, cols) at other samples, (side, side)."""
+    image = Image.fromarray(values.astype(np.float32)).resize((side, side), Image.Resampling.BICUBIC)
+    return np.asarray(image, dtype=np.float64)
 
 
 def _profile(draw: ImageDraw.ImageDraw, y: int, heights: Array, size_mm: float, in_mm: bool) -> int:
