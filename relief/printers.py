@@ -104,6 +104,9 @@ PRINTERS: Mapping[str, Printer] = {
 """Printers by name: a kind, and its pixel or layer in um, with the numbers that makers and print services
 state for the kind. Any other printer is described by its own numbers."""
 
+WITH_SUPPORT = ("polyjet-16", "polyjet-32")
+"""Printers that jet a support under whatever hangs, of their own accord."""
+
 
 def find_printer(name: str) -> Printer:
     """The printer of a name. Raises InputError."""

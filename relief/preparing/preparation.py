@@ -276,7 +276,10 @@ class _Work:
         outside = float(np.mean((heights < low) | (heights > high)))
         saturated = f"; {100.0 * outside:.2g} % lie outside and saturate" if outside > 0 else ""
         lowest, highest = (low, high) if not invert else (high, low)
-        of = "" if self.picture.bits is None else f" of {WHITE:g}"
+        of = ""
+        if self.picture.bits is not None:
+            beyond = min(low, 1.0 - high) < 0.0
+            of = f", beyond the 0 to {WHITE:g} of the picture" if beyond else f" of {WHITE:g}"
         dark = ", dark is high" if invert else ""
         self.done["levels"] = (
             f"{self._grey(lowest)} is lowest, {self._grey(highest)} highest{of}{dark}{saturated}"

@@ -44,7 +44,7 @@ def resampled(values: NDArray[np.float32], samples: int, side: float | None = No
     """Bring the square in the upper left corner of an array to another number of samples.
 
     To fewer samples, each one is a mean weighted by a triangle two samples wide: detail too fine for the
-    samples fades and no sample leaves the range of its pixels. To more samples, by cubic interpolation.
+    samples fades. To more samples, by cubic interpolation. No sample leaves the range of the pixels.
 
     Args:
         values: (rows, cols).
@@ -63,4 +63,5 @@ def resampled(values: NDArray[np.float32], samples: int, side: float | None = No
     image = Image.fromarray((values - np.float32(low)) / np.float32(unit))
     method = Image.Resampling.BILINEAR if side > samples else Image.Resampling.BICUBIC
     shrunk = image.resize((samples, samples), method, box=(0.0, 0.0, side, side))
-    return low + unit * np.asarray(shrunk, dtype=np.float64)
+    # Cubic interpolation swings beyond the values at an edge, as would be beyond white.
+    return low + unit * np.clip(np.asarray(shrunk, dtype=np.float64), 0.0, 1.0)

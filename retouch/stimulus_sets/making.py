@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from relief.common.files import write_atomically
-from relief.common.progress import stage
+from relief.common.progress import say, stage
 from relief.relief import Relief
 from retouch.stimulus_sets import document as documents
 from retouch.stimulus_sets.controls import check_sources, make_controls
@@ -95,6 +95,8 @@ def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> Sti
         with stage(f"pairs of {name}"):
             paths = [path.relative_to(out).as_posix() for path in printed]
             textures.append(documents.texture_entry(name, own, paths))
+    if stimuli.label_advice is not None:
+        say(stimuli.label_advice)
     for old in set((out / FOLDER).glob("*.3mf")) - set(files):
         old.unlink()
     content = {

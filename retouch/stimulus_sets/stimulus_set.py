@@ -14,7 +14,7 @@ from relief.common.errors import InputError
 from relief.common.files import write_atomically
 from relief.common.limits import BASE_MM, LARGEST_PLATE_MM, PATCH_SIDE_MM
 from relief.export.bed import places_on_beds
-from relief.printers import Printer
+from relief.printers import WITH_SUPPORT, Printer
 from relief.relief import Relief
 from relief.seam import check_seams, misfit
 
@@ -112,6 +112,15 @@ class StimulusSet(Section):
             if key.startswith(OF_PRINTER)
         }
         return Print.model_validate(own).described
+
+    @property
+    def label_advice(self) -> str | None:
+        """Why other labels print better with the printer of the set; None if they do not."""
+        printer = self.printer
+        if self.print.label != "raised" or printer is None or printer.name in WITH_SUPPORT:
+            return None
+        hang = f"raised labels hold the backs {LABEL_MM:g} mm off the bed, where they hang without supports"
+        return f"{hang}; engraved ones print better: --redraw --label engraved"
 
     @property
     def names(self) -> tuple[str, ...]:

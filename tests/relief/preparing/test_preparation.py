@@ -104,6 +104,17 @@ def test_a_height_map_keeps_its_heights(tmp_path: Path) -> None:
     assert prepare(tmp_path / "a.npy", relief_mm=0.7).heights.max() == 0.7
 
 
+def test_levels_beyond_black_and_white_are_called_so(tmp_path: Path) -> None:
+    """More samples than pixels stay between black and white; the joints of a cut tile may go beyond."""
+    row, col = np.indices((40, 40))
+    Image.fromarray(np.where((row + 2 * col) % 14 < 7, 255, 0).astype(np.uint8)).save(tmp_path / "bars.png")
+    finer = prepare(tmp_path / "bars.png", samples=64, keep_steps=True)
+    assert finer.done["levels"] == "0 is lowest, 255 highest of 255"
+    for options in ({"levels": "-20,240"}, {"levels": "0,300"}):
+        told = prepare(tmp_path / "bars.png", **options).done["levels"]
+        assert "of 255" not in told and ", beyond the 0 to 255 of the picture" in told
+
+
 def test_a_tile_stays_one(stone: Path) -> None:
     """The mark of a tile is written; what is made of the whole tile carries it on, a part of it does not."""
     tile, again = stone.with_name("tile.exr"), stone.with_name("again.png")

@@ -200,6 +200,24 @@ def test_sets_that_make_no_sense_are_refused(tile: Path, changed: dict[str, obje
         request(tile, **changed)
 
 
+@pytest.mark.parametrize(
+    ("printer", "label", "advised"),
+    [
+        *((name, "raised", True) for name in ("mask-50", "dlp-35", "laser-85", "filament")),
+        *((name, "raised", False) for name in (None, "polyjet-16")),
+        *(("mask-50", label, False) for label in ("engraved", "none")),
+    ],
+)
+def test_a_printer_without_supports_of_its_own_engraves_better(
+    tile: Path, printer: str | None, label: str, advised: bool
+) -> None:
+    settings = {} if printer is None else {"print.printer": printer}
+    advice = request(tile, settings=settings, print={"label": label}).label_advice
+    assert (advice is not None) is advised
+    if advice is not None:
+        assert "raised labels hold the backs 0.4 mm off the bed" in advice and "--label engraved" in advice
+
+
 def test_plates_without_a_tile_are_optimised_as_a_whole(tmp_path: Path) -> None:
     path = tmp_path / "slope.exr"
     save_heights_exr(path, np.linspace(0.0, 1.0, 80)[None, :] * np.ones((80, 1)), 26.0)
