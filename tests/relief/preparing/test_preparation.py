@@ -110,8 +110,8 @@ def test_levels_beyond_black_and_white_are_called_so(tmp_path: Path) -> None:
     Image.fromarray(np.where((row + 2 * col) % 14 < 7, 255, 0).astype(np.uint8)).save(tmp_path / "bars.png")
     finer = prepare(tmp_path / "bars.png", samples=64, keep_steps=True)
     assert finer.done["levels"] == "0 is lowest, 255 highest of 255"
-    for options in ({"levels": "-20,240"}, {"levels": "0,300"}):
-        told = prepare(tmp_path / "bars.png", **options).done["levels"]
+    for levels in ("-20,240", "0,300"):
+        told = prepare(tmp_path / "bars.png", levels=levels).done["levels"]
         assert "of 255" not in told and ", beyond the 0 to 255 of the picture" in told
 
 
