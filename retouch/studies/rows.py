@@ -1,6 +1,8 @@
 """Rows of a study: every table's product of axes as runs, checked, with what is wrong in one line each."""
 
 import itertools
+import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -106,24 +108,25 @@ def expand(study: Study, quick: bool = False, textures: Path | None = None) -> E
     Raises:
         InputError: the folder holds no height map, no axis takes it, or not a single row is sound.
     """
-    tables, faults, count = [], list[str](), 0
+    faults = list[str]()
     if textures is not None and not any(TEXTURE in table.axes for table in study.tables):
         raise InputError(f"{study.path}: no table has an axis {TEXTURE}, which --textures would replace")
     chosen = None if textures is None else _textures_in(textures)
+    planned = list[tuple[TableOfRuns, dict[str, list[_Value]]]]()
     for table in study.tables:
         if quick and study.quick.tables is not None and table.name not in study.quick.tables:
             continue
         try:
-            axes = {axis: _axis(study, table, axis, quick, chosen) for axis in table.axes}
+            planned.append((table, {axis: _axis(study, table, axis, quick, chosen) for axis in table.axes}))
         except InputError as error:
             faults.append(f"{study.path}: {table.name}: {error}")
-            continue
-        combinations = itertools.product(*axes.values())
+    count = sum(math.prod(map(len, axes.values())) for _, axes in planned)
+    if count > MOST_ROWS:
+        raise InputError(f"{study.path}: tables: {count} rows are more than {MOST_ROWS}")
+    tables = []
+    for table, axes in planned:
         rows: dict[str, Row] = {}
-        for values in combinations:
-            count += 1
-            if count > MOST_ROWS:
-                raise InputError(f"{study.path}: {table.name}: more than {MOST_ROWS} rows")
+        for values in itertools.product(*axes.values()):
             labels = {axis: value.label for axis, value in zip(axes, values, strict=True)}
             try:
                 settings = _run(study, table, values, quick)
@@ -221,10 +224,10 @@ def _check_key(axis: str, key: str, labelled: bool) -> None:
 
 def _unlike(values: list[_Value]) -> list[_Value]:
     """Files whose names agree but for folder or suffix, called by their whole names."""
-    labels = [value.label for value in values]
+    labels = Counter(value.label for value in values)
     return [
         _Value(str(next(iter(value.settings.values()))), value.settings)
-        if labels.count(value.label) > 1 and value.settings.keys() <= set(FILES)
+        if labels[value.label] > 1 and value.settings.keys() <= set(FILES)
         else value
         for value in values
     ]

@@ -9,6 +9,7 @@ from mitsuba_scenes.studies import bundled_studies
 from optimize.settings.run_file import load_run, run_keys
 from relief.common.errors import InputError
 from relief.heightmap import load_heights, save_heights_exr
+from retouch.studies import rows
 from retouch.studies.document import read_document
 from retouch.studies.row_key import INTRODUCED, row_key
 from retouch.studies.rows import expand
@@ -168,12 +169,22 @@ def test_a_faulty_row_does_not_take_the_others_along(tmp_path: Path) -> None:
     expanded = expand(load_study(written(tmp_path, f"{HEAD}{AXES}{axes}{other}")))
     assert [row.settings.seed for row in expanded.rows.values()] == [1, 2]
     assert [line.partition("own.toml: ")[2] for line in expanded.faults] == [
+        "b: touch.jnt: no such key of a run; the nearest is touch.jnd",
         f"a: seed 1, texture nowhere: texture: {tmp_path}/nowhere.png: no such file",
         "a: seed 1, texture gravel: is the same run as seed 1, texture gravel; it is shown once",
         f"a: seed 1, texture nowhere: texture: {tmp_path}/nowhere.png: no such file",
         f"a: seed 2, texture nowhere: texture: {tmp_path}/nowhere.png: no such file",
-        "b: touch.jnt: no such key of a run; the nearest is touch.jnd",
     ]
+
+
+def test_rows_are_counted_before_any_is_built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    numbers = list(range(400))
+    other = AXES.replace('"a"', '"b"')
+    text = f"{HEAD}{AXES}seed = {numbers}\n{other}seed = {numbers}\ndescent.steps = {numbers}\n"
+    study = load_study(written(tmp_path, text))
+    monkeypatch.setattr(rows, "_run", lambda *_: pytest.fail("a row is built"))
+    with pytest.raises(InputError, match=r"own\.toml: tables: 160400 rows are more than 100000$"):
+        expand(study)
 
 
 def test_a_folder_without_textures_is_refused(tmp_path: Path) -> None:
