@@ -17,7 +17,7 @@ from relief.depth import check_reach, floor_mm
 from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief
-from tactile.model import FEM_MESH, ModelName
+from tactile.model import FEM_MESH, ModelName, check_model
 from tactile.pair_variation import check_patch
 from tactile.quantities import QUANTITIES, ROUGHNESS, Quantity, means
 
@@ -90,10 +90,11 @@ def measure_touch(
         ContactError: the contact does not converge.
     """
     quantities, heights, surface = tuple(quantities), relief.heights, relief.surface
-    if ROUGHNESS in quantities:
-        # Before the operators are built, which can take many seconds.
-        check_patch(min(surface.width_mm, surface.width_mm * heights.shape[0] / heights.shape[1]))
     patches = Patches(surface, places(surface) if at is None else at)
+    # Before patches are cut and operators built, which can take many GiB and seconds.
+    check_model(skin, patches.samples, patches.size_mm, model, mesh)
+    if ROUGHNESS in quantities:
+        check_patch(patches.size_mm)
     deep = floor_mm(heights) > 0.0
 
     def press(fields: Array) -> tuple[tactile.Touch, dict[str, Array]]:

@@ -171,7 +171,7 @@ class Scene:
         """
         if heights.requires_grad:
             variants.require_gradients()
-            self._require("exact")
+            self.check_model("exact")
         samples, seed, resolution, shadow_edges = rendering
         suns, ambient = self.lit_scenes(resolution)
         self.check_samples(samples, resolution)
@@ -222,7 +222,7 @@ class Scene:
         """
         variants.use(self.variant)
         variants.require_gradients()
-        self._require("exact")
+        self.check_model("exact")
         rows, cols = _scaled(self.resolution, resolution)
         if rows * cols * strata**2 > MOST_FIXED_SAMPLES:
             raise InputError(
@@ -333,7 +333,7 @@ class Scene:
             InputError: what the fast look cannot show, or that there is no net for the ambient light.
         """
         if shadows not in self._fast:
-            self._require("fast")
+            self.check_model("fast")
             variants.use(self.variant)
             variants.require_gradients()
             bsdf = plate_bsdf(self.light_scenes()[0].scene)
@@ -377,6 +377,14 @@ class Scene:
         """
         check_size(self._checked.path, self.size_mm, size_mm)
 
+    def check_model(self, model: PictureModel) -> None:
+        """Raise InputError if a model of pictures cannot show this scene or has no gradients of it."""
+        for obstacle in obstacles(model, self._description, self._needs, self.heights.shape):
+            remedy = '; use look.model = "exact"' if model == "fast" else ""
+            raise InputError(f"{self._checked.path}: {obstacle}{remedy}")
+        if model != "fast" and self._hidden:
+            raise InputError(f"{self._checked.path}: {HIDDEN}")
+
     def _field(self, heights: Tensor | ArrayLike | None) -> Tensor:
         """Checked heights (..., rows, cols), mm, in floating point."""
         field = torch.as_tensor(self.heights if heights is None else heights)
@@ -389,13 +397,6 @@ class Scene:
         if not bool(torch.isfinite(field).all()):
             raise InputError("heights: not every value is finite")
         return field
-
-    def _require(self, model: PictureModel) -> None:
-        for obstacle in obstacles(model, self._description, self._needs, self.heights.shape):
-            remedy = '; use look.model = "exact"' if model == "fast" else ""
-            raise InputError(f"{self._checked.path}: {obstacle}{remedy}")
-        if model != "fast" and self._hidden:
-            raise InputError(f"{self._checked.path}: {HIDDEN}")
 
     @cached_property
     def _hidden(self) -> bool:

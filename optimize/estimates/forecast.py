@@ -16,12 +16,11 @@ from optimize.descent.methods import METHODS, PIXEL_S, Effort
 from optimize.runs.memory import machine_gib, needed_gib
 from optimize.runs.preparation import checked_scene
 from optimize.settings.run_file import Run
-from relief.common.errors import InputError, naming
+from relief.common.errors import InputError
 from relief.common.formatting import duration, number
 from relief.patches import Patches
 from relief.places import places
 from tactile.limits import model_name
-from tactile.model import check_model
 from visual.looks import AUTO, FAST, FixedSamples, look_model
 
 START_S = 4.0
@@ -107,13 +106,8 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         InputError: what is wrong with the input, in one line; or there is no room on the disk.
     """
     scene, look, maps, other = checked_scene(settings, variant)
-    verify, skin = settings.verify, settings.touch.finger
     surface = replace(scene.surface, repeats=settings.axes_repeat)
     patches = Patches(surface, places(surface, settings.touch.spacing_mm))
-    with naming(settings.texture):
-        check_model(skin, patches.samples, patches.size_mm, settings.touch.model)
-        if verify.model == "fem":
-            check_model(skin, patches.samples, patches.size_mm, "fem", verify.resolution)
     scene.look(look).views(FixedSamples())
     heights, pixels = scene.heights.size, scene.resolution[0] * scene.resolution[1]
     steps = expected_steps(settings)
@@ -137,7 +131,7 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         ),
         touch=settings.touch.model,
         look=look,
-        verify=verify.model,
+        verify=settings.verify.model,
         steps=steps,
         seconds=_seconds(settings, look, steps, heights, pixels * scene.passes)
         + VERIFIED_S * (patches.count - 1) * patches.samples**2

@@ -28,7 +28,8 @@ from relief.patches import Patches
 from relief.places import places
 from tactile.jnd import SMOOTH
 from tactile.measures import TouchMeasures, measure_touch
-from tactile.model import ModelName
+from tactile.model import ModelName, check_model
+from tactile.pair_variation import check_patch
 from tactile.quantities import ROUGHNESS, GoalKey, Quantity, Values
 from visual.looks import AUTO, EXACT, FAST
 from visual.scene import Scene, load_scene, plate_size_mm
@@ -60,45 +61,70 @@ def checked_scene(settings: Run, variant: str | None) -> tuple[Scene, str, tuple
     Raises:
         InputError: what is wrong with scene, texture or targets, in one line.
     """
-    scene = load_scene(
-        settings.scene,
-        settings.define,
-        variant,
-        relief=settings.relief(plate_size_mm(settings.scene, settings.define)),
-    )
+    scene = scene_of(settings, variant)
     look = steering_look(settings, scene)
     if scene.colour:
         _log.warning("%s: has colour; the descent keeps luminance", settings.scene)
     surface = scene.surface
-    lattice = places(surface, settings.touch.spacing_mm)
-    patch_mm = Patches(surface, lattice).size_mm
-    for quantity, goal_key, number in settings.touch.goals():
+    check_memory_of(settings.texture, surface.shape, len(places(surface, settings.touch.spacing_mm)))
+    maps, other = checked_goals(settings, scene)
+    with stage("rendering a first picture"):
+        glimpse = scene.render(samples=1, seed=settings.seed)
+    if float(glimpse.mean()) < BLACK * scene.white:
+        raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
+    return scene, look, maps, other
+
+
+def scene_of(settings: Run, variant: str | None = None) -> Scene:
+    """The scene of a run with its relief. Raises InputError."""
+    plate_mm = plate_size_mm(settings.scene, settings.define)
+    return load_scene(settings.scene, settings.define, variant, relief=settings.relief(plate_mm))
+
+
+def checked_goals(settings: Run, scene: Scene) -> tuple[tuple[GoalMap, ...], Other | None]:
+    """The goals of a run, checked in milliseconds: nothing is pressed or rendered.
+
+    Args:
+        settings: of the run.
+        scene: its `scene_of`.
+
+    Returns:
+        The goals that vary over the surface, and the relief whose feel is the target, if one is.
+
+    Raises:
+        InputError: what is wrong with texture, targets, or the models of touch and the samples of pictures
+            that these need.
+    """
+    surface, touch = scene.surface, settings.touch
+    lattice = places(surface, touch.spacing_mm)
+    patches = Patches(surface, lattice)
+    for quantity, goal_key, number in touch.goals():
         if not goal_key.relative:
             # Before the operators of the skin are built, which can take many seconds.
-            _check_goal(settings, quantity, goal_key, number, patch_mm)
+            _check_goal(settings, quantity, goal_key, number, patches.size_mm)
     if np.ptp(scene.heights) == 0.0:
-        key = next(iter(settings.touch.stated().values()))
+        key = next(iter(touch.stated().values()))
         raise InputError(
             f"{settings.texture}: touch.{key}: the texture is flat; there is no relief to change"
         )
-    check_memory_of(settings.texture, surface.shape, len(lattice))
-    if settings.touch.fingers != "one" and scene.heights.size > MOST_AT_ONCE:
+    with naming(settings.texture):
+        check_model(touch.finger, patches.samples, patches.size_mm, touch.model)
+        if settings.verify.model == "fem":
+            check_model(touch.finger, patches.samples, patches.size_mm, "fem", settings.verify.resolution)
+        check_patch(patches.size_mm)
+    if touch.fingers != "one" and scene.heights.size > MOST_AT_ONCE:
         across = f"{surface.shape[1]} x {surface.shape[0]} samples"
         raise InputError(
             f"{settings.texture}: touch.fingers: {across} are more than 512 x 512; steer one finger"
         )
-    maps = goal_maps(settings.touch, surface, lattice)
+    maps = goal_maps(touch, surface, lattice)
     with naming(settings.texture):
         other = read_other(settings, scene.relief)
     # Refused now, not after the descent.
     if settings.verify.jod and (obstacle := jod_obstacle()):
         raise InputError(f"verify.jod: {obstacle}")
     scene.check_samples(max(settings.verify.samples or MOST_SAMPLES, settings.look.samples or 1))
-    with stage("rendering a first picture"):
-        glimpse = scene.render(samples=1, seed=settings.seed)
-    if float(glimpse.mean()) < BLACK * scene.white:
-        raise InputError(f"{settings.scene}: its pictures are black; no light reaches the plate from above")
-    return scene, look, maps, other
+    return maps, other
 
 
 def prepare(settings: Run, variant: str | None) -> Prepared:

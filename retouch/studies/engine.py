@@ -12,13 +12,15 @@ from pathlib import Path
 from typing import Self
 
 from optimize.estimates.forecast import FOLDER_MIB, PIXEL_MIB, SAMPLE_MIB
+from optimize.run_directory.results import holds_run
 from relief.common.errors import InputError
 from relief.common.files import partial_folders, remove_partial
 from relief.common.formatting import duration
 from relief.common.progress import Stage, say, stage
 from retouch.studies.measuring.measures import MEASURES
 from retouch.studies.records import Record, parse_record, read_failure, read_record, write_failure
-from retouch.studies.row_job import RowJob, outdated, run_row
+from retouch.studies.row_checks import faults_of
+from retouch.studies.row_job import RowJob, outdated, record_failure, run_row
 from retouch.studies.rows import Expanded, Row
 from retouch.studies.study_file import text_of
 from retouch.workers.jobs import GIVEN_UP, Runner, Work
@@ -123,15 +125,19 @@ def compute(
                 shutil.rmtree(row_folder(out, row), ignore_errors=True)
         records = known_rows(expanded, out, measures, None if again else given)
         missing = [row for key, row in expanded.rows.items() if key not in records]
+        # A run that has begun was checked then, perhaps by a version that accepted more.
+        faults = faults_of(row for row in missing if not holds_run(row_folder(out, row)))
         jobs = [
             RowJob(number, row.key, row_folder(out, row), row.settings, tuple(measures))
             for number, row in enumerate(missing)
+            if row.key not in faults
         ]
         for name in measures if jobs else ():
             if obstacle := MEASURES[name].obstacle():
                 _log.warning("no measure %s: %s", name, obstacle)
         _announce(len(expanded.rows), len(jobs), out)
-        with stage("rows of the study", len(jobs)) as advance, _Pass(missing, records, advance) as work:
+        with stage("rows of the study", len(missing)) as advance, _Pass(missing, records, advance) as work:
+            work.refuse(faults, out)
             failed = work.through(jobs, make_runner)
             work.through(failed, make_runner, last=True)
     return Rows(records, work.failures)
@@ -177,6 +183,13 @@ class _Pass:
                 self._over(job, outcome, job not in failed)
         return failed
 
+    def refuse(self, faults: Mapping[str, InputError], out: Path) -> None:
+        """Record the rows that cannot run, and say why."""
+        for row in self._missing:
+            if (fault := faults.get(row.key)) is not None:
+                self.failures[row.key] = record_failure(row_folder(out, row), fault)
+                self._tell(row, f"failed: {self.failures[row.key]}")
+
     def _begun(self, job: RowJob, name: str) -> None:
         """Show the stage of a row that its worker has begun."""
         self._began.setdefault(job.number, time.monotonic())
@@ -188,12 +201,15 @@ class _Pass:
         self._stages.pop(job.number, None)
         began = self._began.pop(job.number, None)
         took = "" if began is None else f", {duration(time.monotonic() - began)}"
-        self._done += finally_
         self._show()
+        self._tell(self._missing[job.number], f"{outcome}{took}", finally_)
+
+    def _tell(self, row: Row, outcome: str, finally_: bool = True) -> None:
+        """Say what became of a row, and count it if that is final."""
+        self._done += finally_
         if finally_:
             self._advance()
-        row = text_of(self._missing[job.number].labels)
-        say(f"{self._done} of {len(self._missing)}: {row}: {outcome}{took}")
+        say(f"{self._done} of {len(self._missing)}: {text_of(row.labels)}: {outcome}")
 
     def _show(self) -> None:
         self._shown.close()

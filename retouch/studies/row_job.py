@@ -81,9 +81,9 @@ def run_row(job: RowJob) -> bytes | str:
         if error.errno in END_OF_ALL:
             fault = f"{os.strerror(error.errno)}; when that is mended, the same command goes on"
             raise OSError(error.errno, fault, error.filename or str(job.folder)) from error
-        return _failed(job, error)
+        return record_failure(job.folder, error)
     except Exception as error:  # it is the row's own, and the other rows go on
-        return _failed(job, error)
+        return record_failure(job.folder, error)
 
 
 def outdated(record: Record | None, measures: Sequence[str]) -> list[str]:
@@ -144,12 +144,12 @@ def _run(job: RowJob) -> tuple[Verification, float | None]:
     return result.verification, time.process_time() - began
 
 
-def _failed(job: RowJob, error: Exception) -> str:
+def record_failure(folder: Path, error: Exception) -> str:
     """Write why a row fails into its folder; returns the reason in one line."""
     kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
     reason = f"{kind}{' '.join(str(error).split())}"[:LONGEST_REASON]
     trace = "" if isinstance(error, InputError) else "".join(traceback.format_exception(error))
-    write_failure(job.folder, reason, trace)
+    write_failure(folder, reason, trace)
     return reason
 
 

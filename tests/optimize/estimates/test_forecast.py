@@ -46,6 +46,7 @@ def test_everything_is_told_and_nothing_written(folder: Path, capsys: pytest.Cap
         (["hills.exr", "--contact-area-mm2", "200"], "touch.contact_area_mm2"),
         (["flat.exr", "--jnd", "1"], "flat"),
         (["hills.exr", "--jnd", "1", "--set", "touch.force_n=1e6"], "force_n"),
+        (["hills.exr", "--jnd", "1", "--size-mm", "2"], "smaller than pairs of receptors"),
         (["hills.exr", "--jnd", "1", "-m", "scalar_rgb"], "no gradients"),
         (["hills.exr", "--jnd", "1", "-o", "other"], "other: holds an earlier run"),
         (["hills.exr", "--jnd", "1", "-o", "hills.exr/run"], "hills.exr"),

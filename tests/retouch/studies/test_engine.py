@@ -10,15 +10,20 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import psutil
 import pytest
+from PIL import Image
 
+from mitsuba_scenes import find_file
 from mitsuba_scenes.studies import bundled_studies
 from optimize.run_directory.results import HISTORY
 from relief.common.errors import InputError
+from relief.heightmap import save_heights_exr
 from retouch.commands.main import main
 from retouch.studies import engine, row_job
 from retouch.studies.document import flat_rows, read_document
@@ -28,6 +33,7 @@ from retouch.studies.records import FAILURE, FILE
 from retouch.studies.rows import expand
 from retouch.studies.study_file import load_study
 from retouch.studies.writing import write_study
+from retouch.workers.jobs import JobResults
 from retouch.workers.processes import run_here
 from tests.retouch.studies.conftest import in_process
 from tests.retouch.studies.row_works import dies_once
@@ -246,24 +252,71 @@ def test_a_full_disk_ends_the_study_and_the_same_command_goes_on(
 def test_a_row_that_fails_is_tried_once_more_and_listed(
     study_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    text = study_file.read_text().replace("descent.steps = [1, 100]", f'texture = ["{tmp_path}/bad.exr"]')
-    (tmp_path / "bad.exr").write_bytes(b"no heights")
-    (tmp_path / "bad.toml").write_text(text)
     out = tmp_path / "out"
-    command = ["study", str(tmp_path / "bad.toml"), "--quick", "-o", str(out), "--workers", "1"]
-    (tmp_path / "bad.toml").write_text(text.replace('tables = ["feel"]', ""))
+    (tmp_path / "few.toml").write_text(
+        study_file.read_text().replace("[0.5, 2]", "[0.5]").replace("100]", "]")
+    )
+    _, row = expand(load_study(tmp_path / "few.toml")).rows.values()
+    row_folder(out, row).mkdir(parents=True)
+    (row_folder(out, row) / "thesis.txt").touch()
+    command = ["study", str(tmp_path / "few.toml"), "-o", str(out), "--workers", "1"]
     assert main(command) == 1
     told, shown = capsys.readouterr()
     assert told.startswith(f"{out / engine.PAGE}: 1 rows, 1 failed")
-    assert (
-        shown.count("bad.exr: damaged or not an EXR") == 3 and shown.count("tried once more at the end") == 1
-    )
-    assert "damaged or not an EXR" in (out / engine.PAGE).read_text()
+    assert shown.count("holds an earlier run") == 3 and shown.count("tried once more at the end") == 1
+    assert "holds an earlier run" in (out / engine.PAGE).read_text()
     (failure,) = out.glob(f"{ROWS}/*/{FAILURE}")
-    assert "damaged or not an EXR" in json.loads(failure.read_text())["reason"]
+    assert "holds an earlier run" in json.loads(failure.read_text())["reason"]
     assert [bool(row["failure"]) for row in table(out)] == [False, True]
     assert main([*command, "--redraw", "--json"]) == 1
     assert [bool(row["failure"]) for row in json.loads(capsys.readouterr().out)["rows"]] == [False, True]
+
+
+CANNOT_RUN = {
+    'texture = "grey.png"': "grey.png: relief_mm: missing; a picture needs",
+    'texture = "bad.exr"': "bad.exr: damaged or not an EXR",
+    'texture = "flat.exr"': "flat.exr: touch.jnd: the texture is flat",
+    'scene = "bad.xml"': "bad.xml: ",
+    'define = { colour = "red" }': "studio.xml: defines: colour: the scene has no such parameter",
+    "repeats = true": "repeats: the sides do not fit",
+    "size_mm = 2.0": "smaller than pairs of receptors",
+    "touch.contact_area_mm2 = 1e6": "touch.contact_area_mm2: 1e+06: ",
+    'touch.feel_of = "flat.exr"': "touch.feel_of: ",
+    'touch.roughness_map = "grey.png"': "touch.roughness_range: missing",
+    'scene = "near.xml"': "near.xml: ",
+    "touch.young_modulus_mpa = 1e9": "is a pressure of",
+}
+"""Settings of rows that cannot run, and what is told of each."""
+
+
+def test_rows_that_cannot_run_are_told_before_the_first_is_computed(texture: Path, tmp_path: Path) -> None:
+    Image.new("L", (32, 32)).save(tmp_path / "grey.png")
+    save_heights_exr(tmp_path / "flat.exr", np.ones((32, 32)))
+    for name in ("bad.exr", "bad.xml"):
+        (tmp_path / name).write_bytes(b"neither")
+    lamp = '<emitter type="point"><point name="position" x="0" y="0" z="30"/></emitter></scene>'
+    studio = find_file("studio", ".xml").read_text()
+    (tmp_path / "near.xml").write_text(
+        studio.replace("textures/gravel.png", "flat.exr").replace("</scene>", lamp)
+    )
+    settings = ["seed = 0", *CANNOT_RUN, "seed = 1"]
+    values = ", ".join(f"{{ label = {number}, {one} }}" for number, one in enumerate(settings))
+    rest = f'set.texture = "{texture}"\n[[tables]]\nname = "a"\n[tables.axes]\nof = [{values}]\n'
+    (tmp_path / "own.toml").write_text(f'title = "T"\nbase = "gravel.toml"\n{rest}')
+    expanded = expand(load_study(tmp_path / "own.toml"))
+    jobs = list[row_job.RowJob]()
+
+    def noted(rows: Iterable[row_job.RowJob]) -> JobResults[row_job.RowJob]:
+        jobs.extend(rows)
+        yield from ()
+
+    rows = compute(expanded, tmp_path / "out", lambda work, told: noted)
+    (table,) = expanded.tables
+    first, *faulty, last = table.rows
+    assert [job.key for job in jobs] == [first.key, last.key]
+    for row, part in zip(faulty, CANNOT_RUN.values(), strict=True):
+        assert part in rows.failures.pop(row.key)
+    assert not rows.failures and len(known(expanded, tmp_path / "out").failures) == len(faulty)
 
 
 def test_a_mistake_of_the_program_fails_its_row_alone(

@@ -1,0 +1,59 @@
+"""Checks of rows before the first of them is computed: what a row lacks is told before hours of others."""
+
+from collections.abc import Hashable, Iterable, Mapping
+
+from optimize.descent.methods import METHODS
+from optimize.runs.preparation import checked_goals, scene_of
+from optimize.settings.run_file import Run
+from relief.common.errors import InputError
+from relief.common.progress import stage
+from retouch.studies.rows import Row
+from visual.looks import AUTO, EXACT, FAST
+from visual.models import PictureModel
+from visual.scene import Scene
+
+WITH_GRADIENTS = "descent.shadow_edges"
+"""Key of a run that methods take which follow gradients of pictures."""
+MODELS: Mapping[str, PictureModel] = {AUTO: "exact", EXACT: "exact", FAST: "fast", "shading": "fast"}
+"""Model of pictures of each look that has one. What the fast look can show, exact pictures can."""
+
+
+def faults_of(rows: Iterable[Row]) -> dict[str, InputError]:
+    """What is wrong with rows as far as it is known without pressing and rendering, by their keys.
+
+    A row takes milliseconds. The scene with its relief is loaded once for all rows that share both.
+    """
+    groups: dict[Hashable, list[Row]] = {}
+    for row in rows:
+        groups.setdefault(_pictured(row.settings), []).append(row)
+    faults = dict[str, InputError]()
+    with stage("checking the rows", len(groups)) as advance:
+        for group in groups.values():
+            scene: Scene | InputError
+            try:
+                scene = scene_of(group[0].settings)
+            except InputError as error:
+                scene = error
+            for row in group:
+                try:
+                    _check(row.settings, scene)
+                except InputError as error:
+                    faults[row.key] = error
+            advance()
+    return faults
+
+
+def _pictured(settings: Run) -> Hashable:
+    """What scene and relief of a run depend on."""
+    keys = {"scene", "texture", "size_mm", "relief_mm", "height_scale", "repeats", "define", "print"}
+    return settings.model_dump_json(include=keys)
+
+
+def _check(settings: Run, scene: Scene | InputError) -> None:
+    """Raise InputError if a run cannot begin."""
+    if isinstance(scene, InputError):
+        raise scene
+    model = MODELS.get(settings.look.model)
+    if model == "fast" or (model == "exact" and WITH_GRADIENTS in METHODS[settings.descent.method].takes):
+        scene.check_model(model)
+    checked_goals(settings, scene)
