@@ -1,12 +1,14 @@
-"""Runs that are killed or meet a full disk, and go on to the heights of the uninterrupted run.
+"""Commands that are killed or meet a full disk, and go on to the results of the uninterrupted ones.
 
-python -m benchmarks.runs.interruptions            # every case that is not in the results yet
-python -m benchmarks.runs.interruptions --again    # every case
+python -m benchmarks.runs.interruptions                      # every case that is not in the results yet
+python -m benchmarks.runs.interruptions --again              # every case
+python -m benchmarks.runs.interruptions --only study set     # cases whose names begin so
 
 Twenty runs write to a disk that is full after a share of what a run writes (a small tmpfs, which only root
 can mount); a hundred are killed (SIGKILL) at moments spread over the life of the run directory. Each is then
 followed by what a user would try: `resume`, the same command, the same command with `--force`. The table
 counts which of them ended the run, and gives the largest distance of its heights from the uninterrupted ones.
+A second table is of studies, stimulus sets and colourings of parts (`benchmarks.runs.interrupted_folders`).
 """
 
 from __future__ import annotations
@@ -15,10 +17,10 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -26,6 +28,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.runs import interrupted_folders
+from benchmarks.runs.interrupted_folders import COMMANDS, Command, Whole
 from benchmarks.shared.common import ROOT, load, machine, parser_of, save, table
 from optimize.run_directory.checkpoint import load_checkpoint
 from optimize.run_directory.key import SETTINGS
@@ -39,6 +43,9 @@ LONGEST_S = 300.0
 """Seconds after which a command counts as hanging."""
 PAGE = 4096
 """Unit of the size of a tmpfs, bytes."""
+
+Case = Callable[[], dict[str, Any]]
+"""A case, which gives its row."""
 
 RUN = """scene = "studio"
 texture = "waves.exr"
@@ -57,40 +64,103 @@ samples = 16
 def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--again", action="store_true")
-    parser.add_argument("--jobs", type=int, default=2, help="runs at a time")
+    parser.add_argument("--only", nargs="+", default=[""], metavar="NAME", help="begins of names of cases")
+    parser.add_argument("--jobs", type=int, default=2, help="commands at a time")
     arguments = parser.parse_args()
-    results = {} if arguments.again else load(NAME)
-    rows: dict[str, dict[str, Any]] = results.get("rows", {})
+    rows: dict[str, dict[str, Any]] = load(NAME).get("rows", {})
     lock = Lock()
+
+    def add(name: str, work: Case) -> None:
+        row = work()
+        with lock:
+            rows[name] = row
+            save(NAME, {"machine": machine(), "run": RUN, "same_mm": SAME_MM, "rows": rows})
+            print(name, row, flush=True)
+
     with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(temporary)
-        save_heights_exr(folder / "waves.exr", waves())
-        (folder / "run.toml").write_text(RUN)
-        whole = folder / "whole"
-        began, process = time.perf_counter(), started(folder, whole)
-        appeared = time_of_settings(process, whole) - began
+        cases = {
+            name: work
+            for name, work in {**of_runs(Path(temporary)), **of_folders(Path(temporary))}.items()
+            if name.startswith(tuple(arguments.only)) and (arguments.again or name not in rows)
+        }
+        with ThreadPoolExecutor(arguments.jobs) as pool:
+            for _ in pool.map(add, cases.keys(), cases.values()):
+                pass
+    print(summary(rows), interrupted_folders.summary(rows), sep="\n\n")
+
+
+def spread(count: int, seed: int | None = None) -> list[float]:
+    """Shares of a whole, evenly spread, in the order of a seed."""
+    shares = (np.arange(count) + 0.5) / max(count, 1)
+    ordered = shares if seed is None else np.random.default_rng(seed).permutation(shares)
+    return [float(share) for share in ordered]
+
+
+def of_runs(folder: Path) -> dict[str, Case]:
+    """The cases of single runs."""
+    save_heights_exr(folder / "waves.exr", waves())
+    (folder / "run.toml").write_text(RUN)
+    at_once = Lock()
+
+    @cache
+    def whole() -> tuple[float, int, NDArray[np.float64]]:
+        """Seconds and bytes of the uninterrupted run, and its heights."""
+        out = folder / "whole"
+        began, process = time.perf_counter(), started(folder, out)
+        appeared = time_of_settings(process, out) - began
         assert process.wait(LONGEST_S) in (0, 3)
         life = time.perf_counter() - began - appeared
-        heights = load_checkpoint(whole).best.heights
-        written = sum(-(-path.stat().st_size // PAGE) * PAGE for path in whole.rglob("*") if path.is_file())
+        written = sum(-(-path.stat().st_size // PAGE) * PAGE for path in out.rglob("*") if path.is_file())
+        return life, written, load_checkpoint(out).best.heights
 
-        def add(name: str, work: partial[dict[str, Any]]) -> None:
-            row = work()
-            with lock:
-                rows[name] = row
-                save(NAME, {"machine": machine(), "run": RUN, "same_mm": SAME_MM, "rows": rows})
-                print(name, row, flush=True)
+    def full_disk(share: float) -> dict[str, Any]:
+        with at_once:
+            _, written, heights = whole()
+        return after_a_full_disk(folder, max(1, round(share * written / PAGE)) * PAGE, heights)
 
-        cases = {}
-        for share in ((np.arange(FULL_DISKS) + 0.5) / FULL_DISKS).tolist():
-            size = max(1, round(share * written / PAGE)) * PAGE
-            cases[f"full disk {share:.3f}"] = partial(after_a_full_disk, folder, size, heights)
-        for share in np.random.default_rng(0).permutation((np.arange(KILLS) + 0.5) / KILLS).tolist():
-            cases[f"kill {share:.3f}"] = partial(after_a_kill, folder, share * life, heights)
-        with ThreadPoolExecutor(arguments.jobs) as pool:
-            for _ in pool.map(add, *zip(*((n, w) for n, w in cases.items() if n not in rows), strict=True)):
-                pass
-    print(summary(rows))
+    def kill(share: float) -> dict[str, Any]:
+        with at_once:
+            life, _, heights = whole()
+        return after_a_kill(folder, share * life, heights)
+
+    return {
+        **{f"full disk {share:.3f}": partial(full_disk, share) for share in spread(FULL_DISKS)},
+        **{f"kill {share:.3f}": partial(kill, share) for share in spread(KILLS, seed=0)},
+    }
+
+
+def of_folders(folder: Path) -> dict[str, Case]:
+    """The cases of studies, sets and colourings."""
+    textures = (waves(), waves()[::-1] * 0.8)
+    at_once = Lock()
+
+    @cache
+    def whole(command: Command, number: int) -> Whole:
+        return interrupted_folders.uninterrupted(command, folder, textures[number], PAGE)
+
+    def kill(command: Command, share: float, politely: bool, changed: bool) -> dict[str, Any]:
+        with at_once:
+            wholes = whole(command, 0), whole(command, int(changed))
+        after = textures[0], textures[int(changed)]
+        return interrupted_folders.after_a_kill(command, folder, share, after, wholes, politely)
+
+    def full_disk(command: Command, share: float) -> dict[str, Any]:
+        with at_once:
+            before = whole(command, 0)
+        size = max(1, round(share * before.bytes / PAGE)) * PAGE
+        return interrupted_folders.after_a_full_disk(command, folder, size, before, textures[0])
+
+    cases: dict[str, Case] = {}
+    for command in COMMANDS:
+        for number, share in enumerate(spread(command.kills, seed=0)):
+            name = f"{command.name}, {('SIGKILL', 'SIGTERM')[number % 2]} {share:.3f}"
+            cases[name] = partial(kill, command, share, number % 2 == 1, changed=False)
+        for number, share in enumerate(spread(command.changed)):
+            name = f"{command.name}, another texture {share:.3f}"
+            cases[name] = partial(kill, command, share, number % 2 == 1, changed=True)
+        for share in spread(command.full_disks):
+            cases[f"{command.name}, full disk {share:.3f}"] = partial(full_disk, command, share)
+    return cases
 
 
 def waves() -> NDArray[np.float64]:
