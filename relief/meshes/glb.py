@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from relief.common.arrays import Array
+from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
-from relief.meshes.parsed import MOST_FACES, Parsed
-from relief.meshes.text_formats import check_count
+from relief.meshes.parsed import MOST_VERTICES, Parsed, check_count, check_numbers
 
 METRE_MM = 1000.0
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -17,9 +16,16 @@ TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """Row vectors (x, y, z) with y up times this are (x, -z, y), with z up."""
-TRIANGLES = 4
-"""Mode of a primitive of separate triangles."""
+TRIANGLES, STRIP, FAN = 4, 5, 6
+"""Modes of a primitive of triangles: separate ones, a strip, a fan."""
 MOST_NODES, DEEPEST = 10_000, 64
+"""Most nodes that are shown, and most within one another."""
+MOST_PRIMITIVES = 10 * MOST_NODES
+"""Most primitives of the nodes that are shown."""
+LARGEST_DOCUMENT = 1 << 24
+"""Most bytes of the JSON of a GLB; ten thousand nodes take ten megabytes."""
+UNREAD = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing")
+"""Extensions without which the triangles would be others."""
 
 
 def read_glb(content: bytes, path: Path) -> Parsed:
@@ -28,9 +34,14 @@ def read_glb(content: bytes, path: Path) -> Parsed:
     if content[:4] != b"glTF" or words[1] != 2 or content[16:20] != b"JSON":
         raise InputError(f"{path}: damaged or not a GLB of glTF 2.0")
     end = 20 + int(words[3])
+    if words[3] > LARGEST_DOCUMENT:
+        raise InputError(f"{path}: has a description of more than {LARGEST_DOCUMENT} bytes; join its parts")
     document = json.loads(content[20:end])
+    for extension in UNREAD:
+        if extension in document.get("extensionsUsed", []):
+            raise InputError(f"{path}: uses {extension}; save it without compression and instances")
     # The second chunk, past its length and type.
-    scene = _Scene(document, content[end + 8 :], path)
+    scene = _Scene(document, memoryview(content)[end + 8 :], path)
     shown = document.get("scenes", [{}])[document.get("scene", 0)].get("nodes", [])
     for node in shown:
         scene.add(node, np.eye(4), 0)
@@ -40,62 +51,79 @@ def read_glb(content: bytes, path: Path) -> Parsed:
 class _Scene:
     """Meshes of a tree of nodes, gathered at their places."""
 
-    def __init__(self, document: dict[str, Any], binary: bytes, path: Path) -> None:
+    def __init__(self, document: dict[str, Any], binary: memoryview, path: Path) -> None:
         self._document, self._binary, self._path = document, binary, path
         self._vertices: list[Array] = []
         self._faces: list[Any] = []
         self._uv: list[Any] = []
-        self._nodes = self._count = self._points = 0
+        self._nodes = self._primitives = self._count = self._points = 0
 
     def add(self, number: int, above: Array, depth: int) -> None:
+        """Add a node of the document and those within it, which lie at `above`. Raises InputError."""
         self._nodes += 1
         if depth > DEEPEST or self._nodes > MOST_NODES:
             raise InputError(f"{self._path}: more than {MOST_NODES} nodes, or {DEEPEST} within one another")
-        node = self._document["nodes"][number]
+        node = self._item("nodes", number)
         place = above @ _matrix(node)
         if "mesh" in node:
-            for primitive in self._document["meshes"][node["mesh"]]["primitives"]:
+            for primitive in self._item("meshes", node["mesh"])["primitives"]:
                 self._add_primitive(primitive, place)
         for child in node.get("children", []):
             self.add(child, place, depth + 1)
 
+    def _item(self, of: str, number: int) -> dict[str, Any]:
+        """An item of a list of the document; a negative number names none. Raises InputError."""
+        items: list[dict[str, Any]] = self._document.get(of, [])
+        if not 0 <= number < len(items):
+            raise InputError(f"{self._path}: {of}: has no item {number}")
+        return items[number]
+
     def _add_primitive(self, primitive: dict[str, Any], place: Array) -> None:
-        if primitive.get("mode", TRIANGLES) != TRIANGLES:
+        self._primitives += 1
+        check_count(self._primitives, "primitives", self._path, MOST_PRIMITIVES)
+        mode = primitive.get("mode", TRIANGLES)
+        if mode not in (TRIANGLES, STRIP, FAN):
             return
-        if "KHR_draco_mesh_compression" in primitive.get("extensions", {}):
-            raise InputError(f"{self._path}: is compressed by Draco; save it without compression")
         attributes = primitive["attributes"]
-        vertices = self._numbers(attributes["POSITION"], 3).astype(np.float64)
-        if "indices" in primitive:
-            faces = self._numbers(primitive["indices"], 1).astype(np.int64)
-        else:
-            faces = np.arange(len(vertices))
-        faces = faces.reshape(-1, 3)
-        if faces.size and faces.max() >= len(vertices):
-            raise InputError(f"{self._path}: faces name vertices that the file does not have")
+        vertices = self._numbers(attributes["POSITION"], 3)
+        corners = self._numbers(primitive["indices"], 1) if "indices" in primitive else None
+        # Counted before anything is as long as that: files may show the same numbers ten thousand times.
+        count = len(vertices if corners is None else corners)
+        self._count += count // 3 if mode == TRIANGLES else max(count - 2, 0)
+        check_count(self._count, "faces", self._path)
+        faces = _triangles(np.arange(count) if corners is None else corners.astype(np.int64), mode)
+        check_numbers(faces, len(vertices), "vertices", self._path)
         uv = self._numbers(attributes["TEXCOORD_0"], 2) if "TEXCOORD_0" in attributes else None
         # glTF counts v from the top of the picture; whole numbers stand for shares, which few programs write.
-        if uv is not None and uv.dtype.kind != "f":
-            uv = None
-        self._uv.append(None if uv is None else uv[faces] * (1.0, -1.0) + (0.0, 1.0))
+        if uv is not None and uv.dtype.kind == "f":
+            check_numbers(faces, len(uv), "texture coordinates", self._path)
+            self._uv.append(uv[faces] * (1.0, -1.0) + (0.0, 1.0))
+        else:
+            self._uv.append(None)
         if np.linalg.det(place[:3, :3]) < 0.0:
             # A mirror image turns faces inside out.
             faces = faces[:, ::-1]
             self._uv[-1] = None if self._uv[-1] is None else self._uv[-1][:, ::-1]
-        self._count += len(faces)
-        check_count(self._count, "faces", self._path)
+        if len(vertices) > 3 * len(faces):
+            # Primitives may share vertices of which each needs a few.
+            used, faces = np.unique(faces, return_inverse=True)
+            vertices, faces = vertices[used], faces.reshape(-1, 3)
         self._faces.append(faces + self._points)
         self._points += len(vertices)
-        self._vertices.append((vertices @ place[:3, :3].T + place[:3, 3]) @ Z_UP)
+        self._vertices.append((vertices.astype(np.float64) @ place[:3, :3].T + place[:3, 3]) @ Z_UP)
 
     def _numbers(self, index: int, width: int) -> Any:
         """Values (count, width) of an accessor, or (count,) of width 1."""
-        accessor = self._document["accessors"][index]
+        accessor = self._item("accessors", index)
         count, kind = int(accessor["count"]), np.dtype(TYPES[accessor["componentType"]])
-        check_count(count, "values of an accessor", self._path, 3 * MOST_FACES)
+        check_count(count, "values of an accessor", self._path, MOST_VERTICES)
         if WIDTHS.get(accessor["type"]) != width or "sparse" in accessor or "bufferView" not in accessor:
             raise InputError(f"{self._path}: accessor {index}: is sparse, empty or of an unknown type")
-        view = self._document["bufferViews"][accessor["bufferView"]]
+        if accessor.get("normalized") and width == 3:
+            raise InputError(f"{self._path}: accessor {index}: positions are normalized; save them as floats")
+        view = self._item("bufferViews", accessor["bufferView"])
+        if view.get("buffer", 0) != 0 or "uri" in self._document.get("buffers", [{}])[0]:
+            raise InputError(f"{self._path}: accessor {index}: lies in another file; save it all in one GLB")
         start = int(view.get("byteOffset", 0)) + int(accessor.get("byteOffset", 0))
         stride = int(view.get("byteStride", kind.itemsize * width))
         needed = start + stride * (count - 1) + kind.itemsize * width
@@ -110,6 +138,20 @@ class _Scene:
             raise InputError(f"{self._path}: shows no triangles")
         uv = None if any(each is None for each in self._uv) else np.concatenate(self._uv)
         return Parsed(np.concatenate(self._vertices), np.concatenate(self._faces), uv, METRE_MM)
+
+
+def _triangles(corners: Index, mode: int) -> Index:
+    """(m, 3) corners of a primitive of a mode."""
+    if mode == TRIANGLES:
+        return corners.reshape(-1, 3)
+    if len(corners) < 3:
+        return np.zeros((0, 3), dtype=np.int64)
+    if mode == FAN:
+        return np.stack([np.full(len(corners) - 2, corners[0]), corners[1:-1], corners[2:]], axis=1)
+    faces = np.lib.stride_tricks.sliding_window_view(corners, 3).copy()
+    # Every second triangle of a strip runs the other way.
+    faces[1::2] = faces[1::2, [0, 2, 1]]
+    return faces
 
 
 def _matrix(node: dict[str, Any]) -> Array:

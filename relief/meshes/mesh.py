@@ -13,8 +13,9 @@ from relief.common.files import read_limited
 from relief.common.formats import MESHES, UNITS
 from relief.common.progress import stage
 from relief.meshes.glb import read_glb
-from relief.meshes.parsed import LARGEST_FILE, MOST_FACES, Parsed
-from relief.meshes.text_formats import read_obj, read_ply, read_stl
+from relief.meshes.parsed import LARGEST_FILE, Parsed, check_count, check_numbers
+from relief.meshes.ply import read_ply
+from relief.meshes.text_formats import read_obj, read_stl
 from relief.meshes.threemf import read_3mf
 from relief.readers import damage_named
 
@@ -73,7 +74,7 @@ def read_mesh(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh
         parsed = READERS[suffix](content, path)
     factor = parsed.unit_mm or 1.0 if units is None else UNITS[units]
     body, uv = _welded(_checked(parsed, path), factor, path)
-    return Mesh(body, uv, path, tuple(_doubts(body, parsed.unit_mm is None and units is None)))
+    return Mesh(body, uv, path, (*parsed.warnings, *_doubts(body, parsed.unit_mm is None and units is None)))
 
 
 def _checked(parsed: Parsed, path: Path) -> Parsed:
@@ -84,10 +85,8 @@ def _checked(parsed: Parsed, path: Path) -> Parsed:
         raise InputError(f"{path}: has no triangles; a mesh of triangles is needed, no points or curves")
     if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
         raise InputError(f"{path}: vertices or faces do not come in threes")
-    if len(faces) > MOST_FACES:
-        raise InputError(f"{path}: has {len(faces)} faces; at most {MOST_FACES} are read: decimate the mesh")
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        raise InputError(f"{path}: faces name vertices that the file does not have")
+    check_count(len(faces), "faces", path)
+    check_numbers(faces, len(vertices), "vertices", path)
     if not np.isfinite(vertices).all():
         raise InputError(f"{path}: {np.count_nonzero(~np.isfinite(vertices))} coordinates are not finite")
     uv = None

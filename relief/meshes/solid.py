@@ -8,6 +8,7 @@ from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
 from relief.meshes.intersections import MOST, self_intersections
+from relief.meshes.shells import MOST_BOXES, parts_within_others, repeated_faces
 
 THINNEST = 1e-7
 """Least volume of a solid as a share of the cube of its longest side; what is less is a sheet."""
@@ -20,7 +21,7 @@ def volume_mm3(body: Body) -> float:
 
 
 def check_solid(body: Body, name: object) -> None:
-    """Refuse a body that is no solid: open, turned inside out, without volume, or passing through itself.
+    """Refuse a body that is no solid: open, turned inside out, without volume, or with parts that overlap.
 
     Args:
         body: with one position per vertex.
@@ -34,16 +35,20 @@ def check_solid(body: Body, name: object) -> None:
         raise InputError(f"{name}: is open: {open_edges} edges border on a hole; {MEND}")
     if twisted:
         raise InputError(f"{name}: {twisted} edges lie between faces turned against one another; {MEND}")
+    if twice := repeated_faces(body.faces):
+        raise InputError(f"{name}: {twice} faces lie there twice; remove the parts that are there twice")
     volumes, longest = _volumes(body), float(np.ptp(body.vertices, axis=0).max())
     if abs(volumes.sum()) < THINNEST * longest**3:
         raise InputError(f"{name}: encloses no volume; give the surface a thickness")
-    if volumes.sum() < 0.0 or _inverted_part(body, volumes):
+    if volumes.sum() < 0.0 or _inverted_part(body, volumes, name):
         raise InputError(f"{name}: is turned inside out; flip the normals (Blender: Mesh, Normals, Flip)")
     if pairs := self_intersections(body):
         raise InputError(
             f"{name}: passes through itself: {'at least ' * (pairs >= MOST)}{pairs} pairs of faces; "
             f"unite its parts (Boolean), or {MEND}"
         )
+    if within := parts_within_others(body, name):
+        raise InputError(f"{name}: {within} of its parts lie within others; unite the parts (Boolean)")
 
 
 def _volumes(body: Body) -> Array:
@@ -71,14 +76,19 @@ def components(body: Body) -> Index:
     return np.asarray(part[body.faces[:, 0]], dtype=np.int64)
 
 
-def _inverted_part(body: Body, volumes: Array) -> bool:
-    """Whether a part with negative volume is no hollow, as the box of no other part holds it."""
+def _inverted_part(body: Body, volumes: Array, name: object) -> bool:
+    """Whether a part with negative volume is no hollow, as the box of no other part holds it.
+
+    Raises InputError if the parts are too many to tell.
+    """
     part = components(body)
     count = int(part.max()) + 1
     sums = np.bincount(part, volumes, count)
     inside_out = np.flatnonzero(sums < 0.0)
     if not len(inside_out):
         return False
+    if len(inside_out) * count > MOST_BOXES:
+        raise InputError(f"{name}: its {count} parts are too many to tell whether they are hollows")
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     for corner in range(3):
         np.minimum.at(low, part, body.vertices[body.faces[:, corner]])

@@ -1,19 +1,37 @@
-"""Readers of STL, OBJ and PLY, whose counts are checked before trimesh reads them."""
+"""Readers of STL and OBJ."""
 
-import io
+import codecs
 import re
+from array import array
+from itertools import chain, islice, pairwise
 from pathlib import Path
 
 import numpy as np
 
 from relief.body import TRIANGLE
 from relief.common.errors import InputError
-from relief.meshes.parsed import MOST_FACES, Parsed
+from relief.meshes.parsed import MOST_FACES, MOST_VERTICES, Parsed, check_count, check_numbers
 
-MOST_VERTICES = 3 * MOST_FACES
-"""Most vertices of a PLY or OBJ; more cannot all be corners."""
 STL_HEAD = 84
 """Bytes before the triangles of a binary STL file: a comment, and the number of triangles."""
+STL_NAME = re.compile(rb"(?im)^(?:end)?solid\b.{0,1000}?(?=\bfacet\s+normal\b|$)")
+"""The name of a solid in text, which may hold any word; a file in one line goes on behind the name."""
+STL_VERTEX = re.compile(rb"(?i)\bvertex\s+(\S*)\s*(\S*)\s*(\S*)")
+"""A vertex in text; a number that is missing is matched as no text, which is refused."""
+CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
+"""Control characters that no text has; the header of a binary STL has some."""
+OBJ_LINE = re.compile(rb"(?im)^(v|vt|f)[ \t]+([^\n#]*)")
+"""A vertex, a pair of texture coordinates or a face of an OBJ, without the comment behind it."""
+LONGEST_LINE = 1 << 20
+"""Most bytes of a line of an OBJ: a face of a hundred thousand corners."""
+MOST_LINES = 4 * MOST_VERTICES
+"""Most lines of a text: an OBJ has one for each vertex, normal, texture coordinate and face."""
+BYTE_ORDER_MARKS = {
+    codecs.BOM_UTF8: "utf-8",
+    codecs.BOM_UTF16_LE: "utf-16-le",
+    codecs.BOM_UTF16_BE: "utf-16-be",
+}
+"""Encodings of texts by their first bytes."""
 
 
 def read_stl(content: bytes, path: Path) -> Parsed:
@@ -22,57 +40,94 @@ def read_stl(content: bytes, path: Path) -> Parsed:
     if len(content) >= STL_HEAD and STL_HEAD + count * TRIANGLE.itemsize == len(content):
         check_count(count, "triangles", path)
         corners = np.frombuffer(content, TRIANGLE, count, STL_HEAD)["corners"].astype(np.float64)
-    elif content.lstrip()[:5].lower() == b"solid" and b"vertex" in content:
-        check_count(content.count(b"vertex") // 3, "triangles", path)
-        numbers = re.findall(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", content)
-        if len(numbers) % 3:
-            raise InputError(f"{path}: damaged: {len(numbers)} vertices do not make whole triangles")
-        corners = np.array(numbers, dtype=np.float64)
     else:
-        held = max((len(content) - STL_HEAD) // TRIANGLE.itemsize, 0)
-        raise InputError(f"{path}: damaged: the header tells {count} triangles, the file holds {held}")
+        text = _text(content, path)
+        if text[:5].lower() != b"solid" or STL_VERTEX.search(text) is None:
+            raise InputError(f"{path}: {_no_stl(content, text, count)}")
+        vertices = STL_VERTEX.finditer(STL_NAME.sub(b"", text))
+        numbers = chain.from_iterable(vertex.groups() for vertex in islice(vertices, MOST_VERTICES + 1))
+        corners = np.fromiter(map(float, numbers), np.float64)
+        check_count(-(-len(corners) // 9), "triangles", path)
+        if len(corners) % 9:
+            raise InputError(f"{path}: damaged: {len(corners) // 3} vertices do not make whole triangles")
     corners = corners.reshape(-1, 3)
     return Parsed(corners, np.arange(len(corners)).reshape(-1, 3))
 
 
+def _no_stl(content: bytes, text: bytes, count: int) -> str:
+    """Why a file is neither a binary STL of as many triangles as its header tells nor one in text."""
+    if text[:5].lower() == b"solid" and b"\0" not in text:
+        return "holds no triangles: no line of its text tells a vertex"
+    if text and CONTROL.search(text[:STL_HEAD]) is None:
+        return "damaged or not an STL: is a text that does not begin with the word solid"
+    if len(content) < STL_HEAD:
+        return f"damaged or not an STL: has {len(content)} bytes, fewer than the {STL_HEAD} of the header"
+    held, more = divmod(len(content) - STL_HEAD, TRIANGLE.itemsize)
+    rest = f" and {more} bytes" if more else ""
+    return f"damaged or not an STL: the header tells {count} triangles, the file holds {held}{rest}"
+
+
 def read_obj(content: bytes, path: Path) -> Parsed:
-    """Read an OBJ with its texture coordinates; what it says of materials is passed over."""
-    for word, most in ((b"\nv ", MOST_VERTICES), (b"\nf ", MOST_FACES)):
-        check_count(content.count(word), word.decode().strip() + " lines", path, most)
-    lines = re.sub(rb"(?m)^(mtllib|usemtl)\b.*$", b"", content)
-    return _by_trimesh(lines, "obj", path)
+    """Read an OBJ with its texture coordinates; what it says of materials and normals is passed over.
+
+    Polygons become fans of triangles. Negative numbers count back from the last vertex before the face.
+
+    Raises:
+        InputError: A line is too long or tells no vertex or face, or there is more than is read.
+    """
+    vertices, coordinates, faces, pairs = array("d"), array("d"), array("q"), array("q")
+    for line in OBJ_LINE.finditer(_text(content, path).replace(b"\\\n", b" ")):
+        word, rest = line.groups()
+        if len(rest) > LONGEST_LINE:
+            raise InputError(f"{path}: has a line of more than {LONGEST_LINE} bytes")
+        if word in b"vV":
+            x, y, z, *_ = rest.split(None, 3)
+            vertices.extend((float(x), float(y), float(z)))
+        elif word in b"fF":
+            corners = rest.split()
+            if b"/" in rest:
+                both = [corner.split(b"/") for corner in corners]
+                corners = [corner[0] for corner in both]
+                if coordinates and all(len(corner) > 1 and corner[1] for corner in both):
+                    pairs.extend(_fan([int(corner[1]) for corner in both], len(coordinates) // 2))
+            faces.extend(_fan([int(corner) for corner in corners], len(vertices) // 3))
+        else:
+            u, v = [*rest.split(None, 2), b"0"][:2]
+            coordinates.extend((float(u), float(v)))
+        if len(faces) > 3 * MOST_FACES or max(len(vertices), len(coordinates)) > 3 * MOST_VERTICES:
+            break
+    check_count(len(faces) // 3, "faces", path)
+    check_count(max(len(vertices) // 3, len(coordinates) // 2), "vertices", path, MOST_VERTICES)
+    uv = None
+    # Only where all corners have texture coordinates do they place a texture.
+    if faces and len(pairs) == len(faces):
+        numbers = np.array(pairs).reshape(-1, 3)
+        check_numbers(numbers, len(coordinates) // 2, "texture coordinates", path)
+        uv = np.array(coordinates).reshape(-1, 2)[numbers]
+    return Parsed(np.array(vertices).reshape(-1, 3), np.array(faces).reshape(-1, 3), uv)
 
 
-def read_ply(content: bytes, path: Path) -> Parsed:
-    """Read a PLY of faces, binary or ASCII. Raises InputError."""
-    head, end, _ = content[: 1 << 16].partition(b"end_header")
-    if not end or not head.startswith(b"ply"):
-        raise InputError(f"{path}: damaged or not a PLY: has no header")
-    counts = {name.decode(): int(count) for name, count in re.findall(rb"element\s+(\w+)\s+(\d+)", head)}
-    for name, count in counts.items():
-        check_count(count, f"elements {name}", path, MOST_VERTICES if name == "vertex" else MOST_FACES)
-        if count > len(content):
-            raise InputError(f"{path}: damaged: the header tells {count} elements {name} in a shorter file")
-    return _by_trimesh(content, "ply", path)
+def _fan(numbers: list[int], count: int) -> list[int]:
+    """Corners of a fan of triangles, from 0, of a polygon whose numbers begin at 1 or count back."""
+    if len(numbers) < 3 or 0 in numbers:
+        raise ValueError(f"a face of the corners {numbers[:3]}")
+    corners = [number - 1 if number > 0 else count + number for number in numbers]
+    if len(corners) == 3:
+        return corners
+    return [corner for pair in pairwise(corners[1:]) for corner in (corners[0], *pair)]
 
 
-def check_count(count: int, of: str, path: Path, most: int = MOST_FACES) -> None:
-    """Raise InputError if a file says that it has more of something than is read."""
-    if count > most:
-        raise InputError(f"{path}: has {count} {of}; at most {most} are read: decimate the mesh")
+def _text(content: bytes, path: Path) -> bytes:
+    """A text in UTF-8 without its byte order mark, with line feeds for all kinds of line ends.
 
-
-def _by_trimesh(content: bytes, kind: str, path: Path) -> Parsed:
-    # Imported here, because it takes half a second.
-    import trimesh
-
-    mesh = trimesh.load(io.BytesIO(content), file_type=kind, process=False, force="mesh")
-    if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
-        raise InputError(f"{path}: has no triangles; a mesh of triangles is needed, no points or curves")
-    faces = np.asarray(mesh.faces)
-    uv = getattr(mesh.visual, "uv", None)
-    if uv is not None and np.shape(uv) == (len(mesh.vertices), 2) and faces.min() >= 0:
-        uv = np.asarray(uv)[faces] if faces.max() < len(mesh.vertices) else None
-    else:
-        uv = None
-    return Parsed(np.asarray(mesh.vertices), faces, uv)
+    Spaces at the begin of lines and empty lines are left out. Raises InputError if there are too many lines.
+    """
+    for mark, encoding in BYTE_ORDER_MARKS.items():
+        if content.startswith(mark):
+            content = content[len(mark) :]
+            if encoding != "utf-8":
+                content = content.decode(encoding, "replace").encode()
+    content = content.replace(b"\r", b"\n") if b"\r" in content else content
+    content = re.sub(rb"\n[ \t\n]+", b"\n", content.lstrip())
+    check_count(content.count(b"\n"), "lines", path, MOST_LINES)
+    return content

@@ -1,0 +1,111 @@
+"""Shells of a body, the closed surfaces that it consists of: none lies there twice, or within another part.
+
+A point behind a face of an outer shell has winding number 1 in a solid. The number is 2 where another part
+holds the point, whose volume would count twice. Winding numbers are sums of the solid angles of all faces
+(A. Van Oosterom and J. Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 30, 1983).
+"""
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from relief.body import Body
+from relief.common.arrays import Array, Index
+from relief.common.errors import InputError
+from relief.meshes.neighbourhood import edge_pairs
+
+BEHIND = 1e-6
+"""Distance of a point from the face before it, as a share of the body's longest side."""
+MOST_BOXES, MOST_ANGLES = 1_000_000_000, 100_000_000
+"""Most comparisons of points with boxes of parts, and most solid angles; each takes about ten seconds."""
+
+
+def repeated_faces(faces: Index) -> int:
+    """Number of faces that lie there twice, with the same corners in the same order around them.
+
+    Args:
+        faces: (m, 3) of a body with one position per vertex.
+    """
+    first = np.argmin(faces, axis=1)[:, None]
+    corners = np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1).astype(np.int64)
+    # A face of a sound body is alone on its side of its first edge.
+    edge = corners[:, 0] * (int(faces.max()) + 1) + corners[:, 1]
+    order = np.argsort(edge, kind="stable")
+    several = np.flatnonzero(np.diff(edge[order]) == 0)
+    doubtful = corners[np.union1d(order[several], order[several + 1])]
+    return len(doubtful) - len(np.unique(doubtful, axis=0)) if len(doubtful) else 0
+
+
+def parts_within_others(body: Body, name: object) -> int:
+    """Number of outer shells that lie within another part, or fill the same place.
+
+    Args:
+        body: Closed, with one position per vertex; its shells do not pass through one another.
+        name: of the file, for the message.
+
+    Raises:
+        InputError: There are too many parts to tell.
+    """
+    faces = body.faces
+    # Shells hang together by edges of two faces; parts, whose shells may touch, by vertices.
+    shell = _connected(edge_pairs(faces, len(body.vertices)) // 3, len(faces))
+    if not shell.any():
+        return 0
+    ends = np.stack([faces.ravel(), np.roll(faces, 1, axis=1).ravel()], axis=1)
+    part = np.unique(_connected(ends, len(body.vertices))[faces[:, 0]], return_inverse=True)[1]
+    order = np.argsort(part, kind="stable")
+    starts = np.flatnonzero(np.diff(part[order], prepend=-1))
+    corners = np.split(body.vertices[faces[order]], starts[1:])
+    low, high = (np.array([end(each, axis=(0, 1)) for each in corners]) for end in (np.min, np.max))
+    # Hollows are no parts: the material lies outside of their faces.
+    outer = np.array([_volume(each) > 0.0 for each in corners])
+    largest = _largest_faces(body, shell, outer[part])
+    shells = np.bincount(part[largest], minlength=len(corners))
+    reach = BEHIND * float(np.ptp(body.vertices, axis=0).max())
+    angles = within = 0
+    if len(largest) * len(corners) > MOST_BOXES:
+        largest, angles = largest[:0], MOST_ANGLES + 1
+    front = Body(body.vertices, faces[largest])
+    points = front.vertices[front.faces].mean(axis=1)
+    points -= reach * front.normals / (2.0 * front.areas[:, None])
+    for point, own in zip(points, part[largest], strict=True):
+        around = np.flatnonzero((low <= point).all(axis=1) & (high >= point).all(axis=1))
+        if len(around) == 1 and shells[own] == 1:
+            continue
+        angles += sum(len(corners[other]) for other in around)
+        if angles > MOST_ANGLES:
+            break
+        winding = sum(_solid_angle(corners[other] - point) for other in around) / (4.0 * np.pi)
+        within += winding > 1.5
+    if angles > MOST_ANGLES:
+        raise InputError(f"{name}: its {len(corners)} parts are too many to tell whether one holds another")
+    return within
+
+
+def _connected(pairs: Index, count: int) -> Index:
+    """(count,) numbers, from 0, of the groups that pairs (n, 2) of items make."""
+    graph = sp.coo_matrix((np.ones(len(pairs), dtype=np.int8), pairs.T), (count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def _largest_faces(body: Body, shell: Index, outer: Array) -> Index:
+    """The largest face of each shell, of those faces that are of an outer one."""
+    areas = np.where(outer, body.areas, 0.0)
+    by_area = np.lexsort((areas, shell))
+    largest = by_area[np.flatnonzero(np.diff(shell[by_area], append=-1))]
+    return np.asarray(largest[areas[largest] > 0.0])
+
+
+def _volume(corners: Array) -> float:
+    """Signed volume that triangles (m, 3, 3) enclose."""
+    a, b, c = np.moveaxis(corners - corners[0, 0], 1, 0)
+    return float(np.einsum("ij,ij->", np.cross(a, b), c) / 6.0)
+
+
+def _solid_angle(corners: Array) -> float:
+    """Solid angle under which triangles (m, 3, 3) are seen from the origin, 4 pi from within a solid."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    lengths = np.linalg.norm(corners, axis=2)
+    products = [np.einsum("ij,ij->i", *pair) for pair in ((b, c), (c, a), (a, b))]
+    below = lengths.prod(axis=1) + sum(products[i] * lengths[:, i] for i in range(3))
+    return 2.0 * float(np.arctan2(np.einsum("ij,ij->i", np.cross(a, b), c), below).sum())
