@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.errors import InputError
+from relief.common.lengths import shown
 from relief.common.progress import say, stage
 from relief.meshes.refining import AREA_PER_FACE, expected_faces, refined
 from relief.wrapping.clearance import clearance_factor
@@ -20,6 +21,8 @@ from relief.wrapping.tiles import Tile
 
 BLEND_MM = 2.0
 """Width of the strip on which neighbouring patches share the surface, mm."""
+FEW_SAMPLES = 4
+"""Side, in samples of the texture, of the least square that may carry the texture."""
 MOST_LOWERED = 0.5
 """Largest part of the textured area on which the relief may be lowered; beyond, the relief does not fit."""
 
@@ -95,11 +98,11 @@ def wrap(
     settings, regions = settings or Settings(), regions or {}
     check_choices(settings, [covering.mask for covering in coverings], regions, uv is not None)
     tallest = max(float(covering.tile.heights.max()) for covering in coverings)
+    _check_size(body, tallest)
     base = BaseSurface(body, uv, regions, settings)
     needed = base.carried > 0.0
     where = np.asarray(needed[base.body.faces].any(axis=1))
-    if not where.any():
-        raise InputError("mask: leaves nothing of the surface")
+    _check_room(base.body, base.carried, coverings[0])
     edge_mm = _edge(base.body, where, coverings, settings)
     factor = clearance_factor(
         base.body, base.normals, (1.0 - settings.level) * tallest, settings.level * tallest
@@ -119,7 +122,7 @@ def wrap(
         surface = FineSurface(base, fine, layout)
         textured = surface.carried(settings)
         uv, weight = layout.at(surface.parent, surface.share)
-        height = _heights(coverings, surface, np.asarray(weight.any(axis=1)), settings)
+        height = _heights(coverings, surface, np.asarray(weight.any(axis=1)), settings, textured)
         offset = height - settings.level * tallest
         moved = offset * textured * surface.of_vertices(factor)
         vertices = fine.body.vertices + moved[:, None] * surface.points.normals
@@ -165,16 +168,47 @@ def check_choices(settings: Settings, masks: Sequence[str | None], regions: Regi
 
 
 def _heights(
-    coverings: Sequence[Covering], surface: FineSurface, covered: NDArray[np.bool_], settings: Settings
+    coverings: Sequence[Covering],
+    surface: FineSurface,
+    covered: NDArray[np.bool_],
+    settings: Settings,
+    textured: Array,
 ) -> Array:
-    """Heights of the textures at the fine vertices, mm; 0 at those that no patch covers."""
+    """Heights of the textures at the fine vertices, mm; 0 at those that no patch covers.
+
+    Raises InputError if the mask of a texture leaves nothing of what is textured.
+    """
     height = np.zeros(len(covered))
     for covering in coverings:
         share = covered.astype(float)
         if covering.mask is not None:
             share *= mask_at(covering.mask, surface.points, settings.falloff_mm)
+            _check_room(surface.fine.body, share * textured, covering)
         height += share * (surface.heights(covering.tile, share > 0.0) - height)
     return height
+
+
+def _check_size(body: Body, tallest: float) -> None:
+    """Refuse a body that is smaller than the relief is tall, which would be but a speck in it."""
+    longest = float(np.ptp(body.vertices, axis=0).max())
+    if longest < tallest:
+        fault = f"size: {longest:.3g} mm is less than the {tallest:.3g} mm of the relief"
+        raise InputError(
+            f"{fault}; state the unit of the mesh (units), or take a lower relief (relief_mm)",
+            f"{fault}; state the unit of the mesh (--units), or take a lower relief (--relief-mm)",
+        )
+
+
+def _check_room(body: Body, carried: Array, covering: Covering) -> None:
+    """Refuse a texture that is carried by less than a few of its samples, by how much each vertex carries."""
+    area = float((body.areas * carried[body.faces].mean(axis=1)).sum())
+    least = (FEW_SAMPLES * covering.tile.pitch_mm) ** 2
+    if area < least:
+        mask = "mask" if covering.mask is None else f"mask: {shown(covering.mask)}"
+        raise InputError(
+            f"{mask}: leaves nothing of the surface to the texture, or {area:.2g} mm², where it needs "
+            f"{least:.2g} mm² at least; take a wider mask or a smaller falloff"
+        )
 
 
 def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings) -> float:

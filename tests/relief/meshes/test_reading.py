@@ -311,7 +311,7 @@ HOSTILE = {
     "last.glb": (glb({**box_of(3), "nodes": [{"mesh": -1}]}, bytes(36)), "meshes: has no item -1"),
     "draco.glb": (glb({"extensionsUsed": ["KHR_draco_mesh_compression"]}), "save it without compression"),
     "other.glb": (glb({**box_of(3), "buffers": [{"uri": "a.bin"}]}, bytes(36)), "lies in another file"),
-    "text.md.stl": (
+    "letter.stl": (
         b"Dear reader,\nthis is a letter about solids. " * 3,
         "text that does not begin with the word",
     ),

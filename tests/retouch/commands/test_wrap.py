@@ -28,6 +28,7 @@ def _files(tmp_path, monkeypatch):
     box = trimesh.creation.box((16.0, 14.0, 6.0))
     box.export("box.stl")
     box.copy().apply_scale(1.0 / 25.4).export("inches.stl")
+    box.copy().apply_scale(1e-3).export("metres.stl")
     trimesh.Trimesh(box.vertices, box.faces[:-1]).export("open.stl")
     trimesh.Trimesh(box.vertices, box.faces[:, ::-1]).export("inverted.stl")
 
@@ -85,6 +86,17 @@ def test_a_tile_larger_than_the_object_is_told(capsys):
         (("waves.exr", "box.stl", "--mask", "mask.png"), "the mesh has none"),
         (("waves.exr", "box.stl", "--region", "waves.exr"), "expected MASK=TEXTURE"),
         (("waves.exr", "box.stl", "--level", "3"), "level: 3 is outside"),
+        (
+            ("waves.exr", "metres.stl"),
+            r"0.016 mm is less than the 0.4 mm of the relief; state the unit of the mesh \(--units\)",
+        ),
+        (("waves.exr", "box.stl", "--mask", "z>500"), "leaves nothing of the surface to the texture"),
+        (("waves.exr", "box.stl", "--mask", "angle<0.01"), "leaves nothing .* take a wider mask"),
+        (
+            ("waves.exr", "box.stl", "--region", "z>500=flat.exr", "--edge-mm", "3"),
+            "mask: z>500: leaves nothing",
+        ),
+        (("waves.exr", "box.stl", "--region", "nowhere=flat.exr"), "'nowhere' is no mask"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(capsys, tmp_path, argv, says):
