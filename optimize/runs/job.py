@@ -19,7 +19,7 @@ from optimize.run_directory import results
 from optimize.run_directory.checkpoint import FILE as CHECKPOINT
 from optimize.run_directory.checkpoint import Checkpoint, check_key, load_checkpoint
 from optimize.run_directory.clock import Moment, now
-from optimize.run_directory.directory import check_vacant, clear
+from optimize.run_directory.directory import beginning_in, check_vacant, clear
 from optimize.run_directory.history import History
 from optimize.run_directory.key import SETTINGS, run_key
 from optimize.runs.interrupts import interruptible
@@ -31,6 +31,7 @@ from optimize.verification.verification import Verification
 from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.files import remove_partial
+from relief.common.locks import only_writer
 from relief.common.progress import say, stage
 from tactile.quantities import QUANTITIES
 
@@ -120,7 +121,7 @@ def run(
     method = prepared.plan.method_for(state.surrogate_targets, prepared.plan.steps)
     start = method.begin(0, prepared.problem.heights, {"pressure": prepared.steering.pressure})
     segment = Segment(method, start)
-    with _telling_how_to_go_on(run_dir):
+    with _telling_how_to_go_on(run_dir), beginning_in(run_dir, force):
         # First, so that a folder with anything of a run in it is known by its run.toml.
         results.write_settings(run_dir, settings)
         clear(run_dir)
@@ -137,6 +138,11 @@ def resume(
     """Go on with a run from its checkpoint, as `retouch.resume`, which tells the rest."""
     run_dir = Path(run_dir)
     settings = load_settings(run_dir / SETTINGS)
+    with only_writer(run_dir):
+        return _go_on(run_dir, settings, variant, publish)
+
+
+def _go_on(run_dir: Path, settings: Run, variant: str | None, publish: Publish | None) -> Result:
     checkpoint = load_checkpoint(run_dir)
     check_key(run_dir / SETTINGS, settings, checkpoint.key)
     current, state = checkpoint.current, checkpoint.state

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from relief.common.files import write_atomically
+from relief.common.locks import only_writer
 from relief.common.progress import say, stage
 from relief.relief import Relief
 from retouch.stimulus_sets import document as documents
@@ -64,12 +65,17 @@ def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> Sti
 
     Raises:
         InputError: a texture is no tile, a source is too small, a label or a plate does not fit, or the
-            folder holds something else.
+            folder holds something else, or another command writes into it.
         OSError, KeyboardInterrupt: rows that are done stay; the same call goes on.
     """
     began = time.monotonic()
     stimuli.check_textures()
     check_sources(stimuli)
+    with only_writer(out):
+        return _make(stimuli, out, make_runner, began)
+
+
+def _make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None, began: float) -> StimulusPlates:
     claim(out, stimuli)
     (out / engine.ROWS).mkdir(exist_ok=True)
     study = write_study_file(stimuli, make_controls(stimuli, out), out)

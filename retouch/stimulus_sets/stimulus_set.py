@@ -216,6 +216,6 @@ def claim(out: Path, stimuli: StimulusSet) -> None:
                 f"{out}: holds another set, of {', '.join(there.names)} at "
                 f"{', '.join(f'{level:g}' for level in there.jnd)} JND; choose another -o"
             )
-    elif out.exists() and (not out.is_dir() or os.listdir(out)):
+    elif out.is_dir() and os.listdir(out):
         raise InputError(f"{out}: holds files that are no stimulus set's; choose another -o")
     write_atomically(path, set_bytes(stimuli))

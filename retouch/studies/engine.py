@@ -1,12 +1,10 @@
 """The engine of studies: rows that are missing are computed, and every row is put into its tables."""
 
-import fcntl
 import logging
-import os
 import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Self
@@ -16,6 +14,7 @@ from optimize.run_directory.results import holds_run
 from relief.common.errors import InputError
 from relief.common.files import partial_folders, remove_partial
 from relief.common.formatting import duration
+from relief.common.locks import only_writer
 from relief.common.progress import Stage, say, stage
 from retouch.studies.measuring.measures import MEASURES
 from retouch.studies.records import Record, parse_record, read_failure, read_record, write_failure
@@ -116,8 +115,7 @@ def compute(
         KeyboardInterrupt: rows that are done stay; the same command goes on.
     """
     check_folder(out)
-    (out / ROWS).mkdir(parents=True, exist_ok=True)
-    with _alone_in(out):
+    with only_writer(out / ROWS):
         remove_partial(out)
         if again:
             # Now, so that after an interrupt the same rows are still to be computed.
@@ -225,17 +223,3 @@ def _announce(count: int, missing: int, out: Path) -> None:
         say(f"{missing} of {count} rows to compute, about {need:.0f} MiB in {out}; {free:.0f} MiB are free")
     if need > free:
         _log.warning("%s: the rows may take %.0f MiB, %.0f MiB are free", out, need, free)
-
-
-@contextmanager
-def _alone_in(out: Path) -> Iterator[None]:
-    """Let no other command compute in a folder. Raises InputError."""
-    folder = os.open(out / ROWS, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise InputError(f"{out}: another command computes in this folder") from error
-        yield
-    finally:
-        os.close(folder)

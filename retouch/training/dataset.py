@@ -19,6 +19,7 @@ import tactile
 from relief.common.errors import InputError
 from relief.common.files import partial_folders, remove_partial, write_atomically
 from relief.common.limits import PATCH_SIDE_MM
+from relief.common.locks import only_writer
 from relief.common.progress import stage
 from retouch.training.fields import STUDIO, STUDIO_AZIMUTHS
 from retouch.training.shard_jobs import ShardJob, versions
@@ -187,8 +188,15 @@ def make_dataset(
     A folder with the same data set and a smaller count is extended: its complete shards stay.
 
     Raises:
-        InputError: The folder holds another data set or other files.
+        InputError: The folder holds another data set or other files, or another command writes into it.
     """
+    with only_writer(folder):
+        return _make_dataset(plan, folder, runner, observer)
+
+
+def _make_dataset(
+    plan: Plan, folder: Path, runner: Runner, observer: Callable[[ShardResult], None]
+) -> list[Failure]:
     request = plan.request
     _claim_folder(folder, request)
     for place in (folder, folder / SHARDS):
@@ -229,10 +237,8 @@ def make_dataset(
 def _claim_folder(folder: Path, request: DatasetRequest) -> None:
     """Write the request into a new folder, or compare an existing folder's request with it, and extend it."""
     if not (folder / DATASET_FILE).is_file():
-        if folder.is_dir() and not set(folder.iterdir()) <= set(partial_folders(folder)):
+        if not set(folder.iterdir()) <= set(partial_folders(folder)):
             raise InputError(f"{folder}: holds files that are not a data set's; choose another folder")
-        if folder.exists() and not folder.is_dir():
-            raise InputError(f"{folder}: is a file; a data set is a folder")
         write_atomically(folder / DATASET_FILE, text_of_request(request).encode())
         return
     earlier = read_request(folder)

@@ -12,6 +12,7 @@ import torch
 
 from relief.common.errors import InputError
 from relief.common.files import write_atomically
+from relief.common.locks import only_writer
 from retouch.training.curves import curves_page
 from retouch.training.look_setup import look_setup
 from retouch.training.setup import Kind, TrainingSetup
@@ -76,7 +77,7 @@ def train_net(
 
     Raises:
         InputError: The data set does not serve, ``request.out`` holds another training, there is none to
-            resume, or the training diverges.
+            resume, another command writes into ``request.out``, or the training diverges.
     """
     data = open_fieldset(request.data)
     setup = _setup(kind, data, request)
@@ -86,9 +87,6 @@ def train_net(
         raise InputError(f"{request.data}: samples: {side} is no multiple of {shape.multiple}")
     checksum = hashlib.sha256((request.data / DATASET_FILE).read_bytes()).hexdigest()
     key = TrainingKey(kind, shape, request.settings, checksum)
-    if not request.resume and (request.out / CHECKPOINT_FILE).exists():
-        exists = f"{request.out / CHECKPOINT_FILE}: exists; {{}}, or choose another folder"
-        raise InputError(exists.format("resume=True goes on"), exists.format("--resume goes on"))
     start = load_training(request.out, key) if request.resume else None
     torch.manual_seed(request.settings.seed)
     net = UNet(shape).to(request.device)
@@ -99,12 +97,16 @@ def train_net(
         observer(training.epochs[-1])
 
     loss = setup.loss.to(torch.device(request.device))
-    training = train(net, loss, setup.examples, setup.validation, request.settings, start, after_epoch)
-    best = training.best_epoch
-    if best is None or not math.isfinite(best.error):
-        raise InputError(f"{request.out}: the training diverged; try a smaller learning rate")
-    card = _card(setup, data, net.cpu().requires_grad_(False), key, training)
-    save_net(request.out, net, card)
+    with only_writer(request.out):
+        if start is None and (request.out / CHECKPOINT_FILE).exists():
+            exists = f"{request.out / CHECKPOINT_FILE}: exists; {{}}, or choose another folder"
+            raise InputError(exists.format("resume=True goes on"), exists.format("--resume goes on"))
+        training = train(net, loss, setup.examples, setup.validation, request.settings, start, after_epoch)
+        best = training.best_epoch
+        if best is None or not math.isfinite(best.error):
+            raise InputError(f"{request.out}: the training diverged; try a smaller learning rate")
+        card = _card(setup, data, net.cpu().requires_grad_(False), key, training)
+        save_net(request.out, net, card)
     return card
 
 

@@ -24,6 +24,7 @@ import tactile
 from optimize.descent.stop_reason import StopReason
 from optimize.run_directory import results
 from optimize.run_directory.checkpoint import load_checkpoint, save_checkpoint
+from optimize.run_directory.directory import clear
 from optimize.run_directory.key import SETTINGS
 from optimize.runs import job
 from optimize.runs.job import Result
@@ -35,6 +36,7 @@ from optimize.verification.converged import converged
 from optimize.verification.picture_metrics import known
 from relief.common.errors import InputError
 from relief.common.limits import BASE_MM
+from relief.common.locks import only_writer
 from relief.heightmap import load_heights, save_heights_exr
 from retouch.verbs import runs
 from tests.optimize.conftest import SAMPLES
@@ -358,6 +360,32 @@ def test_a_start_that_fails_leaves_the_earlier_run(finished: Result, run_file: R
     before = {path: path.read_bytes() for path in finished.run_dir.rglob("*") if path.is_file()}
     refused(run_file("contact_area_scale = 2"), finished.run_dir, force=True)
     assert before == {path: path.read_bytes() for path in finished.run_dir.rglob("*") if path.is_file()}
+
+
+def test_a_folder_that_another_command_writes_into_is_left_to_it(
+    copy: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with only_writer(copy):
+        not_resumed(copy, f"{copy}: another command is writing")
+        for force in (False, True):
+            refused(run_file(), copy, f"{copy}: another command is writing", force=force)
+        with pytest.raises(InputError, match="another command is writing"):
+            runs.forecast(run_file(), copy, force=True)
+    # One that began while this one prepared.
+    monkeypatch.setattr(job, "check_vacant", lambda run_dir, force: None)
+    refused(run_file(), copy, "earlier run")
+    with only_writer(copy):
+        refused(run_file(), copy, f"{copy}: another command is writing", force=True)
+
+
+def test_a_linked_folder_is_replaced_by_an_own_one(copy: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "pictures"
+    (copy / "renders").rename(elsewhere)
+    (copy / "renders").symlink_to(elsewhere)
+    kept = sorted(elsewhere.iterdir())
+    clear(copy)
+    assert sorted(elsewhere.iterdir()) == kept and kept
+    assert [path.name for path in copy.iterdir()] == ["run.toml"]
 
 
 def test_a_run_without_a_checkpoint_cannot_be_resumed(finished: Result, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import pytest
 import trimesh
 
 from relief.common.errors import InputError
+from relief.common.locks import only_writer
 from relief.export.plate import RAISED_MM
 from relief.heightmap import load_height_map, save_heights_exr
 from relief.relief import Relief
@@ -35,6 +36,12 @@ def content(out: Path) -> dict[str, Any]:
 
 def plates(out: Path) -> dict[str, dict[str, Any]]:
     return {plate["label"]: plate for texture in content(out)["textures"] for plate in texture["plates"]}
+
+
+def test_two_commands_do_not_write_into_one_folder(stimuli: StimulusSet, tmp_path: Path) -> None:
+    with only_writer(tmp_path), pytest.raises(InputError, match="another command is writing into this"):
+        make(stimuli, tmp_path, in_process)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_every_level_is_felt_as_designed(whole: Path, tile: Path) -> None:

@@ -24,6 +24,7 @@ from mitsuba_scenes.studies import bundled_studies
 from optimize.run_directory.results import HISTORY
 from relief.common.errors import InputError
 from relief.heightmap import save_heights_exr
+from relief.common.locks import only_writer
 from retouch.commands.main import main
 from retouch.studies import engine, row_job
 from retouch.studies.document import flat_rows, read_document
@@ -224,7 +225,7 @@ def test_a_folder_of_other_files_is_refused(study_file: Path, tmp_path: Path) ->
 
 
 def test_two_commands_do_not_compute_in_one_folder(study_file: Path, copy: Path) -> None:
-    with engine._alone_in(copy), pytest.raises(InputError, match="another command computes in this folder"):
+    with only_writer(copy / ROWS), pytest.raises(InputError, match="another command is writing into this"):
         done(study_file, copy)
 
 

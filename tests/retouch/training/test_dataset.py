@@ -17,6 +17,7 @@ import pytest
 
 import tactile
 from relief.common.errors import InputError
+from relief.common.locks import only_writer
 from retouch.training import shard_jobs
 from retouch.training.dataset import Plan, ShardResult, make_dataset, plan_dataset
 from retouch.training.fields import touch_fields
@@ -68,6 +69,12 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("whole") / "data"
     assert make_dataset(small(), out, in_process, ignore) == []
     return out
+
+
+def test_two_commands_do_not_write_into_one_folder(tmp_path: Path) -> None:
+    with only_writer(tmp_path), pytest.raises(InputError, match="another command is writing into this"):
+        make_dataset(small(), tmp_path, in_process, ignore)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_it_holds_what_was_asked(whole: Path) -> None:

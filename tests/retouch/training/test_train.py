@@ -12,6 +12,7 @@ import torch
 
 import tactile
 from relief.common.errors import InputError
+from relief.common.locks import only_writer
 from retouch.commands.main import main
 from retouch.training.dataset import make_dataset, plan_dataset
 from retouch.training.look_loss import LookLoss
@@ -101,6 +102,13 @@ def test_a_training_that_was_stopped_ends_at_the_same_file(trained: TrainingRequ
     assert (tmp_path / CHECKPOINT_FILE).is_file() and not weights_path("touch", tmp_path).exists()
     train_net("touch", replace(again, resume=True))
     assert weights_path("touch", tmp_path).read_bytes() == weights_path("touch", trained.out).read_bytes()
+
+
+def test_two_commands_do_not_train_in_one_folder(trained: TrainingRequest) -> None:
+    with only_writer(trained.out):
+        for resume in (False, True):
+            with pytest.raises(InputError, match="another command is writing into this"):
+                train_net("touch", replace(trained, resume=resume))
 
 
 def test_the_task_is_as_symmetric_as_the_square(trained: TrainingRequest) -> None:
