@@ -481,7 +481,7 @@ def test_after_a_full_disk_the_command_that_is_told_goes_on(
     if "resume" in told:
         result = runs.resume(out)
     else:
-        if out.is_dir():
+        if any(out.iterdir()):
             not_resumed(out, "force=True")
             refused(path, out, "force=True")
         result = runs.optimize(path, out, force="--force" in told)
