@@ -14,7 +14,7 @@ from typing import Any
 from optimize.descent.gauss_newton.other_fingers import MOST_PLACES
 from optimize.descent.methods import METHODS, PIXEL_S, Effort
 from optimize.runs.memory import machine_gib, needed_gib
-from optimize.runs.preparation import checked_scene
+from optimize.runs.preparation import checked_scene, known_in_reach, press_original
 from optimize.settings.run_file import Run
 from relief.common.errors import InputError
 from relief.common.formatting import duration, number
@@ -104,11 +104,14 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
 
     Raises:
         InputError: what is wrong with the input, in one line; or there is no room on the disk.
+        ContactError: the contact on the original does not converge, if it is pressed to check the goals.
     """
     scene, look, maps, other = checked_scene(settings, variant)
     surface = replace(scene.surface, repeats=settings.axes_repeat)
     patches = Patches(surface, places(surface, settings.touch.spacing_mm))
     scene.look(look).views(FixedSamples())
+    if not known_in_reach(settings, maps):
+        press_original(settings, scene.relief, maps, other)
     heights, pixels = scene.heights.size, scene.resolution[0] * scene.resolution[1]
     steps = expected_steps(settings)
     disk = FOLDER_MIB + SAMPLE_MIB * heights + PIXEL_MIB * pixels * len(scene.conditions)

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 
 from optimize.descent.targets import Target
+from optimize.runs.goal_bounds import check_distance
 from optimize.runs.memory import check_memory_of
 from optimize.settings.run_file import Run
 from optimize.verification.verification import FeelOf
 from relief.common.arrays import Index
 from relief.common.errors import InputError, naming
 from relief.common.formats import RUN_HEIGHTS
-from relief.common.formatting import number
 from relief.common.progress import say, stage
 from relief.heightmap import holds_mm
 from relief.patches import Patches
@@ -21,10 +21,9 @@ from relief.relief import Relief
 from relief.seam import check_seams
 from relief.surface import Repeats, axes
 from tactile import ContactError
-from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
-from tactile.quantities import LARGEST_JND, Quantity, Values
+from tactile.quantities import Quantity, Values
 
 KEY = "touch.feel_of"
 LARGEST_MISFIT = 0.01
@@ -69,27 +68,17 @@ class Feel:
         Raises:
             InputError: the other relief feels farther from this one than any run goes.
         """
-        means = self.touch.means
+        means, name = self.touch.means, self.other.relief.name
         for one in self.quantities:
-            if one.in_jnd:
-                self._check_distance(one, original[one.name].mean(), means[one.name])
+            own = float(original[one.name].mean())
+            if one.in_jnd and min(own, means[one.name]) <= 0.0:
+                raise InputError(f"{KEY}: {name}: feels of nothing; there is no {one.label} to reach")
+            with naming(f"{KEY}: {name}"):
+                check_distance(one, means[one.name], own)
         return tuple(
             Target(one, one.goals[0].goals(means[one.name], original[one.name]), tolerance, self.other.name)
             for one in self.quantities
         )
-
-    def _check_distance(self, quantity: Quantity, own: float, wanted: float) -> None:
-        """Raise InputError if two values are farther apart than any run goes."""
-        name, label = self.other.relief.name, quantity.label
-        if min(own, wanted) <= 0.0:
-            raise InputError(f"{KEY}: {name}: feels of nothing; there is no {label} to reach")
-        if abs(apart := jnd_apart(wanted, own)) > LARGEST_JND:
-            nearest = own * ROUGHNESS_JND ** np.copysign(LARGEST_JND, apart)
-            raise InputError(
-                f"{KEY}: {name}: {label} {number(wanted)} is {apart:+.1f} just-noticeable differences from "
-                f"this texture's {number(own)}; the nearest that a run takes is {number(nearest)} "
-                f"(touch.{quantity.goals[0].key})"
-            )
 
     def described(self) -> FeelOf:
         """Whose feel, its values, and which of them are targets."""

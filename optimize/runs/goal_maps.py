@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from optimize.descent.targets import Targets
+from optimize.runs.goal_bounds import nearest_goals
 from optimize.settings.touch import Touch, Varied
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError, naming
@@ -19,8 +20,7 @@ from relief.common.limits import PATCH_SIDE_MM
 from relief.maps import load_map, means_under
 from relief.places import centres_mm, patch_shape, places
 from relief.surface import Surface
-from tactile.jnd import ROUGHNESS_JND
-from tactile.quantities import LARGEST_JND, QUANTITIES, GoalKey, Quantity, Values
+from tactile.quantities import QUANTITIES, GoalKey, Quantity, Values
 
 _log = logging.getLogger(__name__)
 
@@ -83,10 +83,7 @@ class GoalMap:
         """Raise InputError for a goal out of reach of its place; the line names the nearest in reach."""
         goals = self.goals(at, original)
         side_mm = patch_shape(self.surface)[0] * self.surface.pitch_mm
-        nearest = np.minimum(goals, self.quantity.largest(side_mm))
-        if self.quantity.in_jnd:
-            farthest = ROUGHNESS_JND**LARGEST_JND
-            nearest = np.clip(goals, original / farthest, original * farthest)
+        nearest = nearest_goals(self.quantity, goals, original, side_mm)
         if (far := np.flatnonzero(nearest != goals)).size:
             one, text = far[0], self.quantity.text
             down, right = centres_mm(self.surface, at)[one]

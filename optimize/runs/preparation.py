@@ -12,7 +12,8 @@ from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.descent.methods import METHODS
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Target, Targets
-from optimize.runs.feel_of import Other, feel, read_other
+from optimize.runs.feel_of import Feel, Other, feel, read_other
+from optimize.runs.goal_bounds import check_distance, telling_reach
 from optimize.runs.goal_maps import GoalMap, RunGoals, goal_maps
 from optimize.runs.memory import check_memory_of
 from optimize.settings.run_file import Run
@@ -26,6 +27,7 @@ from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.common.progress import say, stage
 from relief.patches import Patches
 from relief.places import places
+from relief.relief import Relief
 from tactile.jnd import SMOOTH
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName, check_model
@@ -152,21 +154,13 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             look=look,
             spacing_mm=touch.spacing_mm,
         )
-    verifier: ModelName | None = "fem" if settings.verify.model == "fem" else None
-
-    steered = untargeted.patches.places
+    steered, verifier = untargeted.patches.places, _verifier(settings)
+    original, targets, felt = press_original(settings, scene.relief, maps, other)
 
     def press(heights: Array, model: ModelName, at: Index) -> TouchMeasures:
         relief = replace(scene.relief, heights=heights)
         return measure_touch(relief, untargeted.skin, model, settings.verify.resolution, at=at)
 
-    with naming(settings.texture), stage("pressing on the original"):
-        original = press(scene.heights, verifier or touch.model, steered)
-    targets = _targets(settings, untargeted.patches.size_mm, original.values, maps, steered)
-    felt = None if other is None else feel(other, settings, verifier or touch.model)
-    if felt is not None:
-        with naming(settings.texture):
-            targets = Targets((*felt.targets(original.values, descent.tolerance), *targets.each))
     if untargeted.frozen is not None:
         below = f"more than {HEIGHT_LIMIT_MM:g} mm below the top, where no finger reaches"
         say(f"{100.0 * untargeted.frozen.mean():.3g} % of the area lies {below}, and stays as it is")
@@ -197,6 +191,42 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
         surrogate_targets=first_surrogate_targets(targets, steering.values, original.values),
         feel_of=None if felt is None else felt.described(),
     )
+
+
+def press_original(
+    settings: Run, relief: Relief, maps: Sequence[GoalMap], other: Other | None
+) -> tuple[TouchMeasures, Targets, Feel | None]:
+    """Press on the original of a run, and on another relief whose feel is the target, by the verifying model.
+
+    Returns:
+        What the original feels like, the targets, and the feel of the other relief, if there is one.
+
+    Raises:
+        InputError: a goal is farther from the original than any run goes.
+        ContactError: the contact on the original does not converge.
+    """
+    touch, model = settings.touch, _verifier(settings) or settings.touch.model
+    lattice = places(relief.surface, touch.spacing_mm)
+    with naming(settings.texture), stage("pressing on the original"):
+        original = measure_touch(relief, touch.finger, model, settings.verify.resolution, at=lattice)
+    targets = _targets(settings, Patches(relief.surface, lattice).size_mm, original.values, maps, lattice)
+    if other is None:
+        return original, targets, None
+    felt = feel(other, settings, model)
+    with telling_reach(settings, ROUGHNESS):
+        targets = Targets((*felt.targets(original.values, settings.descent.tolerance), *targets.each))
+    return original, targets, felt
+
+
+def known_in_reach(settings: Run, maps: Sequence[GoalMap]) -> bool:
+    """Whether all goals are just-noticeable differences, of which a run file takes no more than a run."""
+    goals = [(quantity, key) for quantity, key, _ in settings.touch.goals()]
+    goals += [(varied.quantity, part.key) for varied in maps for part in varied.parts]
+    return settings.touch.feel_of is None and all(one.in_jnd and key.relative for one, key in goals)
+
+
+def _verifier(settings: Run) -> ModelName | None:
+    return "fem" if settings.verify.model == "fem" else None
 
 
 def _fingers(settings: Run, targets: Targets, original: TouchMeasures) -> FingerRange | None:
@@ -240,10 +270,13 @@ def _targets(settings: Run, size_mm: float, original: Values, maps: Sequence[Goa
     for quantity, key, number in settings.touch.goals():
         goals = key.goals(number, original[quantity.name])
         _check_goal(settings, quantity, key, float(goals.max()), size_mm)
+        with telling_reach(settings, quantity), naming(f"touch.{key.key}"):
+            check_distance(quantity, float(goals.mean()), float(original[quantity.name].mean()))
         targets.append(Target(quantity, goals, settings.descent.tolerance))
     for varied in maps:
         own = original[varied.quantity.name]
-        varied.check(at, own)
+        with telling_reach(settings, varied.quantity):
+            varied.check(at, own)
         targets.append(Target(varied.quantity, varied.goals(at, own), settings.descent.tolerance))
     return Targets(tuple(targets))
 

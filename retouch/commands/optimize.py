@@ -158,9 +158,9 @@ def run(arguments: argparse.Namespace) -> int:
     name = arguments.source if _is_run_file(arguments.source) else settings.texture
     out = arguments.out or Path("runs") / name.stem
     _refuse_inputs_in(out, (arguments.source, *settings.files().values()))
-    if arguments.dry_run:
-        return _forecast(settings, out, arguments)
     with contact_errors_name(settings.texture):
+        if arguments.dry_run:
+            return _forecast(settings, out, arguments)
         result = retouch.optimize(
             settings, out, variant=arguments.variant, force=arguments.force, quiet=arguments.quiet
         )

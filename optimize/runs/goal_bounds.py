@@ -1,0 +1,61 @@
+"""Bounds of goals: how far from the original a run goes at most, and what tells how far the look is kept."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from optimize.settings.run_file import Run
+from relief.common.arrays import Array
+from relief.common.errors import InputError
+from relief.common.formatting import number
+from tactile.jnd import ROUGHNESS_JND, jnd_apart
+from tactile.quantities import LARGEST_JND, Quantity
+
+ROUNDING = 1e-9
+"""Relative rounding error of a goal that lies on a bound."""
+
+
+def nearest_goals(quantity: Quantity, goals: Array, original: Array, side_mm: float) -> Array:
+    """Goals (k,) moved into the bounds of a run, by the original's own values (k,) and the side of a patch.
+
+    A goal within the bounds comes back as it is.
+    """
+    nearest = np.minimum(goals, quantity.largest(side_mm))
+    if quantity.in_jnd:
+        farthest = ROUGHNESS_JND**LARGEST_JND
+        nearest = np.clip(nearest, original / farthest, original * farthest)
+    return np.where(np.abs(nearest - goals) <= ROUNDING * goals, goals, nearest)
+
+
+def check_distance(quantity: Quantity, goal: float, original: float) -> None:
+    """Raise InputError if a mean goal is farther from the original's mean than any run goes."""
+    (nearest,) = nearest_goals(quantity, np.array([goal]), np.array([original]), np.inf)
+    if nearest == goal:
+        return
+    apart = "out of reach of"
+    if min(goal, original) > 0.0:
+        apart = f"{jnd_apart(goal, original):+.1f} just-noticeable differences from"
+    raise InputError(
+        f"{quantity.label} {number(goal)} is {apart} this texture's {number(original)}; "
+        f"the nearest that a run takes is {number(nearest)} (touch.{quantity.goals[0].key})"
+    )
+
+
+@contextmanager
+def telling_reach(settings: Run, quantity: Quantity) -> Iterator[None]:
+    """Let an InputError of the block about a goal name the texture, and what tells how far a run may go."""
+    texture, relief_mm = settings.texture, settings.relief_mm
+    try:
+        yield
+    except InputError as error:
+        in_python = in_command = ""
+        if quantity.in_jnd:
+            argument, option = f", relief_mm={relief_mm}", f" --relief-mm {relief_mm}"
+            if relief_mm is None:
+                argument = option = ""
+            tells = "tells how far its look is kept"
+            in_python = f'; retouch.evaluate("{texture}"{argument}, reach="studio") {tells}'
+            in_command = f"; retouch evaluate {texture}{option} --reach {tells}"
+        line, for_command = f"{error}{in_python}", f"{error.for_command}{in_command}"
+        raise InputError(f"{texture}: {line}", f"{texture}: {for_command}") from error
