@@ -95,7 +95,7 @@ class _Header:
     seconds: NotNegative
     key: dict[str, Any]
     history: str
-    targets: tuple[_Target, ...]
+    targets: Annotated[tuple[_Target, ...], Field(min_length=1)]
     iterations: tuple[_OuterIteration, ...]
     current: _Iterate
     best: _Iterate

@@ -162,7 +162,7 @@ def _go_on(run_dir: Path, settings: Run, variant: str | None, publish: Publish |
                 f"{run_dir / CHECKPOINT}: {current.heights.shape} heights, "
                 f"the texture has {prepared.problem.heights.shape}"
             )
-        _check_touches(run_dir, checkpoint, prepared)
+        _check_fit(run_dir, checkpoint, prepared)
         limit = prepared.plan.step_limit(len(state.iterations))
         method = prepared.plan.method_for(state.surrogate_targets, limit)
         start = method.begin(current.step, current.heights, current.memory)
@@ -172,8 +172,14 @@ def _go_on(run_dir: Path, settings: Run, variant: str | None, publish: Publish |
         )
 
 
-def _check_touches(run_dir: Path, checkpoint: Checkpoint, prepared: Prepared) -> None:
-    """Raise InputError if the numbers of a checkpoint are not those of the run's places."""
+def _check_fit(run_dir: Path, checkpoint: Checkpoint, prepared: Prepared) -> None:
+    """Raise InputError if the numbers of a checkpoint are not those of the run's targets and places."""
+    steered, wanted = (
+        [target.quantity.name for target in targets.each]
+        for targets in (checkpoint.state.surrogate_targets, prepared.plan.targets)
+    )
+    if steered != wanted:
+        raise InputError(f"{run_dir / CHECKPOINT}: targets: {steered}, the run's are {wanted}")
     patches, current = prepared.problem.patches, checkpoint.current
     pressures = (patches.count, patches.samples, patches.samples)
     shape = current.memory["pressure"].shape if "pressure" in current.memory else pressures

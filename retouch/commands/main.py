@@ -51,7 +51,7 @@ BROKEN_PIPE = 1
 USERS_OWN = frozenset(
     {
         *(errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.ELOOP, errno.ENAMETOOLONG),
-        *(errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT),
+        *(errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT, errno.EFBIG),
     }
 )
 """Error numbers of files and folders that the user can mend; any other is the program's."""

@@ -214,6 +214,7 @@ FORGERIES: dict[str, tuple[Callable[[Arrays, dict[str, Any]], object], str]] = {
     "more contact than plate": (put("current", "contact_fraction", 1.5), "current.contact_fraction"),
     "a goal of nothing": (lambda _, n: n["targets"][0].update(goal=[0.0]), "targets.0.goal"),
     "goals of more touches": (lambda _, n: n["targets"][0].update(goal=[0.1, 0.2]), "values"),
+    "no targets": (lambda _, n: n.update(targets=[]), "targets"),
     "a quantity of no table": (lambda _, n: n["targets"][0].update(quantity="colour"), "colour"),
     "an error that is none": (
         lambda _, n: n["iterations"][0].update(relative_error=float("inf")),

@@ -22,6 +22,7 @@ from PIL import Image
 
 import tactile
 from optimize.descent.stop_reason import StopReason
+from optimize.descent.targets import Targets
 from optimize.run_directory import results
 from optimize.run_directory.checkpoint import load_checkpoint, save_checkpoint
 from optimize.run_directory.directory import clear
@@ -436,6 +437,13 @@ def test_a_memory_of_another_shape_is_refused(copy: Path, name: str) -> None:
     memory = checkpoint.current.memory | {name: np.zeros((3, 3))}
     save_checkpoint(copy, replace(checkpoint, current=replace(checkpoint.current, memory=memory)))
     not_resumed(copy, f"descent.safetensors: memory.{name}: (3, 3) numbers")
+
+
+def test_targets_of_another_quantity_are_refused(copy: Path) -> None:
+    checkpoint = load_checkpoint(copy)
+    area = Targets.of(0.01, contact_area_mm2=50.0)
+    save_checkpoint(copy, replace(checkpoint, state=replace(checkpoint.state, surrogate_targets=area)))
+    not_resumed(copy, "targets: ['contact_area_mm2'], the run's are ['roughness']")
 
 
 def test_a_history_that_was_tampered_with_is_refused(copy: Path) -> None:

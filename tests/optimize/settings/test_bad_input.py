@@ -1,5 +1,6 @@
 """Whatever a user gets wrong ends with status 2, one line that names file and field, and nothing written."""
 
+import resource
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -237,6 +238,17 @@ def test_a_folder_that_cannot_be_written_is_named(folder: Path, capfd: pytest.Ca
     assert main(["optimize", "run.toml"]) == 2
     (line,) = capfd.readouterr().err.splitlines()
     assert "runs" in line
+
+
+def test_a_limit_on_the_size_of_files_is_told(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    before, limits = sorted(folder.iterdir()), resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+    try:
+        status = main(["export", "plate.exr", "-o", "plate.stl"])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (status, capfd.readouterr().err) == (2, "retouch: plate.stl: File too large\n")
+    assert sorted(folder.iterdir()) == before
 
 
 def test_an_error_of_the_program_is_one_line_and_a_traceback_in_a_file(
