@@ -1,6 +1,6 @@
 """Limits of a printer: the slopes and features that come out, and the nearest relief that has no others."""
 
-from collections.abc import Callable
+from functools import reduce
 from math import atan, cos, hypot, inf, radians, tan
 
 import numpy as np
@@ -8,6 +8,7 @@ import scipy
 from numpy.typing import NDArray
 
 from relief.common.arrays import Array
+from relief.common.errors import InputError
 from relief.printers import STEEPEST_DEGREES, Printer
 
 _QUARTER = ((0, 1), (1, 2), (1, 1), (2, 1))
@@ -17,6 +18,8 @@ STRAIGHT = cos(0.5 * atan(0.5))
 """Least distance between two pixels in units of the shortest sum of such steps: 0.973."""
 SAME = 1e-9
 """Share of a layer by which whole layers may be off by rounding."""
+MOST_ACROSS = 255
+"""Most pixels across the smallest feature. The time to leave out what is finer grows with that number."""
 
 
 class PrintLimits:
@@ -30,6 +33,9 @@ class PrintLimits:
         printer: whose limits.
         pitch_mm: distance of neighbouring pixels.
         repeats: axes (rows, cols) along which the relief goes on as itself.
+
+    Raises:
+        InputError: the smallest feature is too many pixels wide.
     """
 
     def __init__(
@@ -41,10 +47,15 @@ class PrintLimits:
         self._rise_mm = inf
         if not self.any_slope:
             self._rise_mm = STRAIGHT * pitch_mm * tan(radians(printer.max_slope_degrees))
-        # A disc as wide as the smallest feature.
         reach = printer.min_feature_um / 2000.0 / pitch_mm
-        side = np.arange(-int(reach), int(reach) + 1)
-        self._disc: NDArray[np.bool_] = np.hypot(*np.meshgrid(side, side)) <= reach
+        self._wide = 2 * int(reach) + 1
+        """Pixels across a disc as wide as the smallest feature."""
+        if self._wide > MOST_ACROSS:
+            raise InputError(
+                f"printer: min_feature_um: {printer.min_feature_um:g} um are {self._wide} pixels of "
+                f"{1000.0 * pitch_mm:.4g} um; at most {MOST_ACROSS} can be computed"
+            )
+        self._rectangles = _rectangles(reach)
 
     def in_layers(self, heights: Array) -> Array:
         """What is printed of a design (rows, cols), mm: whole layers within the limits."""
@@ -115,17 +126,15 @@ class PrintLimits:
     def too_fine(self, heights: Array) -> NDArray[np.bool_]:
         """Pixels (rows, cols) of a print where narrow ridges or grooves stand out by more than a layer."""
         layers = np.rint(heights / self._printer.layer_mm)
-        ridges = layers - self._filtered(layers, scipy.ndimage.grey_opening)
-        grooves = self._filtered(layers, scipy.ndimage.grey_closing) - layers
-        return np.maximum(ridges, grooves) > 1.0
+        return np.maximum(layers - self._opened(layers), self._closed(layers) - layers) > 1.0
 
     def _without_fine(self, layers: Array) -> Array:
         """Numbers of layers (rows, cols) whose ridges and grooves are as wide as the smallest feature.
 
         Those of a single layer may be narrower. Where all is ridges and grooves, grooves are filled.
         """
-        opened = np.minimum(layers, self._filtered(layers, scipy.ndimage.grey_opening) + 1.0)
-        return np.asarray(np.maximum(opened, self._filtered(opened, scipy.ndimage.grey_closing) - 1.0))
+        opened = np.minimum(layers, self._opened(layers) + 1.0)
+        return np.asarray(np.maximum(opened, self._closed(opened) - 1.0))
 
     def _moved(self, field: Array, down: int, right: int) -> Array:
         """The field moved over the plate; infinite where nothing comes in."""
@@ -135,10 +144,27 @@ class PrintLimits:
                 along[slice(by) if by > 0 else slice(by, None)] = inf
         return moved
 
-    def _filtered(self, layers: Array, opening_or_closing: Callable[..., Array]) -> Array:
-        """Opening removes ridges narrower than the disc, closing grooves."""
-        wide = len(self._disc)
+    def _closed(self, layers: Array) -> Array:
+        """Numbers of layers (rows, cols) with grooves narrower than the disc filled."""
+        return -self._opened(-layers)
+
+    def _opened(self, layers: Array) -> Array:
+        """Numbers of layers (rows, cols) without ridges narrower than the disc."""
+        wide = self._wide
         for axis, repeats in enumerate(self._repeats):
             around = [(wide, wide) if axis == each else (0, 0) for each in (0, 1)]
             layers = np.pad(layers, around, mode="wrap" if repeats else "symmetric")
-        return opening_or_closing(layers, footprint=self._disc)[wide:-wide, wide:-wide]
+        # The least under a disc is the least under the rectangles that make it up, which take far less time.
+        low = reduce(np.minimum, (scipy.ndimage.minimum_filter(layers, each) for each in self._rectangles))
+        high = reduce(np.maximum, (scipy.ndimage.maximum_filter(low, each) for each in self._rectangles))
+        return np.asarray(high[wide:-wide, wide:-wide])
+
+
+def _rectangles(reach: float) -> list[tuple[int, int]]:
+    """Sides (rows, cols) of rectangles about one pixel that make up a disc of this radius, in pixels."""
+    away = np.arange(int(reach) + 1)
+    inside = np.hypot(away[:, None], away) <= reach
+    widths = inside.sum(axis=1)
+    # Of rows of the same width, the farthest from the middle; nearer ones lie within its rectangle.
+    last = np.flatnonzero(np.diff(widths, append=0))
+    return [(2 * int(row) + 1, 2 * int(widths[row]) - 1) for row in last]

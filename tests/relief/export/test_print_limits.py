@@ -5,6 +5,7 @@ from math import radians, tan
 
 import numpy as np
 import pytest
+import scipy
 
 from relief.common.errors import InputError
 from relief.print_limits import STRAIGHT, PrintLimits
@@ -82,6 +83,35 @@ def test_kept_features_leave_no_narrow_ridges_and_grooves(rough: np.ndarray) -> 
     np.testing.assert_array_equal(printed(expected, PITCH, keeping), printed(expected, PITCH, MASK))
     before, after = (faults(printed(rough, PITCH, each), PITCH, MASK) for each in (MASK, keeping))
     assert after["too_fine_percent"] < 0.2 * before["too_fine_percent"]
+
+
+@pytest.mark.parametrize("reach", [0.4, 1.5, 2.3, 5.7, 8.5])
+@pytest.mark.parametrize("repeats", [(False, False), (False, True), (True, True)])
+def test_what_is_fine_is_that_under_a_disc(
+    rough: np.ndarray, reach: float, repeats: tuple[bool, bool]
+) -> None:
+    layers, wide = np.rint(9.0 * rough), 2 * int(reach) + 1
+    disc = np.hypot(*np.mgrid[-int(reach) : reach + 0.1, -int(reach) : reach + 0.1]) <= reach
+    limits = PrintLimits(replace(MASK, min_feature_um=2000.0 * reach * PITCH), PITCH, repeats)
+    around = layers
+    for axis, repeat in enumerate(repeats):
+        widths = [(wide, wide) if axis == each else (0, 0) for each in (0, 1)]
+        around = np.pad(around, widths, mode="wrap" if repeat else "symmetric")
+    opened, closed = (
+        by_disc(around, footprint=disc)[wide:-wide, wide:-wide]
+        for by_disc in (scipy.ndimage.grey_opening, scipy.ndimage.grey_closing)
+    )
+    expected = np.maximum(layers - opened, closed - layers) > 1.0
+    np.testing.assert_array_equal(limits.too_fine(layers * MASK.layer_mm), expected)
+
+
+def test_a_feature_of_too_many_pixels_is_refused_before_any_is_left_out(rough: np.ndarray) -> None:
+    for keep_features in (False, True):
+        wide = replace(MASK, min_feature_um=10000.0, keep_features=keep_features)
+        with pytest.raises(
+            InputError, match=r"min_feature_um: 10000 um are 401 pixels of 25 um; at most 255 can be computed"
+        ):
+            printed(rough, 0.5 * PITCH, replace(wide, pixel_um=25.0))
 
 
 def test_a_relief_that_is_too_high_is_refused_with_what_to_do() -> None:
