@@ -164,6 +164,8 @@ ROUGHNESS = Quantity(
 )
 """V (paper equation 2)."""
 
+GAPS_COUNT = "the contact area counts gaps too, one of 0.0125 mm half"
+"""Why the contact area is larger than the share under pressure, for the screen."""
 CONTACT_AREA = Quantity(
     name="contact_area_mm2",
     label="contact area",
@@ -185,8 +187,8 @@ CONTACT_AREA = Quantity(
             relative=True,
         ),
     ),
-    meaning="The area in which the skin touches the plate; a gap of 0.0125 mm counts half. More "
-    "contact carries more heat away, and feels colder.",
+    meaning="The area in which the skin touches the plate; a gap of 0.0125 mm counts half, so that the "
+    "area is larger than what bears pressure. More contact carries more heat away, and feels colder.",
     feel_of="contact-area",
 )
 """A (paper equation 3), which the finger reads as temperature."""

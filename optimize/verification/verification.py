@@ -13,10 +13,12 @@ from pydantic import Field
 
 from optimize.settings.run_file import Run
 from optimize.verification.section import Keys, Section
-from tactile.quantities import QUANTITIES
+from tactile.quantities import QUANTITIES, ROUGHNESS
 
 LARGEST_NUMBER = 1e300
 """Largest number of result.json; NaN, which Python's reader of JSON takes, is not within."""
+SAME_CHANGE = 1e-6
+"""Relative difference of two changes that count as one: rounding."""
 
 Values = Mapping[str, float | None]
 """Numbers by the names of their quantities; None where there is none."""
@@ -102,6 +104,18 @@ class Places(Spread):
     between: PlaceValues | None = None
 
     @property
+    def varied(self) -> bool:
+        """Whether the targets of roughness are other than one change from the original everywhere."""
+        name = ROUGHNESS.name
+        ratios = [
+            goal / first
+            for side in self.sides
+            for goal, first in zip(side.target.get(name, ()), side.initial[name], strict=False)
+            if goal > 0.0 and first > 0.0
+        ]
+        return bool(ratios) and max(ratios) > (1.0 + SAME_CHANGE) * min(ratios)
+
+    @property
     def sides(self) -> tuple[PlaceValues, ...]:
         """The steered places, and those between them if there are any."""
         return (self.steered,) if self.between is None else (self.steered, self.between)
@@ -133,7 +147,8 @@ class Touch(Section):
         target, initial, achieved, verified: means over the places, by quantity: goal; of the original by the
             verifying model; of the result by the model that steers, and by the verifying one.
         verified_by: the verifying model; None without verification, as the values of `verified`.
-        contact_fraction: share of the plate in contact.
+        contact_fraction, initial_contact_fraction: share of the plate under pressure of the result and of
+            the original, means over the places by the model of `verified`.
         jnd_from_original: just-noticeable differences; None if one of the reliefs is smooth.
     """
 
@@ -144,6 +159,7 @@ class Touch(Section):
     verified: Annotated[Values, Keys(("verified_",), each=True)] = Field(default_factory=dict)
     verified_by: str | None = None
     contact_fraction: float
+    initial_contact_fraction: float | None = None
     jnd_from_original: float | None = None
     feel_of: FeelOf | None = None
     fingers: Fingers | None = None

@@ -49,15 +49,6 @@ class Places:
         """(n,) just-noticeable differences from the target, not finite at flat places."""
         return None if self.goal is None else _jnd(self.reached, self.goal)
 
-    @property
-    def same_change(self) -> bool:
-        """Whether the target is the same change everywhere, rather than a roughness for each place."""
-        if self.goal is None:
-            return True
-        wanted = _jnd(self.goal, self.original)
-        wanted = wanted[np.isfinite(wanted)]
-        return bool(wanted.size == 0 or np.ptp(wanted) < 1e-6)
-
 
 def read_places(measured: verification.Places) -> Places:
     """Roughness at all places of a verification."""
@@ -89,7 +80,7 @@ def place_figures(report: Report) -> dict[str, Any]:
     board = _Board.of(report, places)
     change, off = _jnd(places.reached, places.original), places.off
     maps = []
-    if places.same_change:
+    if not measured.varied:
         maps.append(
             board.signed("Change from the original", change, "JND from the original; orange: rougher")
         )
@@ -105,7 +96,7 @@ def place_figures(report: Report) -> dict[str, Any]:
             "maps": maps,
             "strip": board.strip,
             "repeats": len(board.shifts) > 1,
-            "varied": not places.same_change,
+            "varied": measured.varied,
             "line": _line(places),
             "relief": board.relief(report),
             "steered": int(places.steered.sum()),

@@ -86,6 +86,19 @@ def test_it_tells_target_achieved_and_verified_roughness_and_the_odds(tmp_path: 
         assert words in text
 
 
+def test_the_contact_fractions_are_those_of_all_places(tmp_path: Path) -> None:
+    """The maps show the first place, where a larger share is in contact than in the mean."""
+    told = replace(plausible(), verification=verified(touch={"initial_contact_fraction": 0.31}))
+    text = Outline(page(tmp_path, told)).text
+    assert "before: 55 % in contact" in text and "Contact fraction0.31\N{EN DASH}\N{EN DASH}0.48" in text
+    places = {"centres_mm": [[5, 5], [5, 9]], "initial_roughness": [0.04, 0.046], "count": 2}
+    steered = places | {"verified_roughness": [0.07, 0.071]}
+    several = verified(touch={"initial_contact_fraction": 0.31, "places": {"count": 2, "steered": steered}})
+    text = " ".join(Outline(page(tmp_path, replace(plausible(), verification=several))).text.split())
+    assert "before: 55 % in contact at this place" in text and "the first of its 2 places" in text
+    assert "Each number is a mean over the 2 places that were steered." in text
+
+
 def test_the_noise_of_the_pictures_is_told_with_their_change(tmp_path: Path) -> None:
     text = " ".join(Outline(page(tmp_path, noisy("known", "Small."))).text.split())
     for words in (
