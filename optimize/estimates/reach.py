@@ -60,16 +60,30 @@ class ChangeCurve:
 
 @dataclass(frozen=True)
 class Reach:
-    """The reach both ways, with the models that estimated it."""
+    """The reach both ways, with the models that estimated it.
+
+    Attributes:
+        mean_percent_of_white: mean radiance of the original's pictures over the plate, % of white.
+    """
 
     rougher: ChangeCurve
     smoother: ChangeCurve
     touch: ModelName
     look: str
+    mean_percent_of_white: float
+
+    @property
+    def limit_percent_of_mean(self) -> float:
+        """The limit in % of the mean picture, the unit of the changes that runs tell."""
+        return 100.0 * LIMIT_PERCENT / self.mean_percent_of_white
 
     def as_json(self) -> dict[str, Any]:
         """Everything, for `retouch evaluate --reach --json`."""
-        return {**asdict(self), "limit_percent_of_white": LIMIT_PERCENT}
+        limits = {
+            "limit_percent_of_white": LIMIT_PERCENT,
+            "limit_percent_of_mean": self.limit_percent_of_mean,
+        }
+        return asdict(self) | limits
 
 
 def reach(scene: Scene, skin: Skin) -> Reach:
@@ -96,10 +110,10 @@ def reach(scene: Scene, skin: Skin) -> Reach:
         touch, look = "layer", EXACT
     problem = Problem(scene.relief, skin, Targets(), scene, touch=touch, look=look)
     original = problem.press(scene.heights, gradients=False).values[ROUGHNESS.name]
-    changed = _rendered_change(scene) if look_model(look).sampled else _change(scene, look)
+    changed, mean = _rendered_change(scene) if look_model(look).sampled else _change(scene, look)
     with stage("short descents", 2 * len(CURVE_JND), at_most=True) as advance:
         rougher, smoother = (_curve(problem, original, sense, changed, advance) for sense in (1.0, -1.0))
-    return Reach(rougher, smoother, touch, look)
+    return Reach(rougher, smoother, touch, look, mean)
 
 
 def _curve(
@@ -144,8 +158,11 @@ def crossing(ends: Sequence[tuple[float, float]], bends: bool) -> float:
     return float(min(LIMIT_PERCENT / max(rate, 1e-9), LARGEST_JND))
 
 
-def _change(scene: Scene, look: str) -> Callable[[Array], float]:
-    """From heights to the mean change of the scene's pictures by a look without noise, % of white."""
+def _change(scene: Scene, look: str) -> tuple[Callable[[Array], float], float]:
+    """From heights to the mean change of the scene's pictures by a look without noise, and the mean picture.
+
+    Both are means over the plate in % of white.
+    """
     weights = pixel_weights(scene.plate_weights(), scene.weights)
     original = scene.render(scene.heights, model=look).numpy()
 
@@ -153,10 +170,10 @@ def _change(scene: Scene, look: str) -> Callable[[Array], float]:
         difference = scene.render(heights, model=look).numpy() - original
         return 100.0 * float((weights * np.abs(difference)).mean()) / scene.white
 
-    return changed
+    return changed, 100.0 * float((weights * original).mean()) / scene.white
 
 
-def _rendered_change(scene: Scene) -> Callable[[Array], float]:
+def _rendered_change(scene: Scene) -> tuple[Callable[[Array], float], float]:
     """The same by rendered pictures; the middle of a number that noise enlarges and one that it lowers."""
     weights = pixel_weights(scene.plate_weights(), scene.weights)
     original = batched(scene, scene.heights, SAMPLES).pictures
@@ -166,4 +183,4 @@ def _rendered_change(scene: Scene) -> Callable[[Array], float]:
         bounds = np.abs(difference.mean(axis=0)).mean(), crossed_magnitude(difference)
         return 100.0 * float(np.mean(bounds)) / scene.white
 
-    return changed
+    return changed, 100.0 * float((weights * original).mean()) / scene.white

@@ -33,12 +33,14 @@ def plus_minus(value: float, error: float) -> str:
     """A value and its standard error, both rounded to the first digit of the error.
 
     Four batches know an error to 40 %, so that its second digit means nothing. Without a positive finite
-    error only the value.
+    error, or where the error is too small for three digits of the value, only the value.
     """
     if not 0.0 < error < math.inf:
         return number(value)
     first = math.floor(math.log10(float(f"{error:.0e}")))
     digits = max(0, -first)
+    if value and digits > 2 - math.floor(math.log10(abs(value))):
+        return number(value)
     text = f"{value:.{digits}f} \N{PLUS-MINUS SIGN} {error:.{digits}f}"
     return text.replace(" ", "\N{NO-BREAK SPACE}").replace("-", "\N{MINUS SIGN}")
 

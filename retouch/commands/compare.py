@@ -28,10 +28,9 @@ from retouch.commands.options import (
     print_json,
     seed,
 )
-from retouch.commands.summary import other_fingers
-from tactile.jnd import tries_of_100
+from retouch.commands.summary import jnd_in_words, other_fingers, told_apart
 from tactile.limits import MODEL_NAMES
-from tactile.quantities import QUANTITIES
+from tactile.quantities import GAPS_COUNT, QUANTITIES
 
 if TYPE_CHECKING:
     from optimize.verification.verification import PictureChange
@@ -120,7 +119,7 @@ def run(arguments: argparse.Namespace) -> int:
     elif not arguments.quiet:
         from retouch.pages.content import Compared
 
-        console().print(lines_table(lines(Compared.model_validate(content))))
+        console().print(lines_table(lines(Compared.model_validate(content), arguments.verbose)))
     return 0
 
 
@@ -144,25 +143,26 @@ def _check(arguments: argparse.Namespace, paths: list[Path]) -> None:
         raise InputError(f"{out}: -o: the page is HTML; give a name that ends in .html")
 
 
-def lines(numbers: "Compared") -> Iterator[tuple[str, str]]:
-    """What the screen tells: a word and a sentence each."""
+def lines(numbers: "Compared", verbose: bool = False) -> Iterator[tuple[str, str]]:
+    """What the screen tells: a word and a sentence each; `verbose` adds other measures of the pictures."""
     for side in numbers.sides:
         yield side.name, f"{side.file}, {side.size_mm:g} mm, {side.samples} x {side.rows}"
+    means = "" if numbers.places is None else f" (means over {numbers.places.count} places)"
     for name, quantity in QUANTITIES.items():
         values = " and ".join(number(side.values[name]) for side in numbers.sides)
-        yield quantity.label, f"{values} {quantity.unit}".rstrip()
+        yield quantity.label, f"{values} {quantity.unit}".rstrip() + means
     shares = " and ".join(f"{100.0 * side.contact_fraction:.0f} %" for side in numbers.sides)
-    yield "in contact", f"{shares} of the plate"
+    yield "in contact", f"{shares} of the plate; {GAPS_COUNT}"
     yield "feel", _feel(numbers)
     if (places := numbers.places) is not None and places.jnd_min is not None:
         ends = f"{places.jnd_min:+.2f} to {places.jnd_max:+.2f}"
         yield "", f"{ends} JND over {places.count} places of the finger"
     if (fingers := numbers.fingers) is not None and fingers.jnd_min is not None:
-        yield "", other_fingers(fingers)
+        yield "", other_fingers(fingers, numbers.places is not None)
     if (look := numbers.look) is None:
         yield "pictures", f"not compared: {numbers.no_look}"
     else:
-        yield "pictures", _pictures(look)
+        yield "pictures", _pictures(look, verbose)
         for name, each in (("DSSIM", look.dssim), ("FLIP", look.flip)):
             values = ", ".join(number(value, 2) for value in each)
             yield name, f"{values} ({', '.join(look.conditions)})"
@@ -175,15 +175,13 @@ def _feel(numbers: "Compared") -> str:
     one, other = (f"the {name}" if name.islower() else name for name in names)
     if jnd is None:
         return "one of the two is smooth; ratios to it mean nothing"
-    sense = "rougher" if jnd > 0 else "smoother"
-    apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
-    return f"{other} is {number(abs(jnd), 2)} JND {sense} than {one}, {apart}"
+    return f"{other} is {jnd_in_words(jnd)} than {one}, {told_apart(jnd)}"
 
 
-def _pictures(look: "PictureChange") -> str:
+def _pictures(look: "PictureChange", verbose: bool) -> str:
     if look.noise.certainty == "same":
         return look.noise.message
     about = "" if look.noise.certainty == "known" else "about "
-    of_mean = f"{percent(look.change_percent)} of the mean picture"
+    apart = f"{about}{percent(look.change_percent)} of the mean picture apart"
     of_white = f"{percent(look.change_percent_of_white)} of white"
-    return f"{about}{of_mean} apart (rms {percent(look.change_rms_percent)}); {of_white}"
+    return f"{apart} (rms {percent(look.change_rms_percent)}); {of_white}" if verbose else apart

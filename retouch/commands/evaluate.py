@@ -11,7 +11,7 @@ from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from relief.common.errors import InputError, naming
 from relief.common.formats import MESHES
-from relief.common.formatting import number
+from relief.common.formatting import number, percent
 from relief.common.limits import MOST_MESH_PLACES as MOST_PLACES
 from relief.common.progress import stage
 from relief.printers import PRINTERS
@@ -34,7 +34,7 @@ from retouch.commands.options import (
 )
 from retouch.commands.touch_entries import table
 from tactile.limits import MODEL_NAMES, model_name
-from tactile.quantities import LARGEST_JND, LIMIT_PERCENT
+from tactile.quantities import GAPS_COUNT, LARGEST_JND, LIMIT_PERCENT
 
 if TYPE_CHECKING:
     from retouch import Evaluation, Scene, Skin
@@ -165,13 +165,16 @@ def _tell(
     skin, skin_name = evaluations[0].skin, Path(evaluations[0].skin_name).stem
     screen.print(
         f"{model_name(arguments.model).capitalize()}, skin {skin_name}: {_moduli(skin)}, "
-        f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {patches} mm{by}."
+        f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {patches} mm{by}.\n"
+        f"{GAPS_COUNT[:1].upper()}{GAPS_COUNT[1:]}; in contact is what bears pressure."
     )
     if scene is not None:
-        limit = f"before its pictures in {scene.stem} change by {LIMIT_PERCENT:g} % of white"
         for entry in entries:
-            ways = _ways(entry["reach"])
-            screen.print(f"{entry['texture']} can be made {ways} {limit}.", markup=False)
+            reach = entry["reach"]
+            of_mean = f"{percent(reach['limit_percent_of_mean'])} of the mean picture"
+            limit = f"its pictures in {scene.stem} change by {of_mean} ({LIMIT_PERCENT:g} % of white)"
+            line = f"{entry['texture']} can be made {_ways(reach)} before {limit}."
+            screen.print(line, markup=False)
     for line in mesh_lines(entries):
         screen.print(line, markup=False)
 

@@ -62,7 +62,7 @@ examples:
   retouch optimize gravel --jnd 1 --fast --set descent.tolerance=0.005 -o runs/gravel-1
 
 RUN_DIR then holds report.html (the overview), plate.stl and plate.3mf to print, heights.exr and heights.png,
-the pictures before and after, and result.json with every number.
+the pictures before and after, and result.json with every number; -v prints more of them.
 
 {STATUSES}"""
 
@@ -238,7 +238,7 @@ def finish(result: "Verification", run_dir: Path, arguments: argparse.Namespace)
         files = sorted(str(path) for path in run_dir.rglob("*") if path.is_file())
         print_json({"run_dir": str(run_dir), "exit_status": status, **result.as_json(), "files": files})
     elif not arguments.quiet:
-        console().print(summary(result, run_dir))
+        console().print(summary(result, run_dir, arguments.verbose))
     return status
 
 

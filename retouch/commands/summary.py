@@ -9,7 +9,7 @@ from relief.common.formats import PLATES
 from relief.common.formatting import between, duration, number, percent, plus_minus, rounded
 from retouch.commands.options import lines_table
 from tactile.jnd import ROUGHNESS_JND, tries_of_100
-from tactile.quantities import FLAT_SHARE, PLACE_JND, QUANTITIES, ROUGHNESS
+from tactile.quantities import FLAT_SHARE, GAPS_COUNT, PLACE_JND, QUANTITIES, ROUGHNESS
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -25,21 +25,22 @@ if TYPE_CHECKING:
     )
 
 
-def summary(result: "Verification", run_dir: Path) -> "Table":
-    """Target, result, pictures, heights, time and files of a run, in about a dozen lines.
+def summary(result: "Verification", run_dir: Path, verbose: bool = False) -> "Table":
+    """Target, result, pictures, heights, time and files of a run, in about ten lines.
 
     Args:
         result: what was measured of the result.
         run_dir: where the files lie; only files that exist are named.
+        verbose: tell also how well each number is known, and the time of each part.
     """
-    return lines_table(_lines(result, run_dir))
+    return lines_table(_lines(result, run_dir, verbose))
 
 
-def _lines(result: "Verification", run_dir: Path) -> Iterator[tuple[str, str]]:
+def _lines(result: "Verification", run_dir: Path, verbose: bool = False) -> Iterator[tuple[str, str]]:
     stop, look = result.stop, result.look
     yield "stop", f"{stop.message} (step {stop.best_step} of {stop.steps} kept)"
-    yield from _feel(result.touch)
-    yield from _pictures(look)
+    yield from _feel(result.touch, verbose)
+    yield from _pictures(look, verbose)
     if (printed := result.printed) is not None:
         seen = f"to the eye {percent(printed.seen_change_percent)} at {look.distance_cm:g} cm"
         yield "printer", f"{printed.printer}: both as printed, {printed.layer_um:g} µm layers; {seen}"
@@ -49,15 +50,22 @@ def _lines(result: "Verification", run_dir: Path) -> Iterator[tuple[str, str]]:
     yield "heights", _heights(result.heights)
     times = dict(result.time_s)
     total = duration(times.pop("total"))
-    yield "time", f"{total}: " + ", ".join(f"{k.replace('_', '-')} {duration(s)}" for k, s in times.items())
+    parts = ", ".join(f"{name.replace('_', '-')} {duration(seconds)}" for name, seconds in times.items())
+    yield "time", f"{total}: {parts}" if verbose else total
     yield "report", str(run_dir / "report.html")
     if printable := [str(run_dir / name) for name in PLATES if (run_dir / name).is_file()]:
         yield "to print", ", ".join(printable)
 
 
-def _feel(touch: "Touch") -> Iterator[tuple[str, str]]:
-    """Values of every quantity, and the change of roughness: its mean, over places, to other fingers."""
+def _feel(touch: "Touch", verbose: bool) -> Iterator[tuple[str, str]]:
+    """The change of roughness, and values of every quantity: means over the places, if there are several."""
     other, places = touch.feel_of, touch.places
+    several = places is not None and places.count > 1
+    for line, clause in enumerate(_change(touch, several)):
+        yield "" if line else "feel", clause
+    if places is not None and several:
+        yield from _farthest(places)
+    means = f" (means over {places.steered.count} places)" if places is not None and several else ""
     whose = {} if other is None else dict.fromkeys(other.quantities, f" (the feel of {other.name})")
     for name, quantity in QUANTITIES.items():
         stages = [
@@ -66,27 +74,39 @@ def _feel(touch: "Touch") -> Iterator[tuple[str, str]]:
             ("achieved", touch.achieved.get(name)),
             (f"verified ({touch.verified_by})", touch.verified.get(name)),
         ]
-        yield quantity.label, f"{_listed(stages)} {quantity.unit}".rstrip()
-    yield "in contact", f"{100.0 * touch.contact_fraction:.0f} % of the plate"
-    several = places is not None and places.count > 1
-    if (jnd := touch.jnd_from_original) is not None:
-        sense = "rougher" if jnd > 0 else "smoother"
-        apart = f"told apart in {tries_of_100(jnd)} of 100 tries"
+        yield quantity.label, f"{_listed(stages)} {quantity.unit}".rstrip() + means
+    if verbose:
+        yield "in contact", f"{100.0 * touch.contact_fraction:.0f} % of the plate; {GAPS_COUNT}"
+
+
+def _change(touch: "Touch", several: bool) -> Iterator[str]:
+    """The change of roughness: its mean, unless its target varies, its ends over places, to other fingers."""
+    places = touch.places
+    varied = places is not None and places.varied
+    if (jnd := touch.jnd_from_original) is not None and not varied:
         average = " on average" if several else ""
-        yield "feel", f"{number(abs(jnd), 2)} JND {sense} than the original{average}, {apart}"
-    if places is not None and several:
-        yield from _places(places)
-    if (fingers := touch.fingers) is not None and fingers.jnd_min is not None:
-        yield "", other_fingers(fingers)
-
-
-def _places(places: "Places") -> Iterator[tuple[str, str]]:
-    """The feel over the places of the finger; a steered place that missed its goal is named."""
-    if places.jnd_min is not None:
-        ends = f"{places.jnd_min:+.2f} to {places.jnd_max:+.2f} JND"
+        yield f"{jnd_in_words(jnd)} than the original{average}, {told_apart(jnd)}"
+    if places is not None and several and places.jnd_min is not None:
+        ends = f"{places.jnd_min:+.2f} to {places.jnd_max:+.2f} JND{' from the original' * varied}"
         far = places.farthest_from_target_jnd
         target = "" if far is None else f", at most {far:.2f} JND off the target"
-        yield "", f"{ends} over {places.count} places of the finger{target}"
+        yield f"{ends} over {places.count} places of the finger{target}"
+    if (fingers := touch.fingers) is not None and fingers.jnd_min is not None:
+        yield other_fingers(fingers, several)
+
+
+def jnd_in_words(jnd: float) -> str:
+    """A difference such as `2.0 JND smoother`."""
+    return f"{number(abs(jnd), 2)} JND {'rougher' if jnd > 0 else 'smoother'}"
+
+
+def told_apart(jnd: float) -> str:
+    """How often a person tells a difference, in a clause."""
+    return f"told apart in {tries_of_100(jnd)} of 100 tries"
+
+
+def _farthest(places: "Places") -> Iterator[tuple[str, str]]:
+    """The steered place that missed its goal most, if one did."""
     steered, name = places.steered, ROUGHNESS.name
     reached, goals = steered.verified[name], steered.target.get(name, ())
     off = [
@@ -104,13 +124,20 @@ def _places(places: "Places") -> Iterator[tuple[str, str]]:
         )
 
 
-def other_fingers(fingers: "Fingers") -> str:
-    """How other fingers feel a change, in a clause, if none of them finds a relief smooth."""
+def other_fingers(fingers: "Fingers", several: bool) -> str:
+    """How other fingers feel a change, in a clause, if none of them finds a relief smooth.
+
+    Args:
+        fingers: who press in the middle only.
+        several: whether this finger presses at several places.
+    """
     drawn = f", drawn along with weight {fingers.weight:g}" if fingers.weight else ""
-    return f"{fingers.jnd_min:+.2f} to {fingers.jnd_max:+.2f} JND to {fingers.count} fingers{drawn}"
+    where = f" at {fingers.places} place{'s' * (fingers.places > 1)} in the middle" if several else ""
+    ends = f"{fingers.jnd_min:+.2f} to {fingers.jnd_max:+.2f} JND"
+    return f"{ends} to {fingers.count} fingers{where}{drawn}"
 
 
-def _pictures(look: "PictureChange") -> Iterator[tuple[str, str]]:
+def _pictures(look: "PictureChange", verbose: bool) -> Iterator[tuple[str, str]]:
     noise = look.noise
     if noise.certainty == "same":
         yield "pictures", noise.message
@@ -118,13 +145,15 @@ def _pictures(look: "PictureChange") -> Iterator[tuple[str, str]]:
     of_mean, of_white = noise.change_percent_of_mean, noise.change_percent_of_white
     if noise.certainty == "within_noise":
         yield "pictures", f"{noise.message} It is at most"
-        yield "", f"{percent(of_mean.mean)} of the mean picture, {percent(of_white.mean)} of white"
+        white = f", {percent(of_white.mean)} of white" if verbose else ""
+        yield "", f"{percent(of_mean.mean)} of the mean picture{white}"
     else:
         about = "about " if noise.certainty == "coarse" else ""
-        change = f"{percent(of_mean.estimate)} of the mean picture"
-        yield "pictures", f"changed by {about}{change} (mean over the pixels that show the plate)"
-        yield "", f"bounds {_bounds(of_mean)}"
-        yield "", f"of white {percent(of_white.estimate)}; bounds {_bounds(of_white)}"
+        yield "pictures", f"changed by {about}{percent(of_mean.estimate)} of the mean picture"
+        if verbose:
+            yield "", "(mean over the pixels that show the plate)"
+            yield "", f"bounds {_bounds(of_mean)}"
+            yield "", f"of white {percent(of_white.estimate)}; bounds {_bounds(of_white)}"
     if noise.certainty == "coarse":
         yield "", noise.message
     if noise.certainty != "known":
