@@ -20,11 +20,12 @@ from optimize.settings.toml_files import NotNegative, Positive
 from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.files import write_atomically
+from relief.common.formats import RUN_CHECKPOINT
 from relief.common.limits import DEEPEST_RELIEF_MM
 from relief.common.tensors import read_tensors, tensor_bytes
 from tactile.quantities import QUANTITIES
 
-FILE = Path("checkpoint") / "descent.safetensors"
+FILE = Path(RUN_CHECKPOINT)
 
 
 @dataclass(frozen=True)

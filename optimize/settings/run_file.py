@@ -2,7 +2,8 @@
 
 import os
 import tomllib
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
@@ -280,11 +281,11 @@ def run_from_scene(
         shared: as for `load_run`.
 
     Raises:
-        InputError: one line that names the file and the key.
+        InputError: one line that names the key.
     """
     values: dict[str, Any] = {"scene": os.fspath(scene), "texture": os.fspath(texture)}
     anchor(values, Path.cwd())
-    return _run(Path(scene), values, overrides, shared)
+    return _run(None, values, overrides, shared)
 
 
 def dump_resolved(run: Run) -> str:
@@ -292,8 +293,11 @@ def dump_resolved(run: Run) -> str:
     return tomli_w.dumps(run.model_dump(mode="json", exclude_none=True))
 
 
-def _run(path: Path, values: dict[str, Any], overrides: Sequence[str], shared: Collection[str]) -> Run:
-    touch, overridden = values.get("touch"), {override.partition("=")[0].strip() for override in overrides}
+def _run(
+    path: Path | None, values: dict[str, Any], overrides: Sequence[str], shared: Collection[str]
+) -> Run:
+    """The run of a file, or of no file, with overrides."""
+    touch, overridden = values.get("touch"), [override.partition("=")[0].strip() for override in overrides]
     for rival in (rival for key in overridden for rival in RIVALS.get(key, ())):
         if isinstance(touch, dict):
             touch.pop(rival, None)
@@ -302,27 +306,45 @@ def _run(path: Path, values: dict[str, Any], overrides: Sequence[str], shared: C
         values["print"] = {}
     if "texture" in overridden:
         # The scale that the file gives is that of its own texture, which may be of the other kind.
-        shared = {*shared, *SCALES - overridden}
+        shared = {*shared, *SCALES.difference(overridden)}
     for override in overrides:
         _override(values, override)
-    if isinstance(touch := values.get("touch"), dict):
-        with naming(f"{path}: touch.skin"):
-            fill_in(touch)
-        with naming(f"{path}: touch.feel_of"):
-            resolve_result(touch)
-    try:
-        run = Run.model_validate(values, context={SHARED: shared})
-    except ValidationError as error:
-        raise InputError(f"{path}: {first_fault(error, Run)}") from error
-    for key, file in run.files().items():
-        if not os.path.isfile(file):
-            raise InputError(f"{path}: {key}: {file}: no such file")
+    with _naming_source(path, overridden):
+        if isinstance(touch := values.get("touch"), dict):
+            with naming("touch.skin"):
+                fill_in(touch)
+            with naming("touch.feel_of"):
+                resolve_result(touch)
+        try:
+            run = Run.model_validate(values, context={SHARED: shared})
+        except ValidationError as error:
+            raise InputError(first_fault(error, Run)) from error
+        for key, file in run.files().items():
+            if not os.path.isfile(file):
+                raise InputError(f"{key}: {file}: no such file")
     if run.repeats is None:
         # Imported here, as for `design`.
         from relief.heightmap import repeats_by_header
 
         run = run.model_copy(update={"repeats": repeats_by_header(run.texture)})
     return run
+
+
+@contextmanager
+def _naming_source(path: Path | None, overridden: Sequence[str]) -> Iterator[None]:
+    """Put before every InputError of the block, which begins with a key, where the key comes from.
+
+    Args:
+        path: of the run file; None if there is none.
+        overridden: dotted keys that are overridden. The command finds their options by their names.
+    """
+    try:
+        yield
+    except InputError as error:
+        if str(error).partition(":")[0] in overridden:
+            raise InputError(f"overrides: {error}", error.for_command) from error
+        before = "" if path is None else f"{path}: "
+        raise InputError(f"{before}{error}", f"{before}{error.for_command}") from error
 
 
 def run_keys() -> dict[str, Any]:

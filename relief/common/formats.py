@@ -30,6 +30,8 @@ DISPLACEMENT = ".png"
 
 RUN_HEIGHTS = "heights.exr"
 """Name of the height map in mm that each run writes."""
+RUN_CHECKPOINT = "checkpoint/descent.safetensors"
+"""Path in a run's folder of the state from which the run goes on."""
 
 HEIGHT_MAPS = (".png", ".tif", ".tiff", ".exr", ".npy")
 """Suffixes of the files that `relief.heightmap` reads."""

@@ -15,7 +15,8 @@ import re
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NoReturn
 
 from optimize.runs.interrupts import interruptible
@@ -87,6 +88,9 @@ first steps:
 Lengths are in mm, forces in N, pressures in MPa. `retouch VERB --help` explains a verb.
 """
 
+KEY = re.compile(r"(?:^|(?<=: ))[a-z_]\w*(?:\.\w+)*(?=: )")
+"""Dotted key of a run file, or the name of an argument, in the line of an InputError."""
+
 NEGATIVE_LIST = re.compile(r"-[\d.][^,]*,")
 """Begin of a list of numbers whose first is negative, which argparse takes for an option."""
 
@@ -132,14 +136,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _main(argv: Sequence[str]) -> int:
     """Run the command on streams that are ready; see `main`."""
-    after_interrupt = ""
+    arguments = argparse.Namespace(verb=None)
     try:
         try:
             arguments = parse(argv)
         finally:
             # The help is printed by now, and may not fit; the interpreter would say so in its own words.
             sys.stdout.flush()
-        after_interrupt = getattr(VERBS[arguments.verb], "AFTER_INTERRUPT", "")
         run: Callable[[argparse.Namespace], int] = VERBS[arguments.verb].run
         with (
             interruptible(),
@@ -149,7 +152,7 @@ def _main(argv: Sequence[str]) -> int:
             status = run(arguments)
         sys.stdout.flush()
     except InputError as error:
-        return _refuse(error.for_command)
+        return _refuse(_by_options(error.for_command, arguments.options))
     except UsageError as error:
         return _refuse(str(error))
     except BrokenPipeError:
@@ -160,7 +163,7 @@ def _main(argv: Sequence[str]) -> int:
         file = error.filename2 or error.filename
         return _refuse(f"{file}: {error.strerror}" if file else str(error.strerror))
     except KeyboardInterrupt:
-        print(f"retouch: interrupted{after_interrupt}", file=sys.stderr)
+        print(f"retouch: interrupted{_after_interrupt(arguments)}", file=sys.stderr)
         return INTERRUPTED
     except Exception as error:
         return _internal(error)
@@ -171,7 +174,8 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     """Parse arguments.
 
     Returns:
-        The arguments by name; `verb` is the name of the verb.
+        The arguments by name; `verb` is the name of the verb, `options` are the options that were given, by
+        the keys or the arguments that they set.
 
     Raises:
         UsageError: an unknown verb or option, or a bad value.
@@ -189,10 +193,14 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         texts = {"help": verb.HELP, "description": verb.DESCRIPTION, "epilog": verb.EPILOG}
         parsers[name] = verbs.add_parser(name, **texts)
         verb.add_arguments(parsers[name])
-    arguments, unknown = parser.parse_known_args(argv)
+    if not argv or argv[0] not in VERBS:
+        return parser.parse_args(argv)
+    parser = parsers[argv[0]]
+    # Files may stand on both sides of an option.
+    arguments, unknown = parser.parse_known_intermixed_args(argv[1:], argparse.Namespace(verb=argv[0]))
     if unknown:
-        # Not by argparse, which would point to the help of the program.
-        parsers[arguments.verb].error(_unknown(unknown[0], parsers[arguments.verb]))
+        parser.error(_unknown(unknown[0], parser))
+    arguments.options = _given_options(parser, arguments)
     return arguments
 
 
@@ -203,6 +211,38 @@ def _refuse_empty(argv: Sequence[str]) -> None:
         if not argument or (option.startswith("--") and equals and not value):
             option = option or (before if before.startswith("-") else "an argument")
             raise UsageError(f"{option}: empty; leave it out, or name something")
+
+
+def _given_options(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that were given, by the names of their arguments, and those of dotted keys by these keys.
+
+    Options of files are left out: a file may have the name of an argument.
+    """
+    options = {}
+    for action in parser._actions:
+        value = getattr(arguments, action.dest, action.default)
+        given = value != action.default and action.const in (None, value)
+        if given and action.option_strings and action.type is not Path:
+            options.setdefault(action.dest, action.option_strings[0])
+    options |= {f"define.{key}": f"-D {key}" for key, _ in getattr(arguments, "defines", ())}
+    settings = getattr(arguments, "settings", ())
+    return options | {setting.partition("=")[0].strip(): f"--set {setting}" for setting in settings}
+
+
+def _by_options(line: str, options: Mapping[str, str]) -> str:
+    """What is wrong with a key, with the option that set the key in its place if one did."""
+    for key in KEY.finditer(line):
+        option = options.get(key[0]) or options.get(key[0].rpartition(".")[2])
+        if option is not None:
+            return f"{line[: key.start()]}{option}{line[key.end() :]}"
+    return line
+
+
+def _after_interrupt(arguments: argparse.Namespace) -> str:
+    """How to go on after an interrupt, as the end of a line; empty where nothing is known."""
+    verb = VERBS.get(arguments.verb)
+    after: str = getattr(verb, "AFTER_INTERRUPT", "")
+    return verb.after_interrupt(arguments) if hasattr(verb, "after_interrupt") else after
 
 
 def _lists_joined(argv: Sequence[str]) -> list[str]:

@@ -3,6 +3,7 @@
 import argparse
 import json
 import os
+import shlex
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +13,7 @@ from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.descent.stop_reason import StopReason
 from optimize.settings.fast_models import FAST_MODELS
 from relief.common.errors import InputError
-from relief.common.formats import HEIGHT_MAPS
+from relief.common.formats import HEIGHT_MAPS, RUN_CHECKPOINT
 from retouch.commands.options import (
     INTERRUPTED,
     TEXTURE,
@@ -71,9 +72,6 @@ _SETTINGS = {
     "distance_cm": "verify.distance_cm",
 }
 """Key in the run file of each option that takes a number."""
-
-AFTER_INTERRUPT = "; retouch resume RUN_DIR goes on"
-"""End of the line that an interrupt prints."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -152,11 +150,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_mitsuba(details)
 
 
+def after_interrupt(arguments: argparse.Namespace) -> str:
+    """End of the line that an interrupt prints."""
+    return how_to_go_on(arguments.out)
+
+
+def how_to_go_on(run_dir: Path | None) -> str:
+    """How to go on with a run, as the end of a line; empty if there is nothing to go on from."""
+    if run_dir is None or not (run_dir / RUN_CHECKPOINT).is_file():
+        return ""
+    return f"; retouch resume {shlex.quote(str(run_dir))} goes on"
+
+
 def run(arguments: argparse.Namespace) -> int:
     settings = load(arguments)
     settings.check_texture()
     name = arguments.source if _is_run_file(arguments.source) else settings.texture
-    out = arguments.out or Path("runs") / name.stem
+    out = arguments.out = arguments.out or Path("runs") / name.stem
     _refuse_inputs_in(out, (arguments.source, *settings.files().values()))
     with contact_errors_name(settings.texture):
         if arguments.dry_run:

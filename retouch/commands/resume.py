@@ -6,7 +6,7 @@ from pathlib import Path
 
 import retouch
 from relief.common.errors import InputError
-from retouch.commands.optimize import STATUSES, finish
+from retouch.commands.optimize import STATUSES, finish, how_to_go_on
 from retouch.commands.options import add_talk, add_variant, contact_errors_name
 
 HELP = "continue a run that was interrupted or ended short of its target"
@@ -21,8 +21,6 @@ example:
 {STATUSES}"""
 
 
-AFTER_INTERRUPT = "; retouch resume RUN_DIR goes on"
-"""End of the line that an interrupt prints."""
 NOTHING_LEFT = (
     "{run_dir}: this run has ended, and resuming it would change nothing. "
     "To go further, raise descent.steps or verify.corrections in its run.toml."
@@ -35,6 +33,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_variant(parser)
     add_talk(parser, "the content of result.json, with the files of the run,")
+
+
+def after_interrupt(arguments: argparse.Namespace) -> str:
+    """End of the line that an interrupt prints."""
+    return how_to_go_on(arguments.run_dir)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -213,7 +213,7 @@ def test_a_contact_area_is_compared_with_the_plate_as_soon_as_its_size_is_known(
 def test_lengths_and_scales_have_bounds(run_file: Path, key: str) -> None:
     for value in ("0", "-1", "1e300", "inf", "nan", "1e-9", "true", '"1"', "9" * 400):
         line = fault(run_file, f"{key}={value}")
-        assert line.startswith(f"{run_file}: {key}: ") and len(line) < 600
+        assert line.startswith(f"overrides: {key}: ") and len(line) < 600
 
 
 @pytest.mark.parametrize(
@@ -311,7 +311,7 @@ def test_a_setting_without_effect_is_refused_unless_runs_share_it(
 ) -> None:
     monkeypatch.chdir(run_file.parent)
     Path("mm.exr").write_bytes(b"")
-    with pytest.raises(InputError, match=f"^{re.escape(f'{run_file}: {line}')}"):
+    with pytest.raises(InputError, match=f"^{re.escape(f'overrides: {line}')}"):
         config.load_run(run_file, settings)
     run = config.load_run(run_file, settings, shared=[line.partition(":")[0]])
     assert [f"{key}: {reason}".startswith(line) for key, reason in run.without_effect().items()] == [True]

@@ -167,8 +167,8 @@ def test_the_result_of_a_run_with_a_printer_is_a_print(capsys: pytest.CaptureFix
     [
         (("slope.exr", "--repeat", "2x1", "-o", "a.stl"), "slope.exr: repeats: the sides do not fit along x"),
         (("tile.exr", "--repeat", "200x1", "-o", "a.stl"), "6400 x 32 samples; at most 4096 a side"),
-        (("tile.exr", "--size-mm", "900", "--repeat", "2x1", "-o", "a.stl"), "size_mm: 1800 is outside"),
-        (("tile.exr", "--size-mm", "900", "--repeat", "2x1", "-o", "a.png"), "size_mm: 1800"),
+        (("tile.exr", "--size-mm", "900", "--repeat", "2x1", "-o", "a.stl"), "--size-mm: 1800 is outside"),
+        (("tile.exr", "--size-mm", "900", "--repeat", "2x1", "-o", "a.png"), "--size-mm: 1800"),
         (
             ("tile.exr", "--base-mm", "1", "-o", "a.png"),
             "--base-mm: is for plates; a.png holds heights alone",

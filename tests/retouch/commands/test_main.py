@@ -206,11 +206,11 @@ def test_evaluate_compares_with_the_first(waves: Path, capsys: pytest.CaptureFix
 def test_evaluate_prints_a_line_for_each_texture(capsys: pytest.CaptureFixture[str]) -> None:
     name = "a relief with a rather [long] name that would not fit into a terminal of eighty columns.exr"
     Path("waves.exr").rename(name)
-    header, first, second, skin = output(capsys, "evaluate", name, name).splitlines()
+    header, first, second, skin, contact = output(capsys, "evaluate", name, name).splitlines()
     assert header.split("  ")[0] == "texture"
     assert first.startswith(name) and second.startswith(name)
     assert "mm²" in first and "%" in first
-    assert "10 N" in skin
+    assert "10 N" in skin and "counts gaps too" in contact
 
 
 def test_relief_mm_is_for_pictures_and_height_scale_for_files_that_hold_mm(
@@ -243,7 +243,7 @@ def test_size_and_relief_come_along_with_the_heights_of_a_run(
     write_relief(Path("run"), heights, 20.0, None)
     files = ("run/heights.png", "run/heights.exr", "waves.exr")
     # The finger presses on 10 mm of a plate, however wide it is.
-    assert output(capsys, "evaluate", *files).endswith("10 N on 10 x 10 mm.\n")
+    assert "10 N on 10 x 10 mm.\n" in output(capsys, "evaluate", *files)
     assert pressed == [(pytest.approx(heights.max()), size) for size in (20.0, 20.0, 10.0)]
     assert main(["evaluate", files[0], "--size-mm", "10", "--json"]) == 0
     printed = capsys.readouterr()

@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from optimize.settings.run_file import load_run
+import retouch
+from optimize.settings.run_file import dump_resolved, load_run
 from relief.common.errors import InputError, naming
+from relief.common.formats import RUN_CHECKPOINT
 from relief.heightmap import save_heights_exr
-from retouch.commands.main import VERBS, main
+from retouch.commands.main import VERBS, main, parse
 from retouch.commands.options import print_json, telling
 
 SCENE = Path(__file__).resolve().parents[3] / "mitsuba_scenes" / "studio.xml"
@@ -97,3 +99,66 @@ def test_python_reads_of_arguments_and_the_command_of_options(capsys: pytest.Cap
     assert named.value.for_command == f"run.toml: {caught.value.for_command}"
     assert pickle.loads(pickle.dumps(named.value)).for_command == named.value.for_command
     assert InputError("one line").for_command == "one line"
+
+
+@pytest.mark.parametrize(
+    ("argv", "line"),
+    [
+        (
+            ["optimize", "knit", "--jnd", "12"],
+            "--jnd: Input should be less than or equal to 10 (given: 12.0)",
+        ),
+        (["optimize", "gravel", "--jnd", "12"], "--jnd: Input should be"),
+        (["optimize", "gravel", "--set", "descent.steps=0"], "--set descent.steps=0: Input should be"),
+        (["optimize", "knit", "--jnd", "1", "--skin", "absent"], "--skin: "),
+        (["optimize", "knit", "--jnd", "1", "--distance-cm", "0"], "--distance-cm: Input should be"),
+        (["compare", "knit", "brick", "--distance-cm", "0"], "--distance-cm: 0 is not"),
+        (["evaluate", "knit", "--force-n", "-1"], "evaluate: --force-n: -1.0 must be positive"),
+    ],
+)
+def test_what_is_wrong_with_an_option_names_the_option(
+    argv: list[str], line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(argv) == 2
+    printed = capsys.readouterr().err
+    assert printed.startswith(f"retouch: {line}") and len(printed.splitlines()) == 1
+
+
+def test_what_is_wrong_with_a_run_file_names_the_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run_file = tmp_path / "run.toml"
+    run_file.write_text('scene = "studio"\ntexture = "knit"\n[touch]\njnd = 12\n')
+    assert main(["optimize", str(run_file), "--seed", "1"]) == 2
+    assert capsys.readouterr().err.startswith(f"retouch: {run_file}: touch.jnd: Input should be")
+
+
+def test_files_may_stand_on_both_sides_of_an_option() -> None:
+    arguments = parse(["evaluate", "a.png", "--relief-mm", "1", "b.png", "--reach", "c.png"])
+    assert arguments.textures == [Path("a.png"), Path("b.png"), Path("c.png")]
+    assert (arguments.relief_mm, arguments.reach, arguments.verb) == (1.0, True, "evaluate")
+    assert parse(["compare", "a.png", "--relief-mm", "1", "b.png"]).second == Path("b.png")
+
+
+def test_an_interrupt_says_how_to_go_on_only_where_a_run_can(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.chdir(tmp_path)
+    for name in ("optimize", "resume"):
+        monkeypatch.setattr(retouch, name, interrupted)
+    run_dir = Path("my runs") / "gravel"
+    run_dir.mkdir(parents=True)
+    (run_dir / "run.toml").write_text(dump_resolved(load_run("gravel")))
+    commands = (["resume", str(run_dir)], ["optimize", "gravel", "-o", str(run_dir)])
+    for command in commands:
+        assert main(command) == 130
+        assert capsys.readouterr().err == "retouch: interrupted\n"
+    checkpoint = run_dir / RUN_CHECKPOINT
+    checkpoint.parent.mkdir()
+    checkpoint.touch()
+    for command in commands:
+        assert main(command) == 130
+        assert capsys.readouterr().err == "retouch: interrupted; retouch resume 'my runs/gravel' goes on\n"
