@@ -5,6 +5,7 @@ Intel Xeon (docs/evidence/speed.md). They are proportional to the samples or pix
 another scene may take half or twice as much.
 """
 
+import math
 import shutil
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
@@ -13,25 +14,33 @@ from typing import Any
 
 from optimize.descent.gauss_newton.other_fingers import MOST_PLACES
 from optimize.descent.methods import METHODS, PIXEL_S, Effort
-from optimize.runs.memory import machine_gib, needed_gib
+from optimize.runs.memory import WINDOW, machine_gib, needed_gib
 from optimize.runs.preparation import checked_scene, known_in_reach, press_original
 from optimize.settings.run_file import Run
+from optimize.verification.felt_places import MOST_BETWEEN
 from relief.common.errors import InputError
 from relief.common.formatting import duration, number
 from relief.patches import Patches
 from relief.places import places
-from tactile.limits import model_name
+from tactile.elements import finite_elements
+from tactile.fingers import fingers
+from tactile.layer import elastic_layer
+from tactile.limits import FEM_MESH, model_name
 from visual.looks import AUTO, FAST, FixedSamples, look_model
 
 START_S = 4.0
 """Seconds to import, load and compile, and to press on the original."""
 RENDERED, UNTIL_KNOWN = 2, 64
 """Reliefs whose final pictures are rendered, and about how many samples a pixel make their change known."""
-VERIFIED_S = 1.6e-5
-"""Seconds for each sample of a patch beyond the first, pressed by finite elements before and after; as many
-patches lie between the places."""
-PLACE_S = 0.07
-"""Seconds of a step for each place of the finger beyond the first."""
+VERIFIED_S = 2.2e-5
+"""Seconds for each sample of a patch beyond the first, pressed by finite elements before and after. About as
+many patches lie between the places, `MOST_BETWEEN` at most."""
+PLACE_S = 4.5e-4
+"""Seconds of a step for each place of the finger beyond the first, and for each sample along a side of what
+is solved at once: the whole surface, or a window of at most `WINDOW` samples in all."""
+LAYER_BUILT_S, ELEMENTS_BUILT_S, NODES_POWER, LAYERED = 6.0, 10.0, 3.2, 3.0
+"""Seconds to build the elastic layer, and the finite elements with `FEM_MESH` nodes a side, for a skin that
+is not in the cache; the power of the nodes by which the elements grow, and the factor of a layered skin."""
 FOLDER_MIB, SAMPLE_MIB, PIXEL_MIB = 0.2, 1.7e-4, 1.6e-5
 """Size of the run's folder, MiB: of any, for each height sample, and for each pixel of each condition."""
 
@@ -49,7 +58,10 @@ class Forecast:
         targets: what is to be felt, in words.
         touch, look, verify: models that steer and verify.
         steps: about how many.
+        most_steps: at most, where the distance to the target is not known; else None.
         seconds, memory_gib, disk_mib: about.
+        most_seconds: with `most_steps`, about; else None.
+        building_seconds: of these seconds, to build what the cache does not hold yet.
         free_mib: on the disk of the run's folder.
         machine_gib: memory of this machine.
     """
@@ -66,7 +78,10 @@ class Forecast:
     look: str
     verify: str
     steps: int
+    most_steps: int | None
     seconds: float
+    most_seconds: float | None
+    building_seconds: float
     memory_gib: float
     disk_mib: float
     free_mib: float
@@ -89,6 +104,11 @@ class Forecast:
         verified = "nothing verifies" if self.verify == "none" else f"verified by {model_name(self.verify)}"
         yield "models", f"touch {model_name(self.touch)}, look {self.look}; {verified}"
         yield "time", f"about {duration(self.seconds)}, for about {self.steps} steps (two cores)"
+        if self.most_seconds is not None:
+            yield "", f"a target far away takes up to {self.most_steps} steps, {duration(self.most_seconds)}"
+        if self.building_seconds:
+            built = f"{duration(self.building_seconds)} of it build the models of this finger"
+            yield "", f"{built}, which are kept for later runs"
         machine = f"this machine has {number(self.machine_gib)} GiB"
         yield "memory", f"about {number(self.memory_gib, 2)} GiB; {machine}"
         yield "disk", f"about {number(self.disk_mib, 2)} MiB; {number(self.free_mib)} MiB are free"
@@ -114,6 +134,17 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         press_original(settings, scene.relief, maps, other)
     heights, pixels = scene.heights.size, scene.resolution[0] * scene.resolution[1]
     steps = expected_steps(settings)
+    building = _building_seconds(settings, patches.size_mm)
+    pressed = patches.count - 1 + min(patches.count - 1, MOST_BETWEEN)
+    presses = patches.count - 1 + _other_fingers(settings, patches.count)
+    side = math.sqrt(min(heights, WINDOW))
+
+    def seconds(steps: int) -> float:
+        alone = _seconds(settings, look, steps, heights, pixels * scene.passes)
+        verified = VERIFIED_S * pressed * patches.samples**2
+        return alone + building + verified + PLACE_S * side * steps * presses
+
+    far = None if _distance_known(settings) else settings.descent.steps
     disk = FOLDER_MIB + SAMPLE_MIB * heights + PIXEL_MIB * pixels * len(scene.conditions)
     place = next(path for path in (run_dir, *run_dir.absolute().parents) if path.exists())
     free = shutil.disk_usage(place).free / 2**20
@@ -136,9 +167,10 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         look=look,
         verify=settings.verify.model,
         steps=steps,
-        seconds=_seconds(settings, look, steps, heights, pixels * scene.passes)
-        + VERIFIED_S * (patches.count - 1) * patches.samples**2
-        + PLACE_S * steps * (patches.count - 1 + _other_fingers(settings, patches.count)),
+        most_steps=far,
+        seconds=seconds(steps),
+        most_seconds=None if far is None else seconds(far),
+        building_seconds=building,
         memory_gib=needed_gib(heights, patches.count),
         disk_mib=disk,
         free_mib=free,
@@ -149,6 +181,30 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
 def _other_fingers(settings: Run, places: int) -> int:
     """Number of presses of a step by other fingers: of three loads at a few places."""
     return 3 * min(MOST_PLACES, places) if settings.touch.fingers == "range" else 0
+
+
+def _building_seconds(settings: Run, size_mm: float) -> float:
+    """Seconds to build the operators of a run that the cache does not hold.
+
+    Args:
+        settings: of the run.
+        size_mm: side of the patch under a finger.
+    """
+    skin, verify = settings.touch.finger, settings.verify
+    # Of the fingers that press on the result, those of another modulus have the operators of the first.
+    skins = {repr(each.skin.structure): each.skin for each in fingers(skin)}.values()
+    seconds = LAYER_BUILT_S * sum(not elastic_layer.is_built(each, size_mm) for each in skins)
+    if verify.model == "fem" and not finite_elements.is_built(skin, verify.resolution, size_mm):
+        finer = (verify.resolution / FEM_MESH) ** NODES_POWER
+        seconds += ELEMENTS_BUILT_S * finer * (LAYERED if skin.layers else 1.0)
+    return seconds
+
+
+def _distance_known(settings: Run) -> bool:
+    """Whether the number of steps follows from the settings, before the original is pressed."""
+    method = METHODS[settings.descent.method]
+    limit = settings.descent.steps
+    return "jnd" in settings.touch.numbers() or expected_steps(settings) in (method.own_steps, limit)
 
 
 def rough_seconds(settings: Run) -> float:

@@ -65,8 +65,7 @@ def cached(
     Returns:
         The arrays by name.
     """
-    text = json.dumps(dict(key), sort_keys=True)
-    path = cache_folder() / f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.safetensors"
+    path, text = _place(kind, key)
     stored = _read(path, kind, text, layout)
     if stored is not None:
         return stored
@@ -82,6 +81,17 @@ def cached(
             remove_partial(path.parent, ABANDONED_S)
             write_atomically(path, tensor_bytes(arrays, text))
         return arrays
+
+
+def is_cached(kind: str, key: Mapping[str, float | int | str]) -> bool:
+    """Return whether `cached` would find a file of this kind and key; the file is not read."""
+    return _place(kind, key)[0].is_file()
+
+
+def _place(kind: str, key: Mapping[str, float | int | str]) -> tuple[Path, str]:
+    """The file of a kind and a key, and the key as text."""
+    text = json.dumps(dict(key), sort_keys=True)
+    return cache_folder() / f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.safetensors", text
 
 
 def _read(path: Path, kind: str, text: str, layout: Layout) -> Arrays | None:

@@ -53,7 +53,7 @@ class Progress:
 
     @property
     def remaining(self) -> float | None:
-        """Seconds that the rest takes at the pace so far, the most if `at_most`; None where nobody knows."""
+        """Seconds that all remaining steps take at the pace so far; None where nobody knows."""
         if self.total is None or self.done <= 0.0:
             return None
         return self.seconds * max(0.0, self.total / self.done - 1.0)

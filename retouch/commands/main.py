@@ -218,7 +218,7 @@ def _given_options(parser: argparse.ArgumentParser, arguments: argparse.Namespac
 
     Options of files are left out: a file may have the name of an argument.
     """
-    options = {}
+    options: dict[str, str] = {}
     for action in parser._actions:
         value = getattr(arguments, action.dest, action.default)
         given = value != action.default and action.const in (None, value)
@@ -241,8 +241,9 @@ def _by_options(line: str, options: Mapping[str, str]) -> str:
 def _after_interrupt(arguments: argparse.Namespace) -> str:
     """How to go on after an interrupt, as the end of a line; empty where nothing is known."""
     verb = VERBS.get(arguments.verb)
+    tell: Callable[[argparse.Namespace], str] | None = getattr(verb, "after_interrupt", None)
     after: str = getattr(verb, "AFTER_INTERRUPT", "")
-    return verb.after_interrupt(arguments) if hasattr(verb, "after_interrupt") else after
+    return after if tell is None else tell(arguments)
 
 
 def _lists_joined(argv: Sequence[str]) -> list[str]:

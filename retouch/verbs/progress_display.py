@@ -120,23 +120,35 @@ class _Watch:
         lasting = [one for one in self._under_way if now - one[1] >= PATIENCE_S]
         if not lasting:
             return None
-        phrases = []
-        for progress, *_ in lasting:
-            done = f", {100.0 * progress.fraction:.0f} %" if progress.fraction else ""
-            phrases.append((progress.detail or progress.stage) + done)
+        phrases, told = [], False
+        for progress, began, _ in lasting:
+            # The rest of the outermost stage that knows it, beside its name: the rest of no other stage.
+            rest = "" if told else _rest(progress, now - began - progress.seconds)
+            told = told or bool(rest)
+            phrases.append(f"{progress.detail or progress.stage}{_done(progress)}{rest}")
         text = ": ".join(phrases)
-        # The outermost stage that knows how long the rest takes; some of the rest was done since its report.
-        rests = [_rest(progress, now - began - progress.seconds) for progress, began, _ in lasting]
-        text += next(filter(None, rests), f", {_time(now - lasting[0][1])} so far")
+        if not told:
+            text += f", {_time(now - lasting[0][1])} so far"
         fractions = [progress.fraction for progress, *_ in lasting if progress.fraction is not None]
         return Shown(text, lasting[0][2], fractions[0] if fractions else None)
 
 
+def _done(progress: Progress) -> str:
+    """How much of a stage is done; of one that may end early, how many steps; empty if that is not known."""
+    if progress.at_most and progress.total is not None and progress.done:
+        return f", {progress.done:g} of at most {progress.total:g}"
+    return f", {100.0 * progress.fraction:.0f} %" if progress.fraction else ""
+
+
 def _rest(progress: Progress, since: float = 0.0) -> str:
-    """How long the rest of a stage takes, `since` seconds after the report; empty if that is not known."""
-    if progress.remaining is None or progress.seconds < LEAST_S or progress.remaining - since < 1.0:
+    """How long the rest of a stage takes, `since` seconds after the report; empty if that is not known.
+
+    The pace so far is no bound of the rest, and of a stage that may end early not even an estimate.
+    """
+    remaining = None if progress.at_most else progress.remaining
+    if remaining is None or progress.seconds < LEAST_S or remaining - since < 1.0:
         return ""
-    return f", {'at most' if progress.at_most else 'about'} {_time(progress.remaining - since)} more"
+    return f", about {_time(remaining - since)} more"
 
 
 def _time(seconds: float) -> str:

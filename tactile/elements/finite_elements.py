@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from relief.common.arrays import Array
-from relief.common.cache import Arrays, cached, fingerprint
+from relief.common.cache import Arrays, cached, fingerprint, is_cached
 from relief.common.progress import stage
 from tactile.layer.cosine_layer import (
     PARITIES,
@@ -209,19 +209,13 @@ def finite_element_operator(
 @lru_cache(maxsize=2)
 def _elements(skin: Skin, nodes: int, size: float) -> tuple[CosineLayer, dict[str, ParityBlock]]:
     """The elements with sliding sides, and the blocks with free ones by name, in double precision."""
-    key: dict[str, float | int | str] = {
-        "code": fingerprint(__name__),
-        **skin.structure,
-        "size": size,
-        "nodes": nodes,
-    }
     modes = {parity: _modes(nodes, size, skin.depth_mm, parity) for parity in PARITIES}
     quarter, components = (nodes // 2) ** 2, len(STRAIN_COMPONENTS)
     layout = {"layer_surface": ((nodes, nodes), "f8"), "layer_strain": ((components, nodes, nodes), "f8")}
     for name, parity in STORED.items():
         layout[f"compliance_{name}"] = (quarter, quarter), "f4"
         layout[f"strain_{name}"] = (components, quarter, len(modes[parity])), "f4"
-    stored = cached("finite-elements", key, lambda: _build(skin, nodes, size), layout)
+    stored = cached("finite-elements", _key(skin, nodes, size), lambda: _build(skin, nodes, size), layout)
     arrays = {name: torch.as_tensor(array) for name, array in stored.items()}
     reaching = torch.zeros(nodes * nodes, dtype=torch.float64)
     for places in modes.values():
@@ -234,6 +228,15 @@ def _elements(skin: Skin, nodes: int, size: float) -> tuple[CosineLayer, dict[st
     strain = arrays["layer_strain"] * reaching.view(nodes, nodes)
     cosines, sines = map(torch.as_tensor, modes_at_centres(nodes))
     return CosineLayer(nodes, size, cosines, sines, arrays["layer_surface"], strain), blocks
+
+
+def is_built(skin: Skin, nodes: int, size_mm: float) -> bool:
+    """Whether the elements of a skin are in the cache on disk; arguments as of `finite_element_operator`."""
+    return is_cached("finite-elements", _key(skin.at_unit_modulus(), nodes, float(size_mm)))
+
+
+def _key(skin: Skin, nodes: int, size: float) -> dict[str, float | int | str]:
+    return {"code": fingerprint(__name__), **skin.structure, "size": size, "nodes": nodes}
 
 
 def _build(skin: Skin, nodes: int, size: float) -> Arrays:

@@ -17,7 +17,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from relief.common.cache import Arrays, cached, fingerprint
+from relief.common.cache import Arrays, cached, fingerprint, is_cached
 from relief.common.progress import stage
 from tactile.layer.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd, sliding_layer
 from tactile.layer.interpolation import mirrored_centres, mirrored_hats
@@ -146,17 +146,13 @@ def _operator(
 
 
 def _free_sides(skin: Skin, n: int, size: float, coarse: int) -> FreeSides:
-    key: dict[str, float | int | str] = {
-        "code": fingerprint(__name__),
-        **skin.structure,
-        "size": size,
-        "coarse": coarse,
-    }
     names = [_parity_name(parity) for parity in PARITIES]
     nodes, elements = (coarse // 2 + 1) ** 2, (coarse // 2) ** 2
     layout = {f"compliance_{name}": ((nodes, nodes), "f8") for name in names}
     layout |= {f"strain_{name}": ((len(STRAIN_COMPONENTS) * elements, nodes), "f8") for name in names}
-    difference = cached("free-sides", key, lambda: _free_minus_sliding(skin, size, coarse), layout)
+    difference = cached(
+        "free-sides", _key(skin, size, coarse), lambda: _free_minus_sliding(skin, size, coarse), layout
+    )
     area, position = (size / n) ** 2, (np.arange(n) + 0.5) / n
     hats, interpolation = (
         np.concatenate([make(position, coarse, odd) for odd in (False, True)], axis=1)
@@ -170,6 +166,15 @@ def _free_sides(skin: Skin, n: int, size: float, coarse: int) -> FreeSides:
         ),
         torch.as_tensor(interpolation),
     )
+
+
+def is_built(skin: Skin, size_mm: float, coarse: int = COARSE_ELEMENTS) -> bool:
+    """Whether the coarse part is in the cache on disk; arguments as of `elastic_layer_operator`."""
+    return is_cached("free-sides", _key(skin.at_unit_modulus(), float(size_mm), coarse))
+
+
+def _key(skin: Skin, size: float, coarse: int) -> dict[str, float | int | str]:
+    return {"code": fingerprint(__name__), **skin.structure, "size": size, "coarse": coarse}
 
 
 def _free_minus_sliding(skin: Skin, size: float, coarse: int) -> Arrays:

@@ -1,6 +1,7 @@
 """A stage that lasts is shown, on whatever there is to show it; lines of a run say what they are."""
 
 import io
+import re
 import sys
 import time
 from collections.abc import Callable
@@ -21,7 +22,7 @@ from tests.optimize.descent.one_touch import one_touch
 STEP = Iterate(3, np.zeros((2, 2)), one_touch(roughness=0.07, contact_area_mm2=31.0), 0.5, 2.6512, 5.0, {})
 
 
-def until(condition: Callable[[], bool]) -> None:
+def until(condition: Callable[[], object]) -> None:
     """Wait for the thread that shows progress, half a minute at most."""
     for _ in range(3000):
         if condition():
@@ -64,6 +65,29 @@ def test_a_stage_that_lasts_is_shown_without_saying_anything(hasty, monkeypatch,
         advance()
         until(lambda: "evaluating [1]: pressing, 50 %, " in stream.getvalue())
     assert stream.getvalue().isascii()
+
+
+def test_a_stage_that_may_end_early_promises_no_time(hasty, monkeypatch) -> None:
+    """Its steps are counted, because their pace so far is no bound: the fourth may take longest."""
+    monkeypatch.setattr(progress, "LEAST_S", 0.0)
+    stream = stderr(monkeypatch, False)
+    with shown(), stage("reach"), stage("short descents", 400, at_most=True) as advance:
+        time.sleep(0.02)
+        advance(2)
+        until(lambda: "reach: short descents, 2 of at most 400, 0 s so far\n" in stream.getvalue())
+    assert "more" not in stream.getvalue()
+
+
+def test_the_rest_of_a_stage_stands_beside_its_name(hasty, monkeypatch) -> None:
+    monkeypatch.setattr(progress, "LEAST_S", 0.0)
+    stream = stderr(monkeypatch, False)
+    with shown(), stage("evaluating", 1000) as advance:
+        time.sleep(0.02)
+        advance()
+        with stage("pressing", 10**6) as inner:
+            time.sleep(0.01)
+            inner()
+            until(lambda: re.search(r"evaluating, 0 %, about \d+ s more: pressing, 0 %\n", stream.getvalue()))
 
 
 def test_a_stage_that_is_soon_over_is_not_shown(monkeypatch) -> None:

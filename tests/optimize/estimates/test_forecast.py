@@ -1,17 +1,22 @@
 """A dry run refuses what the run would, tells what the run takes, and writes nothing."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
-from optimize.estimates.forecast import Forecast, expected_steps, forecast
+from optimize.estimates.forecast import Forecast, _building_seconds, expected_steps, forecast
 from optimize.runs.memory import needed_gib
 from optimize.settings.run_file import load_run
 from relief.heightmap import save_heights_exr
 from retouch.commands.main import main
+from tactile.elements.finite_elements import finite_element_operator, is_built
+from tactile.layer.elastic_layer import elastic_layer_operator
+from tactile.layer.elastic_layer import is_built as is_layer_built
+from tactile.skin import Skin
 from tests.visual.scenes import hills
 
 SMALL = ["-D", "resolution=32", "--dry-run"]
@@ -43,7 +48,7 @@ def test_everything_is_told_and_nothing_written(folder: Path, capsys: pytest.Cap
     ("arguments", "named"),
     [
         (["hills.exr"], "no target"),
-        (["hills.exr", "--contact-area-mm2", "200"], "touch.contact_area_mm2"),
+        (["hills.exr", "--contact-area-mm2", "200"], "--contact-area-mm2: "),
         (["flat.exr", "--jnd", "1"], "flat"),
         (["hills.exr", "--jnd", "1", "--set", "touch.force_n=1e6"], "force_n"),
         (["hills.exr", "--jnd", "1", "--size-mm", "2"], "smaller than pairs of receptors"),
@@ -83,6 +88,45 @@ def test_larger_and_farther_takes_more(folder: Path) -> None:
     assert expected_steps(load_run("gravel", ["touch.jnd=-9", "descent.steps=20"])) == 20
 
 
+def test_what_the_cache_lacks_is_counted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def building(*overrides: str) -> float:
+        return _building_seconds(load_run("gravel", overrides), 10.0)
+
+    monkeypatch.setenv("RETOUCH_CACHE", str(folder / "cache"))
+    # The elastic layer of three depths of receptors, and the finite elements.
+    assert building() == pytest.approx(3 * 6.0 + 10.0)
+    assert building("verify.resolution=32") < 20.0 and building("touch.skin=layered") > 40.0
+    assert building("verify.model=none") == pytest.approx(18.0)
+    run = load_run("gravel", [f"texture={folder / 'hills.exr'}", "define.resolution=32"])
+    anew = forecast(run, folder / "run", None)
+    assert ("", "28 s of it build the models of this finger, which are kept for later runs") in anew.lines()
+    monkeypatch.setattr("tactile.layer.elastic_layer.is_built", lambda *_: True)
+    monkeypatch.setattr("tactile.elements.finite_elements.is_built", lambda *_: True)
+    built = forecast(run, folder / "run", None)
+    assert built.seconds == pytest.approx(anew.seconds - 28.0) and built.building_seconds == 0.0
+    assert not any("of it build" in text for _, text in built.lines())
+
+
+def test_what_was_built_is_in_the_cache(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RETOUCH_CACHE", str(folder / "cache"))
+    skin = Skin(thickness_mm=1.5)
+    elastic_layer_operator(skin, 32, 10.0, coarse=8)
+    finite_element_operator(skin, 32, 10.0, mesh=8)
+    assert is_layer_built(skin, 10.0, 8) and not is_layer_built(skin, 10.0, 16)
+    assert is_built(replace(skin, force_n=2.0), 8, 10.0) and not is_built(skin, 16, 10.0)
+
+
+def test_the_most_steps_are_told_where_the_distance_is_not_known(folder: Path) -> None:
+    def told(target: str) -> Forecast:
+        run = load_run("gravel", [f"texture={folder / 'hills.exr'}", "define.resolution=32", target])
+        return forecast(run, folder / "run", None)
+
+    known, unknown = told("touch.jnd=1"), told("touch.roughness=0.02")
+    assert known.most_seconds is None and known.most_steps is None
+    assert unknown.most_steps == 100 and unknown.most_seconds > unknown.seconds
+    assert any("a target far away takes up to 100 steps" in text for _, text in unknown.lines())
+
+
 def test_a_plate_too_large_for_the_memory_is_refused_before_any_work(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -114,4 +158,4 @@ def test_a_range_of_fingers_needs_one_factorisation(
     monkeypatch.setattr("optimize.runs.preparation.MOST_AT_ONCE", 1000)
     assert main(["optimize", "hills.exr", "--jnd", "1", "--set", "touch.fingers=range", *SMALL[:2]]) == 2
     line = capsys.readouterr().err
-    assert line.count("\n") == 1 and "touch.fingers: 32 x 32 samples are more than" in line
+    assert line.count("\n") == 1 and "touch.fingers=range: 32 x 32 samples are more than" in line
