@@ -38,10 +38,18 @@ class Mean:
 
 @dataclass(frozen=True)
 class Means:
-    """A series: its name, which may be empty, and its means."""
+    """A series.
+
+    Attributes:
+        name: may be empty.
+        means: in any order.
+        through: place and value of a point that the line of the means goes through without a mark; None if
+            there is none.
+    """
 
     name: str
     means: Sequence[Mean]
+    through: tuple[float, float] | None = None
 
 
 def line_chart(title: str, series: Sequence[Means], x_name: str) -> Markup:
@@ -56,7 +64,10 @@ def line_chart(title: str, series: Sequence[Means], x_name: str) -> Markup:
         shift = 100.0 * DODGE * (number - 0.5 * (len(series) - 1))
         style = _style(number)
         placed = [(x_axis.percent(mean.place) + shift, mean) for mean in one.means]
-        marks.append(_path(style, [(x, _down(y_axis, mean.value)) for x, mean in placed]))
+        line = sorted(
+            [(mean.place, mean.value) for mean in one.means] + ([] if one.through is None else [one.through])
+        )
+        marks.append(_path(style, [(x_axis.percent(x) + shift, _down(y_axis, y)) for x, y in line]))
         for x, mean in placed:
             if mean.high > mean.low:
                 ends = [(x, _down(y_axis, end)) for end in (mean.low, mean.high)]

@@ -58,6 +58,13 @@ AXES: Mapping[str, str] = {
 """Axes by key of a run, in words, where the last part of the key does not say enough."""
 
 
+UNCHANGED: Mapping[str, float] = {"touch.jnd": 0.0, "jnd_from_original": 0.0, "touch.contact_area_scale": 1.0}
+"""Values of axes and columns by which a relief is its own original."""
+ZERO_UNCHANGED = frozenset(
+    {"change_percent", "change_rms_percent", "change_percent_of_white", "flip", "jnd_from_original"}
+)
+"""Columns that are 0 of a relief that is its own original."""
+
 UNITS: Mapping[str, str] = {"percent": "%", "mb": "MB", "mm": "mm", "mm2": "mm²", "s": "s", "jnd": "JND"}
 """Units by the last word of a key."""
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from markupsafe import Markup
 
 from retouch.pages.intervals import Mean, Means, line_chart, row_chart
-from retouch.studies.columns import heading
+from retouch.studies.columns import UNCHANGED, ZERO_UNCHANGED, heading
 from retouch.studies.document import Document, TableOfDocument, flat_rows
 from retouch.studies.records import Cell
 from retouch.studies.statistics import RowCells, mean_over
@@ -13,13 +13,15 @@ from retouch.studies.study_file import Plot, label_text
 
 DEFAULT_COLUMNS = ("change_percent", "miss_percent")
 """Columns that are drawn where the study file names no plot."""
+THROUGH = "Lines go through 0 where nothing is changed, which needs no run."
+"""Sentence about lines with a point that has no mark."""
 MOST_SERIES = 6
 """Most values of an axis that become series where the study file does not ask for them."""
 
 
 def charts(content: Document) -> tuple[list[Markup], str]:
     """The plots that the study file asks for, or those that its axes suggest, and a note for all of them."""
-    points, most = [], 0
+    points, most, through = [], 0, False
     for table in content.tables:
         rows = [row for row in flat_rows(content) if row["table"] == table.name]
         plots = [plot for plot in content.plots if plot.table in (None, table.name)]
@@ -27,8 +29,9 @@ def charts(content: Document) -> tuple[list[Markup], str]:
             chart = _chart(plot, table, rows, len(content.tables) > 1)
             if chart is not None:
                 points.append(chart[0])
-                most = max(most, chart[1])
-    return points, note(content) if most > 1 else "Each point is of a single row, without an interval."
+                most, through = max(most, chart[1]), through or chart[2]
+    told = note(content) if most > 1 else "Each point is of a single row, without an interval."
+    return points, f"{told} {THROUGH}" if through else told
 
 
 def _suggested(table: TableOfDocument) -> Iterator[Plot]:
@@ -45,8 +48,8 @@ def _suggested(table: TableOfDocument) -> Iterator[Plot]:
 
 def _chart(
     plot: Plot, table: TableOfDocument, rows: Sequence[RowCells], named: bool
-) -> tuple[Markup, int] | None:
-    """A plot of a table, and the most numbers that a point is the mean of.
+) -> tuple[Markup, int, bool] | None:
+    """A plot of a table, the most numbers that a point is the mean of, and whether a line goes through 0.
 
     None if the table lacks an axis of the plot or has no number.
     """
@@ -68,15 +71,26 @@ def _chart(
             means.append(mean_over([row for row in mine if row[plot.x] == place], plot.y, plot.over, at))
         points = [mean for mean in means if mean is not None]
         if points:
-            series.append(Means("" if plot.by is None else label_text(value), points))
+            name = "" if plot.by is None else label_text(value)
+            series.append(Means(name, points, _unchanged(plot, points) if numeric else None))
     if not series:
         return None
     title = f"{table.name}: {heading(plot.y)}" if named else heading(plot.y)
     title = title[:1].upper() + title[1:]
     most = max(mean.count for one in series for mean in one.means)
     if places is None or numeric:
-        return line_chart(title, series, heading(plot.x)), most
-    return row_chart(title, series, [label_text(place) for place in places], heading(plot.y)), most
+        through = any(one.through is not None for one in series)
+        return line_chart(title, series, heading(plot.x)), most, through
+    return row_chart(title, series, [label_text(place) for place in places], heading(plot.y)), most, False
+
+
+def _unchanged(plot: Plot, points: Sequence[Mean]) -> tuple[float, float] | None:
+    """The point of a plot where nothing is changed, if the plot reaches beyond on both sides."""
+    at = UNCHANGED.get(plot.x)
+    if at is None or plot.y not in ZERO_UNCHANGED:
+        return None
+    places = [point.place for point in points]
+    return (at, 0.0) if min(places) < at < max(places) and at not in places else None
 
 
 def _numbers(values: Sequence[Cell]) -> bool:

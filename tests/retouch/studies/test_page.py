@@ -98,6 +98,34 @@ def test_plots_are_drawn_for_the_axes_that_a_table_has() -> None:
     assert note.startswith("Each point is of a single row")
 
 
+def test_a_line_from_smoother_to_rougher_goes_through_no_change() -> None:
+    def line(x: str, *places: float) -> tuple[str, str]:
+        keys = [f"{number:064x}" for number in range(len(places))]
+        rows = [RowOfTable(labels={x: place}, key=key) for key, place in zip(keys, places, strict=True)]
+        records = {key: Record(key=key, columns={"change_percent": 2.0}) for key in keys}
+        whole = document([Plot(x=x, y="change_percent")]).model_copy(
+            update={
+                "tables": [TableOfDocument(name="t", axes={x: list(places)}, rows=rows)],
+                "records": records,
+            }
+        )
+        (chart,), note = charts(whole)
+        return re.findall(r'class="s0" d="([^"]*)"', chart)[0], note
+
+    through, note = line("touch.jnd", -1.0, 2.0)
+    points = [tuple(map(float, point.split())) for point in through.removeprefix("M").split("L")]
+    assert len(points) == 3 and points[0][1] == points[2][1] < points[1][1] == 100.0
+    assert (points[1][0] - points[0][0]) / (points[2][0] - points[0][0]) == pytest.approx(1 / 3, abs=1e-3)
+    assert "go through 0" in note
+    for x, places in (
+        ("touch.jnd", (1.0, 2.0)),
+        ("touch.jnd", (-1.0, 0.0, 2.0)),
+        ("look.weight", (-1.0, 2.0)),
+    ):
+        drawn, note = line(x, *places)
+        assert drawn.count("L") == len(places) - 1 and "go through 0" not in note
+
+
 def test_a_bootstrap_interval_is_as_wide_as_a_mean_is_uncertain() -> None:
     values = np.random.default_rng(3).normal(5.0, 2.0, 400).tolist()
     low, high = interval(values)
