@@ -65,7 +65,7 @@ _ALLOWED = {
         "relief.preparing retouch.stimulus_sets retouch.verbs surrogate.data tactile visual "
         "visual.scene_file"
     ),
-    "retouch.__main__": "retouch.commands",
+    "retouch.__main__": "optimize.runs retouch.commands",
     "retouch.commands": (
         "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification relief relief.common relief.preparing retouch retouch.pages "

@@ -1,5 +1,6 @@
 """Run files: the settings of one optimisation in TOML, checked before any work begins."""
 
+import logging
 import os
 import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -33,6 +34,8 @@ from visual.looks import LOOKS, LookModel
 if TYPE_CHECKING:
     from relief.relief import Relief
 
+_log = logging.getLogger(__name__)
+
 DEEPEST = 8
 """Most sections in one another of a key for `--set`; run files have one."""
 FilePath = Annotated[Path, Field(strict=False)]
@@ -59,6 +62,8 @@ LOOK_KEYS: Mapping[str, Callable[[LookModel], bool]] = {
 """Keys that have an effect by some looks only, with whether they have by one."""
 SCALES = frozenset({"relief_mm", "height_scale"})
 """Keys of the scale of a texture: one for pictures, one for files that hold mm."""
+DECIDING = frozenset({"texture", "touch.fingers", "look.model", "descent.method", "verify.model"})
+"""Keys that decide which others have an effect."""
 SHARED = "shared"
 """Keys of the context of a validation that may be without effect, as in `load_run`."""
 LARGEST_SMOOTHING = 1e6
@@ -304,9 +309,8 @@ def _run(
     if "print.printer" in overridden:
         # Another printer has other numbers.
         values["print"] = {}
-    if "texture" in overridden:
-        # The scale that the file gives is that of its own texture, which may be of the other kind.
-        shared = {*shared, *SCALES.difference(overridden)}
+    # What a file gives beside a method, a look or a texture of its own may be without effect by another.
+    of_file = run_keys().keys() - overridden if DECIDING.intersection(overridden) else frozenset[str]()
     for override in overrides:
         _override(values, override)
     with _naming_source(path, overridden):
@@ -316,12 +320,15 @@ def _run(
             with naming("touch.feel_of"):
                 resolve_result(touch)
         try:
-            run = Run.model_validate(values, context={SHARED: shared})
+            run = Run.model_validate(values, context={SHARED: {*shared, *of_file}})
         except ValidationError as error:
             raise InputError(first_fault(error, Run)) from error
         for key, file in run.files().items():
             if not os.path.isfile(file):
                 raise InputError(f"{key}: {file}: no such file")
+    for key, reason in run.without_effect().items():
+        if key not in shared:
+            _log.warning("%s: %s: %s", path, key, reason)
     if run.repeats is None:
         # Imported here, as for `design`.
         from relief.heightmap import repeats_by_header

@@ -19,7 +19,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from optimize.runs.interrupts import interruptible
+from optimize.runs.interrupts import INTERRUPTED, interruptible, leave_interrupted
 from relief.common.errors import InputError
 from retouch.commands import (
     compare,
@@ -36,7 +36,7 @@ from retouch.commands import (
     train,
     wrap,
 )
-from retouch.commands.options import INTERRUPTED, telling
+from retouch.commands.options import telling
 from retouch.commands.streams import standard_streams
 from retouch.verbs.progress_display import shown
 
@@ -130,27 +130,27 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     for name, value in PATIENT_THREADS.items():
         os.environ.setdefault(name, value)
-    with standard_streams():
-        return _main(sys.argv[1:] if argv is None else argv)
+    # Readers of files lead descriptor 2 to nowhere meanwhile; an interrupt is told all the same.
+    with standard_streams(), open(os.dup(2), "wb") as stderr:
+        return _main(sys.argv[1:] if argv is None else argv, stderr.fileno())
 
 
-def _main(argv: Sequence[str]) -> int:
+def _main(argv: Sequence[str], stderr: int) -> int:
     """Run the command on streams that are ready; see `main`."""
     arguments = argparse.Namespace(verb=None)
     try:
-        try:
-            arguments = parse(argv)
-        finally:
-            # The help is printed by now, and may not fit; the interpreter would say so in its own words.
+        with interruptible(leave=lambda: leave_interrupted(_after_interrupt(arguments), stderr)) as interrupted:
+            try:
+                arguments = parse(argv)
+            finally:
+                # The help is printed by now, and may not fit; the interpreter would say so in its own words.
+                sys.stdout.flush()
+            run: Callable[[argparse.Namespace], int] = VERBS[arguments.verb].run
+            with telling(getattr(arguments, "verbose", False)), shown(getattr(arguments, "quiet", False)):
+                status = run(arguments)
             sys.stdout.flush()
-        run: Callable[[argparse.Namespace], int] = VERBS[arguments.verb].run
-        with (
-            interruptible(),
-            telling(getattr(arguments, "verbose", False)),
-            shown(getattr(arguments, "quiet", False)),
-        ):
-            status = run(arguments)
-        sys.stdout.flush()
+        if interrupted() and status != INTERRUPTED:
+            raise KeyboardInterrupt
     except InputError as error:
         return _refuse(_by_options(error.for_command, arguments.options))
     except UsageError as error:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.descent.stop_reason import StopReason
+from optimize.runs.interrupts import INTERRUPTED
 from optimize.settings.fast_models import FAST_MODELS
 from relief.common.errors import InputError
 from relief.common.formats import HEIGHT_MAPS, RUN_CHECKPOINT
 from retouch.commands.options import (
-    INTERRUPTED,
     TEXTURE,
     add_distance,
     add_mitsuba,

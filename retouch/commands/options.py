@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 
     from relief.common.lengths import Lengths
 
-INTERRUPTED = 130
-"""Exit status after Ctrl-C: 128 + SIGINT, as shells count."""
-
 UNBOUNDED = 10_000
 """Columns of output that goes to a file or pipe: so many that no row of a table is wrapped."""
 

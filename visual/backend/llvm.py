@@ -117,7 +117,7 @@ def _probe(library: Library) -> str:
         raise _Undecided(f"its probe took longer than {PROBE_SECONDS:.0f} s") from expired
     if process.returncode == 0:
         return ""
-    if process.returncode == -signal.SIGKILL:
+    if -process.returncode in (signal.SIGKILL, signal.SIGTERM, signal.SIGINT):
         raise _Undecided("its probe was killed")
     lines = process.stderr.strip().splitlines() or ["no message"]
     # An abort says why in its first line; a Python traceback in its last.

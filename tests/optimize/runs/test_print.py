@@ -209,7 +209,7 @@ def test_named_printer_fills_in_its_numbers_and_loads_again(
         ("print.pixel_um=50", "print: layer_um: missing; a printer needs pixel_um and layer_um, or a name"),
         ('print.printer="mask-50"|print.layer_um=0', "print: layer_um: 0 is not a number from 1 to 1000"),
         ('print.printer="mask-50"|print.pixel_um="x"', "print.pixel_um: Input should be a valid number"),
-        ('print.printer="mask-50"|descent.method="adam"', "print: adam makes no whole layers"),
+        ('print.printer="mask-50"|descent.method="adam"', "print.printer: adam makes no whole layers"),
         ("print.keep_features=true", "print: keep_features: of no printer; name one"),
         ("print.printer=5", "print.printer: Input should be a valid string"),
         ("print=5", "print: "),

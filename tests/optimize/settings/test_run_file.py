@@ -328,9 +328,19 @@ def test_what_is_so_anyway_may_be_said(run_file: Path) -> None:
     assert config.load_run(run_file, ["seed=3"]).seed == 3
 
 
-def test_another_texture_leaves_the_scale_of_the_first(run_file: Path) -> None:
+def test_a_key_of_a_file_that_an_override_leaves_without_effect_is_told(
+    run_file: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     (run_file.parent / "mm.exr").write_bytes(b"")
     other = f"texture={run_file.parent / 'mm.exr'}"
     assert config.load_run(run_file, [other]).texture.name == "mm.exr"
+    assert caplog.messages == [
+        f"{run_file}: relief_mm: is for pictures; the texture holds mm, which height_scale scales"
+    ]
     with pytest.raises(InputError, match="relief_mm: is for pictures"):
         config.load_run(run_file, [other, "relief_mm=2"])
+    run_file.write_text(run_file.read_text() + '[descent]\nmethod = "adam"\nsmoothing = 100\n')
+    assert config.load_run(run_file, ["descent.method=gauss-newton"]).descent.smoothing == 100.0
+    assert caplog.messages[1:] == [
+        f"{run_file}: descent.smoothing: has no effect by gauss-newton; adam takes it"
+    ]

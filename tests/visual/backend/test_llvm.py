@@ -149,6 +149,15 @@ def test_a_probe_that_takes_too_long_is_not_remembered(
     assert not cache_folder().exists()
 
 
+def test_a_probe_that_is_interrupted_is_not_remembered(
+    machine: Callable[..., list[Path]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(llvm, "_PROBE", "import os, signal; os.kill(os.getpid(), signal.SIGTERM)")
+    machine("a/libLLVM.so.19.1")
+    assert "was killed" in llvm.judge(llvm.candidates()[0]).fault
+    assert not cache_folder().exists()
+
+
 def test_the_users_library_wins_if_it_works(
     machine: Callable[..., list[Path]], probes: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
