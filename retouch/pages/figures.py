@@ -239,9 +239,9 @@ def relief_figures(pair: Pair) -> dict[str, Any]:
         "profile_width": wide,
         "exaggeration": max(2, round(0.28 * wide / (axis.high - axis.low))),
     }
-    if sizes_mm[0] != sizes_mm[1]:
+    if len({side.relief.surface.size_mm for side in pair.sides}) > 1:
         return context
-    common = min(map(len, heights))
+    common = min(max(h.shape) for h in heights)
     before, after = (colour_maps.shrunk(h, common) for h in heights)
     change = 1000.0 * (after - before)
     lift = float(change.mean())

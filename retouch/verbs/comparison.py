@@ -21,6 +21,7 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.common.progress import Progress, stage
+from relief.relief import Relief
 from relief.surface import Repeats
 from retouch.pages.comparison import write_comparison
 from retouch.pages.content import Compared, ComparedSide, Comparison, Side
@@ -32,9 +33,10 @@ from tactile.model import ModelName
 from tactile.quantities import ROUGHNESS
 from visual.noise import Batches, batched
 from visual.scene import Scene, load_scene, plate_size_mm
+from visual.scene_file.fitting import film_of
 
 SAME_WIDTH = 1e-6
-"""Relative difference of the widths of two plates of one size, at most: rounding."""
+"""Relative difference of the sides of two plates of one size, at most: rounding."""
 SAMPLES = 256
 """Samples a pixel where none are given and the grids differ: the most that a run takes for its pictures."""
 
@@ -153,19 +155,22 @@ class _Look:
         """Render both reliefs under the scene's conditions. Raises InputError."""
         width_mm = one.relief.width_mm
         if not _alike(one, other):
-            sizes = f"{one.name} is {width_mm:g} mm wide and {other.name} {other.relief.width_mm:g} mm"
+            sizes = " and ".join(f"{each.name} is {_size(each.relief)}" for each in (one, other))
             return Seen(reason=f"{sizes}; pictures are compared of plates of one size.")
         plate_mm = plate_size_mm(self.scene, self.defines, width_mm)
         if not math.isclose(plate_mm, width_mm, rel_tol=SAME_WIDTH):
             fault = f"the plate of {self.scene.name} is {plate_mm:g} mm wide, the reliefs are"
             return Seen(reason=f"{fault} {width_mm:g} mm; --scene names another scene.")
-        scene = self._loaded(one)
+        # Pictures of one film: that of the finer grid.
+        finest = max(one.relief.heights.shape, other.relief.heights.shape)
+        film = film_of(self.scene, self.defines, finest, width_mm)
+        scene = self._loaded(one, film)
         heights = (one.relief.heights, other.relief.heights)
         same_grid = heights[0].shape == heights[1].shape
         if same_grid and self.samples is None:
             before, after = converged(scene, *heights, metrics.known(scene), self.seed)
         else:
-            scenes = (scene, scene if same_grid else self._loaded(other))
+            scenes = (scene, scene if same_grid else self._loaded(other, film))
             samples = self.samples or SAMPLES
             before, after = (batched(*each, samples, self.seed) for each in zip(scenes, heights, strict=True))
         if before.mean.mean() < BLACK * scene.white:
@@ -179,8 +184,8 @@ class _Look:
         change = change.model_copy(update={"conditions": tuple(scene.conditions)})
         return Seen(scene, (before, after), colours, change)
 
-    def _loaded(self, subject: Subject) -> Scene:
-        return load_scene(self.scene, self.defines, self.variant, relief=subject.relief)
+    def _loaded(self, subject: Subject, film: Mapping[str, str]) -> Scene:
+        return load_scene(self.scene, {**self.defines, **film}, self.variant, relief=subject.relief)
 
 
 def _numbers(
@@ -245,7 +250,14 @@ def _content(
 
 def _alike(one: Subject, other: Subject) -> bool:
     """Whether the plates are of one size."""
-    return math.isclose(one.relief.width_mm, other.relief.width_mm, rel_tol=SAME_WIDTH)
+    sizes = (each.relief.surface.size_mm for each in (one, other))
+    return all(math.isclose(*sides, rel_tol=SAME_WIDTH) for sides in zip(*sizes, strict=True))
+
+
+def _size(relief: Relief) -> str:
+    """Width and depth of the plate."""
+    surface = relief.surface
+    return f"{surface.width_mm:g} x {surface.height_mm:g} mm"
 
 
 def _title(one: Subject, other: Subject) -> str:

@@ -57,6 +57,24 @@ def fitted_scene(
     return checked, relief
 
 
+def film_of(
+    path: str | Path, defines: Mapping[str, str] | None, samples: tuple[int, ...], size_mm: float
+) -> dict[str, str]:
+    """Values of the parameters by which the pictures of other reliefs have the film of this one.
+
+    Args:
+        path: of the scene file.
+        defines: values of its `$parameters`, which stay.
+        samples: (rows, cols) of the height map whose film it is.
+        size_mm: width of its plate.
+
+    Raises:
+        InputError: what is wrong with the scene, in one line.
+    """
+    values = parameters(check_scene(path, defines), defines or {}, samples, size_mm)
+    return {name: values[name] for name in (RESOLUTION, FILM_ROWS) if name in values}
+
+
 def scene_relief(
     path: str | Path,
     defines: Mapping[str, str] | None = None,

@@ -255,7 +255,7 @@ CHANGED = {
     "descent.tolerance=0.1": "descent.tolerance",
     'descent.method="adam"': "descent.method",
     "define.resolution=64": "define.resolution",
-    "relief_mm=1.0": "relief_mm",
+    "height_scale=0.5": "height_scale",
     "seed=3": "seed",
 }
 

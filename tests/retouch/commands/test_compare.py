@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import retouch
+from mitsuba_scenes import find_file
 from optimize.run_directory import results
 from optimize.settings.run_file import run_from_scene
 from optimize.verification.picture_metrics import pixels_per_degree
@@ -93,10 +94,31 @@ def test_grids_of_two_kinds_are_compared_where_the_plates_agree(capsys: pytest.C
     assert "averaged to the samples of the coarser ones" in page()[0]
 
 
+@pytest.mark.parametrize("rows", [1, 2])
+def test_the_film_of_the_finer_grid_is_that_of_both(rows: int) -> None:
+    """The film grows with the samples, from 16 pixels here; that of half a square has half as many rows."""
+    studio = (
+        find_file("studio", ".xml").read_text().replace('"resolution" value="128"', '"resolution" value="16"')
+    )
+    Path("small.xml").write_text(studio.replace("textures/gravel.png", "waves.exr"))
+    for side in (32, 64):
+        save_heights_exr(f"{side}.exr", relief(side, 0.6)[: side // rows], 10.0)
+    found = retouch.compare("32.exr", "64.exr", "page.html", scene="small.xml", samples=4)
+    assert 0.0 < found["look"]["change_percent"] < 20.0
+    page(Path("page.html"))
+
+
+def test_plates_of_two_depths_are_compared_by_touch_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    save_heights_exr("deep.exr", relief(64, 0.6)[:, :32], 10.0)
+    found = compared(capsys, "waves.exr", "deep.exr")
+    assert found["no_look"].startswith("A is 10 x 10 mm and B is 10 x 20 mm")
+    assert "no map of the change" in page()[0]
+
+
 def test_plates_of_two_sizes_are_compared_by_touch_alone(capsys: pytest.CaptureFixture[str]) -> None:
     found = compared(capsys, "waves.exr", "smaller.exr")
     assert found["look"] is None and found["scene"] is None and found["jnd_apart"] < 0.0
-    assert found["no_look"].startswith("A is 10 mm wide and B 5 mm")
+    assert found["no_look"].startswith("A is 10 x 10 mm and B is 5 x 5 mm")
     text, outline = page()
     assert found["no_look"] in text and "no map of the change" in text
     assert len([tag for tag in outline.tags if tag == "img"]) == 8
