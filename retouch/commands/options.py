@@ -274,7 +274,8 @@ def add_variant(parser: argparse._ActionsContainer) -> None:
         "-m",
         dest="variant",
         metavar="VARIANT",
-        help="Mitsuba's variant (default: the leanest that shows the scene; scalar_rgb without LLVM)",
+        help="Mitsuba's variant (default: the leanest that shows the scene, on the processor; scalar_rgb "
+        "without LLVM)",
     )
 
 

@@ -25,7 +25,7 @@ STUDIO_ELEVATION, STUDIO_AZIMUTHS = 35.0, (10.0, 130.0, 250.0)
 LOWEST_ELEVATION, HIGHEST_ELEVATION = 10.0, 80.0
 """Elevations of random lights, degrees; below, hardly more than the rims of a relief of 3 mm is lit."""
 VARIANT = "llvm_ad_mono"
-"""Variant of Mitsuba, also where there is a CUDA device, so that the data are the same everywhere."""
+"""Variant of Mitsuba, named, so that the data are the same everywhere."""
 BATCH = 16
 """Reliefs pressed at a time; larger batches are no faster."""
 

@@ -26,6 +26,12 @@ OLDEST_PYTHON = (3, 11)
 MEMORY_GIB = 8.0
 """Recommended memory, GiB: assembling the finest finite elements takes this much, all else 1 GiB or less."""
 
+WHERE = (
+    "touch, pictures, descents and verification run on the processor only; a CUDA device is used by "
+    "retouch train, and for pictures, not tested, if -m names a cuda_ad_ variant"
+)
+"""What runs where, on every machine."""
+
 INSTALL = "make setup, or pip install -c constraints.txt -e ."
 
 
@@ -181,10 +187,11 @@ def _cache() -> Finding:
 
 def _machine() -> Finding:
     memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30
+    system = f"{platform.system()} on {platform.machine()}"
     return Finding(
         "machine",
         memory >= MEMORY_GIB,
-        f"{os.cpu_count()} cores, {memory:.1f} GiB of memory, {platform.system()} on {platform.machine()}",
+        f"{os.cpu_count()} cores, {memory:.1f} GiB of memory, {system}\n{WHERE}",
         f"the finest finite elements take {MEMORY_GIB:.0f} GiB at their peak, everything else 1 GiB",
         needed=False,
     )

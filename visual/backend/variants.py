@@ -15,6 +15,8 @@ from visual.backend.mitsuba import dr, mi
 
 WITHOUT_LLVM = "scalar_rgb"
 """Variant that needs no libLLVM; its pictures have three channels, those of grey scenes too."""
+UNTESTED = "; not tested on any CUDA device"
+"""What is told of variants for such devices."""
 FEWEST_THREADS = 2
 """Least number of Dr.Jit's threads: with a single one Mitsuba 3.9 waits for ever for EXR files."""
 
@@ -42,8 +44,8 @@ def is_differentiable(name: str) -> bool:
 def choose_variant(colour: bool, variant: str | None = None) -> Variant:
     """The variant for a scene, without setting it.
 
-    A CUDA device is taken where there is one, else the processor. With neither such a device nor a usable
-    libLLVM the choice is `scalar_rgb`, which gives pictures without gradients.
+    The processor renders. A CUDA device is taken only if the user names a variant for it, because no test has
+    run on one. Without a usable libLLVM the choice is `scalar_rgb`, which gives pictures without gradients.
 
     Args:
         colour: whether any material or light of the scene is not grey.
@@ -61,8 +63,6 @@ def choose_variant(colour: bool, variant: str | None = None) -> Variant:
         return _requested(variant, missing)
     channels = "rgb" if colour else "mono"
     reason = "a material or a light has colour" if colour else "every material and light is grey"
-    if has_cuda():
-        return Variant(f"cuda_ad_{channels}", True, f"{reason}; on the CUDA device")
     if missing:
         return Variant(WITHOUT_LLVM, False, f"pictures only, without gradients: {missing}")
     return Variant(f"llvm_ad_{channels}", True, reason)
@@ -83,7 +83,7 @@ def _requested(name: str, missing: str) -> Variant:
         raise InputError(f"variant: {name!r} cannot run here: {missing}")
     if name.startswith("cuda_") and not has_cuda():
         raise InputError(f"variant: {name!r} cannot run here: there is no usable CUDA device")
-    return Variant(name, is_differentiable(name), "asked for")
+    return Variant(name, is_differentiable(name), "asked for" + UNTESTED * name.startswith("cuda_"))
 
 
 def load_mitsuba(colour: bool, variant: str | None = None) -> ModuleType:

@@ -39,6 +39,8 @@ def test_this_machine_can_optimise(capsys: pytest.CaptureFixture[str]) -> None:
     printed = capsys.readouterr().out
     assert printed.endswith("Ready.\n")
     assert "MISSING" not in printed
+    words = " ".join(printed.split())
+    assert "run on the processor only" in words and "CUDA" in words
 
 
 def test_json_holds_every_finding(capsys: pytest.CaptureFixture[str]) -> None:

@@ -30,16 +30,17 @@ def test_a_grey_scene_needs_one_channel_and_a_coloured_one_three() -> None:
 
 
 @pytest.mark.parametrize("llvm_too", [True, False], ids=["with libLLVM", "without"])
-def test_a_cuda_device_is_taken_where_there_is_one(
+def test_a_cuda_device_is_taken_only_if_named(
     monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest, llvm_too: bool
 ) -> None:
     if not llvm_too:
         request.getfixturevalue("no_llvm")
     monkeypatch.setattr(variants, "has_cuda", lambda: True)
-    for colour, name in ((False, "cuda_ad_mono"), (True, "cuda_ad_rgb")):
-        chosen = choose_variant(colour)
-        assert (chosen.name, chosen.differentiable) == (name, True)
-        assert "CUDA" in chosen.reason
+    for colour, channels in ((False, "mono"), (True, "rgb")):
+        assert choose_variant(colour).name == (f"llvm_ad_{channels}" if llvm_too else "scalar_rgb")
+        chosen = choose_variant(colour, f"cuda_ad_{channels}")
+        assert (chosen.name, chosen.differentiable) == (f"cuda_ad_{channels}", True)
+        assert "not tested" in chosen.reason
 
 
 def test_the_users_variant_wins() -> None:
