@@ -1,6 +1,16 @@
-"""Numbers and durations as text for a person."""
+"""Numbers, durations and names as text for a person."""
 
 import math
+import re
+
+OBEYED = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufeff]")
+"""Characters that a terminal or a browser obeys or cannot show: control characters beside the ends of lines,
+marks of the direction of writing, halves of pairs (of names that are no Unicode)."""
+
+
+def plain(text: str) -> str:
+    """The text with a question mark for each character that would be obeyed, such as those of file names."""
+    return OBEYED.sub("?", text)
 
 
 def number(value: float | None, digits: int = 3) -> str:

@@ -15,6 +15,7 @@ from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
 from relief.common.errors import InputError
 from relief.common.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
 from relief.printers import PRINTERS
+from retouch.verbs.progress_display import console_on
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -281,10 +282,8 @@ def add_variant(parser: argparse._ActionsContainer) -> None:
 
 def console(width: int | None = UNBOUNDED) -> "Console":
     """The console for tables on stdout, so wide in a file or pipe; None: 80 columns, as rich has them."""
-    from rich.console import Console
-
-    terminal = Console(highlight=False)
-    return terminal if terminal.is_terminal else Console(highlight=False, width=width)
+    terminal = console_on(sys.stdout)
+    return terminal if terminal.is_terminal else console_on(sys.stdout, width=width)
 
 
 COLUMNS: dict[str, dict[str, Any]] = {

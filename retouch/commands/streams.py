@@ -1,4 +1,4 @@
-"""Standard streams that take every text and, if they fail, fail in a way that the command foresees."""
+"""Standard streams that take every text, show it plainly, and fail in a way that the command foresees."""
 
 import codecs
 import contextlib
@@ -9,6 +9,8 @@ import unicodedata
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TextIO, cast
+
+from relief.common.formatting import plain
 
 SPELT = {"µ": "u", "±": "+-", "–": "-", "−": "-", "×": "x"}
 """ASCII for characters that have no decomposition of their own in Unicode, as "²" has."""
@@ -29,33 +31,53 @@ class _Stream:
 
     If the stream is `needed`, each write and flush from then on raises an OSError that names the stream:
     argparse lets no error of a write through, but none of a flush is lost.
+
+    Characters that a terminal would obey become question marks, but for those that are written `as_is`.
     """
 
     def __init__(self, stream: TextIO, name: str, needed: bool) -> None:
-        self._stream, self._name, self._needed = stream, name, needed
+        self.stream, self._name, self._needed = stream, name, needed
         self._failure: OSError | None = None
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._stream, name)
+        return getattr(self.stream, name)
 
     def write(self, text: str) -> int:
-        self._attempt(lambda: self._stream.write(text))
-        return len(text)
+        return self.as_is.write(plain(text))
+
+    @property
+    def as_is(self) -> "_AsIs":
+        """The stream for a writer that shows text plainly itself, and moves the cursor."""
+        return _AsIs(self)
 
     def flush(self) -> None:
-        self._attempt(self._stream.flush)
+        self.attempt(self.stream.flush)
 
-    def _attempt(self, action: Callable[[], object]) -> None:
+    def attempt(self, action: Callable[[], object]) -> None:
         try:
             action()
         except OSError as error:
             self._failure = OSError(error.errno, error.strerror, self._name)
             with contextlib.suppress(io.UnsupportedOperation):
                 nowhere = os.open(os.devnull, os.O_WRONLY)
-                os.dup2(nowhere, self._stream.fileno())
+                os.dup2(nowhere, self.stream.fileno())
                 os.close(nowhere)
         if self._needed and self._failure is not None:
             raise self._failure
+
+
+class _AsIs:
+    """A stream whose text is written as it is."""
+
+    def __init__(self, stream: _Stream) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        self._stream.attempt(lambda: self._stream.stream.write(text))
+        return len(text)
 
 
 @contextlib.contextmanager

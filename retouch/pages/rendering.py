@@ -8,7 +8,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from relief.common.formatting import between, duration, number, percent, plus_minus, rounded
+from relief.common.formatting import between, duration, number, percent, plain, plus_minus, rounded
 from retouch.pages.meanings import MEANINGS
 
 
@@ -21,7 +21,7 @@ def render_page(
         template: name of a file in `templates`.
         scripts: names of files in `templates` that become the script of the page.
         images: sources of pictures beside those within the page, as a content security policy names them.
-        context: what the template shows; text is escaped.
+        context: what the template shows; text is escaped, and characters that a browser obeys are shown as ?.
     """
     environment = Environment(
         loader=PackageLoader("retouch.pages"),
@@ -41,7 +41,7 @@ def render_page(
         style=Markup(environment.get_template("page.css").render()),
         **context,
     )
-    return page.encode()
+    return plain(page).encode()
 
 
 def leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:

@@ -10,11 +10,15 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from relief.common import progress as stages
-from relief.common.formatting import duration
+from relief.common.formatting import duration, plain
 from relief.common.progress import Progress
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.segment import Segment
 
 PATIENCE_S = 2.0
 """Seconds that a stage may last without being shown: so long a person waits without wondering."""
@@ -179,7 +183,9 @@ class _Terminal:
             # Not "dots", rich's own choice, whose characters an ASCII terminal does not have. Results on
             # stdout are left alone: it may lead elsewhere.
             self._spinner = Spinner("line", text)
-            self._live = Live(self._spinner, console=_console(), transient=True, redirect_stdout=False)
+            self._live = Live(
+                self._spinner, console=console_on(sys.stderr), transient=True, redirect_stdout=False
+            )
             self._live.start()
         self._spinner.update(text=text)
 
@@ -187,13 +193,19 @@ class _Terminal:
         """The moving line shows the detail."""
 
     def say(self, line: str) -> None:
-        (_console() if self._live is None else self._live.console).print(line, markup=False)
+        (console_on(sys.stderr) if self._live is None else self._live.console).print(line, markup=False)
 
 
-def _console() -> Any:
+def console_on(stream: Any, **settings: Any) -> "Console":
+    """A console of rich on a standard stream, which shows every text plainly, as of file names."""
     from rich.console import Console
 
-    return Console(highlight=False, stderr=True)
+    class PlainConsole(Console):
+        def render(self, *arguments: Any, **options: Any) -> "Iterator[Segment]":
+            for segment in super().render(*arguments, **options):
+                yield segment if segment.control else segment._replace(text=plain(segment.text))
+
+    return PlainConsole(file=getattr(stream, "as_is", stream), highlight=False, **settings)
 
 
 class _Pipe:

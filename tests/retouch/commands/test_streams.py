@@ -9,11 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.text import Text
 
+from relief.common.formatting import OBEYED
 from retouch.commands import touch_entries
 from retouch.commands.main import main
 from retouch.commands.options import console
 from retouch.commands.streams import HANDLER, standard_streams
+from retouch.verbs.progress_display import console_on
 
 ROOT = Path(__file__).resolve().parents[3]
 ASCII = {"PYTHONIOENCODING": "ascii"}
@@ -102,3 +105,38 @@ def test_the_streams_of_the_caller_come_back(relief: Path, capsys: pytest.Captur
     assert main(["export", str(relief), "-o", f"{relief}.stl"]) == 0
     assert (sys.stdout, sys.stderr) == before
     assert "relief.npy.stl: " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "evaluate {0} {0}",
+        "export {0} -o {0}.stl",
+        "optimize {0} --jnd 1 --dry-run",
+        "optimize relief.npy --feel-of {0} --dry-run",
+        "evaluate {0}.absent",
+        "export relief.npy -o {0}/a/b.stl",
+    ],
+)
+def test_no_character_of_a_files_name_is_obeyed(
+    arguments: str,
+    relief: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(relief.parent)
+    name = "odd\x1b[2J\x9b31m\x07\u202e\udcff.npy"
+    np.save(name, np.tile(np.load(relief), (2, 2)))  # samples whose operators other tests build
+    main(arguments.format(name).split())
+    printed = capsys.readouterr()
+    told = printed.out + printed.err
+    assert "odd?[2J?31m??" in told and not OBEYED.search(told)
+
+
+def test_a_terminal_obeys_the_display_but_no_name() -> None:
+    written = io.StringIO()
+    with contextlib.redirect_stderr(written), standard_streams():
+        screen = console_on(sys.stderr, force_terminal=True, color_system="standard")
+        screen.print(Text("odd\x1b[2J", style="bold"))
+        print("odd\x1b[2J", file=sys.stderr)
+    assert written.getvalue() == "\x1b[1modd?[2J\x1b[0m\nodd?[2J\n"
