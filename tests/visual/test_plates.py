@@ -15,6 +15,7 @@ from tests.visual.differences import differ_by_noise
 from tests.visual.scenes import PLASTIC, SIDE, SIZE_MM, Array, hills, sky, sun
 from visual.explain import explain_scene
 from visual.scene import Scene, load_scene
+from visual.scene_file.fitting import film_of
 
 WIDE, TALL = hills()[:24], hills()[:, :24]
 """24 x 32 and 32 x 24 samples."""
@@ -146,3 +147,17 @@ def test_a_lamp_too_near_for_the_longer_side_is_rendered_without_gradients(
     assert scene.render(samples=4).numpy().shape == (1, 32, 24)
     with pytest.raises(InputError, match=r"at least 533\.333 mm away"):
         scene.views()
+
+
+@pytest.mark.parametrize(
+    ("fine", "coarse", "defines"),
+    [((96, 192), (32, 64), {}), ((300, 200), (45, 30), {}), ((96, 192), (32, 64), {"resolution": "50"})],
+)
+def test_other_reliefs_have_the_film_of_the_finest(
+    fine: tuple[int, int], coarse: tuple[int, int], defines: dict[str, str]
+) -> None:
+    film = film_of("studio", defines, fine, SIZE_MM)
+    assert not film.keys() & defines.keys()
+    scenes = [load_scene("studio", {**defines, **film}, relief=np.zeros(shape)) for shape in (fine, coarse)]
+    alone = load_scene("studio", defines, relief=np.zeros(fine))
+    assert scenes[0].resolution == scenes[1].resolution == alone.resolution
