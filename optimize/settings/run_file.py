@@ -298,9 +298,7 @@ def dump_resolved(run: Run) -> str:
     return tomli_w.dumps(run.model_dump(mode="json", exclude_none=True))
 
 
-def _run(
-    path: Path | None, values: dict[str, Any], overrides: Sequence[str], shared: Collection[str]
-) -> Run:
+def _run(path: Path | None, values: dict[str, Any], overrides: Sequence[str], shared: Collection[str]) -> Run:
     """The run of a file, or of no file, with overrides."""
     touch, overridden = values.get("touch"), [override.partition("=")[0].strip() for override in overrides]
     for rival in (rival for key in overridden for rival in RIVALS.get(key, ())):

@@ -138,8 +138,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _main(argv: Sequence[str], stderr: int) -> int:
     """Run the command on streams that are ready; see `main`."""
     arguments = argparse.Namespace(verb=None)
+
+    def leave() -> NoReturn:
+        leave_interrupted(_after_interrupt(arguments), stderr)
+
     try:
-        with interruptible(leave=lambda: leave_interrupted(_after_interrupt(arguments), stderr)) as interrupted:
+        with interruptible(leave=leave) as interrupted:
             try:
                 arguments = parse(argv)
             finally:

@@ -23,8 +23,8 @@ from mitsuba_scenes import find_file
 from mitsuba_scenes.studies import bundled_studies
 from optimize.run_directory.results import HISTORY
 from relief.common.errors import InputError
-from relief.heightmap import save_heights_exr
 from relief.common.locks import only_writer
+from relief.heightmap import save_heights_exr
 from retouch.commands.main import main
 from retouch.studies import engine, row_job
 from retouch.studies.document import flat_rows, read_document
