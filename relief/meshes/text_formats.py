@@ -14,10 +14,11 @@ from relief.meshes.parsed import MOST_FACES, MOST_VERTICES, Parsed, check_count,
 
 STL_HEAD = 84
 """Bytes before the triangles of a binary STL file: a comment, and the number of triangles."""
-STL_NAME = re.compile(rb"(?im)^(?:end)?solid\b.{0,1000}?(?=\bfacet\s+normal\b|$)")
-"""The name of a solid in text, which may hold any word; a file in one line goes on behind the name."""
-STL_VERTEX = re.compile(rb"(?i)\bvertex\s+(\S*)\s*(\S*)\s*(\S*)")
-"""A vertex in text; a number that is missing is matched as no text, which is refused."""
+STL_VERTEX = re.compile(
+    rb"(?im)^(?:end)?solid\b.{0,1000}?(?=\bfacet\s+normal\b|$)|\bvertex\s+(\S*)\s*(\S*)\s*(\S*)"
+)
+"""A vertex in text, or the name of a solid, which may hold any word and ends at the first facet in its line.
+A number that is missing is matched as no text, which is refused."""
 CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 """Control characters that no text has; the header of a binary STL has some."""
 OBJ_LINE = re.compile(rb"(?im)^(v|vt|f)[ \t]+([^\n#]*)")
@@ -42,10 +43,10 @@ def read_stl(content: bytes, path: Path) -> Parsed:
         corners = np.frombuffer(content, TRIANGLE, count, STL_HEAD)["corners"].astype(np.float64)
     else:
         text = _text(content, path)
-        if text[:5].lower() != b"solid" or STL_VERTEX.search(text) is None:
-            raise InputError(f"{path}: {_no_stl(content, text, count)}")
-        vertices = STL_VERTEX.finditer(STL_NAME.sub(b"", text))
-        numbers = chain.from_iterable(vertex.groups() for vertex in islice(vertices, MOST_VERTICES + 1))
+        if text[:5].lower() != b"solid" or b"\0" in text[:STL_HEAD]:
+            raise InputError(f"{path}: damaged or not an STL: {_no_stl(content, text, count)}")
+        vertices = (vertex.groups() for vertex in STL_VERTEX.finditer(text) if vertex[1] is not None)
+        numbers = chain.from_iterable(islice(vertices, MOST_VERTICES + 1))
         corners = np.fromiter(map(float, numbers), np.float64)
         check_count(-(-len(corners) // 9), "triangles", path)
         if len(corners) % 9:
@@ -56,15 +57,13 @@ def read_stl(content: bytes, path: Path) -> Parsed:
 
 def _no_stl(content: bytes, text: bytes, count: int) -> str:
     """Why a file is neither a binary STL of as many triangles as its header tells nor one in text."""
-    if text[:5].lower() == b"solid" and b"\0" not in text:
-        return "holds no triangles: no line of its text tells a vertex"
     if text and CONTROL.search(text[:STL_HEAD]) is None:
-        return "damaged or not an STL: is a text that does not begin with the word solid"
+        return "is a text that does not begin with the word solid"
     if len(content) < STL_HEAD:
-        return f"damaged or not an STL: has {len(content)} bytes, fewer than the {STL_HEAD} of the header"
+        return f"has {len(content)} bytes, fewer than the {STL_HEAD} of the header"
     held, more = divmod(len(content) - STL_HEAD, TRIANGLE.itemsize)
     rest = f" and {more} bytes" if more else ""
-    return f"damaged or not an STL: the header tells {count} triangles, the file holds {held}{rest}"
+    return f"the header tells {count} triangles, the file holds {held}{rest}"
 
 
 def read_obj(content: bytes, path: Path) -> Parsed:
