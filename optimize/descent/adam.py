@@ -184,6 +184,7 @@ class AdamDescent:
         grown = scale * self._settings.growth ** (step / self._settings.steps)
         for target in targets.each:
             self._energy = self._energy + grown / target.quantity.energy_unit * terms[target.quantity.name]
+        pressures = touch.pressure.detach().reshape(-1, *fields.shape[-2:])
         terms |= {"visual": visual, "regularisation": regularisation}
         return Iterate(
             step,
@@ -193,6 +194,6 @@ class AdamDescent:
             *change_percent(
                 pictures.detach().numpy(), self._target.numpy(), self._plate, problem.scene.weights
             ),
-            {**memory, "pressure": touch.pressure.detach().reshape(-1, *fields.shape[-2:]).numpy().copy()},
+            {**memory, "pressure": pressures.double().numpy().copy()},
             {name: float(term.detach()) for name, term in terms.items()},
         )
