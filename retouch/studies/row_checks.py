@@ -1,6 +1,6 @@
 """Checks of rows before the first of them is computed: what a row lacks is told before hours of others."""
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Iterable
 
 from optimize.descent.methods import METHODS
 from optimize.runs.preparation import checked_goals, scene_of
@@ -8,14 +8,8 @@ from optimize.settings.run_file import Run
 from relief.common.errors import InputError
 from relief.common.progress import stage
 from retouch.studies.rows import Row
-from visual.looks import AUTO, EXACT, FAST
-from visual.models import PictureModel
+from visual.looks import AUTO, EXACT
 from visual.scene import Scene
-
-WITH_GRADIENTS = "descent.shadow_edges"
-"""Key of a run that methods take which follow gradients of pictures."""
-MODELS: Mapping[str, PictureModel] = {AUTO: "exact", EXACT: "exact", FAST: "fast", "shading": "fast"}
-"""Model of pictures of each look that has one. What the fast look can show, exact pictures can."""
 
 
 def faults_of(rows: Iterable[Row]) -> dict[str, InputError]:
@@ -53,7 +47,11 @@ def _check(settings: Run, scene: Scene | InputError) -> None:
     """Raise InputError if a run cannot begin."""
     if isinstance(scene, InputError):
         raise scene
-    model = MODELS.get(settings.look.model)
-    if model == "fast" or (model == "exact" and WITH_GRADIENTS in METHODS[settings.descent.method].takes):
-        scene.check_model(model)
+    if "look.model" in METHODS[settings.descent.method].takes:
+        look = settings.look.model
+        # What the fast look can show, exact pictures can.
+        if look in (AUTO, EXACT):
+            scene.check_model(EXACT)
+        else:
+            scene.look(look).check()
     checked_goals(settings, scene)

@@ -246,7 +246,7 @@ def _run(study: Study, table: TableOfRuns, values: Sequence[_Value], quick: bool
     try:
         return load_run(study.base, list(_overrides(settings)), shared=run_keys().keys() - own)
     except InputError as error:
-        raise InputError(str(error).removeprefix(f"{study.base}: ")) from error
+        raise InputError(str(error).removeprefix(f"{study.base}: ").removeprefix("overrides: ")) from error
 
 
 def _overrides(settings: Mapping[str, Any]) -> Iterator[str]:

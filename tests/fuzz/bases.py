@@ -47,7 +47,6 @@ texture = "../plate.exr"
 touch.jnd = 1
 descent = { method = "METHOD", steps = STEPS }
 verify = { model = "none", samples = 4 }
-look.samples = 4
 """
 STUDY_FILE = """title = "T"
 base = "base.toml"

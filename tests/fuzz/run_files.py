@@ -113,7 +113,7 @@ def overrides(draw: st.DrawFn) -> str:
 
 SMALL = (
     *("--set", "descent.steps=1", "--set", "verify.model=none", "--set", "verify.samples=4"),
-    *("--set", "look.samples=4", "--set", "define.resolution=16"),
+    *("--set", "define.resolution=16"),
     *("--set", "touch.poisson_ratio=0.48", "--set", "touch.thickness_mm=2.5", "--set", "touch.depth_mm=0.75"),
 )
 """Settings that bound the work of a whole run, whatever the file says; the operators of another skin would be

@@ -184,7 +184,10 @@ def test_a_script_compares_without_a_page(tmp_path: Path) -> None:
         (["waves.exr", "taller.exr", "-o", "taller.exr"], "taller.exr: -o: the page is HTML"),
         (["waves.exr", "taller.exr", "-o", "."], ".: -o: is a folder"),
         (["waves.exr", "taller.exr", "--relief-mm", "1"], "--relief-mm: is for pictures"),
-        (["waves.exr", "taller.exr", "--distance-cm", "0"], "distance_cm: 0 is not a number from 5 to 1000"),
+        (
+            ["waves.exr", "taller.exr", "--distance-cm", "0"],
+            "--distance-cm: 0 is not a number from 5 to 1000",
+        ),
         ([".", ".", "--size-mm", "10"], "--size-mm: is for textures"),
     ],
 )

@@ -390,8 +390,8 @@ def test_options_win_over_the_run_file() -> None:
     rough = options(run_file, "--roughness", "0.07", "--contact-area-scale", "1.2", "--seed", "3")
     assert rough.touch.numbers() == {"roughness": 0.07, "contact_area_scale": 1.2}
     assert rough.seed == 3
-    other = options(run_file, "--texture", "waves.exr", "--relief-mm", "1e-3", "--set", "look.weight=2")
-    assert (other.texture, other.relief_mm, other.look.weight) == (Path("waves.exr").absolute(), 1e-3, 2.0)
+    other = options(run_file, "--texture", "waves.exr", "--height-scale", "0.5", "--set", "look.weight=2")
+    assert (other.texture, other.height_scale, other.look.weight) == (Path("waves.exr").absolute(), 0.5, 2.0)
 
 
 @pytest.mark.parametrize(
@@ -468,7 +468,7 @@ def test_a_descent_renders_the_look_to_keep_once(method: str, monkeypatch: pytes
     monkeypatch.setattr(View, "evaluate", counted_evaluate)
     monkeypatch.setattr(Scene, "render", counted_render)
     steered = ["--set", f"look.samples={FEW}"] if method == "adam" else []
-    steps = ["--set", f"descent.method={method}", "--set", "verify.model=none", *steered, *FAST]
+    steps = ["--set", f"descent.method={method}", "--set", "verify.corrections=0", *steered, *FAST]
     main(["optimize", str(STUDIO), "--texture", "waves.exr", "--jnd", "0.3", "-q", *steps])
     rows = Path("runs/waves/history.jsonl").read_text().splitlines()
     assert len(rows) > 1
