@@ -67,6 +67,8 @@ def test_other_scenes_fall_back_to_the_exact_models(
     found = entry["reach"]
     assert (found["touch"], found["look"]) == ("layer", "exact")
     assert found["limit_percent_of_white"] == LIMIT_PERCENT
+    of_mean = 100.0 * LIMIT_PERCENT / found["mean_percent_of_white"]
+    assert found["limit_percent_of_mean"] == pytest.approx(of_mean) and of_mean > LIMIT_PERCENT
     assert found["rougher"]["ends"][0][0] == pytest.approx(0.5, abs=0.1)
     assert 0.0 < found["smoother"]["ends"][0][1] < LIMIT_PERCENT
 

@@ -119,7 +119,7 @@ def test_the_row_of_a_study_is_known_by_the_other_s_content(studio: Path) -> Non
         ("--feel-of waves.exr", r"touch.feel_of: .*waves.exr: is this texture itself"),
         ("--feel-of smooth.exr", r"smooth.exr: .* the nearest that a run takes is"),
         ("--feel-of bare.png", r"touch.feel_of: .*bare.png: --feel-of-relief-mm: missing"),
-        ("--feel-of low.exr --feel-of-relief-mm 1", r"feel_of_relief_mm: is for pictures"),
+        ("--feel-of low.exr --feel-of-relief-mm 1", "--feel-of-relief-mm: is for pictures"),
         ("--feel-of empty", r"touch.feel_of: .*empty: a folder without run.toml"),
         ("--feel-of begun", r"begun/heights.exr: no such file; the run has no result yet"),
         ("--feel-of low.exr --jnd 2", "jnd and feel_of exclude each other"),
@@ -127,8 +127,11 @@ def test_the_row_of_a_study_is_known_by_the_other_s_content(studio: Path) -> Non
             "--feel-of low.exr --feel-of-quantity both --contact-area-scale 2",
             "contact_area_scale and feel_of exclude",
         ),
-        ("--feel-of-quantity both --jnd 1", "feel_of_quantity: is for feel_of, which is missing"),
-        ("--feel-of seam.exr --set touch.feel_of_repeats=true", r"feel_of_repeats: .*sides do not fit"),
+        ("--feel-of-quantity both --jnd 1", "--feel-of-quantity: is for feel_of, which is missing"),
+        (
+            "--feel-of seam.exr --set touch.feel_of_repeats=true",
+            r"--set touch.feel_of_repeats=true: .*sides do not fit",
+        ),
     ],
 )
 def test_what_cannot_be_taken_over_is_told_in_one_line(

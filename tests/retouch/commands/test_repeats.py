@@ -62,7 +62,7 @@ def test_sides_that_do_not_fit_are_refused(verb: str, capsys: pytest.CaptureFixt
     goal = ["--jnd", "1"] if verb == "optimize" else []
     assert main([verb, "slope.exr", "--repeats-along", "x", *goal]) == BAD_INPUT
     line = capsys.readouterr().err
-    assert line.count("\n") == 1 and "slope.exr: repeats: " in line and "retouch prepare" in line
+    assert line.count("\n") == 1 and "slope.exr: --repeats-along: " in line and "retouch prepare" in line
     assert not Path("runs").exists()
 
 

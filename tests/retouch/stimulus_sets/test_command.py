@@ -33,7 +33,7 @@ def test_a_redraw_prints_the_set(copy: Path, capsys: pytest.CaptureFixture[str])
         (["slope.exr", "--jnd", "0,1"], "the sides do not fit along x"),
         (["gravel", "--jnd", "0,1"], "is no tile, but gravel-tile beside it is: name that one"),
         (["missing.png", "--jnd", "0,1"], "missing.png: no such file"),
-        (["slope.exr", "--jnd", "0,1", "--plate-mm", "5"], "plate_mm: 5 mm is less than the 10 mm under"),
+        (["slope.exr", "--jnd", "0,1", "--plate-mm", "5"], "--plate-mm: 5 mm is less than the 10 mm under"),
         (["slope.exr", "--jnd", "0,1", "--source-mm", "5"], "are for a --source, which is missing"),
         (["slope.exr", "--jnd", "0,a"], "'0,a' is no list of numbers"),
         (["slope.exr", "--jnd", "0,1", "--bed-mm", "12"], "'12' is not two lengths"),
