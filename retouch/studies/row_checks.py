@@ -51,7 +51,7 @@ def _check(settings: Run, scene: Scene | InputError) -> None:
         look = settings.look.model
         # What the fast look can show, exact pictures can.
         if look in (AUTO, EXACT):
-            scene.check_model(EXACT)
+            scene.check_model("exact")
         else:
             scene.look(look).check()
     checked_goals(settings, scene)
