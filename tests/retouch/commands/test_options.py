@@ -86,6 +86,21 @@ def test_an_argument_too_many_is_told(capsys: pytest.CaptureFixture[str]) -> Non
     assert capsys.readouterr().err == "retouch: runs/b: one argument too many (see retouch resume --help)\n"
 
 
+@pytest.mark.parametrize(
+    ("argv", "option"),
+    [
+        (["evaluate", "gravel", "--skin", ""], "--skin"),
+        (["compare", "gravel", "brick", "--scene="], "--scene"),
+        (["optimize", ""], "an argument"),
+    ],
+)
+def test_an_empty_text_names_nothing(
+    argv: list[str], option: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(argv) == 2
+    assert capsys.readouterr().err == f"retouch: {option}: empty; leave it out, or name something\n"
+
+
 def test_python_reads_of_arguments_and_the_command_of_options(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(InputError) as caught:
         load_run("gravel", ["touch.jnd"])
