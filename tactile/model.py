@@ -81,10 +81,11 @@ def check_model(skin: Skin, samples: int, size_mm: float, model: ModelName, mesh
     if model not in MODELS:
         raise InputError(f'touch.model: "{model}" is not one of {", ".join(MODELS)}')
     if not MIN_SAMPLES <= samples <= MAX_SAMPLES:
-        fewer = "; retouch prepare --samples makes a picture coarser" if samples > MAX_SAMPLES else ""
-        raise InputError(
-            f"heights: {samples} samples a side are outside [{MIN_SAMPLES}, {MAX_SAMPLES}]{fewer}"
-        )
+        where = f"{samples} samples a side of the {size_mm:g} mm under a finger"
+        remedy = "more samples, or a smaller size_mm, are needed"
+        if samples > MAX_SAMPLES:
+            remedy = "retouch prepare --samples makes a picture coarser"
+        raise InputError(f"heights: {where} are outside [{MIN_SAMPLES}, {MAX_SAMPLES}]; {remedy}")
     if not 1.0 <= size_mm <= 100.0:
         raise InputError(f"size_mm: {size_mm} is outside [1, 100]")
     if not MIN_MESH <= mesh <= MAX_MESH or mesh % 2:

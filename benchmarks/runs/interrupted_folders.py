@@ -15,7 +15,7 @@ import time
 import tomllib
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -171,8 +171,10 @@ def after_a_kill(
         prepare(place, textures[0])
         process = command.started(place)
         time.sleep(share * wholes[0].seconds)
-        workers = process.children(recursive=True) if process.poll() is None else []
-        process.send_signal(signal.SIGTERM if politely else signal.SIGKILL)
+        workers = list[psutil.Process]()
+        with suppress(psutil.NoSuchProcess):
+            workers = process.children(recursive=True)
+            process.send_signal(signal.SIGTERM if politely else signal.SIGKILL)
         _, told = process.communicate(timeout=LONGEST_S)
         row = {"share": share, "signal": "SIGTERM" if politely else "SIGKILL", "status": process.returncode}
         damaged = sorted(_damaged(place))

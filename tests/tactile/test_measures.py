@@ -22,8 +22,15 @@ def test_a_tile_smaller_than_pairs_of_receptors_is_felt_like_many_side_by_side()
         measure_touch(Relief(np.tile(tile, (2, 2)), 2.5), tactile.Skin(), "layer")
 
 
-def test_patches_of_too_many_samples_are_refused_before_they_are_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_patches_of_too_many_or_too_few_samples_are_refused_before_they_are_cut(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(Patches, "of", lambda *_: pytest.fail("patches are cut"))
     tile = Relief(np.zeros((1024, 1024)), 4.0, (True, True))
-    with pytest.raises(InputError, match="2560 samples a side are outside"):
+    with pytest.raises(InputError, match="2560 samples a side of the 10 mm under a finger are outside"):
         measure_touch(tile, tactile.Skin(), "layer")
+    plate = Relief(np.zeros((32, 32)), 100.0)
+    with pytest.raises(
+        InputError, match="3 samples a side of the 10 mm under .*; more samples, or a smaller"
+    ):
+        measure_touch(plate, tactile.Skin(), "layer")
