@@ -23,7 +23,6 @@ from relief.common.formatting import duration, number
 from relief.patches import Patches
 from relief.places import places
 from tactile.elements import finite_elements
-from tactile.fingers import fingers
 from tactile.layer import elastic_layer
 from tactile.limits import FEM_MESH, model_name
 from visual.looks import AUTO, FAST, FixedSamples, look_model
@@ -191,9 +190,8 @@ def _building_seconds(settings: Run, size_mm: float) -> float:
         size_mm: side of the patch under a finger.
     """
     skin, verify = settings.touch.finger, settings.verify
-    # Of the fingers that press on the result, those of another modulus have the operators of the first.
-    skins = {repr(each.skin.structure): each.skin for each in fingers(skin)}.values()
-    seconds = LAYER_BUILT_S * sum(not elastic_layer.is_built(each, size_mm) for each in skins)
+    # Other fingers have the operators of the first.
+    seconds = 0.0 if elastic_layer.is_built(skin, size_mm) else LAYER_BUILT_S
     if verify.model == "fem" and not finite_elements.is_built(skin, verify.resolution, size_mm):
         finer = (verify.resolution / FEM_MESH) ** NODES_POWER
         seconds += ELEMENTS_BUILT_S * finer * (LAYERED if skin.layers else 1.0)

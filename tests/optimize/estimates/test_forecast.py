@@ -93,17 +93,17 @@ def test_what_the_cache_lacks_is_counted(folder: Path, monkeypatch: pytest.Monke
         return _building_seconds(load_run("gravel", overrides), 10.0)
 
     monkeypatch.setenv("RETOUCH_CACHE", str(folder / "cache"))
-    # The elastic layer of three depths of receptors, and the finite elements.
-    assert building() == pytest.approx(3 * 6.0 + 10.0)
-    assert building("verify.resolution=32") < 20.0 and building("touch.skin=layered") > 40.0
-    assert building("verify.model=none") == pytest.approx(18.0)
+    # The elastic layer and the finite elements.
+    assert building() == pytest.approx(6.0 + 10.0)
+    assert building("verify.resolution=32") < 10.0 and building("touch.skin=layered") > 30.0
+    assert building("verify.model=none") == pytest.approx(6.0)
     run = load_run("gravel", [f"texture={folder / 'hills.exr'}", "define.resolution=32"])
     anew = forecast(run, folder / "run", None)
-    assert ("", "28 s of it build the models of this finger, which are kept for later runs") in anew.lines()
+    assert ("", "16 s of it build the models of this finger, which are kept for later runs") in anew.lines()
     monkeypatch.setattr("tactile.layer.elastic_layer.is_built", lambda *_: True)
     monkeypatch.setattr("tactile.elements.finite_elements.is_built", lambda *_: True)
     built = forecast(run, folder / "run", None)
-    assert built.seconds == pytest.approx(anew.seconds - 28.0) and built.building_seconds == 0.0
+    assert built.seconds == pytest.approx(anew.seconds - 16.0) and built.building_seconds == 0.0
     assert not any("of it build" in text for _, text in built.lines())
 
 
