@@ -204,7 +204,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     arguments, unknown = parser.parse_known_intermixed_args(argv[1:], argparse.Namespace(verb=argv[0]))
     if unknown:
         parser.error(_unknown(unknown[0], parser))
-    arguments.options = _given_options(parser, arguments)
+    arguments.options = _given_options(parser, arguments, argv[1:])
     return arguments
 
 
@@ -217,17 +217,18 @@ def _refuse_empty(argv: Sequence[str]) -> None:
             raise UsageError(f"{option}: empty; leave it out, or name something")
 
 
-def _given_options(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> dict[str, str]:
+def _given_options(
+    parser: argparse.ArgumentParser, arguments: argparse.Namespace, argv: Sequence[str]
+) -> dict[str, str]:
     """Options that were given, by the names of their arguments, and those of dotted keys by these keys.
 
     Options of files are left out: a file may have the name of an argument.
     """
+    typed = {argument.partition("=")[0] for argument in argv}
     options: dict[str, str] = {}
     for action in parser._actions:
-        value = getattr(arguments, action.dest, action.default)
-        given = value != action.default and action.const in (None, value)
-        if given and action.option_strings and action.type is not Path:
-            options.setdefault(action.dest, action.option_strings[0])
+        if action.type is not Path:
+            options |= {action.dest: option for option in action.option_strings if option in typed}
     options |= {f"define.{key}": f"-D {key}" for key, _ in getattr(arguments, "defines", ())}
     settings = getattr(arguments, "settings", ())
     return options | {setting.partition("=")[0].strip(): f"--set {setting}" for setting in settings}

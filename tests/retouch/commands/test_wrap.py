@@ -113,8 +113,8 @@ def test_bad_input_is_refused_in_one_line(capsys, tmp_path, argv, says):
         (("waves.exr", "box.stl", "--region", "no.png=flat.exr"), "no.png"),
         (("waves.exr", "box.stl", "--region", "z>5..2=flat.exr"), "not the greater"),
         (("waves.exr", "box.stl", "--mask", "z>2 & up"), "is no mask"),
-        (("waves.exr", "box.stl", "--falloff-mm", "0"), "falloff_mm: 0 is outside"),
-        (("waves.exr", "box.stl", "--edge-mm", "nan"), "edge_mm: nan is outside"),
+        (("waves.exr", "box.stl", "--falloff-mm", "0"), "--falloff-mm: 0 is outside"),
+        (("waves.exr", "box.stl", "--edge-mm", "nan"), "--edge-mm: nan is outside"),
     ],
 )
 def test_what_no_surface_can_mend_is_refused_before_there_is_one(capsys, monkeypatch, argv, says):
