@@ -227,8 +227,9 @@ def _given_options(
     typed = {argument.partition("=")[0] for argument in argv}
     options: dict[str, str] = {}
     for action in parser._actions:
-        if action.type is not Path:
-            options |= {action.dest: option for option in action.option_strings if option in typed}
+        names = typed.intersection(action.option_strings)
+        if names and action.type is not Path:
+            options[action.dest] = names.pop()
     options |= {f"define.{key}": f"-D {key}" for key, _ in getattr(arguments, "defines", ())}
     settings = getattr(arguments, "settings", ())
     return options | {setting.partition("=")[0].strip(): f"--set {setting}" for setting in settings}

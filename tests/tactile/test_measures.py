@@ -31,6 +31,6 @@ def test_patches_of_too_many_or_too_few_samples_are_refused_before_they_are_cut(
         measure_touch(tile, tactile.Skin(), "layer")
     plate = Relief(np.zeros((32, 32)), 100.0)
     with pytest.raises(
-        InputError, match="3 samples a side of the 10 mm under .*; more samples, or a smaller"
+        InputError, match=r"3 samples a side of the 10 mm under .*; more samples, or a smaller"
     ):
         measure_touch(plate, tactile.Skin(), "layer")
