@@ -1,26 +1,32 @@
 """Files: written whole or not at all, read within a limit, and the folder of the cache."""
 
+import glob
 import logging
 import os
 import shutil
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
 from relief.common.errors import InputError
+from relief.common.locks import locked
 
 _log = logging.getLogger(__name__)
 
 PARTIAL = ".partial"
 """Ending of the name of a temporary folder; the name begins with a dot."""
+UNLOCKED_S = 1.0
+"""Age of a temporary folder, s, from which its writer holds a lock on it."""
 
 
 @contextmanager
 def partial_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a temporary folder beside ``path``, on the same file system; it is gone when the block ends.
+
+    Folders that killed processes have left of the same ``path`` are removed: a lock dies with its process.
 
     Args:
         path: The final place of what is written; missing folders are made.
@@ -34,7 +40,17 @@ def partial_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     path = Path(path)
     with naming_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(PARTIAL, f".{path.stem}-", path.parent) as folder:
+        for left in path.parent.glob(f".{glob.escape(path.stem)}-*{PARTIAL}"):
+            with suppress(OSError, ImportError), locked(left):
+                if time.time() - left.stat().st_mtime >= UNLOCKED_S:
+                    shutil.rmtree(left, ignore_errors=True)
+        with (
+            tempfile.TemporaryDirectory(PARTIAL, f".{path.stem}-", path.parent) as folder,
+            ExitStack() as lock,
+        ):
+            # Without locks, as on Windows and on some network file systems, nothing is removed by others.
+            with suppress(OSError, ImportError):
+                lock.enter_context(locked(Path(folder)))
             yield Path(folder)
 
 

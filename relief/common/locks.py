@@ -3,12 +3,30 @@
 import logging
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from relief.common.errors import InputError
 
 _log = logging.getLogger(__name__)
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold the lock of a folder (``flock``) until the block ends.
+
+    Raises:
+        BlockingIOError: Another process holds it.
+        ImportError, OSError: There are no such locks, as on Windows and on some network file systems.
+    """
+    import fcntl  # Windows has none.
+
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 @contextmanager
@@ -24,26 +42,17 @@ def only_writer(folder: Path) -> Iterator[None]:
 
     Raises:
         InputError: The folder is a file, or another writer holds it.
-        OSError: The folder cannot be made or read.
+        OSError: The folder cannot be made.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
         raise InputError(f"{folder}: is a file, not a folder") from None
-    try:
-        import fcntl  # Windows has none.
-    except ImportError:
-        _log.info("%s: no lock on this system", folder)
-        yield
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
+    with ExitStack() as lock:
         try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock.enter_context(locked(folder))
         except BlockingIOError:
             raise InputError(f"{folder}: another command is writing into this folder") from None
-        except OSError as error:
-            _log.info("%s: no lock on this file system: %s", folder, error.strerror)
+        except (ImportError, OSError) as error:
+            _log.info("%s: no lock: %s", folder, error)
         yield
-    finally:
-        os.close(descriptor)

@@ -1,6 +1,7 @@
 """A file appears whole or not at all."""
 
 import errno
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -65,6 +66,20 @@ with partial_file(sys.argv[1]) as partial:
     remove_partial(tmp_path)
     assert list(tmp_path.iterdir()) == [other]
     remove_partial(tmp_path / "missing")
+
+
+def test_the_next_writer_removes_what_a_killed_one_left_but_not_what_is_at_work(tmp_path: Path) -> None:
+    path = tmp_path / "num[b]ers.bin"
+    left = tmp_path / ".num[b]ers-00000000.partial"
+    left.mkdir()
+    (left / path.name).write_bytes(b"half")
+    with partial_file(path) as partial:
+        partial.write_bytes(b"first")
+        for folder in (left, partial.parent):
+            os.utime(folder, (0.0, 0.0))
+        write_atomically(path, b"second")
+        assert {*tmp_path.iterdir()} == {path, partial.parent} and path.read_bytes() == b"second"
+    assert list(tmp_path.iterdir()) == [path] and path.read_bytes() == b"first"
 
 
 def test_others_may_read_what_is_written_as_they_may_read_any_file(tmp_path: Path) -> None:
