@@ -38,6 +38,8 @@ OUT = "out"
 """Folder that a command writes, in that of its case."""
 SAME_MM = 1e-5
 """Largest distance, mm, of heights and vertices that count as those of the uninterrupted command."""
+INTERRUPTED = 130
+"""Exit status of a command that SIGTERM has ended."""
 LONGEST_S = 600.0
 """Seconds after which a command counts as hanging."""
 WORKERS_S = 30.0
@@ -177,14 +179,15 @@ def after_a_kill(
             process.send_signal(signal.SIGTERM if politely else signal.SIGKILL)
         _, told = process.communicate(timeout=LONGEST_S)
         row = {"share": share, "signal": "SIGTERM" if politely else "SIGKILL", "status": process.returncode}
-        damaged = sorted(_damaged(place))
+        damaged, written = sorted(_damaged(place)), len(list(_files(place / OUT)))
         save_heights_exr(place / "waves.exr", textures[1], 10.0)
         row |= _repeated(command, place, wholes[1])
         _, left = psutil.wait_procs(workers, WORKERS_S)
-        as_promised = process.returncode in (0, 130 if politely else -signal.SIGKILL)
-        one_line = not politely or len(told.splitlines()) <= 1
-        ended = {"as_promised": as_promised and one_line, "damaged": damaged, "workers_left": len(left)}
-        return row | ended | ({} if as_promised and one_line else {"told": told.strip()})
+        as_promised = process.returncode in (0, INTERRUPTED if politely else -signal.SIGKILL)
+        lines = [line for line in told.splitlines() if line.startswith(("retouch:", "Traceback"))]
+        as_promised = as_promised and len(lines) == (process.returncode == INTERRUPTED)
+        ended = {"as_promised": as_promised, "damaged": damaged, "workers_left": len(left)}
+        return row | ended | ({} if as_promised else {"written": written, "told": told.strip()})
 
 
 def after_a_full_disk(
@@ -297,7 +300,6 @@ def summary(rows: Mapping[str, Mapping[str, Any]]) -> str:
                 [
                     f"{command.name}, {kind}",
                     len(cases),
-                    sum(row["status"] == 0 for row in cases),
                     sum(row["as_promised"] for row in cases),
                     sum(len(row["damaged"]) for row in cases),
                     sum(row["workers_left"] for row in cases),
@@ -306,5 +308,5 @@ def summary(rows: Mapping[str, Mapping[str, Any]]) -> str:
                     max(distances, default=None),
                 ]
             )
-    head = ("cases", "number", "had ended", "status as promised", "half-written files", "workers left")
+    head = ("cases", "number", "status as promised", "half-written files", "workers left")
     return table((*head, "completed", "same results", "farthest, mm"), lines)
