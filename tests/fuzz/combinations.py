@@ -222,8 +222,8 @@ def verdict(case: Combination, folder: Path) -> tuple[str, str]:
     differing = [key for key in whole.made if whole.made[key] != without.made.get(key)]
     if differing:
         return "effect", ", ".join(differing[:3])
-    if whole.made["stop.steps"] == 0:
-        return "bound", "the target is met before the first step"
+    if whole.made["stop.steps"] < 2:
+        return "bound", "the run ends with its first step, before which no picture has changed"
     key = case.probe.partition("=")[0]
     return ("bound", BOUNDS[key]) if key in BOUNDS else ("failed", "the same with and without")
 
