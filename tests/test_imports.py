@@ -80,9 +80,9 @@ _ALLOWED = {
         "relief.export relief.preparing retouch.pages retouch.studies retouch.workers tactile"
     ),
     "retouch.studies": (
-        "mitsuba_scenes optimize.descent optimize.estimates optimize.run_directory optimize.runs "
-        "optimize.settings optimize.verification relief relief.common retouch.pages "
-        "retouch.studies.measuring retouch.workers visual visual.backend"
+        "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
+        "optimize.verification relief relief.common retouch.pages retouch.studies.measuring "
+        "retouch.workers visual.backend"
     ),
     "retouch.studies.measuring": (
         "mitsuba_scenes optimize.run_directory optimize.settings optimize.verification relief "

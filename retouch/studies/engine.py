@@ -11,6 +11,7 @@ from typing import Self
 
 from optimize.estimates.forecast import FOLDER_MIB, PIXEL_MIB, SAMPLE_MIB
 from optimize.run_directory.results import holds_run
+from optimize.runs.checks import faults_of
 from relief.common.errors import InputError
 from relief.common.files import partial_folders, remove_partial
 from relief.common.formatting import duration
@@ -18,7 +19,6 @@ from relief.common.locks import only_writer
 from relief.common.progress import Stage, say, stage
 from retouch.studies.measuring.measures import MEASURES
 from retouch.studies.records import Record, parse_record, read_failure, read_record, write_failure
-from retouch.studies.row_checks import faults_of
 from retouch.studies.row_job import RowJob, outdated, record_failure, run_row
 from retouch.studies.rows import Expanded, Row
 from retouch.studies.study_file import text_of
@@ -124,7 +124,8 @@ def compute(
         records = known_rows(expanded, out, measures, None if again else given)
         missing = [row for key, row in expanded.rows.items() if key not in records]
         # A run that has begun was checked then, perhaps by a version that accepted more.
-        faults = faults_of(row for row in missing if not holds_run(row_folder(out, row)))
+        unchecked = (row for row in missing if not holds_run(row_folder(out, row)))
+        faults = faults_of({row.key: row.settings for row in unchecked})
         jobs = [
             RowJob(number, row.key, row_folder(out, row), row.settings, tuple(measures))
             for number, row in enumerate(missing)

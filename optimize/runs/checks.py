@@ -1,38 +1,37 @@
-"""Checks of rows before the first of them is computed: what a row lacks is told before hours of others."""
+"""Checks of many runs before the first of them begins: what one lacks is told before hours of others."""
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Mapping
 
 from optimize.descent.methods import METHODS
 from optimize.runs.preparation import checked_goals, scene_of
 from optimize.settings.run_file import Run
 from relief.common.errors import InputError
 from relief.common.progress import stage
-from retouch.studies.rows import Row
 from visual.looks import AUTO, EXACT
 from visual.scene import Scene
 
 
-def faults_of(rows: Iterable[Row]) -> dict[str, InputError]:
-    """What is wrong with rows as far as it is known without pressing and rendering, by their keys.
+def faults_of(runs: Mapping[str, Run]) -> dict[str, InputError]:
+    """What is wrong with runs as far as it is known without pressing and rendering, by their keys.
 
-    A row takes milliseconds. The scene with its relief is loaded once for all rows that share both.
+    A run takes milliseconds. The scene with its relief is loaded once for all runs that share both.
     """
-    groups: dict[Hashable, list[Row]] = {}
-    for row in rows:
-        groups.setdefault(_pictured(row.settings), []).append(row)
+    groups: dict[Hashable, dict[str, Run]] = {}
+    for key, settings in runs.items():
+        groups.setdefault(_pictured(settings), {})[key] = settings
     faults = dict[str, InputError]()
-    with stage("checking the rows", len(groups)) as advance:
+    with stage("checking the runs", len(groups)) as advance:
         for group in groups.values():
             scene: Scene | InputError
             try:
-                scene = scene_of(group[0].settings)
+                scene = scene_of(next(iter(group.values())))
             except InputError as error:
                 scene = error
-            for row in group:
+            for key, settings in group.items():
                 try:
-                    _check(row.settings, scene)
+                    _check(settings, scene)
                 except InputError as error:
-                    faults[row.key] = error
+                    faults[key] = error
             advance()
     return faults
 
