@@ -164,7 +164,7 @@ ROUGHNESS = Quantity(
 )
 """V (paper equation 2)."""
 
-GAPS_COUNT = "the contact area counts gaps too, one of 0.0125 mm half"
+GAPS_COUNT = "the contact area also counts skin close by, at a gap of 0.0125 mm by half"
 """Why the contact area is larger than the share under pressure, for the screen."""
 CONTACT_AREA = Quantity(
     name="contact_area_mm2",

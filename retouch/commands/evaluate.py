@@ -166,7 +166,7 @@ def _tell(
     screen.print(
         f"{model_name(arguments.model).capitalize()}, skin {skin_name}: {_moduli(skin)}, "
         f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {patches} mm{by}.\n"
-        f"{GAPS_COUNT[:1].upper()}{GAPS_COUNT[1:]}; in contact is what bears pressure."
+        f"{GAPS_COUNT[:1].upper()}{GAPS_COUNT[1:]}; in contact is the share of the plate under pressure."
     )
     if scene is not None:
         for entry in entries:

@@ -7,7 +7,7 @@ MEANINGS = {
     "jnd": "One just-noticeable difference (JND) is a ratio of 1.19 in roughness: a person who touches both "
     "plates names the rougher one in 84 of 100 tries. Two are 97 of 100; guessing is 50.",
     "contact_fraction": "The contact fraction is the share of the plate that bears pressure. The contact "
-    "area counts gaps too, one of 0.0125 mm half, and is larger therefore.",
+    "area is larger, as it also counts skin close by, at a gap of 0.0125 mm by half.",
     "eye": "How much the radiance of a pixel changes on average, over all pixels that show the plate and all "
     "lights, in percent of the mean picture before. The root mean square (rms) counts few large changes more "
     "than many small ones. White is a white plate that faces the light.",

@@ -210,7 +210,7 @@ def test_evaluate_prints_a_line_for_each_texture(capsys: pytest.CaptureFixture[s
     assert header.split("  ")[0] == "texture"
     assert first.startswith(name) and second.startswith(name)
     assert "mm²" in first and "%" in first
-    assert "10 N" in skin and "counts gaps too" in contact
+    assert "10 N" in skin and "counts skin close by" in contact
 
 
 def test_relief_mm_is_for_pictures_and_height_scale_for_files_that_hold_mm(
@@ -574,7 +574,7 @@ def test_the_screen_leaves_out_what_there_is_not() -> None:
     sharp = RESULT["look"]["noise"] | {"certainty": "known"}
     assert f"changed by {change}" in lines(RESULT | {"look": RESULT["look"] | {"noise": sharp}})
     for more in (
-        "31 % of the plate; the contact area counts gaps too",
+        "31 % of the plate; the contact area also counts skin close by",
         f"bounds {between(1.81, 2.04)}, rms {plus_minus(3.0, 0.12)} %",
         f"of white {percent(0.96)}; bounds {between(0.905, 1.02)}, rms {plus_minus(1.5, 0.06)} %",
         "set-up 1.0 s",
