@@ -102,10 +102,8 @@ class Forecast:
         yield "target", "; ".join(self.targets)
         verified = "nothing verifies" if self.verify == "none" else f"verified by {model_name(self.verify)}"
         yield "models", f"touch {model_name(self.touch)}, look {self.look}; {verified}"
-        yield (
-            "time",
-            f"about {duration(self.seconds)}, for about {self.steps} step{'s' * (self.steps > 1)} (two cores)",
-        )
+        steps = f"{self.steps} step{'s' * (self.steps > 1)}"
+        yield "time", f"about {duration(self.seconds)}, for about {steps} (two cores)"
         if self.most_seconds is not None:
             yield "", f"a target far away takes up to {self.most_steps} steps, {duration(self.most_seconds)}"
         if self.building_seconds:
