@@ -36,6 +36,7 @@ from relief.common.formats import PLATES, RUN_HEIGHTS
 from relief.common.nesting import flattened
 from relief.heightmap import save_heights_exr, save_heights_png
 from relief.printers import RANGES
+from visual.backend.variants import few_threads
 
 SAMPLES = 32
 ALWAYS = (
@@ -188,7 +189,8 @@ def outcome(settings: Sequence[str], folder: Path) -> Outcome:
     own = {setting.partition("=")[0] for setting in settings}
     try:
         run = run_from_scene("studio", "tile.exr", [*ALWAYS, *settings], shared=SHARED - own)
-        job.run(run, out, force=True)
+        with few_threads():
+            job.run(run, out, force=True)
     except InputError as error:
         return Outcome({}, str(error))
     return Outcome(_made(out), "")
