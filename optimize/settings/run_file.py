@@ -3,7 +3,7 @@
 import logging
 import os
 import tomllib
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from operator import attrgetter
 from pathlib import Path
@@ -14,6 +14,7 @@ from pydantic import Field, ValidationError, ValidationInfo, field_validator, mo
 
 from mitsuba_scenes import find_file
 from optimize.descent.methods import METHODS, StopRule, methods_that_take
+from optimize.settings.effects import DECIDING, unable, without_effect
 from optimize.settings.look import Look, Verify
 from optimize.settings.printing import Print
 from optimize.settings.run_paths import anchor, resolve_result
@@ -29,7 +30,6 @@ from relief.common.limits import (
     SMALLEST_RELIEF_MM,
 )
 from relief.surface import Repeats, axes
-from visual.looks import LOOKS, LookModel
 
 if TYPE_CHECKING:
     from relief.relief import Relief
@@ -42,28 +42,6 @@ FilePath = Annotated[Path, Field(strict=False)]
 
 PAPER_TOLERANCE = 0.1
 """Tolerance of the paper's stopping rule (section 4.1): half of what a finger just notices."""
-UNABLE = {
-    "look.masking": "{method} has no weights by contrast; {others} has",
-    "touch.fingers": "{method} steers one finger; {others} a range",
-    "print.printer": "{method} makes no whole layers; {others} does",
-}
-"""What a method that does not take a key is unable to do; other keys that it does not take have no effect."""
-NEEDED: Mapping[str, tuple[str, str, Any]] = {
-    "touch.fingers_weight": ("touch.fingers", "range", None),
-    "verify.resolution": ("verify.model", "fem", None),
-    "verify.corrections": ("verify.model", "fem", 0),
-}
-"""For each key, another one, the value of that without which the first has no effect, and the value of the
-first, beside its default, that tells what is so then."""
-LOOK_KEYS: Mapping[str, Callable[[LookModel], bool]] = {
-    "look.samples": lambda look: look.sampled,
-    "descent.shadow_edges": lambda look: look.shadows,
-}
-"""Keys that have an effect by some looks only, with whether they have by one."""
-SCALES = frozenset({"relief_mm", "height_scale"})
-"""Keys of the scale of a texture: one for pictures, one for files that hold mm."""
-DECIDING = frozenset({"texture", "touch.fingers", "look.model", "descent.method", "verify.model"})
-"""Keys that decide which others have an effect."""
 SHARED = "shared"
 """Keys of the context of a validation that may be without effect, as in `load_run`."""
 LARGEST_SMOOTHING = 1e6
@@ -178,6 +156,20 @@ class Run(Section):
         """The files that the run reads, by their dotted keys."""
         return {"scene": self.scene, "texture": self.texture, **self.touch.maps()}
 
+    @model_validator(mode="before")
+    @classmethod
+    def _as_the_header_says(cls, values: Any) -> Any:
+        """Where nobody else says whether the relief repeats, the header of the texture does."""
+        if not isinstance(values, dict) or values.get("repeats") is not None:
+            return values
+        texture = values.get("texture")
+        if not isinstance(texture, str | Path) or not os.path.isfile(texture):
+            return values | {"repeats": False}
+        # Imported here, as for `design`.
+        from relief.heightmap import repeats_by_header
+
+        return values | {"repeats": repeats_by_header(texture)}
+
     @field_validator("define", mode="before")
     @classmethod
     def _as_text(cls, define: Any) -> Any:
@@ -191,44 +183,16 @@ class Run(Section):
 
     def without_effect(self) -> dict[str, str]:
         """Keys that are set at other than their defaults and change nothing in this run, each with why."""
-        defaults = run_keys()
-        own = {key for key in defaults if self.value(key) != defaults[key]}
-        method, reasons = self.descent.method, dict[str, str]()
-        for key in own.difference(METHODS[method].takes, UNABLE):
-            if others := methods_that_take(key):
-                reasons[key] = f"has no effect by {method}; {' or '.join(others)} takes it"
-        for key, (other, value, idle) in NEEDED.items():
-            if key in own and self.value(key) != idle and self.value(other) != value:
-                reasons.setdefault(key, f'has no effect without {other} = "{value}"')
-        # The look that "auto" takes is not known before the scene is.
-        look = LOOKS.get(self.look.model)
-        for key, applies in LOOK_KEYS.items():
-            if key in own and look is not None and not applies(look):
-                reasons.setdefault(key, f"has no effect by the look {self.look.model}")
-        if own & SCALES and os.path.isfile(self.texture):
-            # Imported here: a run file is checked before anything heavy is loaded.
-            from relief.heightmap import holds_mm
-
-            key, reason = (
-                ("relief_mm", "is for pictures; the texture holds mm, which height_scale scales")
-                if holds_mm(self.texture)
-                else ("height_scale", "is for files that hold mm; a picture is scaled by relief_mm")
-            )
-            if key in own:
-                reasons[key] = reason
-        return reasons
+        return without_effect(self.value, run_keys(), self.texture)
 
     def value(self, key: str) -> Any:
         """The value of a dotted key."""
         return attrgetter(key)(self)
 
     @model_validator(mode="after")
-    def _by_the_method(self, info: ValidationInfo) -> Self:
-        method, defaults = self.descent.method, run_keys()
-        for key, fault in UNABLE.items():
-            if self.value(key) != defaults[key] and key not in METHODS[method].takes:
-                others = " or ".join(methods_that_take(key))
-                raise ValueError(f"{key}: {fault.format(method=method, others=others)}")
+    def _every_key_has_an_effect(self, info: ValidationInfo) -> Self:
+        if fault := unable(self.value, run_keys()):
+            raise ValueError(fault)
         shared = (info.context or {}).get(SHARED, ())
         for key, reason in self.without_effect().items():
             if key not in shared:
@@ -327,11 +291,6 @@ def _run(path: Path | None, values: dict[str, Any], overrides: Sequence[str], sh
     for key, reason in run.without_effect().items():
         if key not in shared:
             _log.warning("%s: %s: %s", path, key, reason)
-    if run.repeats is None:
-        # Imported here, as for `design`.
-        from relief.heightmap import repeats_by_header
-
-        run = run.model_copy(update={"repeats": repeats_by_header(run.texture)})
     return run
 
 

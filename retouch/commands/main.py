@@ -229,7 +229,7 @@ def _given_options(
     for action in parser._actions:
         names = typed.intersection(action.option_strings)
         if names and action.type is not Path:
-            options[action.dest] = names.pop()
+            options[action.dest] = max(names, key=len)
     options |= {f"define.{key}": f"-D {key}" for key, _ in getattr(arguments, "defines", ())}
     settings = getattr(arguments, "settings", ())
     return options | {setting.partition("=")[0].strip(): f"--set {setting}" for setting in settings}

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import retouch
+from mitsuba_scenes import find_file
 from optimize.descent.driver import Iterate
 from optimize.runs.recorder import Recorder
-from optimize.settings.run_file import dump_resolved, load_run, run_from_scene
+from optimize.settings.run_file import Run, dump_resolved, load_run, run_from_scene
 from optimize.verification.verification import Verification
 from relief.heightmap import load_heights, save_heights_exr
 from relief.relief import Relief
@@ -90,6 +91,8 @@ def test_a_run_takes_the_header_where_nobody_says_anything(capsys: pytest.Captur
     loaded = {name: load_run(f"{name}.toml") for name in ("plain", "plate")}
     assert [run.repeats for run in loaded.values()] == [True, False]
     assert load_run("plain.toml", ["repeats=x"]).repeats == "x"
+    made = {"scene": find_file("studio", ".xml"), "texture": Path("marked.exr"), "touch": {"jnd": 1.0}}
+    assert Run.model_validate(made).repeats is True and Run.model_validate(made).axes_repeat == (True, True)
     assert load_run("plain.toml", ["texture=tile.exr"]).repeats is False
     # A run file as it is written says it, so that a run goes on as it began.
     Path("dumped.toml").write_text(dump_resolved(loaded["plain"]))

@@ -1,0 +1,84 @@
+"""Effects of the keys of run files: keys set in vain, and those that the method of the run cannot serve."""
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from optimize.descent.methods import METHODS, methods_that_take
+from visual.looks import LOOKS, LookModel
+
+UNABLE = {
+    "look.masking": "{method} has no weights by contrast; {others} has",
+    "touch.fingers": "{method} steers one finger; {others} a range",
+    "print.printer": "{method} makes no whole layers; {others} does",
+}
+"""What a method that does not take a key is unable to do; other keys that it does not take have no effect."""
+NEEDED: Mapping[str, tuple[str, str, Any]] = {
+    "touch.fingers_weight": ("touch.fingers", "range", None),
+    "verify.resolution": ("verify.model", "fem", None),
+    "verify.corrections": ("verify.model", "fem", 0),
+}
+"""For each key, another one, the value of that without which the first has no effect, and the value of the
+first, beside its default, that tells what is so then."""
+LOOK_KEYS: Mapping[str, Callable[[LookModel], bool]] = {
+    "look.samples": lambda look: look.sampled,
+    "descent.shadow_edges": lambda look: look.shadows,
+}
+"""Keys that have an effect by some looks only, with whether they have by one."""
+SCALES = frozenset({"relief_mm", "height_scale"})
+"""Keys of the scale of a texture: one for pictures, one for files that hold mm."""
+DECIDING = frozenset({"texture", "touch.fingers", "look.model", "descent.method", "verify.model"})
+"""Keys that decide which others have an effect."""
+
+Value = Callable[[str], Any]
+"""The value in a run of a dotted key."""
+
+
+def unable(value: Value, defaults: Mapping[str, Any]) -> str | None:
+    """What a run asks of its method that the method is unable to do, in one line; None if there is nothing.
+
+    Args:
+        value: of each key in the run.
+        defaults: by key.
+    """
+    method = value("descent.method")
+    for key, fault in UNABLE.items():
+        if value(key) != defaults[key] and key not in METHODS[method].takes:
+            return f"{key}: {fault.format(method=method, others=' or '.join(methods_that_take(key)))}"
+    return None
+
+
+def without_effect(value: Value, defaults: Mapping[str, Any], texture: Path) -> dict[str, str]:
+    """Keys that are set at other than their defaults and change nothing in a run, each with why.
+
+    Args:
+        value: of each key in the run.
+        defaults: by key.
+        texture: of the run; a file that is missing is left to who reads it.
+    """
+    own = {key for key in defaults if value(key) != defaults[key]}
+    method, reasons = value("descent.method"), dict[str, str]()
+    for key in own.difference(METHODS[method].takes, UNABLE):
+        if others := methods_that_take(key):
+            reasons[key] = f"has no effect by {method}; {' or '.join(others)} takes it"
+    for key, (other, needed, idle) in NEEDED.items():
+        if key in own and value(key) != idle and value(other) != needed:
+            reasons.setdefault(key, f'has no effect without {other} = "{needed}"')
+    # The look that "auto" takes is not known before the scene is.
+    look = LOOKS.get(value("look.model"))
+    for key, applies in LOOK_KEYS.items():
+        if key in own and look is not None and not applies(look):
+            reasons.setdefault(key, f"has no effect by the look {value('look.model')}")
+    if own & SCALES and os.path.isfile(texture):
+        # Imported here: a run file is checked before anything heavy is loaded.
+        from relief.heightmap import holds_mm
+
+        key, reason = (
+            ("relief_mm", "is for pictures; the texture holds mm, which height_scale scales")
+            if holds_mm(texture)
+            else ("height_scale", "is for files that hold mm; a picture is scaled by relief_mm")
+        )
+        if key in own:
+            reasons[key] = reason
+    return reasons
