@@ -67,7 +67,6 @@ class BaseSurface:
         uv: (faces, 3, 2) texture coordinates, or None.
         bottom: (faces,) those of a flat bottom that stays.
         normals: (vertices, 3) outward unit normals.
-        points: The vertices, as masks take them.
         carried: (vertices,) how much of any texture each vertex carries.
         regions: Regions that masks may name.
     """
@@ -87,10 +86,10 @@ class BaseSurface:
         self.bottom = _bottom(self.body) if settings.keep_bottom else np.zeros(len(self.body.faces), bool)
         self.regions = regions
         self.normals = smooth_normals(self.body, self.bottom)
-        self.points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions)
+        points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions)
         self.carried = np.ones(len(self.body.vertices))
         if settings.mask is not None:
-            self.carried = mask_at(settings.mask, self.points, settings.falloff_mm)
+            self.carried = mask_at(settings.mask, points, settings.falloff_mm)
         self.carried[self.body.faces[self.bottom]] = 0.0
 
     def _vertex_uv(self) -> Array | None:
