@@ -5,7 +5,7 @@ MIN_SAMPLES, MAX_SAMPLES = 16, 1024
 FEM_MESH = 64
 """Nodes a side of the finite elements: within 0.26 % of V by 128, median 0.04 % (docs/evidence/touch.md)."""
 MIN_MESH, MAX_MESH = 8, 160
-"""Fewest and most nodes a side; 128 take 88 s and 4.7 GB to assemble, and more take far more."""
+"""Fewest and most nodes a side; 128 take 45 s and 2.1 GB to assemble, and more take far more."""
 
 MODEL_NAMES = {
     "layer": "elastic layer",

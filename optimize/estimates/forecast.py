@@ -37,7 +37,7 @@ many patches lie between the places, `MOST_BETWEEN` at most."""
 PLACE_S = 4.5e-4
 """Seconds of a step for each place of the finger beyond the first, and for each sample along a side of what
 is solved at once: the whole surface, or a window of at most `WINDOW` samples in all."""
-LAYER_BUILT_S, ELEMENTS_BUILT_S, NODES_POWER, LAYERED = 6.0, 10.0, 3.2, 3.0
+LAYER_BUILT_S, ELEMENTS_BUILT_S, NODES_POWER, LAYERED = 0.4, 3.5, 3.7, 3.3
 """Seconds to build the elastic layer, and the finite elements with `FEM_MESH` nodes a side, for a skin that
 is not in the cache; the power of the nodes by which the elements grow, and the factor of a layered skin."""
 FOLDER_MIB, SAMPLE_MIB, PIXEL_MIB = 0.2, 1.7e-4, 1.6e-5

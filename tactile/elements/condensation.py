@@ -1,8 +1,8 @@
-"""Condensation of a stiff body onto a few unknowns: by Pardiso's Schur complement, or column by column.
+"""Condensation of a stiff body onto patterns of load: by Pardiso's Schur complement, or column by column.
 
-Contact needs K^-1 restricted to the kept unknowns, or to patterns of load; the rest of the body follows from
-a back substitution. Pardiso gives the Schur complement in the same pass as the factors, five to six times
-faster than a solution for every kept unknown.
+Contact needs K^-1 restricted to the patterns; the rest of the body follows from a back substitution. Pardiso
+gives the Schur complement in the same pass as the factors, five to six times faster than a solution for every
+pattern.
 """
 
 from __future__ import annotations
@@ -14,14 +14,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from relief.common.arrays import Array
 from tactile.sparse import (
     SYMMETRIC_INDEFINITE,
-    SYMMETRIC_POSITIVE_DEFINITE,
     factorised,
     has_pardiso,
     pardiso_solver,
@@ -37,31 +35,15 @@ CHUNK = 256
 
 @dataclass(frozen=True)
 class Condensed:
-    """Body condensed onto its kept unknowns.
+    """Body condensed onto patterns of load.
 
     Attributes:
-        compliance: (kept, kept), symmetric.
-        solution: from forces (kept, m) on the kept unknowns to all displacements (n, m).
+        compliance: (patterns, patterns), symmetric.
+        solution: from coefficients of the patterns (patterns, m) to all displacements (n, m).
     """
 
     compliance: Array
     solution: Callable[[Array], Array]
-
-
-def condensed(matrix: sp.csr_matrix, kept: NDArray[np.intp], *, portable: bool = False) -> Condensed:
-    """Condense a symmetric positive definite matrix onto some unknowns.
-
-    Args:
-        matrix: (n, n).
-        kept: indices of the kept unknowns, ascending.
-        portable: use SuperLU even where Pardiso is installed (slower, same numbers).
-
-    Raises:
-        RuntimeError: Pardiso refused the matrix.
-    """
-    if portable or not has_pardiso():
-        return _by_columns(matrix, sp.identity(matrix.shape[0], format="csc")[:, kept])
-    return _by_schur_complement(matrix, kept)
 
 
 def condensed_onto_loads(matrix: sp.csr_matrix, loads: sp.csr_matrix, *, portable: bool = False) -> Condensed:
@@ -100,23 +82,6 @@ def _by_columns(matrix: sp.csr_matrix, loads: sp.spmatrix) -> Condensed:
         columns = slice(first, first + CHUNK)
         compliance[:, columns] = loads.T @ solve(loads[:, columns].toarray())
     return Condensed(0.5 * (compliance + compliance.T), lambda forces: solve(np.asarray(loads @ forces)))
-
-
-def _by_schur_complement(matrix: sp.csr_matrix, kept: NDArray[np.intp]) -> Condensed:
-    upper = sp.csr_matrix(sp.triu(matrix, format="csr"))
-    schur, backward = _schur_complement(upper, kept, SYMMETRIC_POSITIVE_DEFINITE)
-    factor = scipy.linalg.cholesky(schur, lower=True, overwrite_a=True, check_finite=False)
-    compliance, _ = scipy.linalg.lapack.dpotri(factor, lower=1, overwrite_c=1)
-    compliance = np.tril(compliance) + np.tril(compliance, -1).T
-
-    def solution(forces: Array) -> Array:
-        result = np.empty((matrix.shape[0], forces.shape[1]))
-        for first in range(0, forces.shape[1], CHUNK):
-            columns = slice(first, first + CHUNK)
-            result[:, columns] = backward(compliance @ forces[:, columns])
-        return result
-
-    return Condensed(compliance, solution)
 
 
 def _schur_complement(

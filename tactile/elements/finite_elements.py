@@ -12,30 +12,21 @@ feel the sides of the block. The same elements with sliding sides are solved mod
 the mesh to the pixels, where contact is decided; where there is a node at every pixel, T is the identity.
 """
 
-from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
 
 from relief.common.arrays import Array
-from relief.common.cache import Arrays, cached, fingerprint, is_cached
-from relief.common.progress import stage
-from tactile.layer.cosine_layer import (
-    PARITIES,
-    CosineLayer,
-    Parity,
-    TensorFields,
-    is_odd,
-    modes_at_centres,
-    sliding_layer,
-)
+from relief.common.cache import fingerprint, is_cached
+from tactile.layer.cosine_layer import CosineLayer, Parity, modes_at_centres, sliding_layer
+from tactile.layer.free_sides import FreeSidedLayer, FreeSides, free_sides
 from tactile.layer.interpolation import lagrange
 from tactile.layer.layers import LEAST_ROWS, Stack, boundaries
 from tactile.skin import Skin
-from tactile.strain import STRAIN_COMPONENTS
+from tactile.structured.pixel_block import PixelBlock
+from tactile.structured.pixel_layer import discrete_layer
 
 DECAY_AT_DEPTH = 8.0
 """Largest product of wavenumber and receptor depth for which strain is taken from the elements; shorter waves
@@ -49,124 +40,12 @@ THICKEST_MM = 0.2
 THICKEST_LAYERED_MM = 0.1
 """The same of a skin with layers, whose strain bends at the boundaries: with 0.4 mm of 4 MPa over 0.2 MPa,
 V of four reliefs falls by 0.7 to 1.5 % from rows of 0.2 mm to these, toward the elastic layer's."""
-STORED: dict[str, Parity] = {"even": (False, False), "mixed": (False, True), "odd": (True, True)}
-"""Parity blocks that are built and kept, by name; the fourth is the mixed one, transposed."""
-ROWS_AND_COLUMNS_EXCHANGED = [1, 0, 2, 4, 3, 5]
-"""Order of the strain components when the axes row and column are exchanged."""
+KIND = "finite-elements"
+"""What the cache calls them."""
 
 
-@dataclass(frozen=True, repr=False)
-class ParityBlock(TensorFields):
-    """Block under loads of one parity, with free sides.
-
-    Attributes:
-        parity: whether the loads are odd in (row, column).
-        compliance: (half², half²) from pressures (units of E) to displacement (mm) on a quarter of the face.
-        strain: (6, half², modes) from cosine amplitudes of the pressure to strain on a quarter.
-        modes: (modes,) which of the n² cosine modes these are.
-    """
-
-    parity: Parity
-    compliance: Tensor
-    strain: Tensor
-    modes: Tensor
-
-    def displacement(self, pressure: Tensor) -> Tensor:
-        """(..., n, n) mm, of this parity's part of a pressure (..., n, n)."""
-        quarter = _part(pressure, self.parity)
-        return _whole((quarter.flatten(-2) @ self.compliance).view(quarter.shape), self.parity)
-
-    def strains(self, amplitudes: Tensor) -> Tensor:
-        """(..., 6, n, n), of this parity's part of a pressure with cosine amplitudes (..., n, n)."""
-        half = amplitudes.shape[-1] // 2
-        chosen = amplitudes.flatten(-2)[..., self.modes]
-        components = []
-        for operator, pair in zip(self.strain, STRAIN_COMPONENTS, strict=True):
-            odd = [is_odd(pair, axis) != self.parity[axis] for axis in (0, 1)]
-            components.append(_whole((chosen @ operator.T).unflatten(-1, (half, half)), (odd[0], odd[1])))
-        return torch.stack(components, dim=-3)
-
-
-@dataclass(frozen=True, repr=False)
-class Elements(TensorFields):
-    """What free sides add to sliding ones, by the elements of an m x m mesh, m even.
-
-    Attributes:
-        sliding: the elements with sliding sides, diagonal in the mesh's own modes.
-        even, mixed, odd: the parity blocks with free sides. What is odd in the row is the mixed block's,
-            transposed.
-        interpolation: (n, m) from the mesh to the pixels along an axis.
-    """
-
-    sliding: CosineLayer
-    even: ParityBlock
-    mixed: ParityBlock
-    odd: ParityBlock
-    interpolation: Tensor
-
-    def displacement(self, pressure: Tensor) -> Tensor:
-        """(..., n, n) mm, from pressures (..., n, n) in units of Young's modulus."""
-        nodal = self._on_mesh(pressure)
-        mixed = self.mixed.displacement(torch.stack((nodal, nodal.mT)))
-        free = self.even.displacement(nodal) + self.odd.displacement(nodal) + mixed[0] + mixed[1].mT
-        return self.interpolation @ (free - self.sliding.displacement(nodal)) @ self.interpolation.T
-
-    def strain(self, pressure: Tensor) -> Tensor:
-        """(..., 6, n, n), from pressures (..., n, n) in units of Young's modulus."""
-        nodal = self._on_mesh(pressure)
-        amplitudes = self.sliding.amplitudes(nodal)
-        sliding = self.sliding.strain_of(amplitudes)
-        mixed = self.mixed.strains(torch.stack((amplitudes, amplitudes.mT)))
-        exchanged = mixed[1].mT[..., ROWS_AND_COLUMNS_EXCHANGED, :, :]
-        free = self.even.strains(amplitudes) + self.odd.strains(amplitudes) + mixed[0] + exchanged
-        return self.interpolation @ (free - sliding) @ self.interpolation.T
-
-    def _on_mesh(self, pressure: Tensor) -> Tensor:
-        """Pressures (..., m, m) at the nodes that do the same work: forces are spread by the transpose."""
-        nodes_per_pixel = (self.interpolation.shape[1] / self.interpolation.shape[0]) ** 2
-        return nodes_per_pixel * (self.interpolation.T @ pressure @ self.interpolation)
-
-
-@dataclass(frozen=True, repr=False)
-class FiniteElementOperator(CosineLayer):
-    """Normal displacement and strain at depth of the free-sided block under pressures on an n x n grid.
-
-    Attributes:
-        elements: what free sides add to the layer.
-        bare: whether the layer is left out of displacement and strain, and `elements` are the whole block.
-    """
-
-    elements: Elements
-    bare: bool
-
-    def displacement(self, pressure: Tensor) -> Tensor:
-        """Normal displacement (..., n, n) of the skin, mm, away from the texture: C p."""
-        if self.bare:
-            return self.elements.displacement(pressure)
-        return super().displacement(pressure) + self.elements.displacement(pressure)
-
-    def strain(self, pressure: Tensor) -> Tensor:
-        """Strain (..., 6, n, n) at receptor depth, components as in `tactile.strain.STRAIN_COMPONENTS`."""
-        if self.bare:
-            return self.elements.strain(pressure)
-        return super().strain(pressure) + self.elements.strain(pressure)
-
-
-def _part(field: Tensor, parity: Parity) -> Tensor:
-    """(..., n/2, n/2): the part of a field of one parity, on the quarter where row and column are high."""
-    for axis, odd in zip((-2, -1), parity, strict=True):
-        half = field.shape[axis] // 2
-        near, far = field.narrow(axis, half, half), field.narrow(axis, 0, half).flip(axis)
-        field = 0.5 * (near - far if odd else near + far)
-    return field
-
-
-def _whole(quarter: Tensor, parity: Parity) -> Tensor:
-    """(..., n, n): a quarter and its mirror images."""
-    for axis, odd in zip((-2, -1), parity, strict=True):
-        mirrored = quarter.flip(axis)
-        quarter = torch.cat((-mirrored if odd else mirrored, quarter), dim=axis)
-    return quarter
+class FiniteElementOperator(FreeSidedLayer):
+    """Free-sided block of the skin, what its sides add by a fine mesh."""
 
 
 def finite_element_operator(
@@ -196,70 +75,49 @@ def finite_element_operator(
     if not exact_layer and nodes != samples:
         raise ValueError("the bare elements need a node at every pixel")
     block = skin.at_unit_modulus()
-    sliding, blocks = _elements(block, nodes, size_mm)
-    if not exact_layer:
-        symbol, strain = torch.zeros_like(sliding.symbol), torch.zeros_like(sliding.strain_symbols)
-        sliding = replace(sliding, symbol=symbol, strain_symbols=strain)
-    pixels, places = ((np.arange(k) + 0.5) / k for k in (samples, nodes))
-    elements = Elements(sliding, **blocks, interpolation=torch.as_tensor(lagrange(places, pixels, False)))
-    layer = vars(sliding_layer(block, samples, size_mm))
-    return FiniteElementOperator(**layer, elements=elements, bare=not exact_layer).to(dtype)
+    sides = _free_sides(block, samples, size_mm, nodes)
+    if exact_layer:
+        layer = sliding_layer(block, samples, size_mm)
+    else:
+        symbols = discrete_layer(_mesh(block, size_mm, nodes))
+        layer = CosineLayer(
+            samples,
+            size_mm,
+            *map(torch.as_tensor, (*modes_at_centres(samples), symbols.surface, symbols.strain)),
+        )
+    return FiniteElementOperator(**vars(layer), free_sides=sides).to(dtype)
 
 
 @lru_cache(maxsize=2)
-def _elements(skin: Skin, nodes: int, size: float) -> tuple[CosineLayer, dict[str, ParityBlock]]:
-    """The elements with sliding sides, and the blocks with free ones by name, in double precision."""
-    modes = {parity: _modes(nodes, size, skin.depth_mm, parity) for parity in PARITIES}
-    quarter, components = (nodes // 2) ** 2, len(STRAIN_COMPONENTS)
-    layout = {"layer_surface": ((nodes, nodes), "f8"), "layer_strain": ((components, nodes, nodes), "f8")}
-    for name, parity in STORED.items():
-        layout[f"compliance_{name}"] = (quarter, quarter), "f4"
-        layout[f"strain_{name}"] = (components, quarter, len(modes[parity])), "f4"
-    stored = cached("finite-elements", _key(skin, nodes, size), lambda: _build(skin, nodes, size), layout)
-    arrays = {name: torch.as_tensor(array) for name, array in stored.items()}
-    reaching = torch.zeros(nodes * nodes, dtype=torch.float64)
-    for places in modes.values():
-        reaching[torch.as_tensor(places)] = 1.0
-    blocks = {}
-    for name, parity in STORED.items():
-        of_parity = torch.as_tensor(modes[parity])
-        block = ParityBlock(parity, arrays[f"compliance_{name}"], arrays[f"strain_{name}"], of_parity)
-        blocks[name] = block.to(torch.float64)
-    strain = arrays["layer_strain"] * reaching.view(nodes, nodes)
-    cosines, sines = map(torch.as_tensor, modes_at_centres(nodes))
-    return CosineLayer(nodes, size, cosines, sines, arrays["layer_surface"], strain), blocks
+def _free_sides(skin: Skin, n: int, size: float, nodes: int) -> FreeSides:
+    half = nodes // 2
+    cosines = modes_at_centres(nodes)[0][half:]
+
+    def felt(parity: Parity) -> Array:
+        row, column = np.divmod(_modes(nodes, size, skin.depth_mm, parity), nodes)
+        # Orthonormal on the whole face, hence of length 1/2 on a quarter.
+        return 2.0 * (cosines[:, None, row] * cosines[None, :, column]).reshape(half**2, -1)
+
+    pixels, places = ((np.arange(k) + 0.5) / k for k in (n, nodes))
+    mirrored = [np.concatenate((sign * np.eye(half)[::-1], np.eye(half))) for sign in (1.0, -1.0)]
+    hats = lagrange(places, pixels, False) @ np.concatenate(mirrored, axis=1)
+    return free_sides(
+        KIND, _key(skin, nodes, size), lambda: _mesh(skin, size, nodes), felt, hats, hats, (size / n) ** 2
+    )
 
 
 def is_built(skin: Skin, nodes: int, size_mm: float) -> bool:
     """Whether the elements of a skin are in the cache on disk; arguments as of `finite_element_operator`."""
-    return is_cached("finite-elements", _key(skin.at_unit_modulus(), nodes, float(size_mm)))
+    return is_cached(KIND, _key(skin.at_unit_modulus(), nodes, float(size_mm)))
 
 
 def _key(skin: Skin, nodes: int, size: float) -> dict[str, float | int | str]:
     return {"code": fingerprint(__name__), **skin.structure, "size": size, "nodes": nodes}
 
 
-def _build(skin: Skin, nodes: int, size: float) -> Arrays:
-    # Imported to build only: the assembly and the solvers are not loaded while the cache serves.
-    from tactile.structured.pixel_block import PixelBlock, face_response
-    from tactile.structured.pixel_layer import discrete_layer
-
+def _mesh(skin: Skin, size: float, nodes: int) -> PixelBlock:
     levels = graded_levels(skin.thickness_mm, size / nodes, skin.stack)
-    mesh = PixelBlock(size / 2.0, nodes // 2, levels, skin.depth_mm, skin.poisson_ratio, skin.stack)
-    area = mesh.pitch_mm**2
-    quarter = modes_at_centres(nodes)[0][mesh.half :]
-    layer = discrete_layer(mesh)
-    arrays: Arrays = {"layer_surface": layer.surface, "layer_strain": layer.strain}
-    steps = 2 * len(STORED)
-    with stage(f"building the finite elements ({nodes} nodes a side, kept on disk)", steps) as advance:
-        for name, parity in STORED.items():
-            row, column = np.divmod(_modes(nodes, size, skin.depth_mm, parity), nodes)
-            loads = (quarter[:, None, row] * quarter[None, :, column]).reshape(mesh.half**2, -1)
-            response = face_response(mesh, parity, area * loads, advance=advance)
-            # Single precision: 6e-8 off the same truth, half the bytes to keep and to read.
-            arrays[f"compliance_{name}"] = (area * response.compliance).astype(np.float32)
-            arrays[f"strain_{name}"] = response.strain.astype(np.float32)
-    return arrays
+    return PixelBlock(size / 2.0, nodes // 2, levels, skin.depth_mm, skin.poisson_ratio, skin.stack)
 
 
 def graded_levels(thickness_mm: float, pitch_mm: float, stack: Stack = ()) -> Array:

@@ -11,7 +11,8 @@ import numpy as np
 
 from relief.common.arrays import Array
 from tactile.skin import lame
-from tactile.structured.pixel_block import PixelBlock, kinds_along, matrices_along
+from tactile.structured.along_axes import kinds_along, matrices_along
+from tactile.structured.pixel_block import PixelBlock
 
 CHUNK = 512
 """Modes solved at a time: bounds the memory of their systems (45 x 45 numbers each) to about 10 MB."""

@@ -15,7 +15,8 @@ from tactile.layer.cosine_layer import Parity
 from tactile.skin import lame
 from tactile.sparse import factorised
 from tactile.strain import STRAIN_COMPONENTS
-from tactile.structured.pixel_block import PixelBlock, _strain_at_depth
+from tactile.structured.pixel_block import PixelBlock
+from tests.tactile.folded_block import strain_at_depth
 
 Axes = tuple[Array, Array, Array]
 GAUSS = np.polynomial.legendre.leggauss(3)
@@ -106,7 +107,7 @@ def errors(block: PixelBlock, parity: Parity, field: Field, stiffness: sp.spmatr
     """Relative L2 errors of the displacement in the quarter and of the strain at the receptors.
 
     Args:
-        stiffness: of the quarter, as from `tactile.structured.pixel_block.folded_stiffness`.
+        stiffness: of the quarter, as from `tests.tactile.folded_block.folded_stiffness`.
     """
     solution = factorised(stiffness)(_forces(block, parity, field))
     places, weights = zip(*(_quadrature(e) for e in _elements(block)), strict=True)
@@ -119,7 +120,7 @@ def errors(block: PixelBlock, parity: Parity, field: Field, stiffness: sp.spmatr
         wrong += np.einsum("rst,r,s,t->", difference**2, *weights, optimize=True)
         size += np.einsum("rst,r,s,t->", exact**2, *weights, optimize=True)
 
-    strain = _strain_at_depth(block, parity, solution.reshape(-1, 1))[..., 0]
+    strain = strain_at_depth(block, parity, solution.reshape(-1, 1))[..., 0]
     receptors = (block.line[1:-1], block.line[1:-1], np.array([block.depth_mm]))
     expected = np.stack(
         [

@@ -4,11 +4,13 @@ from functools import cache
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
-from tactile.elements.condensation import condensed
+from tactile.elements.condensation import condensed_onto_loads
 from tactile.layer.cosine_layer import Parity
-from tactile.structured.pixel_block import PixelBlock, folded_stiffness
+from tactile.structured.pixel_block import PixelBlock
 from tests.physics.manufactured_block import compressible, errors, isochoric
+from tests.tactile.folded_block import folded_stiffness
 from tests.tactile.whole_block import PARITY_NAMES, mirrored, whole_stiffness
 
 SIZE, THICKNESS, DEPTH = 10.0, 2.5, 0.75
@@ -61,11 +63,14 @@ def test_a_flat_plate_goes_as_deep_as_a_fine_mesh_says(nu: float, approach: floa
     block = uniform_block(8, nu)
     image = mirrored(block, EVEN)
     full = image.T @ whole_stiffness(block, "eight points") @ image / 4.0
-    layers = len(block.levels) - 1
-    face = 2 * (image.shape[1] // 3) + layers * np.arange((block.half + 1) ** 2)
+    layers, nodes = len(block.levels) - 1, (block.half + 1) ** 2
+    face = 2 * (image.shape[1] // 3) + layers * np.arange(nodes)
+    forces = sp.csr_matrix((np.ones(nodes), (face, np.arange(nodes))), shape=(image.shape[1], nodes))
     depths = []
     for stiffness in (folded_stiffness(block, EVEN), full.tocsr()):
-        resistance = 4.0 * np.linalg.inv(condensed(stiffness, face).compliance).sum()  # N/mm, four quarters
+        resistance = (
+            4.0 * np.linalg.inv(condensed_onto_loads(stiffness, forces).compliance).sum()
+        )  # N/mm, four quarters
         depths.append(10.0 / 0.25 / resistance)
     assert depths[0] == pytest.approx(approach, rel=0.006)
     assert depths[1] == pytest.approx(locked, rel=0.006)

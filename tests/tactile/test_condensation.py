@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from tactile.elements.condensation import CHUNK, Condensed, condensed, condensed_onto_loads
+from tactile.elements.condensation import CHUNK, Condensed, condensed_onto_loads
 from tactile.sparse import has_pardiso
 
 SIZE = 300
@@ -34,6 +34,13 @@ def body(size: int = SIZE) -> sp.csr_matrix:
     """A sparse, symmetric, positive definite matrix without structure, of condition 1e4 or so."""
     half = sp.random(size, size, density=0.01, rng=np.random.default_rng(1), format="csr")
     return sp.csr_matrix(half @ half.T + sp.diags(np.geomspace(1e-3, 10.0, size)))
+
+
+def condensed(matrix: sp.csr_matrix, kept: np.ndarray, portable: bool) -> Condensed:
+    """Condensation onto single unknowns."""
+    return condensed_onto_loads(
+        matrix, sp.identity(matrix.shape[0], format="csr")[:, kept], portable=portable
+    )
 
 
 def agree(one: np.ndarray, other: np.ndarray, tolerance: float = 1e-10) -> None:

@@ -9,7 +9,8 @@ from tactile.elements.finite_elements import FiniteElementOperator, finite_eleme
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS, smallest_eigenvalue
-from tactile.structured.block import Sides, depth_levels, quarter_responses
+from tactile.structured.block import depth_levels
+from tests.tactile.coarse_block import Sides, quarter_responses
 from tests.tactile.reliefs import EIGHT, SIZE, centres, moved, waves
 from tests.taylor import dot_test
 

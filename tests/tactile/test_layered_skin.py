@@ -13,9 +13,10 @@ from tactile.layer.elastic_layer import elastic_layer_operator
 from tactile.layer.layers import even_levels, layer_around, levels_within, moduli_of_rows, row_weights
 from tactile.skin import Layers, lame
 from tactile.strain import STRAIN_COMPONENTS
-from tactile.structured.block import quarter_responses
-from tactile.structured.pixel_block import PixelBlock, face_response
+from tactile.structured.pixel_block import PixelBlock
 from tactile.structured.pixel_layer import discrete_layer
+from tests.tactile.coarse_block import quarter_responses
+from tests.tactile.folded_block import face_response
 from tests.tactile.reliefs import SIZE, bumps, grating, waves
 from tests.taylor import gradient, slope_error
 

@@ -9,9 +9,10 @@ from skfem.helpers import ddot, div, sym_grad
 
 from tactile.layer.cosine_layer import PARITIES, Parity
 from tactile.skin import lame
-from tactile.structured.block import CENTRE
 from tactile.structured.pixel_block import PixelBlock
 
+CENTRE = (np.full((3, 1), 0.5), np.ones(1))
+"""Points and weights of the quadrature with one point at the centre of a hexahedron."""
 Volumetric = Literal["one point", "eight points"]
 """Quadrature of the volumetric part of a hexahedron: at one point it does not lock, at eight it does."""
 

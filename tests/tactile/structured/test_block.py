@@ -8,7 +8,8 @@ from tactile.layer.cosine_layer import PARITIES
 from tactile.skin import Skin, lame
 from tactile.sparse import factorised, has_pardiso
 from tactile.strain import STRAIN_COMPONENTS
-from tactile.structured.block import Sides, _stiffness, _strain_at_depth, depth_levels, quarter_responses
+from tactile.structured.block import depth_levels
+from tests.tactile.coarse_block import Sides, _stiffness, _strain_at_depth, quarter_responses
 
 HALF, QUARTER, SKIN = 5.0, 3, Skin()
 THICKNESS, DEPTH = SKIN.thickness_mm, SKIN.depth_mm

@@ -11,13 +11,8 @@ from tactile.layer.cosine_layer import PARITIES, Parity
 from tactile.layer.layers import Stack
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS
-from tactile.structured.pixel_block import (
-    PixelBlock,
-    _force_of_pixels,
-    _strain_at_depth,
-    face_response,
-    folded_stiffness,
-)
+from tactile.structured.pixel_block import PixelBlock
+from tests.tactile.folded_block import face_response, folded_stiffness, strain_at_depth
 from tests.tactile.whole_block import PARITY_NAMES, mirrored, whole_basis, whole_stiffness
 
 THICKNESS = 2.5
@@ -137,7 +132,7 @@ def test_strain_of_a_quartic_field_is_exact(parity: Parity) -> None:
         return rows(x) * columns(y) * depths(z)
 
     field = nodal(lambda x, y, z: tuple(value(c, None, x, y, z) for c in range(3)), block)
-    strain = _strain_at_depth(block, parity, field.reshape(-1, 1))[..., 0].reshape(6, 6, 6)
+    strain = strain_at_depth(block, parity, field.reshape(-1, 1))[..., 0].reshape(6, 6, 6)
     pixels = block.line[1:-1]
     place = np.meshgrid(pixels, pixels, block.depth_mm, indexing="ij")
     expected = np.stack(
@@ -156,7 +151,7 @@ def test_equal_pixel_forces_are_uniform_pressure() -> None:
     )
     uniform = skfem.LinearForm(lambda v, _: v[2]).assemble(face)
     quarter = (mirrored(BLOCK, EVEN).T @ uniform / 4.0).reshape(3, SIDE**2, LAYERS)[2, :, 0]
-    forces = _force_of_pixels(BLOCK) @ np.full(BLOCK.half**2, BLOCK.pitch_mm**2)
+    forces = np.kron(BLOCK.shares, BLOCK.shares) @ np.full(BLOCK.half**2, BLOCK.pitch_mm**2)
     np.testing.assert_allclose(forces, quarter, atol=1e-13)
 
 
