@@ -1,6 +1,7 @@
 """`import retouch` offers what README and docs use, and loads nothing until a name is used."""
 
 import ast
+import gc
 import inspect
 import re
 import subprocess
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import retouch
+from relief.common import lazy
 from retouch.commands.main import VERBS
 
 ROOT = Path(__file__).parents[1]
@@ -82,3 +84,17 @@ def test_the_pages_use_names_that_exist(page: str) -> None:
     used = set(re.findall(r"\bretouch\.(\w+)", "\n".join(blocks)))
     assert used
     assert used <= set(retouch.__all__)
+
+
+def test_cycles_are_not_collected_while_names_load(monkeypatch: pytest.MonkeyPatch) -> None:
+    collected: list[bool] = []
+    monkeypatch.setattr(lazy, "resolve_name", lambda name: collected.append(gc.isenabled()) or name)
+    for enabled in (True, False):
+        gc.enable() if enabled else gc.disable()
+        try:
+            assert lazy.lazy_names(retouch)[0]("optimize") == "retouch.verbs.runs:optimize"
+            assert gc.isenabled() is enabled
+        finally:
+            gc.enable()
+            monkeypatch.delattr(retouch, "optimize")
+    assert collected == [False, False]

@@ -1,11 +1,25 @@
 """Names of a package that are imported on first use, so that importing the package costs nothing."""
 
 import ast
-from collections.abc import Callable
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from pkgutil import resolve_name
 from types import ModuleType
 from typing import Any
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Pause the collection of cycles, which would search what imports make, and what stays, many times."""
+    collected = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collected:
+            gc.enable()
 
 
 def lazy_names(package: ModuleType) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
@@ -29,7 +43,8 @@ def lazy_names(package: ModuleType) -> tuple[Callable[[str], Any], Callable[[], 
     def getattribute(name: str) -> Any:
         if name not in package.__all__:
             raise AttributeError(f"module {package.__name__!r} has no attribute {name!r}")
-        value = resolve_name(sources[name])
+        with _no_collection():
+            value = resolve_name(sources[name])
         setattr(package, name, value)
         return value
 
