@@ -99,7 +99,7 @@ def roughness_by_finger(heights: ArrayLike, skin: Skin, size_mm: float = PATCH_S
         if press.load not in pressures:
             pressures[press.load] = press.pressure(patches)
         strain = press.felt(pressures[press.load])
-        rows.append(roughness(strain[:-1] - strain[-1], size_mm).double().numpy())
+        rows.append(roughness(strain[:-1] - strain[-1], size_mm, "thinned").double().numpy())
     return np.stack(rows)
 
 

@@ -14,7 +14,7 @@ from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import stage
 from relief.places import patch_shape
 from relief.surface import Surface
-from tactile.contact import Solver, solve_contact
+from tactile.contact import SingleFirst, Solver, solve_contact
 from tactile.elements.finite_elements import FiniteElementOperator, finite_element_operator
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.layer.truncated import GRADIENT_TOLERANCE, quick_solver
@@ -135,9 +135,11 @@ def touch_model(
         solver = net_solver(skin, samples, size_mm)
     operator, flat_strain = _in_double(skin, samples, size_mm, "fem" if model == "fem" else "layer", mesh)
     converged = TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))
-    if solver is None:
-        return converged
-    return replace(converged, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE)
+    if solver is not None:
+        return replace(converged, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE)
+    if dtype == torch.float64:
+        return replace(converged, solve=SingleFirst(operator.to(torch.float32)))
+    return converged
 
 
 @lru_cache(maxsize=8)

@@ -48,7 +48,8 @@ OUTSIDE = -0.5
 
 def first_steps(body: Compliance, heights: Tensor, mean_pressure: float) -> ContactState:
     """State after `STEPS_BEFORE` solver steps from even pressure, of heights (..., n, n) in mm."""
-    return approach_contact(body, heights, mean_pressure, None, STEPS_BEFORE)
+    # From even pressures, which the net has seen in its training.
+    return approach_contact(body, heights, mean_pressure, torch.ones_like(heights), STEPS_BEFORE)
 
 
 def inputs(body: Compliance, heights: Tensor, state: ContactState, mean_pressure: float) -> Tensor:

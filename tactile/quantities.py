@@ -98,7 +98,8 @@ class Quantity:
         symbol, unit: for the screen; the unit may be empty.
         decimals: digits behind the point on the screen.
         value: from a touch (..., n, n) to the numbers (...), differentiable.
-        fast_value: a cheaper estimate for descents by a fast model of touch; None: `value`.
+        step_value: the same but for its last digits, and cheaper, for the steps of a descent; None: `value`.
+        fast_value: a cheaper estimate for descents by a fast model of touch; None: `step_value`.
         steering_value: a smoother stand-in whose gradient gives a step its direction; None: `value`.
         slope_holds: whether the gradient predicts the quantity well over a whole step. Else every step is
             corrected by pressing until it arrives, not only the last one.
@@ -116,6 +117,7 @@ class Quantity:
     unit: str
     decimals: int
     value: Callable[[Touch], Tensor]
+    step_value: Callable[[Touch], Tensor] | None = None
     fast_value: Callable[[Touch], Tensor] | None = None
     steering_value: Callable[[Touch], Tensor] | None = None
     slope_holds: bool = True
@@ -144,6 +146,7 @@ ROUGHNESS = Quantity(
     unit="",
     decimals=4,
     value=lambda touch: tactile.roughness(touch),
+    step_value=lambda touch: tactile.roughness(touch, quadrature="thinned"),
     fast_value=lambda touch: tactile.roughness(touch, quadrature="polar"),
     goals=(
         GoalKey("roughness", "V", "roughness, as retouch evaluate tells it"),

@@ -84,7 +84,7 @@ def sizes() -> list[dict[str, Any]]:
         offsets = every_offset(samples, SIZE_MM)
         touch, pressing = timed(tactile.press, heights)
         bounded, seconds = timed(tactile.roughness, touch.strain)
-        every, before = timed(_PairVariation.apply, touch.strain, offsets, lambda: None)
+        every, before = timed(_PairVariation.apply, touch.strain, offsets, 1, lambda: None)
         off = 100.0 * abs(float(bounded / every) - 1.0)
         rows.append(
             {

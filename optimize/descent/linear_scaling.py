@@ -18,11 +18,13 @@ from optimize.descent.problem import Problem, change_percent
 from relief.common.arrays import Array
 from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.common.progress import stage
+from tactile.measures import TouchMeasures
 
 SAMPLES = 16
 """Samples a pixel of the pictures whose change is shown while a run scales."""
-STRIDE = 1.25
-"""Factor between the scales tried, outward from 1, until the goal lies between two of them."""
+STRIDE, OVERSHOOT = 1.25, 1.02
+"""Factor between the first scales tried, outward from 1; and how far beyond the goal, as two scales foretell it,
+the next one lies, as a factor of the logarithm, until the goal lies between two scales."""
 
 FLATTEST = 0.02
 """Smallest scale of the height tried."""
@@ -37,24 +39,33 @@ ACCURACY = 0.1
 """Share of the target's tolerance within which the target is met."""
 
 _Point = tuple[float, float]
-"""A scale and the excess there."""
+"""A scale and the excess there: the logarithm of the quantity over its goal, nearly linear in that of the scale."""
+LEAST_STRIDE = 1.01
+"""Least factor between two scales."""
+LEAST = 1e-9
+"""Share of the goal that stands for less: nothing has no logarithm."""
 
 
 @stage("scaling the original for comparison")
-def linear_scaling(problem: Problem) -> Array | None:
+def linear_scaling(problem: Problem, original: TouchMeasures | None = None) -> Array | None:
     """The original scaled in height until its first target is met.
 
     The presses are in single precision, each from the pressures of the last; the target is met within a tenth
     of its tolerance.
 
+    Args:
+        problem: of the original.
+        original: its touch by the model that steers; None: pressed here.
+
     Returns:
-        (rows, cols) mm, by the scale nearest to 1; None where no scale up to 3 mm meets the target. A relief
-        higher than 3 mm is scaled as a whole, below what a finger reaches too, and only down.
+        (rows, cols) mm; None where no scale up to 3 mm meets the target. A relief higher than 3 mm is scaled as
+        a whole, below what a finger reaches too, and only down.
     """
     relief = problem.heights - problem.heights.min()
     if relief.max() <= 0.0:
         return None
-    (scale, _), met = _height_scale(_excess_of(problem), relief, ACCURACY * problem.targets.each[0].tolerance)
+    excess = _excess_of(problem, original)
+    (scale, _), met = _height_scale(excess, relief, ACCURACY * problem.targets.each[0].tolerance)
     return relief * scale if met else None
 
 
@@ -143,16 +154,16 @@ class LinearScaling:
         return np.asarray(pictures.numpy())
 
 
-def _excess_of(problem: Problem) -> Callable[[Array], float]:
-    """A function that presses a relief (rows, cols) and returns the relative excess over the first target."""
+def _excess_of(problem: Problem, original: TouchMeasures | None = None) -> Callable[[Array], float]:
+    """A function that presses a relief (rows, cols) and returns its excess over the first target."""
     target, single = problem.targets.each[0], replace(problem, precision=torch.float32)
-    pressure = None
+    touch, relief_of_touch = original, problem.heights - problem.heights.min()
 
     def excess(relief: Array) -> float:
-        nonlocal pressure
-        touch = single.press(relief, pressure, gradients=False)
-        pressure = touch.pressure
-        return touch.means[target.quantity.name] / target.mean_goal - 1.0
+        nonlocal touch
+        if touch is not original or touch is None or not np.array_equal(relief, relief_of_touch):
+            touch = single.press(relief, None if touch is None else touch.pressure, gradients=False)
+        return math.log(max(touch.means[target.quantity.name] / target.mean_goal, LEAST))
 
     return excess
 
@@ -169,24 +180,36 @@ def _highest_scale(relief: Array) -> float:
 def _scale_for(
     excess: Callable[[float], float], first: float, limits: tuple[float, float], tolerance: float
 ) -> tuple[_Point, bool]:
-    """The scale nearest to the first where the excess is at most `tolerance`, and whether there is one.
+    """A scale where the excess is at most `tolerance`, and whether there is one.
 
-    The scales are searched outward from the first on both sides at once until the excess changes sign. Where
-    none does, the scale of the least excess is returned.
+    The scales are searched outward from the first until the excess changes sign: on the side on which the excess
+    falls, and where it changes its sign nowhere there, on the other. Where it does nowhere at all, the scale of
+    the least excess is returned.
     """
-    ends = dict.fromkeys((1, -1), (first, excess(first)))
-    best = ends[1]
-    while ends:
-        for side, (scale, value) in list(ends.items()):
-            following = min(scale * STRIDE, limits[1]) if side > 0 else max(scale / STRIDE, limits[0])
-            if following == scale:
-                del ends[side]
-                continue
-            ends[side] = (following, excess(following))
-            if value * ends[side][1] <= 0.0:
-                return _root(excess, (scale, value), ends[side], tolerance), True
-            best = min(best, ends[side], key=lambda point: abs(point[1]))
-    return best, abs(best[1]) <= tolerance
+    start = best = (first, excess(first))
+    ends, stride, side = dict.fromkeys((1, -1), start), STRIDE, 1
+    while abs(best[1]) > tolerance:
+        scale, value = ends[side]
+        following = min(max(scale * stride**side, limits[0]), limits[1])
+        if following == scale:
+            del ends[side]
+            if not ends:
+                return best, False
+            side, stride = -side, STRIDE
+            continue
+        there = ends[side] = (following, excess(following))
+        if value * there[1] <= 0.0:
+            return _root(excess, (scale, value), there, tolerance), True
+        best = min(best, there, key=lambda point: abs(point[1]))
+        slope = (abs(value) - abs(there[1])) / abs(math.log(following / scale))
+        if slope < 0.0 and ends.get(-side) == start:
+            side, slope, there = -side, -slope, start
+        stride = STRIDE
+        if slope > 0.0:
+            # As far as the slope says, and no farther than from one limit to the other.
+            ahead = max(OVERSHOOT * abs(there[1]) / slope, math.log(LEAST_STRIDE))
+            stride = math.exp(min(ahead, math.log(limits[1] / limits[0])))
+    return best, True
 
 
 def _root(excess: Callable[[float], float], one: _Point, other: _Point, tolerance: float) -> _Point:

@@ -206,9 +206,9 @@ class Problem:
         return self.scene.look(self.look).plate_weights(pictures)
 
     def value_of(self, quantity: Quantity, touch: tactile.Touch) -> Tensor:
-        """A quantity of a touch, by the cheaper estimate where touch itself is by a fast model."""
-        value = quantity.fast_value if self.fast_touch else None
-        return (value or quantity.value)(touch)
+        """A quantity of a touch as steps need it: by the cheapest estimate that the model of touch allows."""
+        fast = quantity.fast_value if self.fast_touch else None
+        return (fast or quantity.step_value or quantity.value)(touch)
 
 
 class _Patches(torch.autograd.Function):

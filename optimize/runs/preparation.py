@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import torch
 
 from optimize.descent.correction import STEPS_AN_ITERATION, Plan, first_surrogate_targets
 from optimize.descent.driver import DescentMethod
@@ -172,7 +173,9 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
     def verify(heights: Array) -> TouchMeasures:
         return press(heights, verifier or "layer", steered)
 
-    steering = untargeted.press(scene.heights, _start(untargeted, original), gradients=False)
+    # In single precision, as a descent by Gauss-Newton and the scaling for comparison are.
+    single = replace(untargeted, precision=torch.float32)
+    steering = single.press(scene.heights, _start(untargeted, original), gradients=False)
     return Prepared(
         settings=settings,
         problem=problem,

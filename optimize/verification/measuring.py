@@ -172,7 +172,7 @@ def _baseline(original: Original, before: Batches, seed: int) -> Array | None:
     if original.goals.maps:
         return None
     # Scaled to the surrogate goal, because the model that steers is cheap to ask.
-    scaled = linear_scaling(replace(problem, targets=original.surrogate_targets))
+    scaled = linear_scaling(replace(problem, targets=original.surrogate_targets), original.steering)
     if scaled is None:
         _log.info("no scaling of the height reaches the target: no pictures to compare with")
         return None
