@@ -191,8 +191,8 @@ MAX_SINGLE_STEPS = 100
 class SingleFirst:
     """Solver that finds the pixels in contact in single precision, and goes on in that of the heights.
 
-    Two thirds of the steps find out which pixels touch, and the last digits come at a fixed rate after that. The
-    result is as exact as that of `solve_contact`, in half of the time.
+    Two thirds of the steps find out which pixels touch, and the last digits come at a fixed rate after that.
+    The result is as exact as that of `solve_contact`, in half of the time.
 
     Attributes:
         single: the skin in single precision.

@@ -14,6 +14,7 @@ from scipy import ndimage
 from relief.common.arrays import Array
 from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import stage
+from relief.common.threads import one_torch_thread
 from tactile.layer.cosine_layer import sliding_layer
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.pair_variation import roughness
@@ -65,6 +66,7 @@ def _varied(skin: Skin, stiffness: float, depth: float) -> Skin:
 
 
 @stage("pressing with other fingers")
+@one_torch_thread()
 def roughness_by_finger(heights: ArrayLike, skin: Skin, size_mm: float = PATCH_SIDE_MM) -> Array:
     """Roughness of patches to each finger of the set, by the elastic layer in single precision.
 

@@ -12,6 +12,7 @@ from torch import Tensor
 from relief.common.errors import InputError
 from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import stage
+from relief.common.threads import one_torch_thread
 from relief.places import patch_shape
 from relief.surface import Surface
 from tactile.contact import SingleFirst, Solver, solve_contact
@@ -101,6 +102,7 @@ def check_model(skin: Skin, samples: int, size_mm: float, model: ModelName, mesh
 
 @lru_cache(maxsize=8)
 @stage("preparing the skin")
+@one_torch_thread()
 def touch_model(
     skin: Skin,
     samples: int,
@@ -156,6 +158,7 @@ def _in_double(
     return operator, Press.of(skin, operator).felt_flat(flat)
 
 
+@one_torch_thread()
 def press(
     heights: Tensor | NDArray[np.floating],
     size_mm: float = PATCH_SIDE_MM,

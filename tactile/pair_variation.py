@@ -35,13 +35,13 @@ FINE_LENGTHS, FINE_ANGLES = 24, 19
 many as 115,972. V differs from the sum over all of these by less than 0.08 %, from 192 samples over 10 mm."""
 
 STRIDE_MM = 0.32
-"""Largest distance between the positions whose pairs the thinned sum takes, mm; each offset takes other positions
-in turn. Strain at the depth of receptors is smooth over such lengths: on 128 samples over 10 mm, where every
-fourth sample along each axis is taken, V of twelve reliefs is within 0.014 % of the full sum, its gradient within
-0.4 % in the median and 1.1 % at most."""
+"""Largest distance between the positions whose pairs the thinned sum takes, mm; each offset takes other
+positions in turn. Strain at the depth of receptors is smooth over such lengths: on 128 samples over 10 mm,
+where every fourth sample along each axis is taken, V of twelve reliefs is within 0.014 % of the full sum, its
+gradient within 0.4 % in the median and 1.1 % at most."""
 
 Quadrature = Literal["full", "thinned", "polar"]
-"""Sum over every pixel offset, bounded in number; over the same offsets at fewer positions; over few offsets."""
+"""Sum over every pixel offset, bounded in number; over these at fewer positions; over few offsets."""
 
 Offsets = tuple[tuple[int, int, float], ...]
 """Samples down and right, and weight, of every offset."""
@@ -97,7 +97,10 @@ class _PairVariation(torch.autograd.Function):
         for number, (down, right, weight) in enumerate(offsets):
             # Every comb in turn, which are the positions of the first ends.
             row, column = divmod(number % stride**2, stride)
-            (below, other_row), (beside, other_column) = divmod(row + down, stride), divmod(column + right, stride)
+            (below, other_row), (beside, other_column) = (
+                divmod(row + down, stride),
+                divmod(column + right, stride),
+            )
             one, other = row * stride + column, other_row * stride + other_column
             here, there = _overlap(combs[one].shape, combs[other].shape, below, beside)
             first, second = combs[one][here], combs[other][there]

@@ -23,8 +23,8 @@ from tactile.measures import TouchMeasures
 SAMPLES = 16
 """Samples a pixel of the pictures whose change is shown while a run scales."""
 STRIDE, OVERSHOOT = 1.25, 1.02
-"""Factor between the first scales tried, outward from 1; and how far beyond the goal, as two scales foretell it,
-the next one lies, as a factor of the logarithm, until the goal lies between two scales."""
+"""Factor between the first scales tried, outward from 1; and how far beyond the goal, as two scales foretell
+it, the next one lies, as a factor of the logarithm, until the goal lies between two scales."""
 
 FLATTEST = 0.02
 """Smallest scale of the height tried."""
@@ -39,7 +39,7 @@ ACCURACY = 0.1
 """Share of the target's tolerance within which the target is met."""
 
 _Point = tuple[float, float]
-"""A scale and the excess there: the logarithm of the quantity over its goal, nearly linear in that of the scale."""
+"""A scale and the excess there: the logarithm of the quantity over its goal, nearly linear in the scale's."""
 LEAST_STRIDE = 1.01
 """Least factor between two scales."""
 LEAST = 1e-9
@@ -58,8 +58,8 @@ def linear_scaling(problem: Problem, original: TouchMeasures | None = None) -> A
         original: its touch by the model that steers; None: pressed here.
 
     Returns:
-        (rows, cols) mm; None where no scale up to 3 mm meets the target. A relief higher than 3 mm is scaled as
-        a whole, below what a finger reaches too, and only down.
+        (rows, cols) mm; None where no scale up to 3 mm meets the target. A relief higher than 3 mm is scaled
+        as a whole, below what a finger reaches too, and only down.
     """
     relief = problem.heights - problem.heights.min()
     if relief.max() <= 0.0:
@@ -182,9 +182,9 @@ def _scale_for(
 ) -> tuple[_Point, bool]:
     """A scale where the excess is at most `tolerance`, and whether there is one.
 
-    The scales are searched outward from the first until the excess changes sign: on the side on which the excess
-    falls, and where it changes its sign nowhere there, on the other. Where it does nowhere at all, the scale of
-    the least excess is returned.
+    The scales are searched outward from the first until the excess changes sign: on the side on which the
+    excess falls, and where it changes its sign nowhere there, on the other. Where it does nowhere at all, the
+    scale of the least excess is returned.
     """
     start = best = (first, excess(first))
     ends, stride, side = dict.fromkeys((1, -1), start), STRIDE, 1

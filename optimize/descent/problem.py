@@ -13,6 +13,7 @@ import tactile
 from optimize.descent.targets import Targets
 from relief.common.arrays import Array
 from relief.common.limits import HEIGHT_LIMIT_MM
+from relief.common.threads import side_by_side
 from relief.depth import floor_mm, out_of_reach
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import SPACING_MM, places
@@ -130,11 +131,12 @@ class Problem:
             ContactError: the contact does not converge.
         """
         touches, values, slopes = [], [], list[list[Array]]()
-        for part in batches(self.patches):
+
+        def press(part: slice) -> tuple[tactile.Touch, dict[str, Array], list[Array]]:
             fields = self.patches.within_reach(heights, part)
-            touch, of_part, of_targets = self._press(
-                fields, None if start is None else start[part], gradients, steering
-            )
+            return self._press(fields, None if start is None else start[part], gradients, steering)
+
+        for touch, of_part, of_targets in side_by_side(press, batches(self.patches)):
             touches.append(touch)
             values.append(of_part)
             slopes.append(of_targets)

@@ -156,12 +156,7 @@ def record_failure(folder: Path, error: Exception) -> str:
 @contextmanager
 def _one_thread() -> Iterator[None]:
     """Use one thread for arithmetic, and of Dr.Jit as few as Mitsuba can do with."""
-    import torch
+    from relief.common.threads import one_torch_thread
 
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        with few_threads():
-            yield
-    finally:
-        torch.set_num_threads(before)
+    with one_torch_thread(), few_threads():
+        yield

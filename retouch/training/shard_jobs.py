@@ -9,12 +9,12 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 import tactile
 from relief.common.arrays import AnyArray
 from relief.common.errors import InputError
+from relief.common.threads import one_torch_thread
 from retouch.training.fields import VARIANT, light_directions, picture_fields, touch_fields
 from surrogate.corpus import recipes as corpus
 from surrogate.corpus.manifest import entry
@@ -166,13 +166,8 @@ def _light_fields(request: DatasetRequest, heights: AnyArray) -> dict[str, AnyAr
 @contextmanager
 def _one_thread(request: DatasetRequest) -> Iterator[None]:
     """Use one thread: sums keep their order, and processes share the cores better than threads do."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        with _one_thread_of_drjit() if request.lights != "none" else nullcontext():
-            yield
-    finally:
-        torch.set_num_threads(before)
+    with one_torch_thread(), _one_thread_of_drjit() if request.lights != "none" else nullcontext():
+        yield
 
 
 @contextmanager

@@ -117,8 +117,9 @@ class CosineLayer(TensorFields):
 class _CosineTransform(torch.autograd.Function):
     """Orthonormal cosine transform along the last two axes, or its inverse, which is its adjoint.
 
-    The transform is SciPy's, of order n² log n. Products with matrices of cosines take 2.3 times as long on 128
-    samples a side in single precision, 6 times on 400, and as long on 32; in double precision 3, 6 and 1.2.
+    The transform is SciPy's, of order n² log n. Products with matrices of cosines take 2.3 times as long on
+    128 samples a side in single precision, 6 times on 400, and as long on 32; in double precision 3, 6 and
+    1.2.
     """
 
     @staticmethod

@@ -19,6 +19,7 @@ import torch
 
 from optimize.descent.problem import FingerRange, Problem
 from relief.common.arrays import Array
+from relief.common.threads import one_torch_thread
 from relief.patches import STEERING_SAMPLES, Patches
 from tactile import jnd_scaled, roughness, touch_model
 from tactile.fingers import at_depth, fingers
@@ -123,6 +124,7 @@ class OtherFingers:
         each = np.stack([value.detach().double().numpy() for value in values])
         self._goals = (wanted.factors[spread] * each).mean(axis=1)
 
+    @one_torch_thread()
     def press(self, heights: Array, start: Array | None = None) -> FingersFelt:
         """Press on a relief with every other finger.
 
