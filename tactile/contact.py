@@ -18,7 +18,7 @@ from relief.common.progress import stage, this_stage
 MAX_STEPS = 1000
 """Conjugate gradient steps after which a contact counts as not converged; reliefs of 3 mm take about 100."""
 
-TOLERANCE = {torch.float32: 2e-5, torch.float64: 1e-9}
+TOLERANCE = {torch.float32: 2e-5, torch.float64: 2e-10}
 """Residual of gap and complementarity over the mean displacement; single precision stagnates below 2e-5."""
 
 ROUNDING = 4.0

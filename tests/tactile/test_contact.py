@@ -183,7 +183,7 @@ def test_a_contact_that_does_not_converge_is_an_error(
 
 def test_a_contact_cut_short_is_where_the_solver_stood_then(operator: ElasticLayerOperator) -> None:
     relief = waves(SAMPLES, 0.8)
-    initial = approach_contact(operator, relief, MEAN_PRESSURE, None, 0)
+    initial = approach_contact(operator, relief, MEAN_PRESSURE, torch.ones_like(relief), 0)
     torch.testing.assert_close(initial.pressure, torch.full_like(relief, MEAN_PRESSURE))
     assert not bool(initial.converged)
     whole = solve_contact(operator, relief, MEAN_PRESSURE)
