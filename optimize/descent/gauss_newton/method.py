@@ -30,6 +30,7 @@ from optimize.descent.gauss_newton.layers import HEIGHTS, PATIENCE, WEIGHT, Laye
 from optimize.descent.gauss_newton.masking import masking_weights
 from optimize.descent.gauss_newton.other_fingers import FingersFelt, OtherFingers
 from optimize.descent.gauss_newton.trust import DAMPING, LARGEST_SHARE, LEAST_SHARE, MOST_DAMPING, Trust
+from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.descent.methods import MethodSettings
 from optimize.descent.problem import Problem, change_percent
 from relief.common.arrays import Array
@@ -175,8 +176,7 @@ class GaussNewton:
         problem, bounded, (unconstrained, responses) = self._problem, self._target_forces, response
         values, gradients = bounded.values(touch.values), touch.gradients
         wanted = bounded.wanted(bounded.values(felt), share)
-        slopes = gradients @ responses
-        slopes = slopes if isinstance(slopes, np.ndarray) else slopes.toarray()
+        slopes = gradients @ responses if isinstance(responses, np.ndarray) else responses.under(gradients)
         forces = bounded.forces(slopes, wanted - gradients @ unconstrained)
         # Forces of several touches give way: what the slopes promise is what can be expected of them.
         expected = gradients @ (unconstrained + responses @ forces) if bounded.several else wanted
@@ -261,14 +261,23 @@ class GaussNewton:
         load = -2.0 * (bend @ (heights - problem.heights).ravel())
         conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
         terms = zip(conditions, self._target, self._weights, self._roots, strict=True)
-        for (jacobian, picture), target, weight, root in terms:
-            scaled, difference = jacobian * self._unit, (picture * self._unit - target).ravel()
+        # One product of all conditions saves adding up those of each, but takes more memory.
+        at_once = 1 if heights.size > MOST_AT_ONCE else len(conditions)
+        scaled, weighted = list[sp.csr_matrix](), list[sp.csr_matrix]()
+        for number, ((jacobian, picture), target, weight, root) in enumerate(terms, 1):
+            share = np.sqrt(weight) * self._unit
+            one, difference = share * jacobian, (share * picture - np.sqrt(weight) * target).ravel()
             if problem.masking:
-                scaled, difference = sp.diags(root.ravel()) @ scaled, root.ravel() * difference
-            weighted = smooth @ scaled
-            # Transposed into rows first: else the product would turn the larger factor into columns.
-            matrix = matrix + weight * (scaled.T.tocsr() @ weighted)
-            load -= weight * (weighted.T @ difference)
+                one, difference = sp.diags(root.ravel()) @ one, root.ravel() * difference
+            scaled.append(one)
+            weighted.append(smooth @ one)
+            load -= weighted[-1].T @ difference
+            if number % at_once == 0:
+                # Transposed into rows: else the product would turn the larger factor into columns.
+                by_height = sp.vstack(scaled, format="csr").T.tocsr()
+                matrix = matrix + by_height @ sp.vstack(weighted, format="csr")
+                scaled.clear()
+                weighted.clear()
         identity = sp.identity(heights.size, format="csr")
         if self._layers is not None:
             matrix = matrix + 2.0 * weight * identity

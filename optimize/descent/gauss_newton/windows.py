@@ -12,6 +12,7 @@ solutions are exact, so that a step still meets the targets.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -43,6 +44,51 @@ class Window:
 
     samples: Index
     core: NDArray[np.bool_]
+
+
+class _Columns(NamedTuple):
+    """Columns over the samples of one window.
+
+    Attributes:
+        samples: (m,) flat indices of the window's samples on the surface.
+        columns: (k,) their numbers.
+        values: (m, k).
+    """
+
+    samples: Index
+    columns: Index
+    values: NDArray[np.float32]
+
+
+class WindowColumns(NamedTuple):
+    """Matrix (samples, columns), each of whose columns is zero beyond one window and dense on it.
+
+    Attributes:
+        shape: of the matrix.
+        parts: window by window; each column is in one.
+    """
+
+    shape: tuple[int, int]
+    parts: tuple[_Columns, ...]
+
+    def __matmul__(self, factors: Array) -> Array:
+        """(samples,) sum of the columns by factors (columns,)."""
+        total = np.zeros(self.shape[0])
+        for samples, columns, values in self.parts:
+            total[samples] += values @ factors[columns].astype(np.float32)
+        return total
+
+    def under(self, rows: sp.csr_matrix) -> Array:
+        """(k, columns) product of sparse rows (k, samples) and this matrix."""
+        product = np.zeros((rows.shape[0], self.shape[1]))
+        for samples, columns, values in self.parts:
+            inside = np.zeros(self.shape[0], dtype=bool)
+            inside[samples] = True
+            counts = np.concatenate(([0], np.cumsum(inside[rows.indices])))
+            # Most rows of a large surface end before the window begins.
+            near = np.flatnonzero(np.diff(counts[rows.indptr]))
+            product[np.ix_(near, columns)] = rows[near][:, samples] @ values
+        return product
 
 
 def windows(shape: tuple[int, int], repeats: tuple[bool, bool], core: int, margin: int) -> Iterator[Window]:
@@ -78,7 +124,7 @@ def _spans(length: int, repeats: bool, core: int, margin: int) -> list[tuple[Ind
 
 def windowed_response(
     matrix: sp.csr_matrix, load: Array, gradients: sp.csr_matrix, patches: Patches, core: int = CORE
-) -> tuple[Array, sp.csc_matrix]:
+) -> tuple[Array, WindowColumns]:
     """Solve `matrix x = load`, and `matrix y = gradient` for each target at each place, window by window.
 
     Args:
@@ -96,26 +142,16 @@ def windowed_response(
     # Of the places of each target.
     middle = np.tile(middles[:, 0] * shape[1] + middles[:, 1], gradients.shape[0] // patches.count)
     margin = max(patches.shape) // 2 + MARGIN
-    unconstrained, columns, order = np.zeros(matrix.shape[0]), list[sp.csc_matrix](), list[Index]()
+    unconstrained, parts = np.zeros(matrix.shape[0]), list[_Columns]()
     each = list(windows(shape, patches.surface.repeats, core, margin))
     with stage("solving for a step, window by window", len(each)) as advance:
         for window in each:
             own = np.flatnonzero(np.isin(middle, window.samples[window.core]))
-            solve = factorised(matrix[window.samples][:, window.samples], minimum_degree=True)
+            solve = factorised(matrix[window.samples][:, window.samples], single=True)
             forced = gradients[own][:, window.samples].toarray()
             solved = solve(np.column_stack((load[window.samples], forced.T)))
             unconstrained[window.samples[window.core]] = solved[window.core, 0]
-            order.append(own)
-            columns.append(_placed(solved[:, 1:], window.samples, matrix.shape[0]))
+            # Single precision halves the memory: directions of a step need no more digits.
+            parts.append(_Columns(window.samples, own, solved[:, 1:].astype(np.float32)))
             advance()
-    responses = sp.hstack(columns, format="csc")
-    return unconstrained, responses[:, np.argsort(np.concatenate(order))]
-
-
-def _placed(values: Array, samples: Index, total: int) -> sp.csc_matrix:
-    """Columns (m, n) over the samples of a window as sparse columns over all `total` samples."""
-    rising = np.argsort(samples)
-    # Single precision halves the memory: directions of a step need no more digits, their slopes are exact.
-    data = values[rising].T.ravel().astype(np.float32)
-    starts = np.arange(values.shape[1] + 1) * len(samples)
-    return sp.csc_matrix((data, np.tile(samples[rising], values.shape[1]), starts), (total, values.shape[1]))
+    return unconstrained, WindowColumns((matrix.shape[0], gradients.shape[0]), tuple(parts))
