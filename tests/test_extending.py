@@ -89,8 +89,8 @@ class Lowering:
     def advance(self, iterate: Iterate) -> Iterate:
         return self.begin(iterate.step + 1, 0.9 * iterate.heights, {})
 
-    def satisfied(self, iterate: Iterate) -> bool:
-        return False
+    def reason_to_stop(self, iterate: Iterate) -> None:
+        return None
 
 
 def test_a_descent_method_is_a_class_and_a_row(

@@ -29,6 +29,7 @@ from optimize.descent.methods import MethodSettings, StopRule
 from optimize.descent.problem import Problem, change_percent
 from optimize.descent.smoothing import smoothed
 from optimize.descent.step_pictures import fixed_pictures
+from optimize.descent.stop_reason import StopReason
 from relief.common.arrays import Array
 from tactile.measures import each
 from visual.exact.discontinuities import EdgeSamples
@@ -141,13 +142,14 @@ class AdamDescent:
         memory = {"pressure": iterate.memory["pressure"], **moments._asdict()}
         return self._iterate_at(number, heights, memory)
 
-    def satisfied(self, iterate: Iterate) -> bool:
-        """Whether the paper's stopping rule is wanted and holds; see the protocol."""
-        return (
+    def reason_to_stop(self, iterate: Iterate) -> StopReason | None:
+        """The paper's stopping rule, where it is wanted and holds; see the protocol."""
+        holds = (
             self._settings.stop == "paper"
             and self._problem.targets.met(iterate.values)
             and iterate.energies["visual"] < energies.visual_bound(self._weights)
         )
+        return StopReason.WITHIN_BOUNDS if holds else None
 
     def _pictures(self, heights: Tensor) -> Tensor:
         problem = self._problem

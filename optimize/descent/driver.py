@@ -115,8 +115,8 @@ class DescentMethod(Protocol):
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step; `iterate` is what the last call returned."""
 
-    def satisfied(self, iterate: Iterate) -> bool:
-        """Whether a stopping rule of the method's own holds; `iterate` is what the last call returned."""
+    def reason_to_stop(self, iterate: Iterate) -> StopReason | None:
+        """By a stopping rule of the method's own, if one holds; `iterate` is what the last call returned."""
 
 
 class StepRecord(NamedTuple):
@@ -208,13 +208,11 @@ def better(targets: Targets, one: Iterate, other: Iterate) -> Iterate:
 
 def _stop_reason(records: Sequence[StepRecord], method: DescentMethod, current: Iterate) -> StopReason | None:
     """Why the steps so far are enough; None if they are not, or if the method runs by a schedule."""
-    if method.satisfied(current):
-        return StopReason.WITHIN_BOUNDS
-    if method.patience is None:
-        return None
-    if _settled(records, method.patience):
+    if method.patience is not None and _settled(records, method.patience):
         return StopReason.CONVERGED
-    return StopReason.UNREACHABLE if _hopeless(records) else None
+    if method.patience is not None and _hopeless(records):
+        return StopReason.UNREACHABLE
+    return method.reason_to_stop(current)
 
 
 def _settled(records: Sequence[StepRecord], patience: int) -> bool:

@@ -15,6 +15,7 @@ from scipy import ndimage
 from optimize.descent.driver import ArraySchema, Iterate
 from optimize.descent.methods import MethodSettings
 from optimize.descent.problem import Problem, change_percent
+from optimize.descent.stop_reason import StopReason
 from relief.common.arrays import Array
 from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.common.progress import stage
@@ -144,9 +145,9 @@ class LinearScaling:
         """The original scaled to the first target; what is scaled is never the iterate."""
         return self.begin(iterate.step + 1, scaled_both_ways(self._problem), {})
 
-    def satisfied(self, iterate: Iterate) -> bool:
+    def reason_to_stop(self, iterate: Iterate) -> StopReason | None:
         """No rule beside the number of steps; see the protocol."""
-        return False
+        return None
 
     def _pictures(self, heights: Array) -> Array:
         problem = self._problem

@@ -54,6 +54,10 @@ class BoundedTargetForces:
         """Whether no goal is farther away than a step may go."""
         return bool((np.abs(self.goals - values) <= share * self._sizes(values)).all())
 
+    def rising(self, values: Array) -> bool:
+        """Whether no goal lies below its value."""
+        return bool((self.goals >= values).all())
+
     def distance(self, values: Array) -> float:
         """Largest distance of a target to its goals, as a share of the mean value; at most 1.
 

@@ -29,10 +29,11 @@ from optimize.descent.gauss_newton.laplacian import laplacian
 from optimize.descent.gauss_newton.layers import HEIGHTS, PATIENCE, WEIGHT, Layers
 from optimize.descent.gauss_newton.masking import masking_weights
 from optimize.descent.gauss_newton.other_fingers import FingersFelt, OtherFingers
-from optimize.descent.gauss_newton.trust import DAMPING, LARGEST_SHARE, LEAST_SHARE, MOST_DAMPING, Trust
+from optimize.descent.gauss_newton.trust import LARGEST_SHARE, LEAST_SHARE, MOST_DAMPING, Trust
 from optimize.descent.gauss_newton.windows import MOST_AT_ONCE
 from optimize.descent.methods import MethodSettings
 from optimize.descent.problem import Problem, change_percent
+from optimize.descent.stop_reason import StopReason
 from relief.common.arrays import Array
 from relief.common.progress import stage
 from tactile.measures import TouchMeasures
@@ -67,6 +68,25 @@ DIVERGED = 2.0
 """If a correction's error exceeds this multiple of the smallest so far, a shorter step is tried."""
 LARGEST_CORRECTION = 3.0
 """Largest change of the forces by one correction, in units of the last forces."""
+LEAST_GAIN = 0.01
+"""Least fall of the picture change that the pictures' Jacobians promise a step worth taking; a share of its
+value. The promise is right within 1 % of the change in nearly all steps of the bundled textures."""
+
+
+class _LinearStep(NamedTuple):
+    """A step by the linear model.
+
+    Attributes:
+        wanted: (constraints,) change of the targets.
+        slopes: (constraints, constraints) of the targets by the forces.
+        forces: (constraints,) on the targets.
+        change: (heights,) mm.
+    """
+
+    wanted: Array
+    slopes: Array
+    forces: Array
+    change: Array
 
 
 class _Evaluation(NamedTuple):
@@ -112,6 +132,7 @@ class GaussNewton:
         self._roots = np.sqrt(masking_weights(target, problem.masking, self._around))
         self._plate = problem.plate_weights(self._target)
         self._current: _Evaluation | None = None
+        self._equations: tuple[Iterate, System, Response] | None = None
         # Pixels that change as a whole, by the weights that they have in the sum.
         pixels = float(self._weights.sum()) * float((self._plate > 0.0).mean()) * self._target[0].size
         self._others = None if problem.fingers is None else OtherFingers(problem, problem.fingers, pixels)
@@ -130,25 +151,25 @@ class GaussNewton:
 
     def begin(self, step: int, heights: Array, memory: dict[str, Array]) -> Iterate:
         """The iterate at these heights; see the protocol."""
-        trust = Trust(*memory["trust"]) if "trust" in memory else Trust(DAMPING, LARGEST_SHARE)
         weight = 0.0
         if self._layers is not None and HEIGHTS in memory:
             heights, weight = memory[HEIGHTS], float(memory[WEIGHT][0])
         touch = self._press(heights, memory.get("pressure"))
+        bounded = self._target_forces
+        rising = self._slopes_hold and bounded.rising(bounded.values(touch.values))
+        trust = Trust(*memory["trust"]) if "trust" in memory else Trust.first(rising)
         return self._iterate_at(step, heights, touch, trust, memory.get("fingers"), weight)
 
     def advance(self, iterate: Iterate) -> Iterate:
         """The iterate after one more step, shortened until the targets follow their prediction."""
         assert self._current is not None
-        problem, (start, look, touch, felt, others) = self._problem, self._current
-        soft_targets = None if others is None else others.soft_targets()
-        trust = Trust(*iterate.memory["trust"])
-        weight = 0.0
-        if self._layers is not None:
-            weight = self._layers.next_weight(float(iterate.memory[WEIGHT][0]), problem.targets.met(felt))
-        system = self._system(start, look, weight)
+        start, _, touch, felt, _ = self._current
+        trust, weight = Trust(*iterate.memory["trust"]), self._next_weight(iterate)
+        system, response = self._solved(iterate)
+        self._equations = None
         for attempt in range(ATTEMPTS):
-            response = response_of(system, trust.damping, touch.gradients, problem.patches, soft_targets)
+            if attempt:
+                response = self._response(system, trust)
             heights, after, error = self._step(start, touch, felt, response, trust.share)
             distance = self._target_forces.distance(self._target_forces.values(felt))
             trust = trust.after(error, min(trust.share, distance))
@@ -160,9 +181,60 @@ class GaussNewton:
             iterate.step + 1, heights, after, trust, iterate.memory.get("fingers"), weight
         )
 
-    def satisfied(self, iterate: Iterate) -> bool:
-        """No rule beside those of the driver; see the protocol."""
-        return False
+    def reason_to_stop(self, iterate: Iterate) -> StopReason | None:
+        """Converged where a met target's next step promises less than `LEAST_GAIN`; see the protocol.
+
+        Layers and other fingers draw a step to more than the look: their steps are taken, not predicted.
+        """
+        assert self._current is not None
+        _, look, touch, felt, others = self._current
+        if self._layers is not None or others is not None or not self._problem.targets.met(felt):
+            return None
+        _, response = self._solved(iterate)
+        change = self._linear_step(touch, felt, response, Trust(*iterate.memory["trust"]).share).change
+        worth = self._predicted_rms(look, change) <= (1.0 - LEAST_GAIN) * iterate.picture_rms
+        return None if worth else StopReason.CONVERGED
+
+    def _solved(self, iterate: Iterate) -> tuple[System, Response]:
+        """The equations of the step from the current iterate, and their solution; kept for that step."""
+        assert self._current is not None
+        if self._equations is None or self._equations[0] is not iterate:
+            system = self._system(self._current.heights, self._current.look, self._next_weight(iterate))
+            self._equations = iterate, system, self._response(system, Trust(*iterate.memory["trust"]))
+        return self._equations[1:]
+
+    def _response(self, system: System, trust: Trust) -> Response:
+        assert self._current is not None
+        _, _, touch, _, others = self._current
+        soft_targets = None if others is None else others.soft_targets()
+        return response_of(system, trust.damping, touch.gradients, self._problem.patches, soft_targets)
+
+    def _next_weight(self, iterate: Iterate) -> float:
+        """The weight of whole layers in the step from an iterate."""
+        if self._layers is None:
+            return 0.0
+        return self._layers.next_weight(
+            float(iterate.memory[WEIGHT][0]), self._problem.targets.met(iterate.values)
+        )
+
+    def _predicted_rms(self, look: tuple[Pictures, ...], change: Array) -> float:
+        """Change of the pictures after a step (heights,), rms in % of their mean, by their Jacobians."""
+        conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
+        pictures = np.array([picture + (j @ change).reshape(picture.shape) for j, picture in conditions])
+        return change_percent(pictures * self._unit, self._target, self._plate, self._problem.scene.weights)[
+            1
+        ]
+
+    def _linear_step(
+        self, touch: TouchMeasures, felt: Values, response: Response, share: float
+    ) -> _LinearStep:
+        """The step that changes the targets towards their goals, by at most a share of their values."""
+        bounded, (unconstrained, responses) = self._target_forces, response
+        wanted = bounded.wanted(bounded.values(felt), share)
+        dense = isinstance(responses, np.ndarray)
+        slopes = touch.gradients @ responses if dense else responses.under(touch.gradients)
+        forces = bounded.forces(slopes, wanted - touch.gradients @ unconstrained)
+        return _LinearStep(wanted, slopes, forces, unconstrained + responses @ forces)
 
     def _step(
         self, start: Array, touch: TouchMeasures, felt: Values, response: Response, share: float
@@ -175,13 +247,12 @@ class GaussNewton:
         """
         problem, bounded, (unconstrained, responses) = self._problem, self._target_forces, response
         values, gradients = bounded.values(touch.values), touch.gradients
-        wanted = bounded.wanted(bounded.values(felt), share)
-        slopes = gradients @ responses if isinstance(responses, np.ndarray) else responses.under(gradients)
-        forces = bounded.forces(slopes, wanted - gradients @ unconstrained)
+        wanted, slopes, forces, change = self._linear_step(touch, felt, response, share)
         # Forces of several touches give way: what the slopes promise is what can be expected of them.
-        expected = gradients @ (unconstrained + responses @ forces) if bounded.several else wanted
+        expected = gradients @ change if bounded.several else wanted
         best, before = (start, touch, np.inf), None
-        arriving = bounded.arriving(bounded.values(felt), share)
+        # After a longer step others follow, which correct its touch with their own.
+        arriving = bounded.arriving(bounded.values(felt), min(share, LARGEST_SHARE))
         for press in range(SEVERAL_PRESSES if bounded.several else PRESSES):
             change = unconstrained + responses @ forces
             scale = min(1.0, LARGEST_STEP_MM / max(np.abs(change).max(), 1e-12))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -10,6 +10,9 @@ DAMPING = 1.0
 """Damping mu of the first step, for pictures in units of their mean and heights in mm, one pixel a sample."""
 LARGEST_SHARE, LEAST_SHARE = 0.2, 0.002
 """Bounds of the share of its current value by which one step may change a target."""
+RISING_SHARE = 1.0
+"""The first share towards goals that all lie above their values. A rougher relief keeps its contact, so that
+the slopes of roughness hold all the way; a smoother one gets new contact, and slopes hold for a fifth."""
 MISSED, HIT = 0.5, 0.25
 """Prediction errors, as shares of the step, above which damping grows and below which it falls."""
 RAISED, EASED = 8.0, 0.25
@@ -25,6 +28,14 @@ class Trust(NamedTuple):
     damping: float
     share: float
 
+    @classmethod
+    def first(cls, rising: bool) -> Self:
+        """The trust in the first step, where `rising` towards goals above the values whose slopes hold.
+
+        The pictures are linear enough for the least damping; only touch ever needs more.
+        """
+        return cls(LEAST_DAMPING, RISING_SHARE) if rising else cls(DAMPING, LARGEST_SHARE)
+
     def after(self, error: float, tried: float) -> Trust:
         """The trust in the next step.
 
@@ -36,5 +47,5 @@ class Trust(NamedTuple):
         share = 0.5 * tried if error > MISSED else self.share * (1.5 if error < HIT else 1.0)
         return Trust(
             float(np.clip(damping, LEAST_DAMPING, MOST_DAMPING)),
-            float(np.clip(share, LEAST_SHARE, LARGEST_SHARE)),
+            float(np.clip(share, LEAST_SHARE, max(self.share, LARGEST_SHARE))),
         )

@@ -141,5 +141,7 @@ def test_the_papers_rule_stops_once_feel_and_look_are_within_its_bounds(
     bound = energies.visual_bound(torch.as_tensor(quick.scene.weights))
     assert descent.last.energies["visual"] < bound
     # Neither half of the rule is enough.
-    assert not method.satisfied(replace(descent.last, values=one_touch(roughness=1.0, contact_area_mm2=1.0)))
-    assert not method.satisfied(replace(descent.last, energies={"visual": 1.01 * bound}))
+    assert not method.reason_to_stop(
+        replace(descent.last, values=one_touch(roughness=1.0, contact_area_mm2=1.0))
+    )
+    assert not method.reason_to_stop(replace(descent.last, energies={"visual": 1.01 * bound}))

@@ -54,8 +54,8 @@ class Straight:
     def advance(self, current: Iterate) -> Iterate:
         return iterate(current.step + 1, *(current.means | self.goals).values())
 
-    def satisfied(self, current: Iterate) -> bool:
-        return False
+    def reason_to_stop(self, current: Iterate) -> None:
+        return None
 
 
 class Stopped(Straight):

@@ -53,8 +53,8 @@ class Scripted:
             raise KeyboardInterrupt
         return iterate(current.step + 1, *visit)
 
-    def satisfied(self, current: Iterate) -> bool:
-        return False
+    def reason_to_stop(self, current: Iterate) -> StopReason | None:
+        return None
 
 
 BOUNDS = {"trust": ArraySchema((2,), 0.0, 1.0), "pressure": ArraySchema((2, 2), 0.0, np.inf)}
@@ -96,8 +96,8 @@ def test_it_converges_once_the_target_is_met_and_the_look_stands_still() -> None
 class Bounded(Scripted):
     """A method with a stopping rule of its own: the picture change."""
 
-    def satisfied(self, current: Iterate) -> bool:
-        return current.step > 0 and current.picture_rms < 3.0
+    def reason_to_stop(self, current: Iterate) -> StopReason | None:
+        return StopReason.WITHIN_BOUNDS if current.step > 0 and current.picture_rms < 3.0 else None
 
 
 def test_it_stops_where_the_rule_of_the_method_holds() -> None:
