@@ -3,7 +3,7 @@
 Each step minimises over the change x of the heights
 
     1/2 sum over conditions of |d + J x|²_W + mu x'(I + 10 L) x + beta |Laplacian(h + x - h0)|²
-    subject to g'x = the distance to the goals, at most 20 % of their values at once
+    subject to g'x = the distance to the goals, at most a share of their values at once (`gauss_newton.trust`)
 
 with d the picture difference, J its explicit sparse Jacobian (shadow edges included), W = I + w2 D'D, L the
 graph Laplacian, which on axes that repeat goes around, g the gradients of the targets. A step takes one

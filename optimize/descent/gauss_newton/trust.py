@@ -7,9 +7,10 @@ from typing import NamedTuple, Self
 import numpy as np
 
 DAMPING = 1.0
-"""Damping mu of the first step, for pictures in units of their mean and heights in mm, one pixel a sample."""
+"""Damping mu of the first step towards smoother goals, for pictures in units of their mean and heights in mm,
+one pixel a sample."""
 LARGEST_SHARE, LEAST_SHARE = 0.2, 0.002
-"""Bounds of the share of its current value by which one step may change a target."""
+"""Bounds of the share of its current value by which one step may change a target, except as follows."""
 RISING_SHARE = 1.0
 """The first share towards goals that all lie above their values. A rougher relief keeps its contact, so that
 the slopes of roughness hold all the way; a smoother one gets new contact, and slopes hold for a fifth."""

@@ -11,7 +11,7 @@ import pytest
 import torch
 
 import tactile
-from optimize.descent.driver import DescentResult, check_memory, descend
+from optimize.descent.driver import STALL, DescentResult, check_memory, descend
 from optimize.descent.gauss_newton import method as gauss_newton
 from optimize.descent.gauss_newton.forces import BoundedTargetForces
 from optimize.descent.gauss_newton.method import GaussNewton
@@ -119,6 +119,29 @@ def test_a_step_goes_no_further_than_it_may(
     assert np.abs(change - np.median(change)).max() <= 2.0 * largest
     ratio = following.means["roughness"] / start.means["roughness"]
     assert abs(ratio - 1.0) < 2.0 * share
+
+
+def test_only_rougher_goals_are_gone_to_at_once(problem_with: ProblemWith, original: TouchMeasures) -> None:
+    area = Targets.of(TOLERANCE, contact_area_mm2=1.1 * original.means["contact_area_mm2"])
+    shares = [
+        GaussNewton(problem).begin(0, problem.heights, {}).memory["trust"][1]
+        for problem in map(problem_with, (rougher(original, 2), rougher(original, -2), area))
+    ]
+    assert shares == [RISING_SHARE, LARGEST_SHARE, LARGEST_SHARE]
+
+
+def test_a_step_that_promises_nothing_is_not_taken(
+    problem_with: ProblemWith, original: TouchMeasures
+) -> None:
+    problem = problem_with(rougher(original, 1))
+    method = GaussNewton(problem)
+    iterate = method.begin(0, problem.heights, {})
+    while method.reason_to_stop(iterate) is None and iterate.step < STEPS:
+        iterate = method.advance(iterate)
+    assert problem.targets.met(iterate.values)
+    assert method.reason_to_stop(iterate) is StopReason.CONVERGED
+    # Taken after all, the step keeps its promise.
+    assert method.advance(iterate).cost > (1.0 - STALL) * iterate.cost
 
 
 def test_without_shadow_edges_the_look_changes_more(
