@@ -13,7 +13,8 @@ LARGEST_SHARE, LEAST_SHARE = 0.2, 0.002
 """Bounds of the share of its current value by which one step may change a target, except as follows."""
 RISING_SHARE = 1.0
 """The first share towards goals that all lie above their values. A rougher relief keeps its contact, so that
-the slopes of roughness hold all the way; a smoother one gets new contact, and slopes hold for a fifth."""
+the slopes of roughness hold nearly all the way. A smoother one gets new contact: with such a first step the
+bundled textures end at -2 JND with pictures up to 16 % worse, or after three times the steps."""
 MISSED, HIT = 0.5, 0.25
 """Prediction errors, as shares of the step, above which damping grows and below which it falls."""
 RAISED, EASED = 8.0, 0.25
