@@ -10,7 +10,7 @@ import torch
 import tactile
 from optimize.descent.driver import DescentResult, descend
 from optimize.descent.gauss_newton.equations import System, response_of
-from optimize.descent.gauss_newton.method import GaussNewton
+from optimize.descent.gauss_newton.method import LEAST_GAIN, GaussNewton
 from optimize.descent.gauss_newton.other_fingers import JND, FingersFelt, OtherFingers, SoftTargets
 from optimize.descent.problem import FingerRange, Problem
 from optimize.descent.targets import Targets
@@ -129,7 +129,8 @@ def test_fingers_come_closer_and_the_pictures_pay(problem_with: ProblemWith, ori
     assert all(one.reason.met for one in found)
     changes = [one.best.picture_rms for one in found]
     rms = [float(np.sqrt(np.square(off).mean())) for off in spreads]
-    assert changes[0] < changes[1] < changes[2]
+    # A descent for the look alone ends where its next step promises less than this.
+    assert changes[0] < (1.0 + LEAST_GAIN) * changes[1] < changes[2]
     assert rms[0] > 1.2 * rms[1] > 1.2 * 1.2 * rms[2]
 
 
