@@ -42,7 +42,8 @@ class TruncatedSolver:
 
     Attributes:
         operator: the skin's, in single precision.
-        steps: number of steps; without an initial guess, twice as many for reliefs with gaps above `LARGEST_GAP`
+        steps: number of steps; without an initial guess, twice as many for reliefs with gaps above
+        `LARGEST_GAP`
             after these, and so on.
         initial_guess: pressures that the steps start from; None for those of bonded skin that push.
     """

@@ -337,9 +337,9 @@ class GaussNewton:
         # One product of all conditions saves adding up those of each, but takes more memory.
         at_once = 1 if heights.size > MOST_AT_ONCE else len(conditions)
         scaled, weighted = list[sp.csr_matrix](), list[sp.csr_matrix]()
-        for number, ((jacobian, picture), target, weight, root) in enumerate(terms, 1):
-            share = np.sqrt(weight) * self._unit
-            one, difference = share * jacobian, (share * picture - np.sqrt(weight) * target).ravel()
+        for number, ((jacobian, picture), target, of_light, root) in enumerate(terms, 1):
+            share = np.sqrt(of_light) * self._unit
+            one, difference = share * jacobian, (share * picture - np.sqrt(of_light) * target).ravel()
             if problem.masking:
                 one, difference = sp.diags(root.ravel()) @ one, root.ravel() * difference
             scaled.append(one)
