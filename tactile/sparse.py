@@ -67,6 +67,7 @@ def factorised(
     upper = sp.csr_matrix(sp.triu(matrix, format="csr"))
     upper.sort_indices()
     if single:
+        _point_pypardiso_to_its_library()
         from pypardiso.pardiso_wrapper import PyPardisoError
 
         try:
