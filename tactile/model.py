@@ -174,7 +174,7 @@ def press(
         size_mm: side of the patch, at most 10.
         skin: parameters of the skin; None for `Skin()`.
         model: "layer", the elastic layer with free sides; "fem", finite elements (the first press of a skin
-            waits until they are built: 9 s with 64 nodes a side, 90 s with 128); "quick", the layer after a
+            waits until they are built: 4 s with 64 nodes a side, 45 s with 128); "quick", the layer after a
             few steps of the solver; "net", the layer with a trained net in the place of some of the steps,
             for the grid and skin of its training only.
         start: pressures (MPa) to start from; "quick" and "net" ignore them.
