@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shared.checkouts import DEMO_RUNS, MODELS, NOW, checkouts, process
+from benchmarks.shared.checkouts import DEMO_RUNS, MODELS, NOW, checkouts, module_of, process
 from benchmarks.shared.common import ROOT, machine, parser_of, save, table
 from optimize.run_directory.key import RESULT
 from relief.common.arrays import Array
@@ -59,7 +59,9 @@ def run(tree: Path, command: Sequence[str], out: Path) -> None:
     if (out / RESULT).is_file():
         return
     out.parent.mkdir(parents=True, exist_ok=True)
-    seconds = process(tree, ["-m", "optimize", "optimize", *command, "-o", str(out), "-q", "--force"], DONE)
+    seconds = process(
+        tree, ["-m", module_of(tree), "optimize", *command, "-o", str(out), "-q", "--force"], DONE
+    )
     print(f"{out}: {seconds['wall_s']:.0f} s", flush=True)
 
 

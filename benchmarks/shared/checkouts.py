@@ -37,6 +37,25 @@ def checkouts(before: str | None) -> Iterator[dict[str, Path]]:
             subprocess.run([*git, "remove", "--force", str(tree)], check=True)
 
 
+CODE = ("mitsuba_scenes", "optimize", "relief", "retouch", "surrogate", "tactile", "visual")
+"""Folders of what a user installs."""
+
+
+def version_of(folder: Path) -> str:
+    """The last commit that has changed the code in a folder, with a "+" where changes are not committed."""
+    git = ("git", "-C", str(folder))
+    found = [
+        subprocess.run([*git, *command, "--", *CODE], check=True, capture_output=True, text=True).stdout
+        for command in (("log", "-1", "--format=%h"), ("status", "--porcelain"))
+    ]
+    return found[0].strip() + "+" * bool(found[1].strip())
+
+
+def module_of(folder: Path) -> str:
+    """The module that is the command `retouch` in a version of the code."""
+    return "retouch" if (folder / "retouch" / "__main__.py").is_file() else "optimize"
+
+
 def process(folder: Path, command: Sequence[str], statuses: Sequence[int] = (0,)) -> dict[str, float]:
     """Wall and CPU seconds and peak memory (MB) of Python with these arguments, in a folder.
 
