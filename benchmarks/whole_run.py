@@ -17,7 +17,7 @@ commit) are made anew.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from benchmarks.runs import turns
@@ -74,7 +74,7 @@ def seconds(before: str | None, names: Sequence[str], repeats: int) -> dict[str,
 
 
 def stale(
-    row: Mapping[str, Any], names: Sequence[str], here: Mapping[str, Any], versions: Sequence[str]
+    row: Mapping[str, Any], names: Sequence[str], here: Mapping[str, Any], versions: Collection[str]
 ) -> bool:
     """Whether a row of these cases is of another machine or version, or of code that was not committed."""
     elsewhere = row["machine"] != here or row["version"] not in versions

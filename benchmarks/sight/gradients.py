@@ -96,8 +96,34 @@ def main() -> None:
         print(f"\n{as_table({case.key: results[case.key]})}", flush=True)
 
 
-def measure(case: Case) -> dict[str, Any]:
-    """Truth and every method in one case."""
+class Truth(NamedTuple):
+    """Derivatives of the loss along some changes of a relief, by differences of converged renders.
+
+    Attributes:
+        scene: with the relief.
+        adjoint: (rows, cols) derivative of the loss by the picture.
+        changes: of the heights, mm.
+        slopes: (changes,) derivatives of the loss.
+        error: (changes,) their standard errors.
+    """
+
+    scene: Scene
+    adjoint: Array
+    changes: list[Array]
+    slopes: Array
+    error: Array
+
+    def off(self, slopes: Array) -> float:
+        """Relative error of other derivatives along the same changes."""
+        return float(np.linalg.norm(slopes - self.slopes) / np.linalg.norm(self.slopes))
+
+    def along(self, gradient: Array) -> Array:
+        """(changes,) of a gradient (rows, cols)."""
+        return np.array([float((gradient * change).sum()) for change in self.changes])
+
+
+def truth_of(case: Case) -> Truth:
+    """The truth in one case."""
     heights, soft = reliefs()[case.relief], case.light in SOFT
     scene = scene_of(heights, case.light, case.camera, case.material, depth=case.bounces + 1)
 
@@ -114,28 +140,34 @@ def measure(case: Case) -> dict[str, Any]:
         ends = [[picture(heights + s * step * d, seed) for s in (1, -1)] for d in changes]
         # The chain rule's outer factor is held constant, so that the truth is the derivative by the adjoint.
         truths.append([float((adjoint * (up - down)).sum() / (2 * step)) for up, down in ends])
-    truth, error = np.mean(truths, axis=0), np.std(truths, axis=0, ddof=1) / np.sqrt(seeds)
-    size = float(np.linalg.norm(truth))
+    error = np.std(truths, axis=0, ddof=1) / np.sqrt(seeds)
+    return Truth(scene, adjoint, changes, np.mean(truths, axis=0), error)
+
+
+def measure(case: Case) -> dict[str, Any]:
+    """Truth and every method in one case."""
+    truth, heights = truth_of(case), reliefs()[case.relief]
+    size = float(np.linalg.norm(truth.slopes))
     measured: dict[str, Any] = {}
-    for name, method in methods(scene, soft, case.bounces).items():
+    for name, method in methods(truth.scene, case.light in SOFT, case.bounces).items():
         try:
             estimates, seconds = [], []
             for repeat in range(REPEATS):
                 began = time.perf_counter()
-                gradient = method(heights, adjoint, repeat)
+                gradient = method(heights, truth.adjoint, repeat)
                 seconds.append(time.perf_counter() - began)
-                estimates.append([float((gradient * d).sum()) for d in changes])
+                estimates.append(truth.along(gradient))
         except Exception as problem:  # Mitsuba raises no narrower class where an integrator cannot run
             measured[name] = {"note": str(problem).splitlines()[0][:80]}
             continue
-        wrong = (np.sign(estimates[0]) != np.sign(truth)) & (np.abs(truth) > 3.0 * error)
+        wrong = (np.sign(estimates[0]) != np.sign(truth.slopes)) & (np.abs(truth.slopes) > 3.0 * truth.error)
         measured[name] = {
-            "error": float(np.median([np.linalg.norm(e - truth) / size for e in estimates])),
+            "error": float(np.median([truth.off(estimate) for estimate in estimates])),
             "signs": int(wrong.sum()),
-            "largest of wrong sign": float(np.abs(truth[wrong]).max() / size) if wrong.any() else 0.0,
+            "largest of wrong sign": float(np.abs(truth.slopes[wrong]).max() / size) if wrong.any() else 0.0,
             "seconds": float(np.median(seconds)),
         }
-    return {"truth_error": float(np.linalg.norm(error) / size), "methods": measured}
+    return {"truth_error": float(np.linalg.norm(truth.error) / size), "methods": measured}
 
 
 def directions(heights: Array) -> list[Array]:
@@ -149,21 +181,25 @@ def directions(heights: Array) -> list[Array]:
     return fields
 
 
-def methods(scene: Scene, soft: bool, bounces: int) -> dict[str, Callable[[Array, Array, int], Array]]:
-    """Every method that gives a gradient (rows, cols) from heights, adjoint picture and seed."""
+Method = Callable[[Array, Array, int], Array]
+"""A gradient (rows, cols) of heights (rows, cols), adjoint picture and seed."""
+
+
+def methods(scene: Scene, soft: bool, bounces: int, samples: int = SAMPLES) -> dict[str, Method]:
+    """Every method by its name; those of rendered pictures with so many samples a pixel."""
     light = scene.light_scenes()[0]
     views = [scene.views(seed=seed)[0] for seed in range(REPEATS)]
 
-    def explicit(edges: bool) -> Callable[[Array, Array, int], Array]:
+    def explicit(edges: bool) -> Method:
         def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
             jacobian = views[seed].evaluate(heights, edges=edges).jacobians[0]
             return np.asarray(jacobian.T @ adjoint.ravel()).reshape(heights.shape)
 
         return gradient
 
-    def rendered(light: LightScene, edges: bool) -> Callable[[Array, Array, int], Array]:
+    def rendered(light: LightScene, edges: bool) -> Method:
         def gradient(heights: Array, adjoint: Array, seed: int) -> Array:
-            settings, index = RenderSettings(SAMPLES, seed, edges), PictureIndex(0, 0)
+            settings, index = RenderSettings(samples, seed, edges), PictureIndex(0, 0)
             total = interior_gradient(light, heights, adjoint, settings, index)
             if edges:
                 total = total + edge_gradient(light, heights, adjoint, scene.plate, settings, index)

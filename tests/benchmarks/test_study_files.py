@@ -5,13 +5,20 @@ from pathlib import Path
 import pytest
 
 from benchmarks.prints.pairs import names
+from benchmarks.runs import pareto
 from benchmarks.shared.common import ROOT, load
 from benchmarks.surfaces import fingers, varied
 from retouch.studies.rows import Expanded, expand
 from retouch.studies.study_file import load_study
 
 FOLDER = ROOT / "benchmarks"
-WHOLE = {"runs/descents": 30, "surfaces/fingers": 18, "prints/pairs": 21, "objects/tiles": 16}
+WHOLE = {
+    "runs/descents": 30,
+    "runs/pareto": 22,
+    "surfaces/fingers": 18,
+    "prints/pairs": 21,
+    "objects/tiles": 16,
+}
 """Rows of the studies whose textures come with Retouch."""
 
 
@@ -51,3 +58,4 @@ def test_the_rows_have_the_names_of_the_results() -> None:
     ways = expanded("runs/descents").tables[0].rows
     made = {f"{r.labels['texture']}{r.labels['touch.jnd']:+d}, {r.labels['way']}" for r in ways}
     assert load("runs")["rows"].keys() <= made
+    assert {row.labels["way"] for row in expanded("runs/pareto").tables[0].rows} == set(pareto.WAYS)
