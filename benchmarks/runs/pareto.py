@@ -33,6 +33,8 @@ WITHIN = (10, 5, 2)
 """Distances from the smallest change of the pictures that is known, %, of the columns of seconds."""
 FLOOR, CEILING = 0.5, 3000.0
 """Ends of the axis of such distances, %; the smallest change itself is drawn at the lower one."""
+SECONDS, ABOVE = (3, 5, 10, 20, 50, 100), (1, *reversed(WITHIN), 30, 100, 300, 1000)
+"""Ticks of the axes: CPU seconds, and distances from the smallest change, %."""
 
 
 class Look(NamedTuple):
@@ -155,7 +157,7 @@ def draw(rows: Mapping[str, Row]) -> None:
     style()
     cases = list(dict.fromkeys(row["case"] for row in rows.values()))
     figure, axes = pyplot.subplots(
-        1, len(cases), figsize=(10.5, 5.2), sharey=True, squeeze=False, layout="constrained"
+        1, len(cases), figsize=(10.5, 5.2), sharex=True, sharey=True, squeeze=False, layout="constrained"
     )
     for axis, case in zip(axes[0], cases, strict=True):
         of_case(axis, rows, case)
@@ -169,7 +171,7 @@ def of_case(axis: Axes, rows: Mapping[str, Row], case: str) -> None:
     """One panel: of every way the smallest change so far with the target met, ending in its result."""
     best = best_known(rows, case)
     for within in WITHIN:
-        axis.axhline(within, color=FAINT, linewidth=0.6, linestyle=":", zorder=0)
+        axis.axhline(within, color=FAINT, linewidth=0.8, linestyle=":", zorder=0)
     for way, (colour, mark, line) in WAYS.items():
         row = rows.get(f"{case}: {way}")
         if row is None:
@@ -181,9 +183,15 @@ def of_case(axis: Axes, rows: Mapping[str, Row], case: str) -> None:
                 seconds.append(second)
                 above.append(max(distance, FLOOR))
         axis.step(seconds, above, where="post", color=colour, linestyle=line, linewidth=1.1)
-        axis.plot(seconds[-1:], above[-1:], mark, color=colour, linestyle=line, markersize=6, label=way)
+        axis.plot(
+            *(seconds[-1:], above[-1:], mark),
+            **{"color": colour, "linestyle": line, "markersize": 6, "label": way, "clip_on": False},
+        )
     axis.set_xscale("log")
     axis.set_yscale("log")
+    axis.set_xticks(SECONDS, [str(each) for each in SECONDS])
+    axis.set_yticks(ABOVE, [str(each) for each in ABOVE])
+    axis.minorticks_off()
     axis.set_ylim(FLOOR, CEILING)
     axis.set_title(
         f"{case} JND: {best:.2f} % is the smallest change known", fontsize=9, color=INK, loc="left"

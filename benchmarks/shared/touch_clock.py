@@ -12,9 +12,10 @@ import runpy
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 TOUCH = {
@@ -26,26 +27,44 @@ PROGRESS = ("relief/common/progress.py", "relief/progress.py")
 """Where versions of Retouch have the stages, the latest first."""
 
 
-def count(progress: Any) -> list[float]:
-    """Let a module of stages count: CPU seconds of every outermost stage of touch, as they end."""
-    seconds, within, plain = list[float](), list[str](), progress.stage
+class Clock:
+    """CPU seconds of the process while any thread is within a stage of touch.
+
+    Attributes:
+        seconds: so far.
+    """
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self._lock, self._within, self._began = Lock(), 0, 0.0
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """A stage of touch, which may lie within another or beside one."""
+        with self._lock:
+            if not self._within:
+                self._began = time.process_time()
+            self._within += 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._within -= 1
+                if not self._within:
+                    self.seconds += time.process_time() - self._began
+
+
+def counting(progress: Any) -> Clock:
+    """Let the stages of a module run a clock."""
+    clock, plain = Clock(), progress.stage
 
     @contextmanager
     def stage(name: str, *arguments: Any, **named: Any) -> Iterator[Any]:
-        outermost = name in TOUCH and not within
-        began = time.process_time()
-        if outermost:
-            within.append(name)
-        try:
-            with plain(name, *arguments, **named) as this:
-                yield this
-        finally:
-            if outermost:
-                within.clear()
-                seconds.append(time.process_time() - began)
+        with clock.running() if name in TOUCH else nullcontext(), plain(name, *arguments, **named) as this:
+            yield this
 
     progress.stage = stage
-    return seconds
+    return clock
 
 
 def main() -> None:
@@ -54,12 +73,12 @@ def main() -> None:
     sys.path[0] = os.getcwd()
     # By files: an editable installation would find modules of another version beside those of this folder.
     (name, *_) = (name for name in PROGRESS if Path(name).is_file())
-    seconds = count(import_module(name.removesuffix(".py").replace("/", ".")))
+    clock = counting(import_module(name.removesuffix(".py").replace("/", ".")))
     sys.argv = [module, *arguments]
     try:
         runpy.run_module(module, run_name="__main__", alter_sys=True)
     finally:
-        Path(file).write_text(json.dumps(sum(seconds)), encoding="utf-8")
+        Path(file).write_text(json.dumps(clock.seconds), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 """Parts of a run beside limits: operations are those that can be counted by hand."""
 
+import numpy as np
 import pytest
+import scipy.fft
 import scipy.sparse as sp
 import torch
 
@@ -17,9 +19,11 @@ def test_pairs_are_those_of_the_full_sum() -> None:
         assert parts.pairs(samples, size_mm) == pairs
 
 
-def test_products_are_counted() -> None:
+def test_products_and_transforms_are_counted() -> None:
     one = torch.ones(3, 4, 5)
     assert parts.counted(lambda: one.mT @ one) == 2 * 3 * 4 * 5 * 5
+    field = np.ones((3, 16, 16))
+    assert parts.counted(lambda: scipy.fft.idctn(field, axes=(-2, -1))) == 2.5 * 3 * 256 * 8
 
 
 @pytest.mark.skipif(not has_pardiso(), reason="counts are Pardiso's")
