@@ -30,7 +30,7 @@ PAGE = DOCS / "evidence" / "speed.md"
 COMMAND = "benchmarks.whole_run"
 OTHERS = {"change": change_by_samples, "rules": rules, "memory": memory}
 HEADINGS = {
-    **{"wall_s": "seconds", "cpu_s": "CPU seconds", "touch_cpu_s": "of them touch", "peak_mb": "peak MB"},
+    **{"wall_s": "seconds", "cpu_s": "CPU seconds", "touch_cpu_s": "touch, CPU s", "peak_mb": "peak MB"},
     **{"set_up_cpu_s": "set-up, CPU s", "descent_cpu_s": "descent", "verify_cpu_s": "verification"},
     **{"off_target_percent": "off target, %", "least_jnd": "least JND", "largest_jnd": "largest"},
     **{"change_percent": "pictures, %", "change_rms_percent": "rms, %"},

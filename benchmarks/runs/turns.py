@@ -166,8 +166,8 @@ def run(tree: Path, case: Case, folder: Path, short: bool = False) -> dict[str, 
     places = result["touch"]["places"] or {}
     return {
         **found,
-        **{f"{part}_cpu_s": result["cpu_s"][part] for part in PARTS},
         "touch_cpu_s": touch,
+        **{f"{part}_cpu_s": result["cpu_s"][part] for part in PARTS},
         "places": places.get("steered", {"count": 1})["count"],
         "steps": result["stop"]["steps"],
         "off_target_percent": result["verification"]["miss_percent"],
