@@ -183,10 +183,8 @@ def of_case(axis: Axes, rows: Mapping[str, Row], case: str) -> None:
                 seconds.append(second)
                 above.append(max(distance, FLOOR))
         axis.step(seconds, above, where="post", color=colour, linestyle=line, linewidth=1.1)
-        axis.plot(
-            *(seconds[-1:], above[-1:], mark),
-            **{"color": colour, "linestyle": line, "markersize": 6, "label": way, "clip_on": False},
-        )
+        (end,) = axis.plot(seconds[-1:], above[-1:], mark, color=colour, linestyle=line, label=way)
+        end.set_clip_on(False)
     axis.set_xscale("log")
     axis.set_yscale("log")
     axis.set_xticks(SECONDS, [str(each) for each in SECONDS])
