@@ -120,6 +120,11 @@ def best_known(rows: Mapping[str, Row], case: str) -> float:
     return min(float(row["change_percent"]) for row in met)
 
 
+def seconds_of(row: Row) -> float:
+    """CPU seconds of descent and verification."""
+    return float(row["cpu_s"]["descent"] + row["cpu_s"]["verify"])
+
+
 def seconds_to(row: Row, change_percent: float) -> float:
     """CPU seconds to the first step on target with at most so much change; NaN if there is none."""
     steps = (s for s, error, change in row["curve"] if error <= TOLERANCE and change <= change_percent)
@@ -139,7 +144,7 @@ def as_text(rows: Mapping[str, Row]) -> str:
             lines.append(
                 (
                     *(case, way, *(None if math.isnan(each) else each for each in to)),
-                    *(row["steps"], row["cpu_s"]["descent"] + row["cpu_s"]["verify"], row["miss_percent"]),
+                    *(row["steps"], seconds_of(row), row["miss_percent"]),
                     *(row["change_percent"], 100.0 * (row["change_percent"] / best - 1.0)),
                     *(row["change_rms_percent"], row["change_fine_rms_percent"]),
                 )
@@ -168,7 +173,7 @@ def draw(rows: Mapping[str, Row]) -> None:
 
 
 def of_case(axis: Axes, rows: Mapping[str, Row], case: str) -> None:
-    """One panel: of every way the smallest change so far with the target met, ending in its result."""
+    """One panel: of every way the smallest change so far with the target met, and its result."""
     best = best_known(rows, case)
     for within in WITHIN:
         axis.axhline(within, color=FAINT, linewidth=0.8, linestyle=":", zorder=0)
@@ -183,7 +188,8 @@ def of_case(axis: Axes, rows: Mapping[str, Row], case: str) -> None:
                 seconds.append(second)
                 above.append(max(distance, FLOOR))
         axis.step(seconds, above, where="post", color=colour, linestyle=line, linewidth=1.1)
-        (end,) = axis.plot(seconds[-1:], above[-1:], mark, color=colour, linestyle=line, label=way)
+        result = max(100.0 * (row["change_percent"] / best - 1.0), FLOOR)
+        (end,) = axis.plot([seconds_of(row)], [result], mark, color=colour, linestyle=line, label=way)
         end.set_clip_on(False)
     axis.set_xscale("log")
     axis.set_yscale("log")
