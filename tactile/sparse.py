@@ -53,7 +53,8 @@ def factorised(
             much larger.
         single: keep the factors in single precision, where Pardiso runs: half the memory and half the time of
             the numbers. Of the equations of a step, solutions are then off by less than 1e-4 of their
-            largest value. A matrix that is not positive definite in single precision is factorised in double.
+            largest value, and in single precision. A matrix that is not positive definite in single precision
+            is factorised in double.
         portable: use SuperLU even where Pardiso is installed (slower, same numbers).
 
     Returns:
@@ -100,7 +101,7 @@ def _by_pardiso(upper: sp.csr_matrix, minimum_degree: bool) -> Solve:
         raise
 
     def solve(rhs: NDArray[np.float64]) -> NDArray[np.float64]:
-        return run(SOLVE, rhs).reshape(rhs.shape).astype(np.float64, copy=False)
+        return run(SOLVE, rhs).reshape(rhs.shape)
 
     weakref.finalize(solve, solver.free_memory, everything=True)
     return solve

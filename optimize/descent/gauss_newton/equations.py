@@ -58,13 +58,16 @@ def response_of(
     matrix = sp.csr_matrix(system.matrix + damping * system.damping)
     if not isinstance(gradients, np.ndarray) and matrix.shape[0] > windows.MOST_AT_ONCE:
         return Response(*windows.windowed_response(matrix, system.load, gradients, patches))
-    forced = gradients if isinstance(gradients, np.ndarray) else gradients.toarray()
-    columns = [system.load, *forced, *(() if soft_targets is None else soft_targets.gradients)]
+    sides = [system.load, gradients, *(() if soft_targets is None else (soft_targets.gradients,))]
+    count = gradients.shape[0]
     # Directions of a step need few digits: the slopes of the targets along them are exact.
-    solve = factorised(matrix, minimum_degree=len(columns) < MANY_SIDES, single=True)
-    solved = solve(np.column_stack(columns))
+    solve = factorised(matrix, minimum_degree=count < MANY_SIDES, single=True)
+    rows = windows.solved_sides(solve, *sides)
+    if soft_targets is None and not isinstance(gradients, np.ndarray):
+        return Response(rows[0].astype(np.float64), windows.in_one(rows[1:]))
+    solved = rows.T.astype(np.float64)
     if soft_targets is not None:
-        solved, by_soft = np.split(solved, [1 + len(forced)], axis=1)
+        solved, by_soft = np.split(solved, [1 + count], axis=1)
         own = np.diag(1.0 / soft_targets.stiffness) + soft_targets.gradients @ by_soft
         missing = -soft_targets.gradients @ solved
         missing[:, 0] += soft_targets.wanted

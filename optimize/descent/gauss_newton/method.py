@@ -233,8 +233,8 @@ class GaussNewton:
         """The step that changes the targets towards their goals, by at most a share of their values."""
         bounded, (unconstrained, responses) = self._target_forces, response
         wanted = bounded.wanted(bounded.values(felt), share)
-        dense = isinstance(responses, np.ndarray)
-        slopes = touch.gradients @ responses if dense else responses.under(touch.gradients)
+        gradients = touch.gradients
+        slopes = gradients @ responses if isinstance(responses, np.ndarray) else responses.under(gradients)
         forces = bounded.forces(slopes, wanted - touch.gradients @ unconstrained)
         return _LinearStep(wanted, slopes, forces, unconstrained + responses @ forces)
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from relief.common.arrays import Array, Index
 from relief.common.progress import stage
 from relief.patches import Patches
-from tactile.sparse import factorised
+from tactile.sparse import Solve, factorised
 
 MOST_AT_ONCE = 512 * 512
 """Most samples of a surface whose equations are factorised at once; 3.3 GB and some ten seconds a step."""
@@ -31,6 +31,10 @@ MARGIN = 32
 """Samples from a patch to the side of its window, at least. On gravel of 384 x 384 samples, the least squares
 that a step minimises are then 0.01 % above those of one factorisation (0.7 % at the least damping); without
 this margin, 0.4 % (1.2 %)."""
+
+
+ROWS_AT_ONCE = 64
+"""Rows that are made dense together for a product: 64 MB on a window of 512 x 512 samples."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,7 @@ class _Columns(NamedTuple):
     Attributes:
         samples: (m,) flat indices of the window's samples on the surface.
         columns: (k,) their numbers.
-        values: (m, k).
+        values: (k, m), column by column.
     """
 
     samples: Index
@@ -75,7 +79,7 @@ class WindowColumns(NamedTuple):
         """(samples,) sum of the columns by factors (columns,)."""
         total = np.zeros(self.shape[0])
         for samples, columns, values in self.parts:
-            total[samples] += values @ factors[columns].astype(np.float32)
+            total[samples] += factors[columns].astype(np.float32) @ values
         return total
 
     def under(self, rows: sp.csr_matrix) -> Array:
@@ -87,8 +91,30 @@ class WindowColumns(NamedTuple):
             counts = np.concatenate(([0], np.cumsum(inside[rows.indices])))
             # Most rows of a large surface end before the window begins.
             near = np.flatnonzero(np.diff(counts[rows.indptr]))
-            product[np.ix_(near, columns)] = rows[near][:, samples] @ values
+            for some in np.array_split(near, -(-len(near) // ROWS_AT_ONCE) or 1):
+                dense = rows[some][:, samples].astype(np.float32).toarray()
+                product[np.ix_(some, columns)] = dense @ values.T
         return product
+
+
+def in_one(rows: NDArray[np.float32]) -> WindowColumns:
+    """The columns (k, samples) of a surface that is one window."""
+    return WindowColumns(rows.shape[::-1], (_Columns(np.arange(rows.shape[1]), np.arange(len(rows)), rows),))
+
+
+def solved_sides(solve: Solve, *sides: Array | sp.csr_matrix) -> NDArray[np.float32]:
+    """(k, n) solutions for right-hand sides, each (n,) or some (m, n), as rows in single precision.
+
+    Directions of a step need no more digits, and rows of single precision go to Pardiso and back uncopied.
+    """
+    ends = np.cumsum([0, *(1 if side.ndim == 1 else side.shape[0] for side in sides)])
+    rows = np.empty((ends[-1], sides[0].shape[-1]), np.float32)
+    for (start, end), side in zip(pairwise(ends), sides, strict=True):
+        if isinstance(side, np.ndarray):
+            rows[start:end] = side
+        else:
+            side.astype(np.float32).toarray(out=rows[start:end])
+    return np.ascontiguousarray(solve(rows.T).T, np.float32)
 
 
 def windows(shape: tuple[int, int], repeats: tuple[bool, bool], core: int, margin: int) -> Iterator[Window]:
@@ -148,10 +174,8 @@ def windowed_response(
         for window in each:
             own = np.flatnonzero(np.isin(middle, window.samples[window.core]))
             solve = factorised(matrix[window.samples][:, window.samples], single=True)
-            forced = gradients[own][:, window.samples].toarray()
-            solved = solve(np.column_stack((load[window.samples], forced.T)))
-            unconstrained[window.samples[window.core]] = solved[window.core, 0]
-            # Single precision halves the memory: directions of a step need no more digits.
-            parts.append(_Columns(window.samples, own, solved[:, 1:].astype(np.float32)))
+            solved = solved_sides(solve, load[window.samples], gradients[own][:, window.samples])
+            unconstrained[window.samples[window.core]] = solved[0, window.core]
+            parts.append(_Columns(window.samples, own, solved[1:]))
             advance()
     return unconstrained, WindowColumns((matrix.shape[0], gradients.shape[0]), tuple(parts))
