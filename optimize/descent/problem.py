@@ -13,7 +13,7 @@ import tactile
 from optimize.descent.targets import Targets
 from relief.common.arrays import Array
 from relief.common.limits import HEIGHT_LIMIT_MM
-from relief.common.threads import side_by_side
+from relief.common.threads import one_torch_thread
 from relief.depth import floor_mm, out_of_reach
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import SPACING_MM, places
@@ -112,6 +112,7 @@ class Problem:
         """Whether touch is by a model that is off by more than the polar sum of roughness is."""
         return self.touch in ("quick", "net")
 
+    @one_torch_thread()
     def press(
         self,
         heights: Array,
@@ -131,12 +132,11 @@ class Problem:
             ContactError: the contact does not converge.
         """
         touches, values, slopes = [], [], list[list[Array]]()
-
-        def press(part: slice) -> tuple[tactile.Touch, dict[str, Array], list[Array]]:
+        for part in batches(self.patches):
             fields = self.patches.within_reach(heights, part)
-            return self._press(fields, None if start is None else start[part], gradients, steering)
-
-        for touch, of_part, of_targets in side_by_side(press, batches(self.patches)):
+            touch, of_part, of_targets = self._press(
+                fields, None if start is None else start[part], gradients, steering
+            )
             touches.append(touch)
             values.append(of_part)
             slopes.append(of_targets)
