@@ -37,7 +37,7 @@ many as 115,972. V differs from the sum over all of these by less than 0.08 %, f
 STRIDE_MM = 0.32
 """Largest distance between the positions whose pairs the thinned sum takes, mm; each offset takes other
 positions in turn. Strain at the depth of receptors is smooth over such lengths: on 128 samples over 10 mm,
-where every fourth sample along each axis is taken, V of twelve reliefs is within 0.014 % of the full sum, its
+where every fourth sample along each axis is taken, V of twelve reliefs is within 0.017 % of the full sum, its
 gradient within 0.4 % in the median and 1.1 % at most."""
 
 Quadrature = Literal["full", "thinned", "polar"]
@@ -95,8 +95,9 @@ class _PairVariation(torch.autograd.Function):
         # Arrays that serve every offset: new ones take a third of the time on large grids.
         memory, other_memory = torch.empty_like(combs[0]).view(-1), torch.empty_like(combs[0]).view(-1)
         for number, (down, right, weight) in enumerate(offsets):
-            # Every comb in turn, which are the positions of the first ends.
-            row, column = divmod(number % stride**2, stride)
+            # Every comb in turn, which are the positions of the first ends; not each of a group of alike
+            # offsets the same ones.
+            row, column = divmod((number + number // stride**2) % stride**2, stride)
             (below, other_row), (beside, other_column) = (
                 divmod(row + down, stride),
                 divmod(column + right, stride),

@@ -5,7 +5,7 @@ import torch
 
 import tactile.contact
 from tactile import ContactError, Skin, press, roughness
-from tactile.contact import TOLERANCE, ContactState, approach_contact, solve_contact
+from tactile.contact import TOLERANCE, ContactState, SingleFirst, approach_contact, solve_contact
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tests.tactile.reliefs import EIGHT, SIZE, bumps, grating, manufactured, moved, waves
 
@@ -49,6 +49,17 @@ def test_skin_neither_pulls_nor_enters_and_is_loaded_only_where_it_touches(
     assert bool((state.gap >= -10.0 * allowed).all())
     virtual_work = (state.pressure * state.gap).abs().sum() / state.pressure.sum()
     assert float(virtual_work) <= float(allowed)
+
+
+@EVERY_RELIEF
+def test_contact_found_in_single_precision_first_is_the_same(
+    operator: ElasticLayerOperator, name: str
+) -> None:
+    first = SingleFirst(operator.to(torch.float32))(operator, RELIEFS[name] + 0.5, MEAN_PRESSURE, None)
+    whole = solved(operator, RELIEFS[name] + 0.5)
+    assert bool(first.converged.all()) and first.steps <= whole.steps
+    torch.testing.assert_close(first.pressure, whole.pressure, atol=1e-6 * MEAN_PRESSURE, rtol=0.0)
+    torch.testing.assert_close(first.approach, whole.approach, atol=1e-9, rtol=0.0)
 
 
 @EVERY_RELIEF

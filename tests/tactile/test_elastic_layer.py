@@ -6,6 +6,7 @@ import torch
 from tactile import Skin, roughness
 from tactile.contact import solve_contact
 from tactile.elements.finite_elements import FiniteElementOperator, finite_element_operator
+from tactile.layer.cosine_layer import sliding_layer
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS, smallest_eigenvalue
@@ -67,6 +68,24 @@ def test_moved_pressure_gives_moved_displacement_and_strain(operator: ElasticLay
 def test_between_sliding_sides_the_preconditioner_is_the_inverse(sliding: ElasticLayerOperator) -> None:
     p = random_field()
     torch.testing.assert_close(sliding.precondition(sliding.displacement(p)), p)
+
+
+@pytest.mark.parametrize(
+    ("samples", "dtype", "digits"), [(48, torch.float64, 1e-12), (37, torch.float32, 1e-5)]
+)
+def test_amplitudes_are_those_of_the_cosines_and_their_own_adjoints(
+    samples: int, dtype: torch.dtype, digits: float
+) -> None:
+    layer = sliding_layer(Skin(), samples, SIZE).to(dtype)
+    generator = torch.Generator().manual_seed(1)
+    x, y = (torch.randn(3, samples, samples, dtype=dtype, generator=generator) for _ in range(2))
+    torch.testing.assert_close(
+        layer.amplitudes(x), layer.cosines.T @ x @ layer.cosines, atol=30.0 * digits, rtol=0.0
+    )
+    torch.testing.assert_close(layer.field(layer.amplitudes(x)), x, atol=30.0 * digits, rtol=0.0)
+    variable = x.clone().requires_grad_()
+    (back,) = torch.autograd.grad((layer.amplitudes(variable) * y).sum(), variable)
+    torch.testing.assert_close(back, layer.field(y), atol=30.0 * digits, rtol=0.0)
 
 
 def test_between_sliding_sides_uniform_pressure_squeezes_uniaxially(sliding: ElasticLayerOperator) -> None:

@@ -108,6 +108,30 @@ def test_a_batch_is_its_items() -> None:
     torch.testing.assert_close(together[1, 2], roughness(strain[1, 2]))
 
 
+@pytest.mark.parametrize(("samples", "size_mm"), [(128, 10.0), (125, 10.0), (96, 6.4)])
+def test_the_thinned_sum_is_near_the_full_one_and_has_its_gradient(samples: int, size_mm: float) -> None:
+    strain = (
+        press(torch.stack((waves(samples, 1.0), bumps(samples))), size_mm).strain.detach().requires_grad_()
+    )
+    full, thinned = (roughness(strain, size_mm, quadrature) for quadrature in ("full", "thinned"))
+    torch.testing.assert_close(thinned, full, rtol=5e-4, atol=0.0)
+    (gradient,) = torch.autograd.grad(thinned.sum(), strain)
+    # Homogeneous of degree one: the value is the strain times the gradient, without and with it the same.
+    torch.testing.assert_close((gradient * strain).sum((-2, -1)), thinned)
+    torch.testing.assert_close(roughness(strain.detach(), size_mm, "thinned"), thinned.detach())
+
+
+def test_the_gradient_of_the_thinned_sum_is_that_of_finite_differences() -> None:
+    strain = press(waves(64, 1.0)).strain.detach()
+    direction = torch.randn(64, 64, dtype=torch.float64, generator=torch.Generator().manual_seed(3))
+    step = 1e-9 * float(strain.abs().max())
+    variable = strain.clone().requires_grad_()
+    (gradient,) = torch.autograd.grad(roughness(variable, SIZE, "thinned"), variable)
+    ahead, behind = (roughness(strain + sign * step * direction, SIZE, "thinned") for sign in (1.0, -1.0))
+    slope = float((gradient * direction).sum())
+    assert float(ahead - behind) / (2.0 * step) == pytest.approx(slope, rel=1e-4)
+
+
 @pytest.mark.parametrize("size_mm", [1.0, 2.9])
 def test_a_patch_too_small_for_every_pair_is_refused(size_mm: float) -> None:
     with pytest.raises(InputError, match="size_mm: a patch of"):

@@ -194,8 +194,10 @@ class GaussNewton:
             return None
         _, response = self._solved(iterate)
         change = self._linear_step(touch, felt, response, Trust(*iterate.memory["trust"]).share).change
-        worth = self._predicted_rms(look, change) <= (1.0 - LEAST_GAIN) * iterate.picture_rms
-        return None if worth else StopReason.CONVERGED
+        if self._predicted_rms(look, change) <= (1.0 - LEAST_GAIN) * iterate.picture_rms:
+            return None
+        self._equations = None  # Of a large surface, they take a GB that verification needs.
+        return StopReason.CONVERGED
 
     def _solved(self, iterate: Iterate) -> tuple[System, Response]:
         """The equations of the step from the current iterate, and their solution; kept for that step."""
