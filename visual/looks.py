@@ -117,7 +117,7 @@ class LookModel:
 
 
 LOOKS: Mapping[str, LookModel] = {
-    "exact": LookModel("visual.scene_looks:ExactLook", 1.2e-4, sampled=True, shadows=True),
+    "exact": LookModel("visual.scene_looks:ExactLook", 8e-5, sampled=True, shadows=True),
     "fast": LookModel("visual.scene_looks:FastLook", 3e-5, shadows=True),
     "shading": LookModel("visual.scene_looks:ShadingLook", 3e-5),
     "heights": LookModel("visual.scene_looks:HeightsLook", 3e-5),

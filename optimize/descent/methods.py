@@ -80,10 +80,10 @@ def _adam_seconds(effort: Effort) -> float:
 
 
 def _gauss_newton_steps(limit: int, jnd: float | None) -> int:
-    """On gravel 2 to a target 0.5 JND away, 4 to 2, 29 to 6."""
+    """On gravel 2 to a target 0.5 JND away, 3 to 2, 29 to -6."""
     if jnd is None:
         return min(ANY_STEPS, limit)
-    return min(round(max(2.0 + abs(jnd), 0.8 * jnd**2)), limit)
+    return min(round(max(2.0, 1.0 + abs(jnd), 0.8 * jnd**2)), limit)
 
 
 @dataclass(frozen=True)
