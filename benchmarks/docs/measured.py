@@ -27,10 +27,6 @@ MODELS = {
         "twelve textures. Builds: in a process and a cache folder of their own."
     ),
     "finer": "The same with 128 nodes a side against 160: what the finest of these meshes still lacks.",
-    "portable": (
-        "Builds without Pardiso (where pypardiso does not exist). The numbers are the same: "
-        "tests/tactile/test_condensation.py."
-    ),
     "elastic_layer": "The layer model by the coarse mesh of its sides (nc), against the same reference.",
     "bare": (
         "Elements alone, contact at their own nodes, against the reference on the same grid: why the exact "

@@ -1,7 +1,7 @@
 """Every model of touch: what it costs, and how far it is from the finest.
 
 python -m benchmarks.touch.contact           # every part that is not in the results yet
-python -m benchmarks.touch.contact many      # one part: meshes, finer, portable, elastic_layer, bare, many,
+python -m benchmarks.touch.contact many      # one part: meshes, finer, elastic_layer, bare, many,
                                              # tetrahedra, fingertips, half-space
 python -m benchmarks.touch.contact --again many
 
@@ -20,7 +20,6 @@ import tempfile
 import time
 from collections.abc import Callable
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 import torch
@@ -36,7 +35,6 @@ from tactile.layer.elastic_layer import elastic_layer_operator
 MESHES = (16, 32, 48, 64, 96, 128)
 FINEST = MESHES[-1]
 FINER = 160
-PORTABLE = (32, 48, 64)
 BARE = (32, 64, 96, 128)
 COARSE = (8, 16, 24, 32, 48)
 MANY = 208
@@ -47,10 +45,9 @@ def main() -> None:
     parser.add_argument("parts", nargs="*", default=list(PARTS))
     parser.add_argument("--again", action="store_true")
     parser.add_argument("--build", type=int, help="build one mesh in this process and print what it took")
-    parser.add_argument("--portable", action="store_true", help="build it without Pardiso")
     arguments = parser.parse_args()
     if arguments.build:
-        print(json.dumps(build(arguments.build, arguments.portable)))
+        print(json.dumps(build(arguments.build)))
         return
     results = load("contact")
     results["machine"] = machine()
@@ -61,20 +58,19 @@ def main() -> None:
         print(f"\n{name}\n{as_table(name, results[name])}", flush=True)
 
 
-def build(mesh: int, portable: bool) -> dict[str, float]:
+def build(mesh: int) -> dict[str, float]:
     """Seconds and peak memory of building the reference."""
     began = time.perf_counter()
-    with patch("tactile.elements.condensation.has_pardiso", lambda: not portable):
-        finite_element_operator(SKIN, SIDE, SIZE_MM, mesh=mesh)
+    finite_element_operator(SKIN, SIDE, SIZE_MM, mesh=mesh)
     seconds = time.perf_counter() - began
     return {"build s": seconds, "peak GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6}
 
 
-def built_apart(mesh: int, *options: str) -> dict[str, float]:
+def built_apart(mesh: int) -> dict[str, float]:
     """`build` in a process and a cache folder of its own."""
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(
-            [sys.executable, "-m", "benchmarks.touch.contact", "--build", str(mesh), *options],
+            [sys.executable, "-m", "benchmarks.touch.contact", "--build", str(mesh)],
             env=os.environ | {"RETOUCH_CACHE": folder},
             capture_output=True,
             check=True,
@@ -102,24 +98,6 @@ def finer() -> list[dict[str, Any]]:
     truth = measure(finite_element_operator(SKIN, SIDE, SIZE_MM, mesh=FINER), stacked(twelve()))
     against = {"nodes a side": FINEST, "against": FINER}
     return [against | compared(finest(), truth)]
-
-
-def portable() -> list[dict[str, Any]]:
-    """Builds by SuperLU beside those by Pardiso."""
-    rows = []
-    for mesh in PORTABLE:
-        fast, slow = built_apart(mesh), built_apart(mesh, "--portable")
-        rows.append(
-            {
-                "nodes a side": mesh,
-                "Pardiso s": fast["build s"],
-                "SuperLU s": slow["build s"],
-                "SuperLU / Pardiso": slow["build s"] / fast["build s"],
-                "Pardiso peak GB": fast["peak GB"],
-                "SuperLU peak GB": slow["peak GB"],
-            }
-        )
-    return rows
 
 
 def elastic_layer() -> list[dict[str, Any]]:
@@ -208,7 +186,6 @@ def distribution(result: dict[str, Any]) -> str:
 PARTS: dict[str, Callable[[], Any]] = {
     "meshes": meshes,
     "finer": finer,
-    "portable": portable,
     "elastic_layer": elastic_layer,
     "bare": bare,
     "many": many_reliefs,
