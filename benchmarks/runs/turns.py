@@ -28,7 +28,7 @@ PARTS = ("set_up", "descent", "verify")
 PITCH_MM = 10 / 128
 """Distance of the samples of plates that exponents are taken of, mm."""
 PLATE = (
-    *("touch.jnd=2", "look.model=fast", "verify.baseline=false", "verify.samples=64"),
+    *("touch.jnd=2", "repeats=false", "look.model=fast", "verify.baseline=false", "verify.samples=64"),
     # Gravel takes 4 to 7 steps at every size; the limit bounds the time of a run that goes wrong.
     "descent.steps=12",
 )

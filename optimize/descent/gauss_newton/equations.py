@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -75,7 +74,11 @@ def response_of(
     return Response(solved[:, 0], solved[:, 1:])
 
 
-@lru_cache(maxsize=4)
+def stacked(blocks: list[sp.csr_matrix]) -> sp.csr_matrix:
+    """Blocks of rows as one matrix; one block without a copy."""
+    return blocks[0] if len(blocks) == 1 else sp.vstack(blocks, format="csr")
+
+
 def picture_weight(shape: tuple[int, int], regularisation: float, around: tuple[bool, bool]) -> sp.csr_matrix:
     """W = I + w2 D'D on the pixels of a picture, whose axes may go around."""
     return sp.csr_matrix(sp.identity(shape[0] * shape[1]) + regularisation * laplacian(shape, around))

@@ -1,12 +1,9 @@
 """Graph Laplacian of height samples or pixels, which on axes that repeat goes around."""
 
-from functools import lru_cache
-
 import numpy as np
 import scipy.sparse as sp
 
 
-@lru_cache(maxsize=4)
 def laplacian(shape: tuple[int, int], repeats: tuple[bool, bool] = (False, False)) -> sp.csr_matrix:
     """Graph Laplacian of the height samples, positive semi-definite; axes that repeat go around."""
     rows, cols = (_differences(n, around) for n, around in zip(shape, repeats, strict=True))

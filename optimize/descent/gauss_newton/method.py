@@ -23,7 +23,7 @@ import scipy.sparse as sp
 import torch
 
 from optimize.descent.driver import PRESSURES, ArraySchema, Iterate
-from optimize.descent.gauss_newton.equations import Response, System, picture_weight, response_of
+from optimize.descent.gauss_newton.equations import Response, System, picture_weight, response_of, stacked
 from optimize.descent.gauss_newton.forces import BoundedTargetForces
 from optimize.descent.gauss_newton.laplacian import laplacian
 from optimize.descent.gauss_newton.layers import HEIGHTS, PATIENCE, WEIGHT, Layers
@@ -125,10 +125,13 @@ class GaussNewton:
         overhead = all(view.overhead for view in self._views)
         self._around = problem.relief.repeats if overhead else (False, False)
         # With the Jacobian, because the first step mostly starts here.
-        self._original = self._evaluate(problem.heights)
-        target = np.concatenate([of_view.pictures for of_view in self._original])
+        original = self._evaluate(problem.heights)
+        self._original: tuple[Pictures, ...] | None = original
+        target = np.concatenate([of_view.pictures for of_view in original])
         self._unit = 1.0 / target.mean()
         self._target = target * self._unit
+        precision = np.float32 if problem.heights.size > MOST_AT_ONCE else np.float64
+        self._smooth = picture_weight(target.shape[1:], problem.regularisation, self._around).astype(precision)
         self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
         self._roots = np.sqrt(masking_weights(target, problem.masking, self._around))
         self._plate = problem.plate_weights(self._target)
@@ -179,6 +182,9 @@ class GaussNewton:
                 break
         if after.gradients.size == 0:
             after = self._press(heights, after.pressure)
+        # Jacobians and equations of a large surface take GB, which those of the next iterate need.
+        del system, response
+        self._current = None
         return self._iterate_at(
             iterate.step + 1, heights, after, trust, iterate.memory.get("fingers"), weight
         )
@@ -302,7 +308,11 @@ class GaussNewton:
         weight: float,
     ) -> Iterate:
         unmoved = np.array_equal(heights, self._problem.heights)
-        look = shown = self._original if unmoved else self._evaluate(heights)
+        look = self._original if unmoved else None
+        self._original = None
+        if look is None:
+            look = self._evaluate(heights)
+        shown = look
         relief, felt, kept = heights, touch, dict[str, Array]()
         if self._layers is not None:
             kept = {HEIGHTS: heights, WEIGHT: np.array([weight])}
@@ -329,14 +339,14 @@ class GaussNewton:
     def _system(self, heights: Array, look: tuple[Pictures, ...], weight: float = 0.0) -> System:
         """The undamped least squares of the look and, by a weight, of layers; the matrix of the damping."""
         problem, shape = self._problem, heights.shape
-        smooth = picture_weight(self._target.shape[1:], problem.regularisation, self._around)
         differences = laplacian(shape, problem.relief.repeats)
         bend = ROUGHENING * (differences.T @ differences)
         matrix = 2.0 * bend
         load = -2.0 * (bend @ (heights - problem.heights).ravel())
         conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
         terms = zip(conditions, self._target, self._weights, self._roots, strict=True)
-        # One product of all conditions saves adding up those of each, but takes more memory.
+        # One product of all conditions saves adding up those of each, but takes more memory, as do more digits
+        # than a step by windows has.
         at_once = 1 if heights.size > MOST_AT_ONCE else len(conditions)
         scaled, weighted = list[sp.csr_matrix](), list[sp.csr_matrix]()
         for number, ((jacobian, picture), target, of_light, root) in enumerate(terms, 1):
@@ -344,13 +354,13 @@ class GaussNewton:
             one, difference = share * jacobian, (share * picture - np.sqrt(of_light) * target).ravel()
             if problem.masking:
                 one, difference = sp.diags(root.ravel()) @ one, root.ravel() * difference
-            scaled.append(one)
-            weighted.append(smooth @ one)
+            scaled.append(one.astype(self._smooth.dtype))
+            weighted.append(self._smooth @ scaled[-1])
             load -= weighted[-1].T @ difference
             if number % at_once == 0:
                 # Transposed into rows: else the product would turn the larger factor into columns.
-                by_height = sp.vstack(scaled, format="csr").T.tocsr()
-                matrix = matrix + by_height @ sp.vstack(weighted, format="csr")
+                by_height = stacked(scaled).T.tocsr()
+                matrix = matrix + by_height @ stacked(weighted)
                 scaled.clear()
                 weighted.clear()
         identity = sp.identity(heights.size, format="csr")
