@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -77,6 +78,13 @@ def response_of(
 def stacked(blocks: list[sp.csr_matrix]) -> sp.csr_matrix:
     """Blocks of rows as one matrix; one block without a copy."""
     return blocks[0] if len(blocks) == 1 else sp.vstack(blocks, format="csr")
+
+
+def with_product(matrix: sp.csr_matrix, left: sp.csr_matrix, right: sp.csr_matrix) -> sp.csr_matrix:
+    """matrix + left @ right, by bands of rows, so that the product of a large surface is never whole."""
+    ends = range(0, matrix.shape[0] + windows.MOST_AT_ONCE, windows.MOST_AT_ONCE)
+    bands = [slice(*each) for each in pairwise(ends)]
+    return stacked([matrix[band] + left[band] @ right for band in bands])
 
 
 def picture_weight(shape: tuple[int, int], regularisation: float, around: tuple[bool, bool]) -> sp.csr_matrix:

@@ -23,7 +23,14 @@ import scipy.sparse as sp
 import torch
 
 from optimize.descent.driver import PRESSURES, ArraySchema, Iterate
-from optimize.descent.gauss_newton.equations import Response, System, picture_weight, response_of, stacked
+from optimize.descent.gauss_newton.equations import (
+    Response,
+    System,
+    picture_weight,
+    response_of,
+    stacked,
+    with_product,
+)
 from optimize.descent.gauss_newton.forces import BoundedTargetForces
 from optimize.descent.gauss_newton.laplacian import laplacian
 from optimize.descent.gauss_newton.layers import HEIGHTS, PATIENCE, WEIGHT, Layers
@@ -131,7 +138,9 @@ class GaussNewton:
         self._unit = 1.0 / target.mean()
         self._target = target * self._unit
         precision = np.float32 if problem.heights.size > MOST_AT_ONCE else np.float64
-        self._smooth = picture_weight(target.shape[1:], problem.regularisation, self._around).astype(precision)
+        self._smooth = picture_weight(target.shape[1:], problem.regularisation, self._around).astype(
+            precision
+        )
         self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
         self._roots = np.sqrt(masking_weights(target, problem.masking, self._around))
         self._plate = problem.plate_weights(self._target)
@@ -340,7 +349,7 @@ class GaussNewton:
         """The undamped least squares of the look and, by a weight, of layers; the matrix of the damping."""
         problem, shape = self._problem, heights.shape
         differences = laplacian(shape, problem.relief.repeats)
-        bend = ROUGHENING * (differences.T @ differences)
+        bend = (ROUGHENING * (differences.T @ differences)).astype(self._smooth.dtype)
         matrix = 2.0 * bend
         load = -2.0 * (bend @ (heights - problem.heights).ravel())
         conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
@@ -360,7 +369,7 @@ class GaussNewton:
             if number % at_once == 0:
                 # Transposed into rows: else the product would turn the larger factor into columns.
                 by_height = stacked(scaled).T.tocsr()
-                matrix = matrix + by_height @ stacked(weighted)
+                matrix = with_product(matrix, by_height, stacked(weighted))
                 scaled.clear()
                 weighted.clear()
         identity = sp.identity(heights.size, format="csr")
