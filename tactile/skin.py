@@ -1,8 +1,8 @@
-"""The skin: a soft block under a rigid one, pressed on a rigid texture (paper section 4.2)."""
+"""The finger: soft skin on a bone, flat or round, pressed on a rigid texture (paper section 4.2)."""
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, Literal, get_args
 
 from relief.common.errors import InputError
 
@@ -18,13 +18,20 @@ THINNEST_LAYER_MM = 0.02
 MODULUS_RATIO = 1000.0
 """Largest ratio, either way, of a layer's modulus to the base's: up to here the elements are measured."""
 
+LEAST_RADIUS_MM, LARGEST_RADIUS_MM = 3.0, 100.0
+"""Least and largest radius of a round finger, mm: less than a child's fingertip, and nearly flat."""
+
+Shape = Literal["flat", "round"]
+"""Flat and square, as the paper's; or a pad that is round along and across the finger."""
+SHAPES: tuple[str, ...] = get_args(Shape)
+
 Layers = tuple[tuple[float, float], ...]
 """Layers of the skin from the surface down: thickness in mm and Young's modulus in MPa of each."""
 
 
 @dataclass(frozen=True)
 class Skin:
-    """Parameters of the skin block.
+    """Parameters of a finger: its skin, its shape and its force.
 
     The paper states geometry and force, but neither modulus nor Poisson's ratio. E = 0.5 MPa and nu = 0.48
     are a calibrated choice: with free sides, natural reliefs then lie in the paper's range of roughness (0.03
@@ -40,6 +47,10 @@ class Skin:
         layers: at most 8 layers above the base, from the surface down: thickness in mm, at least 0.02, and
             Young's modulus in MPa, between a thousandth and a thousand times the base's. The base takes what
             they leave of `thickness_mm`. Poisson's ratio is the same everywhere.
+        shape: "flat", a square block with free sides; or "round", a pad of even thickness on a bone, whose
+            surface rises as a paraboloid of two radii.
+        radius_mm: radius along the finger, which lies along the rows' axis, y; 3 to 100. Of round ones only.
+        across_mm: radius across it, along x; None: as along.
 
     Raises:
         InputError: a value is not finite or out of range.
@@ -51,6 +62,9 @@ class Skin:
     thickness_mm: float = 2.5
     depth_mm: float = 0.75
     layers: Layers = ()
+    shape: Shape = "flat"
+    radius_mm: float | None = None
+    across_mm: float | None = None
 
     def __post_init__(self) -> None:
         for name, value in self.numbers().items():
@@ -68,6 +82,7 @@ class Skin:
                 f"skin.depth_mm: {self.depth_mm} is not less than thickness_mm {self.thickness_mm}"
             )
         self._check_layers()
+        self._check_shape()
 
     def _check_layers(self) -> None:
         try:
@@ -101,13 +116,42 @@ class Skin:
                 f"thickness_mm {self.thickness_mm:g} for the base"
             )
 
+    def _check_shape(self) -> None:
+        if self.shape not in SHAPES:
+            raise InputError(f'skin.shape: "{self.shape}" is not one of {", ".join(SHAPES)}')
+        if self.shape == "round" and self.radius_mm is None:
+            raise InputError("skin.radius_mm: a round finger needs its radius, mm")
+        for name in ("radius_mm", "across_mm"):
+            radius = getattr(self, name)
+            if radius is None:
+                continue
+            if self.shape == "flat":
+                raise InputError(f'skin.{name}: only a finger of shape = "round" has a radius')
+            if not LEAST_RADIUS_MM <= radius <= LARGEST_RADIUS_MM:
+                raise InputError(
+                    f"skin.{name}: {radius:g} is outside [{LEAST_RADIUS_MM:g}, {LARGEST_RADIUS_MM:g}]"
+                )
+
+    @property
+    def radii_mm(self) -> tuple[float, float] | None:
+        """Radii along and across a round finger, mm; None of a flat one."""
+        if self.radius_mm is None:
+            return None
+        return self.radius_mm, self.radius_mm if self.across_mm is None else self.across_mm
+
     def numbers(self) -> dict[str, float]:
-        """The parameters that are numbers, by name: all but the layers."""
-        return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "layers"}
+        """The parameters that are numbers, by name: all but the layers and the shape's name."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {
+            name: value
+            for name, value in values.items()
+            if name not in ("layers", "shape") and value is not None
+        }
 
     def described(self) -> dict[str, Any]:
-        """The parameters by name, as files tell them; layers only where there are some."""
-        return self.numbers() | ({"layers": [list(layer) for layer in self.layers]} if self.layers else {})
+        """The parameters by name, as files tell them; layers and shape only where they are not the usual."""
+        layers = {"layers": [list(layer) for layer in self.layers]} if self.layers else {}
+        return self.numbers() | layers | ({"shape": self.shape} if self.shape != "flat" else {})
 
     @property
     def stack(self) -> Layers:
@@ -116,7 +160,7 @@ class Skin:
 
     @property
     def structure(self) -> dict[str, float | str]:
-        """Keys of operators stored on disk: all that they depend on, which is no load and no modulus."""
+        """Keys of operators stored on disk: all that they depend on, which is no load, modulus or shape."""
         return {
             "nu": self.poisson_ratio,
             "thickness": self.thickness_mm,
@@ -126,7 +170,8 @@ class Skin:
 
     def at_unit_modulus(self) -> "Skin":
         """The skin that has the same operators: the one of unit modulus and force."""
-        return replace(self, young_modulus_mpa=1.0, force_n=1.0, layers=self.stack)
+        flat = {"shape": "flat", "radius_mm": None, "across_mm": None}
+        return replace(self, young_modulus_mpa=1.0, force_n=1.0, layers=self.stack, **flat)
 
     def mean_pressure_mpa(self, size_mm: float) -> float:
         """Mean pressure in N/mm² on a square patch of side `size_mm`."""

@@ -9,7 +9,7 @@ from pydantic import Field, ValidationError, model_validator
 from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins, find_skin
 from optimize.settings.toml_files import Positive, Section, first_fault, read_toml
 from relief.common.errors import InputError
-from tactile.skin import LARGEST_THICKNESS_MM, MAX_POISSON_RATIO, Skin
+from tactile.skin import LARGEST_THICKNESS_MM, MAX_POISSON_RATIO, Shape, Skin
 
 OWN = "own"
 """Name of a skin whose values are not all those of a file."""
@@ -22,7 +22,8 @@ class SkinKeys(Section):
     """The keys of a skin file, which `[touch]` of a run file has as well.
 
     Attributes:
-        young_modulus_mpa, poisson_ratio, force_n, thickness_mm, depth_mm, layers: as in `tactile.Skin`.
+        young_modulus_mpa, poisson_ratio, force_n, thickness_mm, depth_mm, layers, shape, radius_mm and
+            across_mm: as in `tactile.Skin`.
     """
 
     young_modulus_mpa: Positive = 0.5
@@ -31,6 +32,9 @@ class SkinKeys(Section):
     thickness_mm: Annotated[float, Field(gt=0, le=LARGEST_THICKNESS_MM)] = 2.5
     depth_mm: Positive = 0.75
     layers: Annotated[tuple[Layer, ...], Field(strict=False)] = ()
+    shape: Shape = "flat"
+    radius_mm: Positive | None = None
+    across_mm: Positive | None = None
 
     @property
     def finger(self) -> Skin:
