@@ -350,7 +350,7 @@ class GaussNewton:
         """The undamped least squares of the look and, by a weight, of layers; the matrix of the damping."""
         problem, shape = self._problem, heights.shape
         differences = laplacian(shape, problem.relief.repeats)
-        bend = (ROUGHENING * (differences.T @ differences)).astype(self._smooth.dtype)
+        bend = (ROUGHENING * (differences.T @ differences)).tocsr().astype(self._smooth.dtype)
         matrix = 2.0 * bend
         load = -2.0 * (bend @ (heights - problem.heights).ravel())
         conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
