@@ -137,6 +137,7 @@ class GaussNewton:
         target = np.concatenate([of_view.pictures for of_view in original])
         self._unit = 1.0 / target.mean()
         self._target = target * self._unit
+        # Steps by windows have no more digits.
         precision = np.float32 if problem.heights.size > MOST_AT_ONCE else np.float64
         self._smooth = picture_weight(target.shape[1:], problem.regularisation, self._around).astype(
             precision
@@ -349,13 +350,12 @@ class GaussNewton:
         """The undamped least squares of the look and, by a weight, of layers; the matrix of the damping."""
         problem, shape = self._problem, heights.shape
         differences = laplacian(shape, problem.relief.repeats)
-        bend = (ROUGHENING * (differences.T @ differences)).astype(self._smooth.dtype)
+        bend = (ROUGHENING * (differences.T @ differences)).tocsr().astype(self._smooth.dtype)
         matrix = 2.0 * bend
         load = -2.0 * (bend @ (heights - problem.heights).ravel())
         conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
         terms = zip(conditions, self._target, self._weights, self._roots, strict=True)
-        # One product of all conditions saves adding up those of each, but takes more memory, as do more digits
-        # than a step by windows has.
+        # One product of all conditions saves adding up those of each, but takes more memory.
         at_once = 1 if heights.size > MOST_AT_ONCE else len(conditions)
         scaled, weighted = list[sp.csr_matrix](), list[sp.csr_matrix]()
         for number, ((jacobian, picture), target, of_light, root) in enumerate(terms, 1):
