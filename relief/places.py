@@ -92,28 +92,6 @@ def cut(heights: Any, places: Index, shape: tuple[int, int]) -> Any:
     return heights[rows[:, :, None], cols[:, None, :]]
 
 
-def paste(patches: NDArray[Any], places: Index, shape: tuple[int, int]) -> NDArray[Any]:
-    """Sum of patches at their places, the adjoint of `cut`.
-
-    Args:
-        patches: (k, n, m).
-        places: (k, 2).
-        shape: rows and columns of the relief.
-
-    Returns:
-        (rows, cols).
-    """
-    index = flat_indices(places, patches.shape[1:], shape)
-    sums = np.bincount(index.ravel(), weights=patches.ravel(), minlength=shape[0] * shape[1])
-    return np.asarray(sums.reshape(shape).astype(patches.dtype, copy=False))
-
-
-def flat_indices(places: Index, patch: tuple[int, ...], shape: tuple[int, int]) -> Index:
-    """(k, *patch) number of the relief's sample under each sample of each patch, row by row."""
-    rows, cols = _indices(places, patch, shape)
-    return np.asarray(rows[:, :, None] * shape[1] + cols[:, None, :])
-
-
 def _indices(places: Index, patch: tuple[int, ...], shape: tuple[int, ...]) -> tuple[Index, Index]:
     """(k, n) rows and (k, m) columns of the relief under each patch."""
     rows, cols = (

@@ -76,6 +76,7 @@ def roughness_by_finger(heights: ArrayLike, skin: Skin, size_mm: float = PATCH_S
 
     Args:
         heights: (k, n, n) mm; patches of more than `MOST_SAMPLES` samples a side are resampled to as many.
+            Minus infinity where there is nothing below a round finger, on patches that are not resampled.
         skin: the finger that the set is about.
         size_mm: side of the patch.
 
@@ -90,6 +91,7 @@ def roughness_by_finger(heights: ArrayLike, skin: Skin, size_mm: float = PATCH_S
     if (factor := MOST_SAMPLES / fine.shape[-1]) < 1.0:
         fine = ndimage.zoom(fine, (1.0, factor, factor), order=3, mode="mirror", grid_mode=True)
     patches = torch.from_numpy(fine)
+    there = torch.isfinite(patches).to(patches.dtype)
     # A flat plate is pressed along: its strain is subtracted.
     patches = torch.cat((patches, torch.zeros_like(patches[:1])))
     operator = elastic_layer_operator(skin, patches.shape[-1], size_mm, patches.dtype)
@@ -101,7 +103,11 @@ def roughness_by_finger(heights: ArrayLike, skin: Skin, size_mm: float = PATCH_S
         if press.load not in pressures:
             pressures[press.load] = press.pressure(patches)
         strain = press.felt(pressures[press.load])
-        rows.append(roughness(strain[:-1] - strain[-1], size_mm, "thinned").double().numpy())
+        # Pairs of receptors that a round finger touches on a flat plate, with the plate below.
+        flat = pressures[press.load][-1]
+        receptors = None if press.radii_mm is None else (flat > 0.0) * there
+        value = roughness(strain[:-1] - strain[-1], size_mm, "thinned", receptors)
+        rows.append(value.double().numpy())
     return np.stack(rows)
 
 

@@ -91,7 +91,7 @@ def measure_touch(
         ContactError: the contact does not converge.
     """
     quantities, heights, surface = tuple(quantities), relief.heights, relief.surface
-    patches = Patches(surface, places(surface) if at is None else at)
+    patches = Patches(surface, places(surface) if at is None else at, side_mm=skin.patch_mm)
     # Before patches are cut and operators built, which can take many GiB and seconds.
     check_model(skin, patches.samples, patches.size_mm, model, mesh)
     if ROUGHNESS in quantities:

@@ -1,5 +1,6 @@
 """Touch: strain, gap and pressure of the skin pressed on a relief, by the model of one's choice."""
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, get_args
@@ -13,6 +14,7 @@ from relief.common.errors import InputError
 from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import stage
 from relief.common.threads import one_torch_thread
+from relief.patches import samples_beside
 from relief.places import patch_shape
 from relief.surface import Surface
 from tactile.contact import SingleFirst, Solver, solve_contact
@@ -43,6 +45,7 @@ class TouchModel:
         solve: solver of the contact.
         gradient_tolerance: relative residual of the gradient's linear solve; None for the default of the
             precision.
+        receptors: (n, n) 1 where a round finger touches a flat plate, else 0; None of a flat one.
     """
 
     skin: Skin
@@ -50,6 +53,7 @@ class TouchModel:
     flat_strain: Tensor
     solve: Solver = solve_contact
     gradient_tolerance: float | None = None
+    receptors: Tensor | None = None
 
     def __repr__(self) -> str:
         return f"TouchModel({self.skin}, {self.operator})"
@@ -58,7 +62,8 @@ class TouchModel:
         """Press the skin on a batch of reliefs.
 
         Args:
-            heights: (..., n, n) mm, in the operator's precision.
+            heights: (..., n, n) mm, in the operator's precision; minus infinity where nothing is below a
+                round finger, as beyond the rim of a plate.
             start: pressures (MPa) to start from, such as the last relief's in a descent.
 
         Raises:
@@ -69,8 +74,21 @@ class TouchModel:
         pressure, gap, approach = finger.contact(heights, None if start is None else start / modulus)
         strain = finger.felt(pressure) - self.flat_strain
         return Touch(
-            strain, gap, pressure * modulus, approach, share_in_contact(pressure), self.operator.size_mm
+            strain,
+            gap,
+            pressure * modulus,
+            approach,
+            share_in_contact(pressure),
+            self.operator.size_mm,
+            self._receptors_over(heights.detach()),
         )
+
+    def _receptors_over(self, heights: Tensor) -> Tensor | None:
+        """The receptors that count over heights (..., n, n), of which all may share one map (n, n)."""
+        there = torch.isfinite(heights)
+        if self.receptors is None or bool(there.all()):
+            return self.receptors
+        return self.receptors * there
 
 
 def check_model(skin: Skin, samples: int, size_mm: float, model: ModelName, mesh: int = FEM_MESH) -> None:
@@ -135,8 +153,11 @@ def touch_model(
         from tactile.net import net_solver
 
         solver = net_solver(skin, samples, size_mm)
-    operator, flat_strain = _in_double(skin, samples, size_mm, "fem" if model == "fem" else "layer", mesh)
-    converged = TouchModel(skin, operator.to(dtype), flat_strain.to(dtype))
+    operator, flat_strain, receptors = _in_double(
+        skin, samples, size_mm, "fem" if model == "fem" else "layer", mesh
+    )
+    counted = None if receptors is None else receptors.to(dtype)
+    converged = TouchModel(skin, operator.to(dtype), flat_strain.to(dtype), receptors=counted)
     if solver is not None:
         return replace(converged, solve=solver, gradient_tolerance=GRADIENT_TOLERANCE)
     if dtype == torch.float64:
@@ -147,15 +168,18 @@ def touch_model(
 @lru_cache(maxsize=8)
 def _in_double(
     skin: Skin, samples: int, size_mm: float, model: ModelName, mesh: int
-) -> tuple[FiniteElementOperator | ElasticLayerOperator, Tensor]:
-    """Operator and principal strain under a flat plate, in double precision, for models of any precision."""
+) -> tuple[FiniteElementOperator | ElasticLayerOperator, Tensor, Tensor | None]:
+    """Operator, principal strain under a flat plate and receptors that count, for models of any precision."""
     operator: FiniteElementOperator | ElasticLayerOperator
     if model == "fem":
         operator = finite_element_operator(skin, samples, size_mm, torch.float64, mesh)
     else:
         operator = elastic_layer_operator(skin, samples, size_mm, torch.float64)
     flat = torch.zeros(samples, samples, dtype=torch.float64)
-    return operator, Press.of(skin, operator).felt_flat(flat)
+    finger = Press.of(skin, operator)
+    pressure = finger.pressure(flat)
+    receptors = None if skin.shape == "flat" else (pressure > 0.0).to(flat.dtype)
+    return operator, finger.felt(pressure), receptors
 
 
 @one_torch_thread()
@@ -170,8 +194,10 @@ def press(
     """Press the skin on a relief.
 
     Args:
-        heights: (..., n, n) mm; float32 or float64, which is also the precision of the result.
-        size_mm: side of the patch, at most 10.
+        heights: (..., n, n) mm; float32 or float64, which is also the precision of the result. Minus infinity
+            where nothing is below a round finger.
+        size_mm: side of the heights, at most 10. Under a round finger, which needs a patch of 16 mm, nothing
+            lies around smaller heights, and the touch is of all of the patch.
         skin: parameters of the skin; None for `Skin()`.
         model: "layer", the elastic layer with free sides; "fem", finite elements (the first press of a skin
             waits until they are built: 4 s with 64 nodes a side, 45 s with 128); "quick", the layer after a
@@ -196,13 +222,29 @@ def press(
         raise InputError(f"heights: shape {tuple(field.shape)} is not square in its last two dimensions")
     if field.dtype not in (torch.float32, torch.float64):
         raise InputError(f"heights: {field.dtype} is neither float32 nor float64")
-    if not bool(torch.isfinite(field).all()):
+    skin = skin or Skin()
+    there = torch.isfinite(field) | (torch.isneginf(field) & (skin.shape == "round"))
+    if not bool(there.all()):
         raise InputError("heights: not every value is finite")
+    if skin.patch_mm is not None:
+        field, size_mm = _surrounded(field, float(size_mm), skin.patch_mm)
     samples = field.shape[-1]
-    if size_mm > PATCH_SIDE_MM and patch_shape(Surface((samples, samples), float(size_mm)))[0] < samples:
+    if (
+        skin.patch_mm is None
+        and size_mm > PATCH_SIDE_MM
+        and patch_shape(Surface((samples, samples), float(size_mm)))[0] < samples
+    ):
         raise InputError(
             f"size_mm: {size_mm:g} is more than the {PATCH_SIDE_MM:g} mm that a finger presses on; "
             "retouch.evaluate presses on every place of a larger plate"
         )
-    skin_model = touch_model(skin or Skin(), field.shape[-1], float(size_mm), field.dtype, model, mesh)
+    skin_model = touch_model(skin, samples, float(size_mm), field.dtype, model, mesh)
     return skin_model.press(field, start)
+
+
+def _surrounded(heights: Tensor, size_mm: float, side_mm: float) -> tuple[Tensor, float]:
+    """Heights (..., n, n) mm with nothing around them, and the side of both, at least `side_mm`."""
+    samples = heights.shape[-1]
+    beside = samples_beside(samples, size_mm / samples, side_mm)
+    around = torch.nn.functional.pad(heights, (beside,) * 4, value=-math.inf)
+    return around, size_mm * (samples + 2 * beside) / samples

@@ -48,7 +48,10 @@ Offsets = tuple[tuple[int, int, float], ...]
 
 
 def roughness(
-    strain: Touch | Tensor, size_mm: float | None = None, quadrature: Quadrature = "full"
+    strain: Touch | Tensor,
+    size_mm: float | None = None,
+    quadrature: Quadrature = "full",
+    receptors: Tensor | None = None,
 ) -> Tensor:
     """V = mean over positions p and offsets o of |s(p) - s(p + o)| (paper equation 2).
 
@@ -63,6 +66,8 @@ def roughness(
         quadrature: "full", for every number reported, sums over every pixel offset, and over 1824 of them
             on grids of more than `FINEST_PER_MM`. "thinned", for descents, takes the same offsets, each at
             positions up to `STRIDE_MM` apart. "polar" sums over 4 lengths x 16 angles.
+        receptors: (n, n) or as the strain, 1 at samples whose receptors count, else 0: pairs count of which
+            both ends do. None: those of the touch, which of a flat finger are all.
 
     Returns:
         (...) roughness, with gradient.
@@ -70,13 +75,27 @@ def roughness(
     Raises:
         InputError: the patch is too small for the widest pairs, or too coarse for any; an unknown quadrature.
     """
+    if receptors is None and isinstance(strain, Touch):
+        receptors = strain.receptors
     strain, size_mm = map_and_size(strain, "strain", size_mm)
     n = strain.shape[-1]
     offsets = _offsets(n, size_mm, quadrature)
     stride = max(1, int(STRIDE_MM * n / size_mm)) if quadrature == "thinned" else 1
+    if receptors is not None:
+        strain, receptors = _cropped(strain, receptors)
     with stage("measuring roughness", len(offsets)) as advance:
-        result: Tensor = _PairVariation.apply(strain, offsets, stride, advance)
+        result: Tensor = _PairVariation.apply(strain, receptors, offsets, stride, advance)
         return result
+
+
+def _cropped(strain: Tensor, receptors: Tensor) -> tuple[Tensor, Tensor]:
+    """Strain and receptors (..., n, n) on the rows and columns where any of the receptors count."""
+    counted = receptors.reshape(-1, *receptors.shape[-2:]).amax(0) > 0.0
+    rows, columns = (
+        slice(int(there[0]), int(there[-1]) + 1)
+        for there in (counted.any(axis).nonzero().view(-1) for axis in (1, 0))
+    )
+    return strain[..., rows, columns], receptors[..., rows, columns].to(strain.dtype)
 
 
 class _PairVariation(torch.autograd.Function):
@@ -84,14 +103,20 @@ class _PairVariation(torch.autograd.Function):
 
     @staticmethod
     def forward(
-        ctx: Any, strain: Tensor, offsets: Offsets, stride: int, advance: Callable[[], object]
+        ctx: Any,
+        strain: Tensor,
+        receptors: Tensor | None,
+        offsets: Offsets,
+        stride: int,
+        advance: Callable[[], object],
     ) -> Tensor:
         s = strain.detach()
         combs = _combs(s, stride)
+        counted = None if receptors is None else _combs(receptors, stride)
         wanted = ctx.needs_input_grad[0]
         gradients = [torch.zeros_like(comb) for comb in combs] if wanted else []
         value = s.new_zeros(s.shape[:-2])
-        pairs = 0.0
+        pairs: float | Tensor = 0.0
         # Arrays that serve every offset: new ones take a third of the time on large grids.
         memory, other_memory = torch.empty_like(combs[0]).view(-1), torch.empty_like(combs[0]).view(-1)
         for number, (down, right, weight) in enumerate(offsets):
@@ -106,7 +131,12 @@ class _PairVariation(torch.autograd.Function):
             here, there = _overlap(combs[one].shape, combs[other].shape, below, beside)
             first, second = combs[one][here], combs[other][there]
             difference = torch.sub(first, second, out=memory[: first.numel()].view(first.shape))
-            pairs += weight * difference.shape[-2] * difference.shape[-1]
+            if counted is None:
+                pairs += weight * difference.shape[-2] * difference.shape[-1]
+            else:
+                both = counted[one][here] * counted[other][there]
+                difference.mul_(both)
+                pairs = pairs + weight * both.sum((-2, -1))
             if wanted:
                 sign = torch.sign(difference, out=other_memory[: first.numel()].view(first.shape))
                 gradients[one][here].add_(sign, alpha=weight)
@@ -115,16 +145,17 @@ class _PairVariation(torch.autograd.Function):
                 value.add_(difference.abs_().sum((-2, -1)), alpha=weight)
             advance()
         if wanted:
-            gradient = _woven(gradients, s, stride) / pairs
+            each = pairs[..., None, None] if isinstance(pairs, Tensor) else pairs
+            gradient = _woven(gradients, s, stride) / each
             ctx.save_for_backward(gradient)
             # V is homogeneous of degree one: its value is the strain times its gradient.
             return (gradient * s).sum((-2, -1))
         return value / pairs
 
     @staticmethod
-    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None, None, None]:
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None, None, None, None]:
         (gradient,) = ctx.saved_tensors
-        return gradient * gradients[0][..., None, None], None, None, None
+        return gradient * gradients[0][..., None, None], None, None, None, None
 
 
 def _combs(field: Tensor, stride: int) -> list[Tensor]:

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 from typing import Protocol, Self
 
+import torch
 from torch import Tensor
 
+from relief.common.limits import HEIGHT_LIMIT_MM
 from tactile.contact import Compliance, Solver, solve_contact
 from tactile.contact import press as differentiable_contact
 from tactile.skin import Skin
@@ -25,9 +27,16 @@ class SkinOperator(Compliance, Protocol):
         """
 
 
+OUT_OF_REACH_MM = 2.0 * HEIGHT_LIMIT_MM
+"""Depth below the top of a relief, mm, of where there is nothing: twice what a finger reaches."""
+
+
 @dataclass(frozen=True)
 class Press:
     """A finger on a batch of patches; every model of touch and every other finger presses by it.
+
+    A round finger presses on a relief as a flat one does on what is left of the relief less the finger's own
+    rise, in small-strain theory and with vertical pressure.
 
     Attributes:
         operator: displacements of the skin, and its strain at the depth of the receptors, at unit modulus.
@@ -35,12 +44,14 @@ class Press:
         solve: solver of the contact.
         gradient_tolerance: relative residual of the gradient's linear solve; None for the default of the
             precision.
+        radii_mm: of a round finger, along and across; None of a flat one.
     """
 
     operator: SkinOperator
     load: float
     solve: Solver = solve_contact
     gradient_tolerance: float | None = None
+    radii_mm: tuple[float, float] | None = None
 
     @classmethod
     def of(
@@ -52,26 +63,45 @@ class Press:
     ) -> Self:
         """The press of a skin, with its force on the operator's patch."""
         load = skin.mean_pressure_mpa(operator.size_mm) / skin.young_modulus_mpa
-        return cls(operator, load, solve, gradient_tolerance)
+        return cls(operator, load, solve, gradient_tolerance, skin.radii_mm)
 
     def contact(self, heights: Tensor, start: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor]:
         """Pressure (units of E), gap and approach (mm) on patches (..., n, n) mm, differentiable by them.
+
+        Heights of minus infinity are where a round finger has nothing below.
 
         Raises:
             ContactError: the contact does not converge.
         """
         return differentiable_contact(
-            self.operator, heights, self.load, start, self.solve, self.gradient_tolerance
+            self.operator, self._met(heights), self.load, start, self.solve, self.gradient_tolerance
         )
 
     def pressure(self, heights: Tensor) -> Tensor:
         """The pressure alone (..., n, n), solved to the default tolerance and without gradient."""
-        return solve_contact(self.operator, heights, self.load).pressure
+        return solve_contact(self.operator, self._met(heights), self.load).pressure
+
+    def _met(self, heights: Tensor) -> Tensor:
+        """Heights (..., n, n) mm that a flat finger would have to meet to be pressed as this one is."""
+        if self.radii_mm is None:
+            return heights
+        lowest = heights.detach().amax((-2, -1), keepdim=True) - OUT_OF_REACH_MM
+        return torch.maximum(heights, lowest) - rise_mm(self.radii_mm, heights, self.operator.size_mm)
 
     def felt(self, pressure: Tensor) -> Tensor:
         """Principal strain (..., n, n) at the receptors under a pressure (..., n, n) in units of E."""
         return principal_strain(self.operator, pressure)
 
-    def felt_flat(self, like: Tensor) -> Tensor:
-        """The strain under a flat plate, of which every touch is the rest; on the grid of a map (n, n)."""
-        return self.felt(self.pressure(like.new_zeros(like.shape)))
+
+def rise_mm(radii_mm: tuple[float, float], like: Tensor, size_mm: float) -> Tensor:
+    """(n, n) rise of a round finger over its lowest point, mm, at the samples of maps (..., n, n).
+
+    Args:
+        radii_mm: along the rows' axis and across it.
+        like: of the shape and the precision wanted.
+        size_mm: side of the patch, in whose middle the finger is lowest.
+    """
+    n = like.shape[-1]
+    away = (torch.arange(n, dtype=like.dtype) - 0.5 * (n - 1)) * (size_mm / n)
+    along, across = (away.square() / (2.0 * radius) for radius in radii_mm)
+    return along[:, None] + across

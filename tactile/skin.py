@@ -21,6 +21,9 @@ MODULUS_RATIO = 1000.0
 LEAST_RADIUS_MM, LARGEST_RADIUS_MM = 3.0, 100.0
 """Least and largest radius of a round finger, mm: less than a child's fingertip, and nearly flat."""
 
+ROUND_PATCH_MM = 16.0
+"""Side of the patch that a round finger is pressed on, mm."""
+
 Shape = Literal["flat", "round"]
 """Flat and square, as the paper's; or a pad that is round along and across the finger."""
 SHAPES: tuple[str, ...] = get_args(Shape)
@@ -138,6 +141,11 @@ class Skin:
         if self.radius_mm is None:
             return None
         return self.radius_mm, self.radius_mm if self.across_mm is None else self.across_mm
+
+    @property
+    def patch_mm(self) -> float | None:
+        """Side of the patch that a round finger is pressed on, mm; None of a flat one."""
+        return None if self.radius_mm is None else ROUND_PATCH_MM
 
     def numbers(self) -> dict[str, float]:
         """The parameters that are numbers, by name: all but the layers and the shape's name."""

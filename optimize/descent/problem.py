@@ -89,7 +89,7 @@ class Problem:
     def __post_init__(self) -> None:
         look_model(self.look)
         surface = self.surface
-        patches = Patches(surface, places(surface, self.spacing_mm), STEERING_SAMPLES)
+        patches = Patches(surface, places(surface, self.spacing_mm), STEERING_SAMPLES, self.skin.patch_mm)
         # The fast models find contact in single precision; the rest of them then gains nothing by double.
         dtype = self.precision or (torch.float32 if self.fast_touch else torch.float64)
         model = tactile.touch_model(self.skin, patches.samples, patches.size_mm, dtype, self.touch)

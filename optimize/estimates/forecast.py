@@ -128,7 +128,9 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
     """
     scene, look, maps, other = checked_scene(settings, variant)
     surface = replace(scene.surface, repeats=settings.axes_repeat)
-    patches = Patches(surface, places(surface, settings.touch.spacing_mm))
+    patches = Patches(
+        surface, places(surface, settings.touch.spacing_mm), side_mm=settings.touch.finger.patch_mm
+    )
     scene.look(look).views(FixedSamples())
     if not known_in_reach(settings, maps):
         press_original(settings, scene.relief, maps, other)

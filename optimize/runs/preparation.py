@@ -100,7 +100,7 @@ def checked_goals(settings: Run, scene: Scene) -> tuple[tuple[GoalMap, ...], Oth
     """
     surface, touch = scene.surface, settings.touch
     lattice = places(surface, touch.spacing_mm)
-    patches = Patches(surface, lattice)
+    patches = Patches(surface, lattice, side_mm=touch.finger.patch_mm)
     for quantity, goal_key, number in touch.goals():
         if not goal_key.relative:
             # Before the operators of the skin are built, which can take many seconds.
@@ -212,7 +212,13 @@ def press_original(
     lattice = places(relief.surface, touch.spacing_mm)
     with naming(settings.texture), stage("pressing on the original"):
         original = measure_touch(relief, touch.finger, model, settings.verify.resolution, at=lattice)
-    targets = _targets(settings, Patches(relief.surface, lattice).size_mm, original.values, maps, lattice)
+    targets = _targets(
+        settings,
+        Patches(relief.surface, lattice, side_mm=touch.finger.patch_mm).size_mm,
+        original.values,
+        maps,
+        lattice,
+    )
     if other is None:
         return original, targets, None
     felt = feel(other, settings, model)

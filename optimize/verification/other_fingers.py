@@ -33,7 +33,7 @@ def felt_by_fingers(before: Relief, after: Relief, skin: Skin) -> Fingers | None
     """
     felt, counts = [], []
     for relief in (before, after):
-        patches = _in_the_middle(relief.surface)
+        patches = _in_the_middle(relief.surface, skin)
         try:
             felt.append(
                 roughness_by_finger(patches.within_reach(relief.heights), skin, patches.size_mm).mean(axis=1)
@@ -67,9 +67,9 @@ def felt_by_fingers(before: Relief, after: Relief, skin: Skin) -> Fingers | None
     )
 
 
-def _in_the_middle(surface: Surface) -> Patches:
+def _in_the_middle(surface: Surface, skin: Skin) -> Patches:
     """Patches at the few places of a surface that are nearest to its middle."""
     at = places(surface)
     apart = np.square(at - at.mean(axis=0)).sum(axis=1)
     nearest = np.sort(np.argsort(apart, kind="stable")[:MOST_PLACES])
-    return Patches(surface, at[nearest], STEERING_SAMPLES)
+    return Patches(surface, at[nearest], STEERING_SAMPLES, skin.patch_mm)

@@ -43,7 +43,7 @@ def elastic_layer_operator(
     size_mm: float,
     dtype: torch.dtype = torch.float64,
     coarse: int = COARSE_ELEMENTS,
-    free_sides: bool = True,
+    free_sides: bool | None = None,
 ) -> ElasticLayerOperator:
     """The operator of a skin on an n x n patch.
 
@@ -55,14 +55,16 @@ def elastic_layer_operator(
         size_mm: side of the patch.
         dtype: of the operator's tensors.
         coarse: elements along a side of the coarse mesh; even.
-        free_sides: without, the sides slide (the bare layer; for comparison).
+        free_sides: without, the sides slide (the bare layer). None: those of a flat finger are free; under a
+            round one they lie far from the contact and slide.
 
     Raises:
         ValueError: `coarse` is odd.
     """
     if coarse % 2:
         raise ValueError("coarse must be even: the mesh is split at its mirror planes")
-    return _operator(skin.at_unit_modulus(), samples, size_mm, dtype, coarse, free_sides)
+    free = skin.shape == "flat" if free_sides is None else free_sides
+    return _operator(skin.at_unit_modulus(), samples, size_mm, dtype, coarse, free)
 
 
 @lru_cache(maxsize=8)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from relief.places import between, centres_mm, cut, flat_indices, paste, patch_shape, places
+from relief.places import between, centres_mm, cut, patch_shape, places
 from relief.surface import Surface
 
 TILE = Surface((128, 128), 10.0, (True, True))
@@ -81,17 +81,6 @@ def test_arrays_and_tensors_are_cut_alike() -> None:
     assert np.array_equal(
         cut(torch.as_tensor(heights), places(TILE), (128, 128)).numpy(),
         cut(heights, places(TILE), (128, 128)),
-    )
-
-
-@pytest.mark.parametrize("surface", [TILE, Surface((40, 30), 3.0, (True, True)), Surface((60, 20), 2.0)])
-def test_paste_is_the_adjoint_of_cut(surface: Surface) -> None:
-    rng, where, shape = np.random.default_rng(1), places(surface, 1.0), patch_shape(surface)
-    heights, patches = rng.normal(size=surface.shape), rng.normal(size=(len(where), *shape))
-    one = np.vdot(cut(heights, where, shape), patches)
-    assert one == pytest.approx(np.vdot(heights, paste(patches, where, surface.shape)), rel=1e-12)
-    assert np.array_equal(
-        heights.ravel()[flat_indices(where, shape, surface.shape)], cut(heights, where, shape)
     )
 
 

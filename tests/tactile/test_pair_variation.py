@@ -170,7 +170,7 @@ def test_the_number_of_offsets_is_bounded_and_no_direction_is_preferred(samples:
 def test_the_bounded_offsets_of_a_fine_grid_are_near_the_sum_over_every_offset() -> None:
     for relief in (waves(192, 1.2), grating(192), bumps(192)):
         strain = press(relief).strain.requires_grad_()
-        every = _PairVariation.apply(strain, every_offset(192, SIZE), 1, lambda: None)
+        every = _PairVariation.apply(strain, None, every_offset(192, SIZE), 1, lambda: None)
         bounded = roughness(strain, SIZE)
         assert bounded.item() == pytest.approx(every.item(), rel=1e-3)
         (by_every,), (by_bounded,) = (torch.autograd.grad(v, strain) for v in (every, bounded))

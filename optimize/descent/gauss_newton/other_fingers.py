@@ -100,7 +100,7 @@ class OtherFingers:
         skin, patches = problem.skin, problem.patches
         spread = np.linspace(0, patches.count - 1, min(patches.count, MOST_PLACES)).round().astype(int)
         self._free = problem.free
-        self._patches = Patches(problem.surface, patches.places[spread], STEERING_SAMPLES)
+        self._patches = Patches(problem.surface, patches.places[spread], STEERING_SAMPLES, skin.patch_mm)
         model = problem.model
         if problem.touch == "net":
             # The net has not seen reliefs as tall as those of stiff skin become.
@@ -161,7 +161,7 @@ class OtherFingers:
         for finger, load in zip(self._fingers, self._load_of, strict=True):
             press, flat = self._at_depth[finger.skin.depth_mm]
             strain = (press.felt(pressures[load]) - flat) / self._loads[load]
-            values.append(roughness(strain, self._patches.size_mm, "polar"))
+            values.append(roughness(strain, self._patches.size_mm, "polar", touch.receptors))
         return values, scaled, touch.pressure.detach()
 
     def _row(self, value: torch.Tensor, scaled: torch.Tensor, load: int) -> Array:
