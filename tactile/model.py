@@ -99,6 +99,8 @@ def check_model(skin: Skin, samples: int, size_mm: float, model: ModelName, mesh
     """
     if model not in MODELS:
         raise InputError(f'touch.model: "{model}" is not one of {", ".join(MODELS)}')
+    if skin.shape == "round" and model == "net":
+        raise InputError('touch.model: the net is trained for a flat finger; use "layer"')
     if not MIN_SAMPLES <= samples <= MAX_SAMPLES:
         where = f"{samples} samples a side of the {size_mm:g} mm under a finger"
         remedy = "more samples, or a smaller size_mm, are needed"

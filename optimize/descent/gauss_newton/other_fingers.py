@@ -6,12 +6,11 @@ look: a step minimises
     look + 1/2 pixels (weight / 100)² mean of r_j²
 
 with r_j the distance of finger j to its goal in just-noticeable differences, so that `weight` is the picture
-change, rms in % of the mean, that counts as much as one just-noticeable difference. Contact is homogeneous:
-skin c times as stiff feels of a relief what the given skin feels of c times its heights, divided by c. All
-fingers are therefore one batch of the model that steers.
+change, rms in % of the mean, that counts as much as one just-noticeable difference. Fingers of one modulus
+press once, whatever the depth of their receptors.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -59,7 +58,7 @@ class FingersFelt:
         gradients: (m, heights) of the values.
         weight: as in `FingerRange`.
         stiffness: second derivative of the sum by the distance of all fingers in just-noticeable differences.
-        pressure: (loads * places, n, n) MPa, to start the press of a similar relief from.
+        pressure: (moduli * places, n, n) MPa, to start the press of a similar relief from.
     """
 
     values: Array
@@ -101,23 +100,21 @@ class OtherFingers:
         spread = np.linspace(0, patches.count - 1, min(patches.count, MOST_PLACES)).round().astype(int)
         self._free = problem.free
         self._patches = Patches(problem.surface, patches.places[spread], STEERING_SAMPLES, skin.patch_mm)
-        model = problem.model
-        if problem.touch == "net":
-            # The net has not seen reliefs as tall as those of stiff skin become.
-            grid = patches.samples, patches.size_mm, model.flat_strain.dtype
-            model = touch_model(skin, *grid, "quick")
-        self._model = model
+        # The net has not seen contacts as sparse as those of stiff skin become.
+        kind = "quick" if problem.touch == "net" else problem.touch
+        grid = patches.samples, patches.size_mm, problem.model.flat_strain.dtype, kind
         self._fingers = fingers(skin)[1:]
-        stiffness = [finger.skin.young_modulus_mpa / skin.young_modulus_mpa for finger in self._fingers]
-        self._loads = sorted(set(stiffness))
-        self._load_of = [self._loads.index(factor) for factor in stiffness]
-        assert isinstance(model.operator, ElasticLayerOperator)
-        presses = {
-            finger.skin.depth_mm: Press.of(skin, at_depth(model.operator, finger.skin))
-            for finger in self._fingers
-        }
-        flat = Press.of(skin, model.operator).pressure(torch.zeros_like(model.flat_strain))
-        self._at_depth = {depth: (press, press.felt(flat)) for depth, press in presses.items()}
+        pressed = [replace(finger.skin, depth_mm=skin.depth_mm) for finger in self._fingers]
+        skins = list(dict.fromkeys(pressed))
+        self._models = [touch_model(one, *grid) for one in skins]
+        self._model_of = [skins.index(one) for one in pressed]
+        self._felt = list[tuple[Press, torch.Tensor]]()
+        for finger, number in zip(self._fingers, self._model_of, strict=True):
+            model = self._models[number]
+            assert isinstance(model.operator, ElasticLayerOperator)
+            flat = Press.of(model.skin, model.operator).pressure(torch.zeros_like(model.flat_strain))
+            press = Press.of(finger.skin, at_depth(model.operator, finger.skin))
+            self._felt.append((press, press.felt(flat)))
         self._weight, self._stiffness = wanted.weight, pixels * (wanted.weight / 100.0) ** 2
         self._first: torch.Tensor | None = None
         values, _, self._first = self._press(problem.heights, None)
@@ -136,10 +133,9 @@ class OtherFingers:
         Raises:
             ContactError: a contact does not converge.
         """
-        each, scaled, pressure = self._press(heights, start)
+        each, patches, pressure = self._press(heights, start)
         values = [value.mean() for value in each]
-        pairs = zip(values, self._load_of, strict=True)
-        rows = np.stack([self._row(value, scaled, load) for value, load in pairs])
+        rows = np.stack([self._row(value, patches) for value in values])
         felt = np.array([float(value.detach()) for value in values])
         kept = pressure.double().numpy()
         return FingersFelt(felt, self._goals, rows, self._weight, self._stiffness, kept)
@@ -147,26 +143,23 @@ class OtherFingers:
     def _press(
         self, heights: Array, start: Array | None
     ) -> tuple[list[torch.Tensor], torch.Tensor, torch.Tensor]:
-        """Roughness (places,) to each finger, the scaled patches (loads * places, n, n) it depends on, and
-        their pressure."""
-        model, modulus = self._model, self._model.skin.young_modulus_mpa
-        patches = torch.as_tensor(self._patches.within_reach(heights), dtype=model.flat_strain.dtype)
-        scaled = torch.cat([factor * patches for factor in self._loads]).requires_grad_()
+        """Roughness (places,) to each finger, the patches (places, n, n) it depends on, and the pressures."""
+        dtype = self._models[0].flat_strain.dtype
+        patches = torch.as_tensor(self._patches.within_reach(heights), dtype=dtype).requires_grad_()
+        shape = (len(self._models) * len(patches), *patches.shape[1:])
         begin = self._first
-        if start is not None and start.shape == tuple(scaled.shape):
-            begin = torch.as_tensor(start, dtype=scaled.dtype)
-        touch = model.press(scaled, begin)
-        pressures = (touch.pressure / modulus).unflatten(0, (len(self._loads), len(patches)))
+        if start is not None and start.shape == shape:
+            begin = torch.as_tensor(start, dtype=dtype)
+        begins = [None] * len(self._models) if begin is None else begin.chunk(len(self._models))
+        touches = [model.press(patches, one) for model, one in zip(self._models, begins, strict=True)]
         values = []
-        for finger, load in zip(self._fingers, self._load_of, strict=True):
-            press, flat = self._at_depth[finger.skin.depth_mm]
-            strain = (press.felt(pressures[load]) - flat) / self._loads[load]
+        for number, (press, flat) in zip(self._model_of, self._felt, strict=True):
+            touch = touches[number]
+            strain = press.felt(touch.pressure / self._models[number].skin.young_modulus_mpa) - flat
             values.append(roughness(strain, self._patches.size_mm, "polar", touch.receptors))
-        return values, scaled, touch.pressure.detach()
+        return values, patches, torch.cat([touch.pressure.detach() for touch in touches])
 
-    def _row(self, value: torch.Tensor, scaled: torch.Tensor, load: int) -> Array:
+    def _row(self, value: torch.Tensor, patches: torch.Tensor) -> Array:
         """(heights,) gradient of a value by the relief."""
-        (gradient,) = torch.autograd.grad(value, scaled, retain_graph=True)
-        of_load = gradient.unflatten(0, (len(self._loads), self._patches.count))[load]
-        row = self._loads[load] * self._patches.back(of_load.double().numpy()).reshape(1, -1)
-        return self._free(row)[0]
+        (gradient,) = torch.autograd.grad(value, patches, retain_graph=True)
+        return self._free(self._patches.back(gradient.double().numpy()).reshape(1, -1))[0]
