@@ -33,9 +33,9 @@ from tactile.skin import Skin
 PRIOR: Mapping[str, tuple[float, float]] = {
     "radius_mm": (6.0, 11.0),
     "thickness_mm": (3.0, 5.0),
-    "layer_mm": (0.15, 1.2),
-    "ratio": (1.0, 200.0),
-    "base_mpa": (0.005, 0.2),
+    "layer_mm": (0.25, 1.5),
+    "ratio": (1.0, 60.0),
+    "base_mpa": (0.006, 0.12),
 }
 """Ranges of the prior, even in the logarithm: radius of the pad, its thickness, thickness of the upper layer,
 the layer's modulus over the base's, and the base's modulus."""
@@ -52,6 +52,10 @@ GREATEST_N = 1.0
 DRAWS_LOG2 = 18
 """Draws of the prior, as a power of two (Sobol)."""
 NAMES = tuple(PRIOR)
+STIFFENING = (0.0, 0.6)
+"""Range of the power of force by which both moduli grow, where that is asked; `base_mpa` is then that at 0.1 N."""
+STIFFENING_N = 0.1
+"""Force at which the moduli of a stiffening finger are those of its draw, N: about that of the sphere."""
 GREATEST_BASE, LEAST_BASE = PRIOR["base_mpa"][1], PRIOR["base_mpa"][0]
 
 
@@ -147,7 +151,7 @@ class Emulator:
     def groove_depths(self, draws: Mapping[str, Array]) -> Array:
         """(draws, widths) mm at `GROOVE_FORCE_N`."""
         field = _contracted(self.grooves, draws)
-        weights = GROOVE_LOADS.weights(GROOVE_FORCE_N / draws["base_mpa"])
+        weights = GROOVE_LOADS.weights(GROOVE_FORCE_N / base_at(draws, GROOVE_FORCE_N))
         return np.asarray(np.exp(np.einsum("il,ilw->iw", weights, field)))
 
     def sphere_forces(self, draws: Mapping[str, Array], samples: int = 48) -> Array:
@@ -158,7 +162,7 @@ class Emulator:
         forces = np.geomspace(FIRST_FORCE_N, GREATEST_N, samples)
         depths = np.empty((curve.shape[0], samples))
         for column, force in enumerate(forces):
-            weights = SPHERE_RANGE.weights(force / draws["base_mpa"])
+            weights = SPHERE_RANGE.weights(force / base_at(draws, float(force)))
             depths[:, column] = np.exp(np.einsum("il,il->i", weights, curve))
         depths -= depths[:, :1]
         found = np.empty((curve.shape[0], len(SPHERE.at)))
@@ -166,6 +170,12 @@ class Emulator:
             # Linear in the square root of depth, in which the logarithm of the force is smooth.
             found[row] = np.interp(np.sqrt(SPHERE.at), np.sqrt(np.maximum(depth, 0.0)), np.log(forces))
         return np.asarray(np.exp(found))
+
+
+def base_at(draws: Mapping[str, Array], force_n: float) -> Array:
+    """(draws) modulus of the base at a force, MPa: that of 0.1 N, or stiffer by a power of the force."""
+    base = draws["base_mpa"]
+    return base * (force_n / STIFFENING_N) ** draws["stiffening"] if "stiffening" in draws else base
 
 
 def _contracted(field: Array, draws: Mapping[str, Array]) -> Array:
@@ -206,16 +216,26 @@ class Posterior:
     likelihood: dict[str, Array]
 
     @classmethod
-    def of(cls, emulator: Emulator, seed: int = 1, draws_log2: int = DRAWS_LOG2, chunk: int = 8192) -> Posterior:
-        """The posterior by an emulator."""
-        ranges = [*PRIOR.values(), SPHERE_DIAMETERS_MM]
+    def of(
+        cls,
+        emulator: Emulator,
+        stiffening: bool = False,
+        draws_log2: int = DRAWS_LOG2,
+        seed: int = 1,
+        chunk: int = 8192,
+    ) -> Posterior:
+        """The posterior by an emulator, of fingers whose moduli grow with force if `stiffening`."""
+        ranges = [*PRIOR.values(), SPHERE_DIAMETERS_MM, STIFFENING]
         unit = qmc.Sobol(len(ranges), seed=seed).random_base2(draws_log2)
         draws = {
             name: low * (high / low) ** unit[:, column]
-            for column, (name, (low, high)) in enumerate(zip((*NAMES, "diameter_mm"), ranges, strict=True))
+            for column, (name, (low, high)) in enumerate(PRIOR.items())
         }
-        low, high = SPHERE_DIAMETERS_MM
-        draws["diameter_mm"] = low + (high - low) * unit[:, -1]
+        for name, (low, high), column in (
+            ("diameter_mm", SPHERE_DIAMETERS_MM, -2),
+            *((("stiffening", STIFFENING, -1),) if stiffening else ()),
+        ):
+            draws[name] = low + (high - low) * unit[:, column]
         parts: dict[str, list[Array]] = {GROOVES.name: [], SPHERE.name: []}
         for first in range(0, unit.shape[0], chunk):
             some = {name: values[first : first + chunk] for name, values in draws.items()}
@@ -230,6 +250,11 @@ class Posterior:
         total = sum((self.likelihood[name] for name in sources), np.zeros(len(self.draws["ratio"])))
         weights = np.exp(total - total.max())
         return np.asarray(weights / weights.sum())
+
+    def evidence(self, sources: Sequence[str]) -> float:
+        """Logarithm of the mean likelihood over the prior."""
+        total = sum((self.likelihood[name] for name in sources), np.zeros(len(self.draws["ratio"])))
+        return float(np.log(np.exp(total - total.max()).mean()) + total.max())
 
     def best(self, sources: Sequence[str]) -> int:
         """Number of the draw of the greatest likelihood."""
@@ -259,9 +284,9 @@ def effective(weights: Array) -> float:
     return float(1.0 / np.square(weights).sum())
 
 
-def worst(emulator: Emulator, count: int = 24, seed: int = 3) -> dict[str, float]:
+def worst(emulator: Emulator, count_log2: int = 5, seed: int = 3) -> dict[str, float]:
     """Error of the emulator against solved fingers drawn from the prior: rms and greatest of the logarithms."""
-    unit = qmc.Sobol(len(PRIOR), seed=seed).random(count)
+    unit = qmc.Sobol(len(PRIOR), seed=seed).random_base2(count_log2)
     errors: dict[str, list[float]] = {GROOVES.name: [], SPHERE.name: []}
     for row in unit:
         values = {

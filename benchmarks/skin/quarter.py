@@ -30,10 +30,10 @@ is 25 µm, depths fall by 0.6 to 1.7 % at twice and by 0.9 to 2.6 % at four time
 SIDE = 80
 """Samples a side of the quarter under a sphere, 0.1 mm: with half, twice and four times as many, forces differ
 by 0.35, 0.13 and 0.13 % at most."""
-TOLERANCES = (1e-6, 1e-5, 1e-4)
-"""Residuals of the contact, one after the other where the one before is not met in `STEPS` steps: a few fingers
-at the corners of a prior, with thin stiff layers over a soft base, need the second."""
-STEPS = 300
+TOLERANCES = (1e-5, 1e-3)
+"""Residuals of the contact, the second where the first is not met in `STEPS` steps: fingers at the corners of
+a prior, with a thin stiff layer over a soft base. Depths then differ by less than 0.6 % by where the solver starts."""
+STEPS = 150
 """Steps of the contact's solver to each residual; most fingers take 20 to 60."""
 SYMBOL_NODES = 400
 """Wavenumbers at which the compliance is solved; between them a cubic spline in logarithms is exact to 1e-8."""
