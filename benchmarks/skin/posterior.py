@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from benchmarks.skin.quarter import groove_depths, sphere_depths
+from benchmarks.skin.quarter import groove_depths, sphere_depths, sphere_forces
 from benchmarks.skin.sources import (
     FIRST_FORCE_N,
     GROOVE_FORCE_N,
@@ -27,7 +27,6 @@ from benchmarks.skin.sources import (
     Mechanical,
 )
 from relief.common.arrays import Array
-from relief.common.progress import say
 from tactile.skin import Skin
 
 PRIOR: Mapping[str, tuple[float, float]] = {
@@ -109,16 +108,14 @@ def node_key(values: Sequence[float]) -> str:
     return " ".join(f"{value:.6g}" for value in values)
 
 
-def solved(values: Sequence[float]) -> dict[str, Any]:
-    """Depths in grooves (loads, widths) and under spheres (diameters, loads) of one finger of unit modulus."""
+def solved(values: Sequence[float]) -> Array:
+    """Depths, mm, of one finger of unit modulus: in grooves (loads, widths), under spheres (diameters, loads)."""
     skin = finger(dict(zip(NAMES, (*values, 1.0), strict=True)))
-    loads = tuple(np.sort(GROOVE_LOADS.nodes))
-    sphere = tuple(np.sort(SPHERE_RANGE.nodes))
     # Nodes of an axis fall; loads rise, as each contact starts from the last.
-    return {
-        "grooves": groove_depths(skin, GROOVES.at, loads)[::-1].tolist(),
-        "sphere": [sphere_depths(skin, diameter, sphere)[::-1].tolist() for diameter in SPHERES.nodes],
-    }
+    loads, sphere = (tuple(np.sort(axis.nodes)) for axis in (GROOVE_LOADS, SPHERE_RANGE))
+    grooves = groove_depths(skin, GROOVES.at, loads)[::-1]
+    spheres = [sphere_depths(skin, diameter, sphere)[::-1] for diameter in SPHERES.nodes]
+    return np.concatenate([grooves.ravel(), *spheres])
 
 
 def node_values() -> list[tuple[float, ...]]:
@@ -139,14 +136,14 @@ class Emulator:
     sphere: Array
 
     @classmethod
-    def of(cls, fingers: Mapping[str, Any]) -> Emulator:
-        """The emulator of solved fingers (`solved`) by their names (`node_key`)."""
+    def of(cls, fingers: Mapping[str, Array]) -> Emulator:
+        """The emulator of solved fingers by their names (`node_key`); depths as `solved` gives them."""
         counts = tuple(axis.count for axis in FINGERS)
-        parts = []
-        for name in ("grooves", "sphere"):
-            stack = np.log([fingers[node_key(values)][name] for values in node_values()])
-            parts.append(stack.reshape(*counts, *stack.shape[1:]))
-        return cls(*parts)
+        every = np.log([fingers[node_key(values)] for values in node_values()])
+        grooves, sphere = np.split(every, [LOADS * len(GROOVES.at)], axis=1)
+        return cls(
+            grooves.reshape(*counts, LOADS, len(GROOVES.at)), sphere.reshape(*counts, DIAMETERS, SPHERE_LOADS)
+        )
 
     def groove_depths(self, draws: Mapping[str, Array]) -> Array:
         """(draws, widths) mm at `GROOVE_FORCE_N`."""
@@ -284,29 +281,19 @@ def effective(weights: Array) -> float:
     return float(1.0 / np.square(weights).sum())
 
 
-def worst(emulator: Emulator, count_log2: int = 5, seed: int = 3) -> dict[str, float]:
-    """Error of the emulator against solved fingers drawn from the prior: rms and greatest of the logarithms."""
-    unit = qmc.Sobol(len(PRIOR), seed=seed).random_base2(count_log2)
-    errors: dict[str, list[float]] = {GROOVES.name: [], SPHERE.name: []}
-    for row in unit:
-        values = {
-            name: low * (high / low) ** share
-            for (name, (low, high)), share in zip(PRIOR.items(), row, strict=True)
-        }
-        errors_of = compared(emulator, values)
-        for name, error in errors_of.items():
-            errors[name].extend(error)
-    return {
-        f"{name}, {kind}": float(of(np.abs(error)))
-        for name, error in errors.items()
-        for kind, of in (("rms", lambda e: math.sqrt(np.square(e).mean())), ("greatest", np.max))
-    }
+def worst(emulator: Emulator, draws: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Error of the emulator against fingers that are solved: rms and greatest of the logarithms, by source."""
+    errors = [compared(emulator, values) for values in draws]
+    found = {}
+    for source in MECHANICAL:
+        error = np.concatenate([one[source.name] for one in errors])
+        found[f"{source.name}, rms"] = math.sqrt(float(np.square(error).mean()))
+        found[f"{source.name}, greatest"] = float(np.abs(error).max())
+    return found
 
 
 def direct(values: Mapping[str, float], diameter_mm: float | None = None) -> dict[str, Array]:
     """What a finger gives, solved and not interpolated: depths in grooves, forces on the sphere."""
-    from benchmarks.skin.quarter import sphere_forces
-
     skin = finger(values)
     forces = tuple(np.geomspace(FIRST_FORCE_N, GREATEST_N, 14))
     diameter = values.get("diameter_mm", 4.0) if diameter_mm is None else diameter_mm
@@ -325,16 +312,3 @@ def compared(emulator: Emulator, values: Mapping[str, float]) -> dict[str, Array
         GROOVES.name: np.log(emulator.groove_depths(draws)[0] / exact[GROOVES.name]),
         SPHERE.name: np.log(emulator.sphere_forces(draws)[0] / exact[SPHERE.name]),
     }
-
-
-def solve_all(fingers: dict[str, Any], keep: Any) -> dict[str, Any]:
-    """Solve the fingers that are not among the results yet; `keep` is called now and then."""
-    every = node_values()
-    for number, values in enumerate(every):
-        if node_key(values) not in fingers:
-            fingers[node_key(values)] = solved(values)
-            if number % 30 == 29:
-                say(f"finger {number + 1} of {len(every)}")
-                keep()
-    keep()
-    return fingers

@@ -161,9 +161,22 @@ def pressed_round(skin: Skin, names: Iterable[str], ways: Sequence[str] = WAYS[:
     return found
 
 
-def exploring(skin: Skin) -> dict[str, Any]:
+def exploring(skin: Skin, ways: Sequence[str] = WAYS[:1]) -> dict[str, Any]:
     """V of the series that facts ask for at the force of a hand that explores, under "NAME, exploring"."""
-    felt = pressed_round(replace(skin, force_n=EXPLORING_N), EXPLORED, WAYS)
-    return {
-        f"{name}, exploring": value for name, value in felt.items() if name != "flat, mm2"
-    } | {"flat, mm2, exploring": felt["flat, mm2"]}
+    felt = pressed_round(replace(skin, force_n=EXPLORING_N), EXPLORED, ways)
+    return {f"{name}, exploring": value for name, value in felt.items()}
+
+
+def flat_exploring(skin: Skin) -> dict[str, Any]:
+    """V of the series of `EXPLORED` that only new sources have, for a flat finger, as `exploring` has them."""
+    found = {}
+    inner = slice((ROUND_SAMPLES - SAMPLES) // 2, (ROUND_SAMPLES + SAMPLES) // 2)
+    finger, every = replace(skin, force_n=EXPLORING_N), round_series()
+    for name in EXPLORED[1:]:
+        curve = []
+        for weights, plates in every[name].plates():
+            heights = np.ascontiguousarray(plates[:, inner, inner], dtype=np.float32)
+            felt = tactile.roughness(tactile.press(heights, PATCH_SIDE_MM, finger).strain)
+            curve.append(float(weights @ felt.double().numpy()))
+        found[f"{name}, exploring"] = curve
+    return found
