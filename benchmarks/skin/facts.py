@@ -13,6 +13,8 @@ from itertools import pairwise
 from statistics import median
 from typing import Any
 
+from benchmarks.skin.round_stimuli import FAR_MM, JUDGED
+from benchmarks.skin.sources import HUMAN_SA1, MACAQUE_SA1, Recorded
 from benchmarks.skin.stimuli import series
 
 PEAK_MM = (2.0, 3.0)
@@ -27,6 +29,11 @@ FALLEN = 0.9
 """Share of the peak below which an end of a curve counts as lower."""
 STEP = 1.01
 """Ratio from which a value counts as larger than the one before."""
+
+CURVE = 0.15
+"""Greatest rms by which a curve over its top may miss a recorded one over its own."""
+CORRELATED = 0.9
+"""Least correlation of V with what people judge; that of recorded SA1 afferents is 0.97 (Yoshioka 2001)."""
 
 VALUES = {one.name: one.values for one in series()}
 Measured = dict[str, Any]
@@ -200,3 +207,75 @@ FACTS = (
     ),
 )
 """Every fact, those of the fit first."""
+
+
+def off_recorded(recorded: Recorded, spacings: Sequence[float], curve: Sequence[float]) -> tuple[float, float]:
+    """Rms by which a curve over its top lies outside a recorded range, and the spacing of its top, mm."""
+    chosen = [curve[spacings.index(spacing)] for spacing in recorded.spacings_mm]
+    shares = [value / max(chosen) for value in chosen]
+    outside = [
+        max(low - share, share - high, 0.0)
+        for share, low, high in zip(shares, recorded.low, recorded.high, strict=True)
+    ]
+    return math.sqrt(sum(one**2 for one in outside) / len(outside)), peak(spacings, curve)
+
+
+def _recorded(recorded: Recorded, name: str, spacings: Sequence[float]) -> Callable[[Measured], Outcome]:
+    def of(felt: Measured) -> Outcome:
+        off, at = off_recorded(recorded, spacings, felt[name])
+        return Outcome(f"rms {off:.2f}, top {at:.1f} mm", off <= CURVE)
+
+    return of
+
+
+def _judged(felt: Measured) -> Outcome:
+    found = correlation(felt["grooves, exploring"], JUDGED)
+    return Outcome(f"r {found:.2f}", found >= CORRELATED)
+
+
+def _never_falls(felt: Measured) -> Outcome:
+    curve = felt["spacing, high, exploring"]
+    told = f"top {peak(FAR_MM, curve):.1f} mm, then {curve[-1] / max(curve):.2f}"
+    return Outcome(told, min(after / before for before, after in pairwise(curve)) >= STEP)
+
+
+ADDED = (
+    Fact(
+        "human SA1",
+        "mean rate over the spacing of dots 0.5 mm high, each over its top, at 0.6 N: rms at most 0.15",
+        HUMAN_SA1.source,
+        _recorded(HUMAN_SA1, "human SA1, exploring", HUMAN_SA1.spacings_mm),
+    ),
+    Fact(
+        "macaque SA1",
+        "difference of rates 1.4 to 3 mm apart over the spacing of dots 0.74 mm high, over its top: outside the "
+        "range of the recordings by rms 0.15 at most",
+        MACAQUE_SA1.source,
+        _recorded(MACAQUE_SA1, "spacing, high, exploring", FAR_MM),
+    ),
+    Fact(
+        "grooves and ridges",
+        "judged roughness is 0.2 + 1.6 G - 0.5 R - 0.25 G² of grooves G and ridges R: V correlates by 0.9 at "
+        "least, at 0.6 N on gratings 1 mm deep",
+        "Yoshioka 2001",
+        _judged,
+    ),
+)
+"""Facts that the sources of `benchmarks.skin.sources` add."""
+AGAINST = Fact(
+    "no inverted U",
+    "roughness rises with the spacing of dots from 1.5 to 8.5 mm, here 0.74 mm high and at 0.6 N",
+    "Dépeault 2009, against the others",
+    _never_falls,
+)
+"""A fact that others contradict: told, and not counted."""
+FINGER_FACTS = (*(fact for fact in FACTS if fact.name != "contact area"), *ADDED)
+"""Facts of a finger whose force is far from the 8.8 N of the contact area."""
+
+
+def correlation(one: Sequence[float], other: Sequence[float]) -> float:
+    """Pearson's correlation."""
+    means = sum(one) / len(one), sum(other) / len(other)
+    x, y = [a - means[0] for a in one], [b - means[1] for b in other]
+    size = math.sqrt(sum(a * a for a in x) * sum(b * b for b in y))
+    return sum(a * b for a, b in zip(x, y, strict=True)) / size

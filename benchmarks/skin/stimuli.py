@@ -18,6 +18,8 @@ from relief.common.limits import PATCH_SIDE_MM
 from relief.heightmap import load_heights
 
 SAMPLES = 128
+ROUND_SAMPLES = 208
+"""Samples a side of the patch of a round finger, 16.25 mm, which are as large as those of the flat one's."""
 FINER = 4
 """Points along a sample's side over which heights are averaged."""
 PHASES = ((0.0, 0.0), (1.0 / 3.0, 2.0 / 3.0), (2.0 / 3.0, 1.0 / 3.0))
@@ -67,18 +69,22 @@ def natural() -> Array:
     return np.stack([load_heights(find_texture(name)) for name in NATURAL])
 
 
-def dots(dot: float, high: float, apart: float, phase: tuple[float, float]) -> Array:
+def dots(
+    dot: float, high: float, apart: float, phase: tuple[float, float], samples: int = SAMPLES
+) -> Array:
     """(n, n) mm: truncated cones in a square lattice, with flat tops of diameter `dot`."""
-    rows, cols = _points()
+    rows, cols = _points(samples)
     down, right = (
         ((x / apart + shift) % 1.0 - 0.5) * apart for x, shift in zip((rows, cols), phase, strict=True)
     )
     return _averaged(np.clip(high - SLOPE * (np.hypot(down, right) - 0.5 * dot), 0.0, high))
 
 
-def grating(half_period: float, high: float, square: bool, phase: float) -> Array:
+def grating(
+    half_period: float, high: float, square: bool, phase: float, samples: int = SAMPLES
+) -> Array:
     """(n, n) mm: waves across x, or ridges as wide as their gaps with sides as steep as a dot's."""
-    _, cols = _points()
+    _, cols = _points(samples)
     turn = (cols / (2.0 * half_period) + phase) % 1.0
     if not square:
         return _averaged(0.5 * high * (1.0 + np.cos(2.0 * np.pi * turn)))
@@ -104,11 +110,22 @@ def _gratings(name: str, square: bool) -> Series:
     return Series(name, "half period, mm", halves, np.array(plates))
 
 
-def _points() -> tuple[Array, Array]:
-    x = (np.arange(FINER * SAMPLES) + 0.5) * (PATCH_SIDE_MM / (FINER * SAMPLES))
+def grooves(groove: float, ridge: float, high: float, phase: float, samples: int = SAMPLES) -> Array:
+    """(n, n) mm: ridges across x with tops of width `ridge`, `groove` apart, with sides as steep as a dot's."""
+    _, cols = _points(samples)
+    period = groove + ridge
+    turn = (cols / period + phase) % 1.0
+    outside = np.minimum(turn, 1.0 - turn) * period - 0.5 * ridge
+    return _averaged(np.clip(high - SLOPE * outside, 0.0, high))
+
+
+def _points(samples: int) -> tuple[Array, Array]:
+    pitch = PATCH_SIDE_MM / SAMPLES / FINER
+    x = (np.arange(FINER * samples) + 0.5) * pitch
     rows, cols = np.meshgrid(x, x, indexing="ij")
     return rows, cols
 
 
 def _averaged(fine: Array) -> Array:
-    return np.asarray(fine.reshape(SAMPLES, FINER, SAMPLES, FINER).mean(axis=(1, 3)))
+    samples = fine.shape[0] // FINER
+    return np.asarray(fine.reshape(samples, FINER, samples, FINER).mean(axis=(1, 3)))

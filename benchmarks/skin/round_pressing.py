@@ -1,0 +1,182 @@
+"""What a round finger feels: V over the pairs on its own contact, and over the paper's 100 mm² beside it.
+
+To be replaced by `tactile.press(heights, size_mm, skin)` where that takes round fingers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+import tactile
+from benchmarks.skin.pressing import EXPLORING_N
+from benchmarks.skin.round_stimuli import dot_plates, natural_plates, round_series
+from benchmarks.skin.stimuli import APART_MM, DOT_MM, HIGH_MM, ROUND_SAMPLES, SAMPLES
+from relief.common.arrays import Array
+from relief.common.limits import PATCH_SIDE_MM
+from tactile.contact import solve_contact
+from tactile.layer.cosine_layer import CosineLayer, sliding_layer
+from tactile.pair_variation import full_offsets
+from tactile.skin import Skin
+from tactile.strain import principal_strain
+
+SIZE_MM = PATCH_SIDE_MM * ROUND_SAMPLES / SAMPLES
+"""Side of the patch, 16.25 mm."""
+FORCES_N = (0.5, 1.0, 2.0)
+"""Forces of the series "force" for round fingers, N: none above 2."""
+WAYS = ("V", "no dome", "100 mm²", "100 mm², no dome")
+"""Kinds of V: over pairs on the contact with a flat plate; the same of the strain as it is, from which that of
+the flat plate is not subtracted; and both over pairs on 10 x 10 mm, as the paper has them."""
+EXPLORED = ("spacing", "human SA1", "spacing, high", "grooves")
+"""Series that facts ask for at `EXPLORING_N`."""
+
+
+@dataclass(frozen=True)
+class RoundFinger:
+    """A round finger on its patch, in single precision.
+
+    Attributes:
+        skin: of shape "round".
+        samples: a side.
+        size_mm: side of the patch.
+    """
+
+    skin: Skin
+    samples: int = ROUND_SAMPLES
+    size_mm: float = SIZE_MM
+
+    @cached_property
+    def operator(self) -> CosineLayer:
+        """The layer with sliding sides, which knows no force or modulus."""
+        return _operator(self.skin.at_unit_modulus(), self.samples, self.size_mm)
+
+    @cached_property
+    def rise(self) -> Tensor:
+        """(n, n) mm: the pad's surface above its lowest point, in the patch's middle."""
+        along, across = self.skin.radii_mm or (float("inf"), float("inf"))
+        x = (torch.arange(self.samples) + 0.5) * (self.size_mm / self.samples) - 0.5 * self.size_mm
+        return x[:, None] ** 2 / (2.0 * along) + x**2 / (2.0 * across)
+
+    def pressure(self, heights: Tensor) -> Tensor:
+        """(..., n, n) pressures in units of the base's modulus on heights in mm."""
+        load = self.skin.mean_pressure_mpa(self.size_mm) / self.skin.young_modulus_mpa
+        return solve_contact(self.operator, heights - self.rise, load).pressure
+
+    @cached_property
+    def flat(self) -> tuple[Tensor, Tensor]:
+        """Where the finger touches a flat plate (n, n), and its strain there (n, n)."""
+        pressure = self.pressure(torch.zeros(self.samples, self.samples))
+        return pressure > 0.0, principal_strain(self.operator, pressure)
+
+    @property
+    def flat_mm2(self) -> float:
+        """Area of contact with a flat plate, mm²."""
+        return float(self.flat[0].sum()) * (self.size_mm / self.samples) ** 2
+
+    def felt(self, heights: Array, ways: Sequence[str] = WAYS[:1]) -> tuple[dict[str, list[float]], list[float]]:
+        """V of reliefs (k, n, n) mm by `WAYS`, and their areas of contact, mm²."""
+        pressure = self.pressure(torch.as_tensor(np.ascontiguousarray(heights, dtype=np.float32)))
+        whole = principal_strain(self.operator, pressure)
+        mask, flat = self.flat
+        margin = (self.samples - SAMPLES) // 2
+        inner = slice(margin, margin + SAMPLES)
+        found = {}
+        for way in ways:
+            strain = whole if "no dome" in way else whole - flat
+            found[way] = (
+                tactile.roughness(strain[..., inner, inner], PATCH_SIDE_MM, quadrature="thinned").tolist()
+                if "100" in way
+                else masked_roughness(strain, mask, self.size_mm).tolist()
+            )
+        areas = (pressure > 0.0).sum((-2, -1)) * (self.size_mm / self.samples) ** 2
+        return found, areas.tolist()
+
+
+_OPERATORS: dict[Any, CosineLayer] = {}
+
+
+def _operator(skin: Skin, samples: int, size_mm: float) -> CosineLayer:
+    key = (skin, samples, size_mm)
+    if key not in _OPERATORS:
+        _OPERATORS.clear()
+        _OPERATORS[key] = sliding_layer(skin, samples, size_mm).to(torch.float32)
+    return _OPERATORS[key]
+
+
+def masked_roughness(strain: Tensor, mask: Tensor, size_mm: float) -> Tensor:
+    """(...) V of strain (..., n, n): the mean over pairs whose ends both lie where `mask` (n, n) is."""
+    offsets = full_offsets(strain.shape[-1], size_mm)
+    rows, cols = torch.nonzero(mask.any(1)).view(-1), torch.nonzero(mask.any(0)).view(-1)
+    inside = (..., slice(int(rows[0]), int(rows[-1]) + 1), slice(int(cols[0]), int(cols[-1]) + 1))
+    weight, part = mask[inside].to(strain.dtype), strain[inside].contiguous()
+    height, width = weight.shape
+    total, pairs = strain.new_zeros(strain.shape[:-2]), strain.new_zeros(())
+    for down, right, share in offsets:
+        if down >= height or abs(right) >= width:
+            continue
+        left, moved = max(0, -right), max(0, right)
+        here = (..., slice(0, height - down), slice(left, width - moved))
+        there = (..., slice(down, height), slice(moved, width - left))
+        both = weight[here] * weight[there]
+        total += share * ((part[here] - part[there]).abs() * both).sum((-2, -1))
+        pairs += share * both.sum()
+    return total / pairs
+
+
+def pressed_round(skin: Skin, names: Iterable[str], ways: Sequence[str] = WAYS[:1]) -> dict[str, Any]:
+    """V of series by name and of natural reliefs, as `benchmarks.skin.pressing.pressed` has them.
+
+    Args:
+        skin: of shape "round"; its force is that of every series.
+        names: of series; "natural" and "force" are those of reliefs and of `FORCES_N`.
+        ways: of V; those beyond the first are told under "WAY: NAME".
+    """
+    finger = RoundFinger(skin)
+    every = round_series()
+    found: dict[str, Any] = {"flat, mm2": finger.flat_mm2}
+    for name in names:
+        if name == "natural":
+            felt, areas = finger.felt(natural_plates(), ways)
+            found[name], found["natural, mm2"] = felt["V"], areas
+        elif name == "force":
+            weights, plates = dot_plates(DOT_MM, HIGH_MM, APART_MM)
+            found[name] = [
+                float(weights @ RoundFinger(replace(skin, force_n=force)).felt(plates)[0]["V"])
+                for force in FORCES_N
+            ]
+        else:
+            curves: dict[str, list[float]] = {way: [] for way in ways}
+            for weights, plates in every[name].plates():
+                felt, _ = finger.felt(plates, ways)
+                for way in ways:
+                    curves[way].append(float(weights @ felt[way]))
+            found[name] = curves["V"]
+            found |= {f"{way}: {name}": curves[way] for way in ways if way != "V"}
+    return found
+
+
+def exploring(skin: Skin, ways: Sequence[str] = WAYS[:1]) -> dict[str, Any]:
+    """V of the series that facts ask for at the force of a hand that explores, under "NAME, exploring"."""
+    felt = pressed_round(replace(skin, force_n=EXPLORING_N), EXPLORED, ways)
+    return {f"{name}, exploring": value for name, value in felt.items()}
+
+
+def flat_exploring(skin: Skin) -> dict[str, Any]:
+    """V of the series of `EXPLORED` that only new sources have, for a flat finger, as `exploring` has them."""
+    found = {}
+    inner = slice((ROUND_SAMPLES - SAMPLES) // 2, (ROUND_SAMPLES + SAMPLES) // 2)
+    finger, every = replace(skin, force_n=EXPLORING_N), round_series()
+    for name in EXPLORED[1:]:
+        curve = []
+        for weights, plates in every[name].plates():
+            heights = np.ascontiguousarray(plates[:, inner, inner], dtype=np.float32)
+            felt = tactile.roughness(tactile.press(heights, PATCH_SIDE_MM, finger).strain)
+            curve.append(float(weights @ felt.double().numpy()))
+        found[f"{name}, exploring"] = curve
+    return found
