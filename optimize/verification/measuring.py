@@ -16,9 +16,9 @@ from optimize.settings.run_file import Run
 from optimize.verification.as_printed import AsPrinted, as_printed
 from optimize.verification.converged import change_from, colour_pictures, converged
 from optimize.verification.felt_places import FeltPlaces, sampled
-from optimize.verification.other_fingers import felt_by_fingers
+from optimize.verification.other_fingers import felt_by_fingers, felt_by_measured
 from optimize.verification.picture_metrics import known
-from optimize.verification.verification import FeelOf, Fingers
+from optimize.verification.verification import FeelOf, Fingers, Measured
 from relief.common.arrays import Array, Index
 from relief.common.progress import stage
 from relief.places import between
@@ -82,6 +82,7 @@ class Outcome:
         iterations: of descent and verification; none if verification was not wanted.
         pictures_before, pictures_after: converged, with the same random numbers batch by batch.
         fingers: how the change feels to other fingers.
+        measured: how it feels to a finger that was measured.
         printed: what there is to tell of printing; None without a printer.
         colours: before and after in linear RGB, (conditions, rows, cols, 3); None if the scene is grey.
         feel_of: the feel of another relief that is the target; None if none is.
@@ -98,6 +99,7 @@ class Outcome:
     pictures_after: Batches
     baseline_pictures: Array | None
     fingers: Fingers | None = None
+    measured: Measured | None = None
     feel_of: FeelOf | None = None
     printed: AsPrinted | None = None
     colours: tuple[Array, Array] | None = None
@@ -138,6 +140,7 @@ def measure(
         pictures_after=after,
         baseline_pictures=_baseline(original, before, seed) if settings.verify.baseline else None,
         fingers=felt_by_fingers(relief, replace(relief, heights=best), problem.skin),
+        measured=felt_by_measured(relief, replace(relief, heights=best), places),
         feel_of=original.feel_of,
         printed=as_printed(settings, problem, best, (before.mean, after.mean)),
         colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,

@@ -1,12 +1,18 @@
-"""How a change feels to other fingers: softer and stiffer skin, shallower and deeper receptors."""
+"""How a change feels to other fingers: softer and stiffer skin, other receptors, and a measured one."""
 
 import logging
 from statistics import fmean, pstdev
 
 import numpy as np
+import torch
 
 import tactile
-from optimize.verification.verification import Finger, Fingers
+from optimize.settings.skins import load_skin
+from optimize.verification.verification import Finger, Fingers, Measured
+from relief.common.arrays import Array, Index
+from relief.common.errors import InputError
+from relief.common.progress import stage
+from relief.common.threads import one_torch_thread
 from relief.patches import STEERING_SAMPLES, Patches
 from relief.places import places
 from relief.relief import Relief
@@ -19,6 +25,8 @@ _log = logging.getLogger(__name__)
 
 MOST_PLACES = 4
 """Most places that the fingers press on."""
+MEASURED, MOST_MEASURED = "measured", 8
+"""Name of the skin of the measured finger, and most places that it presses on."""
 
 
 def felt_by_fingers(before: Relief, after: Relief, skin: Skin) -> Fingers | None:
@@ -65,6 +73,49 @@ def felt_by_fingers(before: Relief, after: Relief, skin: Skin) -> Fingers | None
         jnd_std=pstdev(jnds) if all_felt else None,
         each=each,
     )
+
+
+def felt_by_measured(before: Relief, after: Relief, at: Index) -> Measured | None:
+    """Roughness of both reliefs to the measured finger, by the elastic layer in single precision.
+
+    Args:
+        before, after: the reliefs, of one surface.
+        at: (k, 2) places where a finger presses; some of them, spread evenly, are pressed.
+
+    Returns:
+        None if a contact does not converge, or pairs of receptors do not fit on the plate.
+    """
+    skin = load_skin(MEASURED)
+    spread = np.linspace(0, len(at) - 1, min(len(at), MOST_MEASURED)).round().astype(int)
+    patches = Patches(before.surface, at[spread], STEERING_SAMPLES, skin.patch_mm)
+    try:
+        with stage("pressing with a measured finger"):
+            model = tactile.touch_model(skin, patches.samples, patches.size_mm, torch.float32)
+            each = [_roughness(model, patches.within_reach(relief.heights)) for relief in (before, after)]
+    except (tactile.ContactError, InputError) as error:
+        # Another finger's contact is no reason to lose the result of a run.
+        _log.info("nothing to a measured finger: %s", error)
+        return None
+    jnds = [jnd_unless_smooth(then, first) for first, then in zip(*each, strict=True)]
+    told = [jnd for jnd in jnds if jnd is not None]
+    ends = {"jnd_min": min(told), "jnd_max": max(told)} if len(told) == len(jnds) else {}
+    first, then = (fmean(of_relief) for of_relief in each)
+    return Measured(
+        skin=MEASURED,
+        force_n=skin.force_n,
+        count=len(spread),
+        initial_roughness=first,
+        roughness=then,
+        jnd_mean=jnd_unless_smooth(then, first) if ends else None,
+        **ends,
+    )
+
+
+@one_torch_thread()
+def _roughness(model: tactile.TouchModel, fields: Array) -> list[float]:
+    """V of patches (k, n, n), mm."""
+    touch = model.press(torch.as_tensor(fields, dtype=torch.float32))
+    return [float(value) for value in tactile.roughness(touch, quadrature="thinned")]
 
 
 def _in_the_middle(surface: Surface, skin: Skin) -> Patches:

@@ -94,6 +94,7 @@ def _touch(settings: Run, problem: Problem, outcome: Outcome) -> Touch:
         jnd_from_original=jnd_apart(after, before) if before > 0.0 and after > 0.0 else None,
         feel_of=outcome.feel_of,
         fingers=_weighted(outcome.fingers, settings),
+        measured=outcome.measured,
         places=place_numbers(problem.surface, outcome.touch, outcome.between),
     )
 

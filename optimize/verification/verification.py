@@ -76,6 +76,23 @@ class Spread(Section):
     jnd_max: float | None = None
 
 
+class Measured(Spread):
+    """What a finger that was measured feels of a change, by `optimize.verification.other_fingers`.
+
+    Attributes:
+        skin: its name.
+        force_n: its force, N.
+        count: places where it presses.
+        initial_roughness, roughness: means over the places.
+        jnd_mean: of these means; None, as its ends, where a relief is smooth to the finger.
+    """
+
+    skin: str
+    force_n: float
+    initial_roughness: float
+    roughness: float
+
+
 class PlaceValues(Spread):
     """What is felt at each of n places.
 
@@ -163,6 +180,7 @@ class Touch(Section):
     jnd_from_original: float | None = None
     feel_of: FeelOf | None = None
     fingers: Fingers | None = None
+    measured: Measured | None = None
     places: Places | None = None
 
     def final(self, name: str) -> float | None:

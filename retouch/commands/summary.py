@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         ChangePercent,
         Fingers,
         Heights,
+        Measured,
         PictureChange,
         Places,
         Touch,
@@ -93,6 +94,8 @@ def _change(touch: "Touch", several: bool) -> Iterator[str]:
         yield f"{ends} over {places.count} places of the finger{target}"
     if (fingers := touch.fingers) is not None and fingers.jnd_min is not None:
         yield other_fingers(fingers, several)
+    if (measured := touch.measured) is not None and measured.jnd_mean is not None:
+        yield measured_finger(measured)
 
 
 def jnd_in_words(jnd: float) -> str:
@@ -135,6 +138,13 @@ def other_fingers(fingers: "Fingers", several: bool) -> str:
     where = f" at {fingers.places} place{'s' * (fingers.places > 1)} in the middle" if several else ""
     ends = f"{fingers.jnd_min:+.2f} to {fingers.jnd_max:+.2f} JND"
     return f"{ends} to {fingers.count} fingers{where}{drawn}"
+
+
+def measured_finger(measured: "Measured") -> str:
+    """How a measured finger feels a change, in a clause; its roughness has changed."""
+    ends = f" ({measured.jnd_min:+.2f} to {measured.jnd_max:+.2f} over {measured.count} places)"
+    several = ends if measured.count > 1 else ""
+    return f"{measured.jnd_mean:+.2f} JND{several} to a measured finger at {measured.force_n:g} N"
 
 
 def _pictures(look: "PictureChange", verbose: bool) -> Iterator[tuple[str, str]]:
