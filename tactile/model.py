@@ -12,7 +12,7 @@ from torch import Tensor
 
 from relief.common.errors import InputError
 from relief.common.limits import PATCH_SIDE_MM
-from relief.common.progress import stage
+from relief.common.progress import say, stage
 from relief.common.threads import one_torch_thread
 from relief.patches import samples_beside
 from relief.places import patch_shape
@@ -22,6 +22,7 @@ from tactile.elements.finite_elements import FiniteElementOperator, finite_eleme
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.layer.truncated import GRADIENT_TOLERANCE, quick_solver
 from tactile.limits import FEM_MESH, MAX_MESH, MAX_SAMPLES, MIN_MESH, MIN_SAMPLES
+from tactile.pair_variation import WIDEST_MM
 from tactile.pressing import Press, SkinOperator
 from tactile.skin import Skin
 from tactile.touch import Touch, share_in_contact
@@ -29,6 +30,12 @@ from tactile.touch import Touch, share_in_contact
 ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)
 """Models of touch: elastic layer; the layer after a truncated solve; a net in it; finite elements."""
+NARROWEST_MM = 4.0
+"""Least width of a round finger's contact with a flat plate, mm, that holds pairs of all distances."""
+LEAST_BESIDE_MM = 2.0
+"""Least distance of that contact from the sides of the patch, mm."""
+LARGE_STRAIN = 0.3
+"""Strain under a flat plate from which a user is told that the theory is of small ones."""
 MIN_LOAD, MAX_LOAD = 1e-6, 100.0
 """Least and greatest mean pressure in units of Young's modulus: 500 times the usual load squeezes the skin by
 many times its thickness, and far beyond, rounding doubles V in single precision without any other sign."""
@@ -180,8 +187,29 @@ def _in_double(
     flat = torch.zeros(samples, samples, dtype=torch.float64)
     finger = Press.of(skin, operator)
     pressure = finger.pressure(flat)
-    receptors = None if skin.shape == "flat" else (pressure > 0.0).to(flat.dtype)
-    return operator, finger.felt(pressure), receptors
+    strain = finger.felt(pressure)
+    receptors = None if skin.shape == "flat" else _touched(skin, pressure, strain, operator.size_mm)
+    return operator, strain, receptors
+
+
+def _touched(skin: Skin, pressure: Tensor, strain: Tensor, size_mm: float) -> Tensor:
+    """(n, n) 1 where a round finger touches a flat plate, else 0.
+
+    Raises:
+        InputError: no pair of receptors lies in the contact, or the contact comes near the patch's sides.
+    """
+    touched = pressure > 0.0
+    pitch = size_mm / len(touched)
+    wide = max(int(touched.any(axis).sum()) for axis in (0, 1)) * pitch
+    about = f"skin.force_n: with {skin.force_n:g} N the finger touches {wide:.1f} mm of a flat plate"
+    if wide < NARROWEST_MM:
+        raise InputError(f"{about}; pairs of receptors {WIDEST_MM:g} mm apart need {NARROWEST_MM:g} mm")
+    if wide > size_mm - 2.0 * LEAST_BESIDE_MM:
+        raise InputError(f"{about}, too much for a patch of {size_mm:.3g} mm")
+    largest = float(strain.abs().max())
+    if largest > LARGE_STRAIN:
+        say(f"{about} and strains its skin by {100.0 * largest:.0f} %; the theory is of small strains")
+    return touched.to(pressure.dtype)
 
 
 @one_torch_thread()

@@ -1,7 +1,7 @@
 """Feel of a mesh: roughness and contact area at places evenly over its surface."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -107,7 +107,8 @@ def feel_of(
 ) -> MeshFeel:
     """Press the skin on places 2.5 mm apart, or as many as there may be, all over a mesh.
 
-    The finger presses along the outward axis of the surroundings of a place, on a patch of 10 mm a side. The
+    The finger presses along the outward axis of the surroundings of a place, on a patch of 10 mm a side. That
+    of a round finger is wider, and the 10 mm in its middle tell whether the place is flat or on an edge. The
     side that lies on the printer's bed, flat and lowest, is left out. Where the patch reaches over an edge
     the finger meets the shape and not a texture: such places are left out too, as are planes, unless there
     are no others, as on the rim of a coin.
@@ -129,12 +130,12 @@ def feel_of(
     if without_texture is None:
         points = surface_points(mesh.body)
         candidates = spread(points.at, MOST_TRIED)
-        cropped = map(Cropper(mesh.body).crop, frames(points, candidates))
+        cropped = map(Cropper(mesh.body, side_mm=skin.patch_mm).crop, frames(points, candidates))
     else:
         unroller = _unroller(mesh, without_texture)
         points = surface_points(unroller.object)
         candidates = spread(points.at, MOST_TRIED)
-        cropped = (_unrolled_crop(unroller, at) for at in points.at[candidates])
+        cropped = (_unrolled_crop(unroller, at, skin.patch_mm) for at in points.at[candidates])
     crops: list[Crop] = []
     left = most
     with stage("looking at places", len(candidates), at_most=True) as advance:
@@ -146,7 +147,9 @@ def feel_of(
                 break
     on_edge, flat = ([one for one in crops if one.on_edge], [one for one in crops if one.flat])
     chosen = [one for one in crops if not (one.on_edge or one.flat)] or (flat or on_edge)[:most]
-    values, fractions = pressed(np.stack([crop.heights for crop in chosen]), skin, model)
+    values, fractions = pressed(
+        np.stack([crop.heights for crop in chosen]), skin, model, size_mm=chosen[0].side_mm
+    )
     edges = 0 if chosen[0].on_edge else len(on_edge)
     plain = 0 if chosen[0].flat else len(flat)
     curvature_out = without_texture is not None
@@ -164,15 +167,15 @@ def _unroller(mesh: Mesh, without_texture: Mesh) -> Unroller:
     return unroller
 
 
-def _unrolled_crop(unroller: Unroller, near: Array) -> Crop:
+def _unrolled_crop(unroller: Unroller, near: Array, side_mm: float | None) -> Crop:
     """The crop of the texture over the unrolled object; one that is not textured all over counts as edge."""
     vertex, frame = unroller.frame(near)
     flat = unroller.unrolled(vertex, frame)
-    crop = Cropper(flat).crop(Frame(np.zeros(3), np.eye(3)))
+    crop = Cropper(flat, side_mm=side_mm).crop(Frame(np.zeros(3), np.eye(3)))
     inside = (np.abs(flat.vertices[:, :2]) < 0.5 * PATCH_SIDE_MM).all(axis=1)
     # The highest point of a crop is at the limit.
-    over = crop.heights - HEIGHT_LIMIT_MM + flat.vertices[inside, 2].max(initial=0.0)
-    return Crop(frame, crop.heights, crop.on_edge or not textured(over))
+    over = crop.middle - HEIGHT_LIMIT_MM + flat.vertices[inside, 2].max(initial=0.0)
+    return replace(crop, frame=frame, on_edge=crop.on_edge or not textured(over))
 
 
 def textured(over: Array) -> bool:
@@ -189,15 +192,17 @@ def textured(over: Array) -> bool:
     return bool(height > TEXTURED_MM and least > LEAST_TEXTURE * height)
 
 
-def pressed(heights: Array, skin: tactile.Skin, model: ModelName) -> tuple[dict[str, Array], Array]:
-    """Values (k,) of quantities and share (k,) in contact of patches (k, n, n) mm of 10 mm a side."""
+def pressed(
+    heights: Array, skin: tactile.Skin, model: ModelName, size_mm: float = PATCH_SIDE_MM
+) -> tuple[dict[str, Array], Array]:
+    """Values (k,) of quantities and share (k,) in contact of patches (k, n, n) mm of a side."""
     size = max(1, BATCH_SAMPLES // heights[0].size)
     values: dict[str, list[Array]] = {name: [] for name in QUANTITIES}
     fractions = []
     with stage("pressing on places", len(heights)) as advance:
         for start in range(0, len(heights), size):
             part = torch.as_tensor(heights[start : start + size])
-            touch = tactile.press(part, PATCH_SIDE_MM, skin, model)
+            touch = tactile.press(part, size_mm, skin, model)
             for name, quantity in QUANTITIES.items():
                 values[name].append(each(quantity.value(touch)))
             fractions.append(each(touch.contact_fraction))

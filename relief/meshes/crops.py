@@ -10,9 +10,10 @@ from relief.common.arrays import Array
 from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.meshes.places import Frame, vertex_normals
 from relief.meshes.raster import rasterise
+from relief.patches import samples_beside
 
 SAMPLES = 128
-"""Samples along the side of a crop."""
+"""Samples along 10 mm of a crop."""
 EDGE_SHARE = 0.005
 """Share of a patch's samples without a surface in reach from which the place counts as on an edge."""
 FLAT_MM = 1e-3
@@ -31,14 +32,22 @@ class Crop:
 
     Attributes:
         frame: of the place.
-        heights: (n, n) mm along the axis, the lowest reach of the finger at 0, its highest point at 3 mm.
-        on_edge: whether the patch reaches over an edge: there is no surface, or one more than 3 mm below the
+        heights: (n, n) mm along the axis, the lowest reach of the finger at 0, the highest point of the
+            middle at 3 mm.
+        on_edge: whether the middle reaches over an edge: there is no surface, or one more than 3 mm below the
             highest.
+        side_mm: of the patch.
     """
 
     frame: Frame
     heights: Array
     on_edge: bool
+    side_mm: float = PATCH_SIDE_MM
+
+    @property
+    def middle(self) -> Array:
+        """Heights of the 10 mm around the place, mm."""
+        return in_the_middle(self.heights, self.side_mm)
 
     @cached_property
     def flat(self) -> bool:
@@ -49,11 +58,12 @@ class Crop:
         """
         if self.on_edge:
             return False
-        down, across = (np.median(np.diff(self.heights, axis=axis)) for axis in (0, 1))
-        row, col = np.indices(self.heights.shape) - 0.5 * (len(self.heights) - 1.0)
-        above = self.heights - down * row - across * col
+        heights = self.middle
+        down, across = (np.median(np.diff(heights, axis=axis)) for axis in (0, 1))
+        row, col = np.indices(heights.shape) - 0.5 * (len(heights) - 1.0)
+        above = heights - down * row - across * col
         above -= np.median(above)
-        beyond = np.hypot(row, col) * PATCH_SIDE_MM > RIM_MM * len(self.heights)
+        beyond = np.hypot(row, col) * PATCH_SIDE_MM > RIM_MM * len(heights)
         uneven = np.where(beyond, above > FLAT_MM, np.abs(above) > FLAT_MM).any()
         return bool(not uneven and (above < -FLAT_MM).mean() < RIM_SHARE)
 
@@ -67,11 +77,14 @@ class Cropper:
 
     Args:
         body: What is touched.
-        samples: Along the side of a crop.
+        samples: Along 10 mm of a crop.
         fine_mm: Longest edge of the faces that are curved, mm; 0: all are flat.
+        side_mm: Least side of a crop; None: 10 mm.
     """
 
-    def __init__(self, body: Body, samples: int = SAMPLES, fine_mm: float = FINE_MM) -> None:
+    def __init__(
+        self, body: Body, samples: int = SAMPLES, fine_mm: float = FINE_MM, side_mm: float | None = None
+    ) -> None:
         self._faces = body.faces
         self._corners = body.vertices[body.faces]
         self._normals = body.normals
@@ -79,15 +92,17 @@ class Cropper:
         self._fine = edges.max(axis=1) <= fine_mm
         self._vertex_normals = vertex_normals(body)
         self._low, self._high = self._corners.min(axis=1), self._corners.max(axis=1)
-        self._samples = samples
+        beside = 0 if side_mm is None else samples_beside(samples, PATCH_SIDE_MM / samples, side_mm)
+        self._samples = samples + 2 * beside
+        self._side = PATCH_SIDE_MM * self._samples / samples
 
     def crop(self, frame: Frame) -> Crop:
-        """The patch of 10 mm a side around a place, seen along its axis.
+        """The patch around a place, seen along its axis.
 
         Surfaces that face away from the finger are not seen; of several one above the other the highest is.
         """
         # The box that holds the turned patch and what lies 3 mm below or above it.
-        half = np.abs(frame.axes).T @ (0.5 * PATCH_SIDE_MM, 0.5 * PATCH_SIDE_MM, HEIGHT_LIMIT_MM)
+        half = np.abs(frame.axes).T @ (0.5 * self._side, 0.5 * self._side, HEIGHT_LIMIT_MM)
         near = ((self._low <= frame.at + half) & (self._high >= frame.at - half)).all(axis=1)
         seen = np.flatnonzero(near & (self._normals @ frame.axes[2] > 0.0))
         slopes = np.repeat(_slopes(self._normals[seen] @ frame.axes.T)[:, None], 3, axis=1)
@@ -96,8 +111,8 @@ class Cropper:
         smooth = self._fine[seen] & (at_corners[:, :, 2].min(axis=1) > 0.0)
         smooth &= np.abs(curved).max(axis=(1, 2)) < STEEPEST
         slopes[smooth] = curved[smooth]
-        heights = rasterise(frame.local(self._corners[seen]), slopes, PATCH_SIDE_MM, self._samples)
-        return Crop(frame, *reachable(heights))
+        heights = rasterise(frame.local(self._corners[seen]), slopes, self._side, self._samples)
+        return Crop(frame, *reachable(heights, self._side), self._side)
 
 
 def _slopes(normals: Array) -> Array:
@@ -106,10 +121,17 @@ def _slopes(normals: Array) -> Array:
     return -normals[..., :2] / np.where(up == 0.0, 1.0, up)
 
 
-def reachable(heights: Array) -> tuple[Array, bool]:
-    """Heights (n, n) mm that a finger can reach, from 0 to 3 mm, and whether it reaches over an edge."""
-    top = heights.max()
+def in_the_middle(heights: Array, side_mm: float) -> Array:
+    """Heights (m, m) of the 10 mm in the middle of a patch (n, n) of a side."""
+    beside = (len(heights) - round(PATCH_SIDE_MM / side_mm * len(heights))) // 2
+    return heights[beside : len(heights) - beside, beside : len(heights) - beside]
+
+
+def reachable(heights: Array, side_mm: float = PATCH_SIDE_MM) -> tuple[Array, bool]:
+    """Heights (n, n) mm that a finger can reach, 0 to 3 mm in the middle, and whether that is on an edge."""
+    top = in_the_middle(heights, side_mm).max()
     if not np.isfinite(top):
         return np.zeros_like(heights), True
     above = heights - (top - HEIGHT_LIMIT_MM)
-    return np.clip(above, 0.0, None), bool((above < 0.0).mean() > EDGE_SHARE)
+    on_edge = (in_the_middle(above, side_mm) < 0.0).mean() > EDGE_SHARE
+    return np.clip(above, 0.0, None), bool(on_edge)
