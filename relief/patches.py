@@ -23,20 +23,16 @@ from relief.depth import within_reach
 from relief.places import patch_shape
 from relief.surface import Surface
 
-
-def samples_beside(samples: int, pitch_mm: float, side_mm: float) -> int:
-    """Least number to be added on either side of samples for a patch of at least `side_mm`.
-
-    The sum has no prime factor above 11, so that transforms of the patch are fast.
-    """
-    beside = max(0, math.ceil(0.5 * (side_mm / pitch_mm - samples) - 1e-6))
-    while next_fast_len(samples + 2 * beside) != samples + 2 * beside:
-        beside += 1
-    return beside
-
-
 STEERING_SAMPLES = 128
 """Most samples along the side of a patch that is one of several, in a descent."""
+
+
+def samples_of(side_mm: float, pitch_mm: float) -> int:
+    """Samples along the side of a round finger's patch, no farther apart than the relief's.
+
+    The number has no prime factor above 11, so that transforms of the patch are fast.
+    """
+    return int(next_fast_len(math.ceil(side_mm / pitch_mm - 1e-6)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +43,8 @@ class Patches:
         surface: of the relief.
         places: (k, 2) first row and column of each patch (`relief.places`).
         most: most samples along the side of a patch that is not the whole plate; None: those of the relief.
-        side_mm: least side of the patch of a round finger, whose middle is that of the place; None: of a flat
-            finger, as wide as the places are.
+        side_mm: of the patch of a round finger, whose middle is that of the place; None: of a flat finger, as
+            wide as the places are.
     """
 
     surface: Surface
@@ -67,7 +63,7 @@ class Patches:
         own = patch_shape(self.surface)
         if self.side_mm is None:
             return own
-        beside = samples_beside(own[0], self.surface.pitch_mm, self.side_mm)
+        beside = max(0, math.ceil(0.5 * (self.side_mm / self.surface.pitch_mm - own[0]) - 1e-6))
         return own[0] + 2 * beside, own[1] + 2 * beside
 
     @property
@@ -82,7 +78,7 @@ class Patches:
         if self.whole:
             return self.surface.width_mm
         if self.side_mm is not None:
-            return self.shape[0] * self.surface.pitch_mm
+            return self.side_mm
         return min(PATCH_SIDE_MM, self.shape[0] * self.surface.pitch_mm)
 
     @property
@@ -91,13 +87,16 @@ class Patches:
         if self.whole:
             return self.shape[0]
         own = round(self.size_mm / self.surface.pitch_mm)
+        if self.side_mm is not None:
+            own = samples_of(self.side_mm, self.surface.pitch_mm)
         return own if self.most is None else min(own, self.most)
 
     @cached_property
     def _positions(self) -> Array:
         """(samples,) where samples of a patch lie among its rows or columns."""
         extent = self.size_mm / self.surface.pitch_mm
-        return np.asarray((np.arange(self.samples) + 0.5) * (extent / self.samples) - 0.5)
+        beyond = 0.0 if self.side_mm is None else 0.5 * (self.shape[0] - extent)
+        return np.asarray(beyond + (np.arange(self.samples) + 0.5) * (extent / self.samples) - 0.5)
 
     @cached_property
     def spline(self) -> Array | None:
@@ -114,19 +113,22 @@ class Patches:
         own = np.array(patch_shape(self.surface))
         return np.asarray(self.places - (np.array(self.shape) - own) // 2)
 
-    def _indices(self, part: slice = slice(None)) -> Index:
-        """(k, rows, cols) numbers of the relief's samples under a patch; beyond the rim, of the nearest."""
+    @cached_property
+    def lines(self) -> tuple[Index, Index]:
+        """(k, rows) and (k, cols) the relief's own under each patch; beyond the rim, the outermost."""
         along = []
         for axis, (n, repeats) in enumerate(zip(self.surface.shape, self.surface.repeats, strict=True)):
-            numbers = self._first[part, axis, None] + np.arange(self.shape[axis], dtype=np.int64)
+            numbers = self._first[:, axis, None] + np.arange(self.shape[axis], dtype=np.int64)
             along.append(numbers % n if repeats else np.clip(numbers, 0, n - 1))
-        rows, cols = along
+        return along[0], along[1]
+
+    def _indices(self, part: slice = slice(None)) -> Index:
+        """(k, rows, cols) numbers of the relief's samples under a patch."""
+        rows, cols = (lines[part] for lines in self.lines)
         return np.asarray(rows[:, :, None] * self.surface.shape[1] + cols[:, None, :])
 
-    def _over_plate(self, part: slice) -> NDArray[np.bool_] | None:
-        """(k, samples, samples) whether a patch's samples have the plate below; None: all have."""
-        if self.side_mm is None:
-            return None
+    def over_plate(self, part: slice = slice(None)) -> NDArray[np.bool_]:
+        """(k, samples, samples) whether a patch's samples have the plate below."""
         along = []
         for axis, (n, repeats) in enumerate(zip(self.surface.shape, self.surface.repeats, strict=True)):
             at = self._first[part, axis, None] + self._positions
@@ -139,8 +141,10 @@ class Patches:
         patches = heights.ravel()[self._indices(part)]
         if self.spline is not None:
             patches = self.spline @ patches @ self.spline.T
-        over = self._over_plate(part)
-        return np.asarray(patches if over is None else np.where(over, patches, -np.inf))
+        # Under a flat finger, all have.
+        return np.asarray(
+            patches if self.side_mm is None else np.where(self.over_plate(part), patches, -np.inf)
+        )
 
     def within_reach(self, heights: Array, part: slice = slice(None)) -> Array:
         """The same of what a finger can reach of the relief (`relief.depth.within_reach`)."""
@@ -166,9 +170,8 @@ class Patches:
         return matrix
 
     def _spread(self, patches: Array) -> Array:
-        over = self._over_plate(slice(None))
-        if over is not None:
-            patches = np.where(over, patches, 0.0)
+        if self.side_mm is not None:
+            patches = np.where(self.over_plate(), patches, 0.0)
         if self.spline is None:
             return patches
         return np.asarray(self.spline.T @ patches @ self.spline)

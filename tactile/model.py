@@ -14,7 +14,7 @@ from relief.common.errors import InputError
 from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import say, stage
 from relief.common.threads import one_torch_thread
-from relief.patches import samples_beside
+from relief.patches import Patches
 from relief.places import patch_shape
 from relief.surface import Surface
 from tactile.contact import SingleFirst, Solver, solve_contact
@@ -224,10 +224,10 @@ def press(
     """Press the skin on a relief.
 
     Args:
-        heights: (..., n, n) mm; float32 or float64, which is also the precision of the result. Minus infinity
-            where nothing is below a round finger.
-        size_mm: side of the heights, at most 10. Under a round finger, which needs a patch of 16 mm, nothing
-            lies around smaller heights, and the touch is of all of the patch.
+        heights: (..., n, n) mm; float32 or float64, which is also the precision of the result.
+        size_mm: side of the heights, at most 10. A round finger needs a patch of `Skin.patch_mm`: nothing lies
+            around smaller heights, and the touch is of all of the patch; whole patches may have minus infinity
+            where nothing is below.
         skin: parameters of the skin; None for `Skin()`.
         model: "layer", the elastic layer with free sides; "fem", finite elements (the first press of a skin
             waits until they are built: 4 s with 64 nodes a side, 45 s with 128); "quick", the layer after a
@@ -253,8 +253,9 @@ def press(
     if field.dtype not in (torch.float32, torch.float64):
         raise InputError(f"heights: {field.dtype} is neither float32 nor float64")
     skin = skin or Skin()
-    there = torch.isfinite(field) | (torch.isneginf(field) & (skin.shape == "round"))
-    if not bool(there.all()):
+    # A whole patch may have samples with nothing below; smaller heights are resampled on it.
+    gaps = skin.patch_mm is not None and size_mm >= skin.patch_mm * (1.0 - 1e-9)
+    if not bool((torch.isfinite(field) | (torch.isneginf(field) & gaps)).all()):
         raise InputError("heights: not every value is finite")
     if skin.patch_mm is not None:
         field, size_mm = _surrounded(field, float(size_mm), skin.patch_mm)
@@ -273,8 +274,15 @@ def press(
 
 
 def _surrounded(heights: Tensor, size_mm: float, side_mm: float) -> tuple[Tensor, float]:
-    """Heights (..., n, n) mm with nothing around them, and the side of both, at least `side_mm`."""
+    """Heights (..., n, n) mm in the middle of a patch of `side_mm`, nothing around them, and that side."""
+    if math.isclose(size_mm, side_mm, rel_tol=1e-9) or size_mm > side_mm:
+        return heights, size_mm
     samples = heights.shape[-1]
-    beside = samples_beside(samples, size_mm / samples, side_mm)
-    around = torch.nn.functional.pad(heights, (beside,) * 4, value=-math.inf)
-    return around, size_mm * (samples + 2 * beside) / samples
+    patch = Patches(Surface((samples, samples), size_mm), np.zeros((1, 2), dtype=np.int64), side_mm=side_mm)
+    nearest = torch.as_tensor(patch.lines[0][0])
+    around = heights[..., nearest[:, None], nearest]
+    if patch.spline is not None:
+        weights = torch.as_tensor(patch.spline).to(heights.dtype)
+        around = weights @ around @ weights.T
+    over = torch.as_tensor(patch.over_plate()[0])
+    return torch.where(over, around, -math.inf), side_mm

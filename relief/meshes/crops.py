@@ -10,7 +10,7 @@ from relief.common.arrays import Array
 from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.meshes.places import Frame, vertex_normals
 from relief.meshes.raster import rasterise
-from relief.patches import samples_beside
+from relief.patches import samples_of
 
 SAMPLES = 128
 """Samples along 10 mm of a crop."""
@@ -79,7 +79,7 @@ class Cropper:
         body: What is touched.
         samples: Along 10 mm of a crop.
         fine_mm: Longest edge of the faces that are curved, mm; 0: all are flat.
-        side_mm: Least side of a crop; None: 10 mm.
+        side_mm: Of a crop; None: 10 mm.
     """
 
     def __init__(
@@ -92,9 +92,8 @@ class Cropper:
         self._fine = edges.max(axis=1) <= fine_mm
         self._vertex_normals = vertex_normals(body)
         self._low, self._high = self._corners.min(axis=1), self._corners.max(axis=1)
-        beside = 0 if side_mm is None else samples_beside(samples, PATCH_SIDE_MM / samples, side_mm)
-        self._samples = samples + 2 * beside
-        self._side = PATCH_SIDE_MM * self._samples / samples
+        self._side = side_mm or PATCH_SIDE_MM
+        self._samples = samples if side_mm is None else samples_of(side_mm, PATCH_SIDE_MM / samples)
 
     def crop(self, frame: Frame) -> Crop:
         """The patch around a place, seen along its axis.
