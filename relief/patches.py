@@ -141,10 +141,9 @@ class Patches:
         patches = heights.ravel()[self._indices(part)]
         if self.spline is not None:
             patches = self.spline @ patches @ self.spline.T
-        # Under a flat finger, all have.
-        return np.asarray(
-            patches if self.side_mm is None else np.where(self.over_plate(part), patches, -np.inf)
-        )
+        if self.side_mm is not None:
+            patches = np.where(self.over_plate(part), patches, -np.inf)
+        return np.asarray(patches)
 
     def within_reach(self, heights: Array, part: slice = slice(None)) -> Array:
         """The same of what a finger can reach of the relief (`relief.depth.within_reach`)."""

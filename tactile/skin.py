@@ -192,8 +192,8 @@ class Skin:
 
     def at_unit_modulus(self) -> "Skin":
         """The skin that has the same operators: the one of unit modulus and force."""
-        flat = {"shape": "flat", "radius_mm": None, "across_mm": None}
-        return replace(self, young_modulus_mpa=1.0, force_n=1.0, layers=self.stack, **flat)
+        flat = replace(self, shape="flat", radius_mm=None, across_mm=None)
+        return replace(flat, young_modulus_mpa=1.0, force_n=1.0, layers=self.stack)
 
     def mean_pressure_mpa(self, size_mm: float) -> float:
         """Mean pressure in N/mm² on a square patch of side `size_mm`."""

@@ -119,7 +119,7 @@ def test_a_rim_out_of_reach_changes_nothing_and_pairs_beyond_it_do_not_count() -
     assert wide.means["roughness"] == pytest.approx(endless.means["roughness"], rel=1e-6)
     narrow = torch.full((96, 96), -math.inf, dtype=torch.float64)
     narrow[:, 32:64] = torch.as_tensor(heights)[:, 32:64]
-    touch = tactile.press(narrow, 15.0, ROUND)
+    touch = tactile.press(narrow, 16.0, ROUND)
     assert touch.receptors is not None and float(touch.receptors.max()) == 1.0
     assert float((touch.receptors * (touch.gap > 1.0)).sum()) == 0.0
     assert math.isfinite(float(tactile.roughness(touch)))
