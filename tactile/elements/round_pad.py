@@ -39,7 +39,7 @@ ACCURACY = 1e-4
 CHUNK = 64
 """Loads solved at a time."""
 COMPONENTS = len(STRAIN_COMPONENTS)
-LOAD_POINTS, STRAIN_POINTS = 6, 3
+LOAD_POINTS, STRAIN_POINTS = 6, 2
 """Gauss points of an element along an axis at which loads are integrated, and strain is taken."""
 ALL: dict[str, Parity] = STORED | {"mixed, transposed": (True, False)}
 """Parities that are built and kept of a pad with two radii, by name; of one with one radius, `STORED`."""

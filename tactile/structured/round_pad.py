@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from relief.common.arrays import Array
 from tactile.layer.cosine_layer import Parity
-from tactile.layer.layers import SAME_DEPTH_MM, Stack, moduli_of_rows
+from tactile.layer.layers import Stack, levels_within, moduli_of_rows
 from tactile.skin import lame
 from tactile.strain import STRAIN_COMPONENTS
 
@@ -137,38 +137,57 @@ class RoundPad:
     def strains(self, displacements: Array, depth_mm: float, points: tuple[Array, Array]) -> Iterator[Array]:
         """Strains below points of the skin: of each pair in `STRAIN_COMPONENTS`, (rows, columns, k).
 
+        Slopes of quadratic elements are most exact at two Gauss points along each axis. Along the depth, the
+        strain is that of a polynomial through the points of the two nearest rows of the same layer.
+
         Args:
             displacements: (*shape, 3, k).
-            depth_mm: along the normals of the skin; on a boundary between elements, the lower one's.
-            points: along rows and columns, mm.
+            depth_mm: along the normals of the skin; on a boundary between layers, the lower one's.
+            points: along rows and columns, mm; best at two Gauss points of each element.
         """
-        row = min(int(np.searchsorted(self.levels, depth_mm + SAME_DEPTH_MM)), len(self.levels) - 1) - 1
-        around = slice(2 * row, 2 * row + NODES)
-        places = *points, np.array([depth_mm])
-        ends = self.rows, self.columns, self.levels[row : row + 2]
-        value, slope = (
-            [quadratics(*each, derivative) for each in zip(ends, places, strict=True)]
-            for derivative in (False, True)
-        )
+        depths, weights = self.reading(depth_mm)
+        last = 2 * int(np.searchsorted(self.levels, depths.max())) + 1
+        first = 2 * int(np.searchsorted(self.levels, depths.min())) - 2
+        near, ends = slice(first, last), self.levels[first // 2 : last // 2 + 1]
+        axes = zip((self.rows, self.columns, ends), (*points, depths), strict=True)
+        value, slope = zip(*((quadratics(*axis, False), quadratics(*axis, True)) for axis in axes), strict=True)
 
         def derivative(field: Array, by: int) -> Array:
-            """(rows, columns, ...) along an axis of the grid, of a field (rows, columns, 3, ...) on nodes."""
-            rows, columns, depths = ((slope if by == axis else value)[axis] for axis in range(3))
-            plane = np.tensordot(field, depths[0], axes=(2, 0))
-            plane = np.tensordot(rows, plane, axes=(1, 0))
-            return np.tensordot(columns, plane, axes=(1, 1)).swapaxes(0, 1)
+            """(rows, columns, depths, ...) along an axis of the grid, of a field (rows, columns, depths, ...)."""
+            for axis in range(3):
+                matrix = (slope if by == axis else value)[axis]
+                field = np.tensordot(matrix, field, axes=(1, axis))
+                field = np.moveaxis(field, 0, axis)
+            return field
 
-        near, places_near = displacements[:, :, around], self.positions[:, :, around]
-        inverse = np.linalg.inv(np.stack([derivative(places_near, by) for by in range(3)], axis=-1))
-        on_grid = [derivative(near, by) for by in range(3)]
+        inverse = np.linalg.inv(
+            np.stack([derivative(self.positions[:, :, near], by) for by in range(3)], axis=-1)
+        )
+        inverse *= weights[:, None, None]
+        on_grid = [derivative(displacements[:, :, near], by) for by in range(3)]
 
         def gradient(component: int, by: int) -> Array:
             """Derivative of a displacement component along a direction in space."""
-            terms = (inverse[:, :, k, by, None] * on_grid[k][:, :, component] for k in range(3))
+            terms = (
+                np.einsum("rcd,rcdk->rck", inverse[..., axis, by], on_grid[axis][..., component, :])
+                for axis in range(3)
+            )
             return np.asarray(sum(terms))
 
         for a, b in STRAIN_COMPONENTS:
             yield gradient(a, a) if a == b else 0.5 * (gradient(a, b) + gradient(b, a))
+
+    def reading(self, depth_mm: float) -> tuple[Array, Array]:
+        """Depths, mm, at which strain is read, and the weights of their polynomial at a depth."""
+        here = levels_within(self.levels, depth_mm, self.stack)
+        inside = self.levels[here]
+        row = int(np.clip(np.searchsorted(inside, depth_mm) - 1, 0, len(inside) - 2))
+        nearer = row - 1 if depth_mm - inside[row] < inside[row + 1] - depth_mm else row
+        first = int(np.clip(nearer, 0, max(len(inside) - 3, 0)))
+        depths, _ = gauss_points(inside[first : first + 3], 2)
+        others = depths[:, None] != depths
+        factors = np.where(others, (depth_mm - depths) / np.where(others, depths[:, None] - depths, 1.0), 1.0)
+        return depths, factors.prod(axis=1)
 
 
 def quadratics(ends: Array, places: Array, derivative: bool) -> Array:
