@@ -3,11 +3,11 @@
     C p      = exact layer  p  +  B (round - flat) B' p
     strain p = the same of the strain
 
-B are the cosine modes of the patch up to `cutoff`, on both axes, in which the exact layer is diagonal. Round and flat
-are the same quadratic hexahedra (`tactile.structured.round_pad`): on a bone that follows the skin's paraboloid,
-and with both flat. Elements yield less than the exact layer (Ritz), so exact - B flat B' is positive
-semidefinite, and C is symmetric positive definite. Shorter waves are left to the layer. What is added is
-smooth, so it has a low rank: it is kept on disk as products.
+B are the long cosine modes of the patch, in which the exact layer is diagonal; shorter ones are left to the
+layer. Round and flat are the same quadratic hexahedra (`tactile.structured.round_pad`), once between the
+skin's paraboloid and a bone that follows it, and once between planes, so that their discretisation error
+cancels. Elements yield less than the exact layer (Ritz), so that exact - B flat B' is positive semidefinite
+and C is symmetric positive definite.
 """
 
 from collections.abc import Callable
@@ -45,6 +45,9 @@ ALL: dict[str, Parity] = STORED | {"mixed, transposed": (True, False)}
 """Parities that are built and kept of a pad with two radii, by name; of one with one radius, `STORED`."""
 THICKEST_PAD = 0.8
 """Greatest thickness of the pad in units of its least radius: the bone's radius is what is left."""
+
+PRECISIONS = {"face": "f4", "signs": "f4", "strain_in": "f2", "strain_sizes": "f4", "strain_out": "f2"}
+"""Parts on disk, and their precision. Strain's patterns are of unit norm, and stand for a correction."""
 
 Radii = tuple[float, float]
 """Radii of the skin along rows and columns, mm."""
@@ -164,7 +167,9 @@ def round_pad_operator(
     """
     mesh = mesh or PadMesh()
     if skin.radii_mm is None:
-        raise InputError(f'skin.shape: "{skin.shape}" has no radius; the elements are those of a round finger')
+        raise InputError(
+            f'skin.shape: "{skin.shape}" has no radius; the elements are those of a round finger'
+        )
     if samples < mesh.cutoff:
         raise InputError(f"heights: {samples} samples a side are fewer than the {mesh.cutoff} modes")
     if skin.thickness_mm > THICKEST_PAD * min(skin.radii_mm):
@@ -210,20 +215,26 @@ def _curvature(skin: Skin, radii: Radii, size: float, mesh: PadMesh) -> Curvatur
         with stage("building the round pad (kept on disk)", len(stored)) as advance:
             for name, parity in stored.items():
                 added = difference(skin, radii, size, mesh, parity)
-                arrays |= {f"{part}_{name}": array.astype(np.float32) for part, array in added.items()}
+                arrays |= {f"{part}_{name}": array.astype(PRECISIONS[part]) for part, array in added.items()}
                 advance()
         return arrays
 
-    widths = {"face": (-1, modes), "signs": (-1,), "strain_in": (-1, modes), "strain_out": (-1, COMPONENTS * modes)}
-    layout = {f"{part}_{name}": (shape, "f4") for name in stored for part, shape in widths.items()}
+    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(PRECISIONS, (-1, 1))
+    shapes |= {"face": (-1, modes), "strain_in": (-1, modes), "strain_out": (-1, COMPONENTS * modes)}
+    layout = {
+        f"{part}_{name}": (shapes[part], precision)
+        for name in stored
+        for part, precision in PRECISIONS.items()
+    }
     arrays = cached(KIND, _key(skin, radii, size, mesh), build, layout)
-    parts = []
-    for part in widths:
+    parts = {}
+    for part in PRECISIONS:
         each = [_of_parity(arrays, stored, part, parity).astype(np.float64) for parity in PARITIES]
         rank = max(map(len, each))
-        parts.append(np.stack([np.pad(a, [(0, rank - len(a))] + [(0, 0)] * (a.ndim - 1)) for a in each]))
-    face, signs, strain_in, strain_out = map(torch.as_tensor, parts)
-    return Curvature(face, signs[..., None], strain_in, strain_out)
+        padded = [np.pad(matrix, ((0, rank - len(matrix)), (0, 0))) for matrix in each]
+        parts[part] = torch.as_tensor(np.stack(padded))
+    strain_out = parts["strain_sizes"] * parts["strain_out"]
+    return Curvature(parts["face"], parts["signs"], parts["strain_in"], strain_out)
 
 
 def _of_parity(arrays: Arrays, stored: dict[str, Parity], part: str, parity: Parity) -> Array:
@@ -232,7 +243,7 @@ def _of_parity(arrays: Arrays, stored: dict[str, Parity], part: str, parity: Par
     if parity in names:
         return arrays[f"{part}_{names[parity]}"]
     array = arrays[f"{part}_{names[parity[::-1]]}"]
-    if part == "signs":
+    if array.shape[1] == 1:
         return array
     components = COMPONENTS if part == "strain_out" else 1
     side = round((array.shape[1] // components) ** 0.5)
@@ -270,9 +281,10 @@ def difference(skin: Skin, radii: Radii, size: float, mesh: PadMesh, parity: Par
     rank = int((sizes > ACCURACY * sizes[0]).sum())
     return {
         "face": (vectors[:, kept] * np.sqrt(np.abs(values[kept]))).T,
-        "signs": np.sign(values[kept]),
+        "signs": np.sign(values[kept, None]),
         "strain_in": right[:rank],
-        "strain_out": (left[:, :rank] * sizes[:rank]).T,
+        "strain_sizes": sizes[:rank, None],
+        "strain_out": left[:, :rank].T,
     }
 
 
@@ -291,7 +303,7 @@ def pad_levels(skin: Skin, mesh: PadMesh) -> Array:
 
 
 def response(pad: RoundPad, parity: Parity, depth_mm: float, cutoff: int) -> tuple[Array, Array]:
-    """Displacement of the skin, and strain at depth, under pressures of unit norm in cosine modes of a parity.
+    """Displacement and strain at depth under pressures of unit norm in each cosine mode of a parity.
 
     Args:
         pad: the mesh of a quarter.
@@ -313,7 +325,7 @@ def response(pad: RoundPad, parity: Parity, depth_mm: float, cutoff: int) -> tup
 
 
 def flat_response(pad: RoundPad, parity: Parity, depth_mm: float, cutoff: int) -> tuple[Array, Array]:
-    """Diagonals (modes,) and (6, modes) of `response`, of a flat pad with elements of one size along each axis.
+    """Diagonals (modes,) and (6, modes) of `response`, of a flat pad with even elements along each axis.
 
     The modes are those of the elements, so that one solution under all of them together tells each.
     """

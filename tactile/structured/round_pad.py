@@ -1,10 +1,10 @@
 """Quadratic hexahedra of a pad of even thickness, on a bone that follows its round skin.
 
-The skin is the paraboloid z = r²/(2a) + c²/(2b) over rows r and columns c; the pad lies between it and the
-bone, which is the skin moved by the thickness along its normals, and is bonded. A tensor grid over (r, c,
-depth along the normal) is mapped there, so that elements are aligned with the layers of the skin. Triquadratic
-elements of 27 nodes, mapped by quadratics of their own (isoparametric, so linear displacements are exact), are
-integrated by 3 x 3 x 3 Gauss points: they do not lock at nu = 0.48, which linear ones do.
+The skin is the paraboloid z = r²/(2a) + c²/(2b) over rows r and columns c. The pad lies between the skin and
+the bone, which is the skin moved by the thickness along its normals, and is bonded. A tensor grid over (r, c,
+depth along the normal) is mapped there, so that elements are aligned with the layers of the skin.
+Triquadratic elements of 27 nodes, mapped by quadratics of their own (isoparametric, so linear displacements
+are exact), are integrated by 3 x 3 x 3 Gauss points: unlike trilinear ones they do not lock at nu = 0.48.
 
 A quarter stands for the pad, as the patch has two mirror planes: a load is even or odd about each. Sides do
 not move along the axis that they cross, and slide along the others: those of a flat pad are mirrors then, as
@@ -65,7 +65,9 @@ class RoundPad:
     @cached_property
     def positions(self) -> Array:
         """(*shape, 3) nodes, mm."""
-        lines = [np.interp(np.arange(2 * len(ends) - 1) / 2, np.arange(len(ends)), ends) for ends in self.axes]
+        lines = [
+            np.interp(np.arange(2 * len(ends) - 1) / 2, np.arange(len(ends)), ends) for ends in self.axes
+        ]
         row, column, depth = np.meshgrid(*lines, indexing="ij")
         slopes = row / self.radii_mm[0], column / self.radii_mm[1]
         rise = 0.5 * (row * slopes[0] + column * slopes[1])
@@ -150,10 +152,12 @@ class RoundPad:
         first = 2 * int(np.searchsorted(self.levels, depths.min())) - 2
         near, ends = slice(first, last), self.levels[first // 2 : last // 2 + 1]
         axes = zip((self.rows, self.columns, ends), (*points, depths), strict=True)
-        value, slope = zip(*((quadratics(*axis, False), quadratics(*axis, True)) for axis in axes), strict=True)
+        value, slope = zip(
+            *((quadratics(*axis, False), quadratics(*axis, True)) for axis in axes), strict=True
+        )
 
         def derivative(field: Array, by: int) -> Array:
-            """(rows, columns, depths, ...) along an axis of the grid, of a field (rows, columns, depths, ...)."""
+            """Of a field (rows, columns, depths, ...) on nodes, along an axis of the grid, at the points."""
             for axis in range(3):
                 matrix = (slope if by == axis else value)[axis]
                 field = np.tensordot(matrix, field, axes=(1, axis))
