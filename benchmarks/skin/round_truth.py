@@ -43,12 +43,12 @@ FINGERS = {
     "0.05 MPa": Skin(0.05, thickness_mm=THICKNESS_MM, depth_mm=DEPTH_MM, shape="round", radius_mm=RADIUS_MM),
 }
 FORCES_N = (0.6, 1.0)
-TRUTH = PadMesh(48, 0.4, 0.2, 1.25, 0.6)
+TRUTH = PadMesh(2.0 / 3.0, 0.4, 0.2, 1.25, 0.6)
 """Mesh that the others are judged by."""
 MESHES = {
-    "0.67 mm, 24 modes": PadMesh(24, 2.0 / 3.0, 0.25, 1.4, 1.0),
-    "0.5 mm, 24 modes": PadMesh(24),
-    "0.5 mm, 32 modes (the default)": PadMesh(),
+    "0.67 mm, waves of 1.33 mm": PadMesh(4.0 / 3.0, 2.0 / 3.0, 0.25, 1.4, 1.0),
+    "0.5 mm, waves of 1.33 mm": PadMesh(4.0 / 3.0),
+    "0.5 mm, waves of 1 mm (the default)": PadMesh(),
 }
 PATCHES_MM = (16.0, 20.0)
 SPACINGS_MM = (1.3, 1.6, 1.9, 2.2, 2.5, 2.8, 3.2, 4.0)
@@ -83,16 +83,11 @@ def bodies(skin: Skin, size: float = SIZE_MM, finest: bool = True) -> dict[str, 
     samples = round(size / PITCH_MM)
     found: dict[str, SkinOperator] = {
         "layer": sliding_layer(skin.at_unit_modulus(), samples, size),
-        "corrected": round_pad_operator(skin, samples, size, mesh=of_size(PadMesh(), size)),
+        "corrected": round_pad_operator(skin, samples, size),
     }
     if finest:
         found["truth"] = round_pad_operator(skin, samples, size, mesh=TRUTH)
     return found
-
-
-def of_size(mesh: PadMesh, size: float) -> PadMesh:
-    """The mesh with modes as short on another patch as on the usual one."""
-    return replace(mesh, cutoff=2 * round(0.5 * mesh.cutoff * size / SIZE_MM))
 
 
 def told(found: Felt) -> dict[str, Any]:

@@ -58,18 +58,22 @@ class PadMesh:
     """Resolution of the elements, and of the pressures that are corrected by them.
 
     Attributes:
-        cutoff: modes along an axis, even; the shortest is 2 size / (cutoff - 1) long.
+        shortest_mm: shortest wave of pressure that is corrected, along an axis.
         element_mm: side of the elements along rows and columns, under the contact.
         first_mm: thickness of the row of elements at the skin.
         growth: ratio of the thicknesses of neighbouring rows, toward the bone.
         thickest_mm: greatest thickness of a row.
     """
 
-    cutoff: int = 32
+    shortest_mm: float = 1.0
     element_mm: float = 0.5
     first_mm: float = 0.25
     growth: float = 1.3
     thickest_mm: float = 0.8
+
+    def cutoff(self, size_mm: float) -> int:
+        """Modes along an axis of a patch, even; the first one is constant, and a wave has two of them."""
+        return 2 * max(1, round(size_mm / self.shortest_mm))
 
 
 @dataclass(frozen=True, repr=False)
@@ -157,7 +161,7 @@ def round_pad_operator(
 
     Args:
         skin: all but force and modulus matters here.
-        samples: n, at least the mesh's cutoff.
+        samples: n, at least two to the shortest wave of the mesh.
         size_mm: side of the patch.
         dtype: of the operator's tensors.
         mesh: None for `PadMesh()`.
@@ -170,8 +174,11 @@ def round_pad_operator(
         raise InputError(
             f'skin.shape: "{skin.shape}" has no radius; the elements are those of a round finger'
         )
-    if samples < mesh.cutoff:
-        raise InputError(f"heights: {samples} samples a side are fewer than the {mesh.cutoff} modes")
+    if samples < mesh.cutoff(size_mm):
+        raise InputError(
+            f"heights: {samples} samples a side of {size_mm:g} mm are fewer than two to the shortest wave that a "
+            f"round finger is corrected for, {mesh.shortest_mm:g} mm"
+        )
     if skin.thickness_mm > THICKEST_PAD * min(skin.radii_mm):
         raise InputError(
             f"skin.thickness_mm: {skin.thickness_mm:g} is more than {THICKEST_PAD:g} of the radius "
@@ -207,7 +214,7 @@ def _key(skin: Skin, radii: Radii, size: float, mesh: PadMesh) -> dict[str, floa
 
 
 def _curvature(skin: Skin, radii: Radii, size: float, mesh: PadMesh) -> Curvature:
-    modes = (mesh.cutoff // 2) ** 2
+    modes = (mesh.cutoff(size) // 2) ** 2
     stored = STORED if radii[0] == radii[1] else ALL
 
     def build() -> Arrays:
@@ -260,7 +267,7 @@ def difference(skin: Skin, radii: Radii, size: float, mesh: PadMesh, parity: Par
         skin: of unit modulus.
         radii: along rows and columns, mm.
         size: side of the patch, mm.
-        mesh: its elements, and the cutoff of its modes.
+        mesh: its elements and its shortest wave.
         parity: of the pressures.
     """
     ends = np.linspace(0.0, 0.5 * size, int(np.ceil(0.5 * size / mesh.element_mm)) + 1)
@@ -269,8 +276,9 @@ def difference(skin: Skin, radii: Radii, size: float, mesh: PadMesh, parity: Par
     def pad(each: Radii) -> RoundPad:
         return RoundPad(ends, ends, levels, each, skin.poisson_ratio, skin.stack)
 
-    face, strain = response(pad(radii), parity, skin.depth_mm, mesh.cutoff)
-    flat_face, flat_strain = flat_response(pad((np.inf, np.inf)), parity, skin.depth_mm, mesh.cutoff)
+    cutoff, flat = mesh.cutoff(size), (np.inf, np.inf)
+    face, strain = response(pad(radii), parity, skin.depth_mm, cutoff)
+    flat_face, flat_strain = flat_response(pad(flat), parity, skin.depth_mm, cutoff)
     every = np.arange(len(face))
     face[every, every] -= flat_face
     strain[:, every, every] -= flat_strain

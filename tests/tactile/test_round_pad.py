@@ -20,7 +20,7 @@ SAMPLES, SIZE = 24, 12.0
 SKIN = Skin(
     0.05, force_n=0.5, thickness_mm=4.0, layers=((0.5, 0.3),), shape="round", radius_mm=8.0, across_mm=10.0
 )
-MESH = PadMesh(cutoff=8, element_mm=1.5, first_mm=0.4, growth=1.5, thickest_mm=1.5)
+MESH = PadMesh(shortest_mm=3.0, element_mm=1.5, first_mm=0.4, growth=1.5, thickest_mm=1.5)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -109,7 +109,7 @@ def test_what_curvature_adds_falls_with_it() -> None:
 
 def test_a_small_contact_on_a_thick_pad_is_hertzs() -> None:
     skin = Skin(1.0, force_n=0.05, thickness_mm=8.0, shape="round", radius_mm=12.0)
-    operator = round_pad_operator(skin, 96, 9.6, mesh=PadMesh(16, 0.8, 0.4, 1.5, 2.0))
+    operator = round_pad_operator(skin, 96, 9.6, mesh=PadMesh(1.2, 0.8, 0.4, 1.5, 2.0))
     state = solve_contact(operator, -rise(skin, 96, 9.6), skin.mean_pressure_mpa(9.6))
     modulus = 1.0 / (1.0 - skin.poisson_ratio**2)
     # Hertz's pressure has a mean square of the distance of 2/5 of the squared contact radius.
@@ -159,8 +159,8 @@ def test_the_corrected_layer_is_nearer_to_finer_elements_than_the_layer() -> Non
         strains = [principal_strain(body, state.pressure) for state in states]
         return float(roughness(strains[0] - strains[1], size)), float(states[1].approach)
 
-    finer = felt(round_pad_operator(skin, samples, size, mesh=PadMesh(20, 0.6)))
-    corrected = felt(round_pad_operator(skin, samples, size, mesh=PadMesh(16, 0.75)))
+    finer = felt(round_pad_operator(skin, samples, size, mesh=PadMesh(1.2, 0.6)))
+    corrected = felt(round_pad_operator(skin, samples, size, mesh=PadMesh(1.5, 0.75)))
     layer = felt(sliding_layer(skin.at_unit_modulus(), samples, size))
     for measured, rough, exact in zip(corrected, layer, finer, strict=True):
         assert abs(measured / exact - 1.0) < 0.01
