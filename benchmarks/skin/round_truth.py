@@ -14,9 +14,10 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+import torch
 
 from benchmarks.shared.common import load, machine, median_seconds, parser_of, save, table
-from benchmarks.skin.round_pressing import PITCH_MM, Felt, felt, on_patch, peak
+from benchmarks.skin.round_pressing import PITCH_MM, Felt, felt, on_patch, peak, rise
 from benchmarks.skin.round_tetrahedra import round_tetrahedra
 from benchmarks.skin.stimuli import DOT_MM, HIGH_MM, NATURAL, PHASES, dots, natural
 from relief.common.arrays import Array
@@ -51,6 +52,11 @@ MESHES = {
     "0.5 mm, waves of 1 mm (the default)": PadMesh(),
 }
 PATCHES_MM = (16.0, 20.0)
+SPHERE_MM = 2.0
+"""Radius of a sphere that is pushed into a finger."""
+SPHERE_FORCES_N = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4)
+SPHERE_DEPTHS_MM = (0.5, 1.0, 1.5)
+"""Depths below that at the least force."""
 SPACINGS_MM = (1.3, 1.6, 1.9, 2.2, 2.5, 2.8, 3.2, 4.0)
 TETRAHEDRA = Sizing(0.5, 0.8)
 TETRAHEDRA_PITCH_MM = 0.25
@@ -64,6 +70,7 @@ def main() -> None:
     parts: dict[str, Callable[[], Any]] = {
         "reliefs": reliefs,
         "dots": spacings,
+        "sphere": sphere,
         "cost": cost,
         "tetrahedra": tetrahedra,
         "patches": patches,
@@ -125,6 +132,29 @@ def spacings() -> dict[str, Any]:
             rough = felt(operator, exploring, heights).roughness.reshape(len(SPACINGS_MM), -1).mean(1)
             top = peak(np.array(SPACINGS_MM), rough)
             result.setdefault(name, {})[body] = {"roughness": rough.tolist(), "peak_mm": top}
+    return result
+
+
+def sphere() -> dict[str, Any]:
+    """Force of a sphere at depths below that at the least force, and the depths at each force."""
+    samples = round(SIZE_MM / PITCH_MM)
+    place = ((np.arange(samples) + 0.5) / samples - 0.5) * SIZE_MM
+    below = np.maximum(SPHERE_MM**2 - place[:, None] ** 2 - place**2, 0.0)
+    heights = torch.as_tensor(np.sqrt(below) - SPHERE_MM)
+    result: dict[str, Any] = {}
+    for name, skin in FINGERS.items():
+        shaped = heights - rise(skin, samples, SIZE_MM)
+        for body, operator in bodies(skin).items():
+            depths = []
+            for force in SPHERE_FORCES_N:
+                load = replace(skin, force_n=force).mean_pressure_mpa(SIZE_MM) / skin.young_modulus_mpa
+                depths.append(float(solve_contact(operator, shaped, load).approach))
+            sunk = np.array(depths) - depths[0]
+            # Smooth on logarithms; the first, at which nothing is sunk, has none.
+            forces = np.exp(
+                np.interp(np.log(SPHERE_DEPTHS_MM), np.log(sunk[1:]), np.log(SPHERE_FORCES_N[1:]))
+            )
+            result.setdefault(name, {})[body] = {"depth_mm": depths, "force_n": forces.tolist()}
     return result
 
 
@@ -213,6 +243,14 @@ def tables(results: dict[str, Any]) -> list[str]:
         table(
             ["finger at 0.6 N", *(f"{body}, mm" for body in ("layer", "corrected", "truth"))],
             [[name, *(each["peak_mm"] for each in of.values())] for name, of in results["dots"].items()],
+        ),
+        table(
+            ["force of a sphere at depth", "by", *(f"{depth:g} mm" for depth in SPHERE_DEPTHS_MM)],
+            [
+                [name, body, *found["force_n"]]
+                for name, of in results["sphere"].items()
+                for body, found in of.items()
+            ],
         ),
         table(["finger at 1 N", "elements", "median", "largest"], _by_mesh(results)),
         table(
