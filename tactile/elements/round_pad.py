@@ -176,8 +176,8 @@ def round_pad_operator(
         )
     if samples < mesh.cutoff(size_mm):
         raise InputError(
-            f"heights: {samples} samples a side of {size_mm:g} mm are fewer than two to the shortest wave that "
-            f"a round finger is corrected for, {mesh.shortest_mm:g} mm"
+            f"heights: {samples} samples a side of {size_mm:g} mm are fewer than two to the shortest wave "
+            f"that a round finger is corrected for, {mesh.shortest_mm:g} mm"
         )
     if skin.thickness_mm > THICKEST_PAD * min(skin.radii_mm):
         raise InputError(
