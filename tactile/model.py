@@ -19,6 +19,7 @@ from relief.places import patch_shape
 from relief.surface import Surface
 from tactile.contact import SingleFirst, Solver, solve_contact
 from tactile.elements.finite_elements import FiniteElementOperator, finite_element_operator
+from tactile.elements.round_pad import RoundPadOperator, round_pad_operator
 from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
 from tactile.layer.truncated import GRADIENT_TOLERANCE, quick_solver
 from tactile.limits import FEM_MESH, MAX_MESH, MAX_SAMPLES, MIN_MESH, MIN_SAMPLES
@@ -30,6 +31,8 @@ from tactile.touch import Touch, share_in_contact
 ModelName = Literal["layer", "quick", "net", "fem"]
 MODELS: tuple[str, ...] = get_args(ModelName)
 """Models of touch: elastic layer; the layer after a truncated solve; a net in it; finite elements."""
+_Operator = FiniteElementOperator | RoundPadOperator | ElasticLayerOperator
+
 NARROWEST_MM = 4.0
 """Least width of a round finger's contact with a flat plate, mm, that holds pairs of all distances."""
 LEAST_BESIDE_MM = 2.0
@@ -177,10 +180,12 @@ def touch_model(
 @lru_cache(maxsize=8)
 def _in_double(
     skin: Skin, samples: int, size_mm: float, model: ModelName, mesh: int
-) -> tuple[FiniteElementOperator | ElasticLayerOperator, Tensor, Tensor | None]:
+) -> tuple[_Operator, Tensor, Tensor | None]:
     """Operator, principal strain under a flat plate and receptors that count, for models of any precision."""
-    operator: FiniteElementOperator | ElasticLayerOperator
-    if model == "fem":
+    operator: _Operator
+    if model == "fem" and skin.shape == "round":
+        operator = round_pad_operator(skin, samples, size_mm)
+    elif model == "fem":
         operator = finite_element_operator(skin, samples, size_mm, torch.float64, mesh)
     else:
         operator = elastic_layer_operator(skin, samples, size_mm, torch.float64)
@@ -225,9 +230,9 @@ def press(
 
     Args:
         heights: (..., n, n) mm; float32 or float64, which is also the precision of the result.
-        size_mm: side of the heights, at most 10. A round finger needs a patch of `Skin.patch_mm`: nothing lies
-            around smaller heights, and the touch is of all of the patch; whole patches may have minus infinity
-            where nothing is below.
+        size_mm: side of the heights, at most 10. A round finger needs a patch of `Skin.patch_mm`: nothing
+            lies around smaller heights, and the touch is of all of the patch. Whole patches may have minus
+            infinity where nothing is below.
         skin: parameters of the skin; None for `Skin()`.
         model: "layer", the elastic layer with free sides; "fem", finite elements (the first press of a skin
             waits until they are built: 4 s with 64 nodes a side, 45 s with 128); "quick", the layer after a

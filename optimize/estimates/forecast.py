@@ -194,6 +194,10 @@ def _building_seconds(settings: Run, size_mm: float) -> float:
     """
     skin, verify = settings.touch.finger, settings.verify
     # Other fingers have the operators of the first.
+    if skin.shape == "round":
+        # The layer under it needs nothing that is kept.
+        unbuilt = verify.model == "fem" and not round_pad.is_built(skin, size_mm)
+        return PAD_BUILT_S if unbuilt else 0.0
     seconds = 0.0 if elastic_layer.is_built(skin, size_mm) else LAYER_BUILT_S
     if verify.model == "fem" and not finite_elements.is_built(skin, verify.resolution, size_mm):
         finer = (verify.resolution / FEM_MESH) ** NODES_POWER

@@ -103,9 +103,16 @@ class CosineLayer(TensorFields):
         """Strain (..., 6, n, n) at depth, components as in `tactile.strain.STRAIN_COMPONENTS`."""
         return self.strain_of(self.amplitudes(pressure))
 
+    def strain_modes(self, amplitudes: Tensor) -> Tensor:
+        """Amplitudes (..., 6, n, n) of the strain at depth, from those (..., n, n) of the pressure.
+
+        They belong to sines along the axes along which a component is odd, and to cosines along the others.
+        """
+        return amplitudes.unsqueeze(-3) * self.strain_symbols
+
     def strain_of(self, amplitudes: Tensor) -> Tensor:
         """Strain (..., 6, n, n) at depth under a pressure with amplitudes (..., n, n) in cosine modes."""
-        modes = amplitudes.unsqueeze(-3) * self.strain_symbols
+        modes = self.strain_modes(amplitudes)
         components = []
         for number, pair in enumerate(STRAIN_COMPONENTS):
             row = self.sines if is_odd(pair, 0) else self.cosines

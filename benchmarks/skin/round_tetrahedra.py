@@ -1,0 +1,80 @@
+"""Tetrahedra of a round pad: the check of its hexahedra by another mesh, other elements and another assembly.
+
+fTetWild meshes a block, and the mesh is curved like the pad of `tactile.structured.round_pad`. Quadratic
+tetrahedra with straight edges, of one modulus; the bone is bonded, and sides slide as those of the pad do.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import skfem
+import torch
+
+from relief.common.arrays import Array
+from tactile.layer.layer_response import layer_response
+from tactile.skin import Skin
+from tactile.sparse import factorised
+from tactile.unstructured.meshing import Sizing, Tetrahedra, tetrahedralise
+from tactile.unstructured.quadratic import gradients_at, pixel_forces, stiffness
+from tactile.unstructured.surface import block_surface
+from tactile.unstructured.tetrahedra import TetrahedralOperator
+
+
+def round_tetrahedra(skin: Skin, samples: int, size_mm: float, sizing: Sizing) -> TetrahedralOperator:
+    """The operator of a round finger of one modulus on an n x n patch."""
+    assert skin.radii_mm is not None
+    along, across = skin.radii_mm
+    block = tetrahedralise(block_surface(size_mm, skin.thickness_mm), sizing)
+    face = block.boundary()
+    face = face[(block.vertices[face, 2] == 0.0).all(axis=1)]
+    flat = _basis(block)
+    mesh = Tetrahedra(_curved(block.vertices, along, across), block.cells)
+    basis = _basis(mesh)
+
+    places = flat.doflocs.T
+    held = np.zeros((3, basis.N), dtype=bool)
+    held[:, np.isclose(places[:, 2], skin.thickness_mm)] = True
+    for axis in (0, 1):
+        held[axis, np.isclose(np.abs(places[:, axis]), 0.5 * size_mm)] = True
+    free = np.flatnonzero(~held.ravel())
+    solve = factorised(stiffness(basis, skin.poisson_ratio)[free][:, free])
+    forces = pixel_forces(basis, face, samples, size_mm)
+    start = int(np.searchsorted(free, 2 * basis.N))
+    loaded = free[start:] - 2 * basis.N
+
+    def moved(pressure: Array) -> Array:
+        load = np.zeros((free.size, pressure.shape[1]))
+        load[start:] = (forces @ pressure)[loaded]
+        result = np.zeros((3 * basis.N, pressure.shape[1]))
+        result[free] = solve(load)
+        return result
+
+    line = (np.arange(samples) + 0.5) * (size_mm / samples) - 0.5 * size_mm
+    y, x = np.meshgrid(-line, line, indexing="ij")
+    receptors = np.stack((x.ravel(), y.ravel(), np.full(x.size, skin.depth_mm)), axis=1)
+    waves = np.hypot(*np.meshgrid(*(np.pi * np.arange(samples) / size_mm,) * 2))
+    return TetrahedralOperator(
+        samples,
+        size_mm,
+        torch.as_tensor(0.5 * (y**2 / along + x**2 / across)),
+        free.size,
+        forces,
+        lambda pressure: forces.T @ moved(pressure)[2 * basis.N :],
+        moved,
+        gradients_at(basis, _curved(receptors, along, across)),
+        layer_response(waves, skin.poisson_ratio, skin.thickness_mm, skin.depth_mm).surface,
+    )
+
+
+def _basis(mesh: Tetrahedra) -> skfem.Basis:
+    tetrahedra = skfem.MeshTet(np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T))
+    return skfem.Basis(tetrahedra, skfem.ElementTetP2(), intorder=2)
+
+
+def _curved(places: Array, along: float, across: float) -> Array:
+    """Places (k, 3) in the block, x, y and depth, in the round pad."""
+    x, y, depth = places.T
+    slope_x, slope_y = x / across, y / along
+    inward = depth / np.sqrt(1.0 + slope_x**2 + slope_y**2)
+    rise = 0.5 * (x * slope_x + y * slope_y)
+    return np.stack((x - slope_x * inward, y - slope_y * inward, rise + inward), axis=1)
