@@ -21,10 +21,10 @@ MODULUS_RATIO = 1000.0
 LEAST_RADIUS_MM, LARGEST_RADIUS_MM = 3.0, 100.0
 """Least and largest radius of a round finger, mm: less than a child's fingertip, and nearly flat."""
 
-ROUND_PATCH_MM, BESIDE_MM, WIDEST_PATCH_MM = 16.0, 3.0, 32.0
+ROUND_PATCH_MM, BESIDE_MM, PATCH_STEP_MM, WIDEST_PATCH_MM = 16.0, 3.0, 4.0, 32.0
 """Least side of the patch that a round finger is pressed on, what is added to the width of a contact for it,
-and the largest, mm. With 0.5 mm of 0.35 over 0.03 MPa and 8 mm of radius, V of three textures on 16 mm is
-0.3 % below that on 24 mm at 0.6 N, and 1.7 % at 2 N."""
+the step of sides, and the largest, mm. With 0.5 mm of 0.35 over 0.03 MPa and 8 mm of radius, V of three
+textures on 16 mm is 0.3 % below that on 24 mm at 0.6 N, and 1.7 % at 2 N."""
 
 Shape = Literal["flat", "round"]
 """Flat and square, as the paper's; or a pad that is round along and across the finger."""
@@ -128,8 +128,8 @@ class Skin:
             raise InputError("skin.radius_mm: a round finger needs its radius, mm")
         if self.patch_mm is not None and self.patch_mm > WIDEST_PATCH_MM:
             raise InputError(
-                f"skin.force_n: {self.force_n:g} N may flatten a finger of this radius and modulus to "
-                f"{self.patch_mm - BESIDE_MM:.0f} mm; {WIDEST_PATCH_MM - BESIDE_MM:g} are the most"
+                f"skin.force_n: {self.force_n:g} N may flatten a finger of this radius and modulus to more "
+                f"than {WIDEST_PATCH_MM - BESIDE_MM:g} mm"
             )
         for name in ("radius_mm", "across_mm"):
             radius = getattr(self, name)
@@ -159,7 +159,9 @@ class Skin:
             return None
         modulus = self.young_modulus_mpa / (1.0 - self.poisson_ratio**2)
         half = (0.75 * self.force_n * max(self.radii_mm) / modulus) ** (1.0 / 3.0)
-        return max(ROUND_PATCH_MM, 2.0 * half + BESIDE_MM)
+        # Few sides serve many forces, as elements are kept for each.
+        needed = max(ROUND_PATCH_MM, 2.0 * half + BESIDE_MM)
+        return PATCH_STEP_MM * math.ceil(needed / PATCH_STEP_MM - 1e-9)
 
     def numbers(self) -> dict[str, float]:
         """The parameters that are numbers, by name: all but the layers and the shape's name."""

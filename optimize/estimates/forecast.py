@@ -22,7 +22,7 @@ from relief.common.errors import InputError
 from relief.common.formatting import duration, number
 from relief.patches import Patches
 from relief.places import places
-from tactile.elements import finite_elements
+from tactile.elements import finite_elements, round_pad
 from tactile.layer import elastic_layer
 from tactile.limits import FEM_MESH, model_name
 from visual.looks import AUTO, FAST, FixedSamples, look_model
@@ -37,9 +37,10 @@ many patches lie between the places, `MOST_BETWEEN` at most."""
 PLACE_S = 1.5e-4
 """Seconds of a step for each place of the finger beyond the first, and for each sample along a side of what
 is solved at once: the whole surface, or a window of at most `WINDOW` samples in all."""
-LAYER_BUILT_S, ELEMENTS_BUILT_S, NODES_POWER, LAYERED = 0.4, 3.5, 3.7, 3.3
+LAYER_BUILT_S, ELEMENTS_BUILT_S, NODES_POWER, LAYERED, PAD_BUILT_S = 0.4, 3.5, 3.7, 3.3, 43.0
 """Seconds to build the elastic layer, and the finite elements with `FEM_MESH` nodes a side, for a skin that
-is not in the cache; the power of the nodes by which the elements grow, and the factor of a layered skin."""
+is not in the cache; the power of the nodes by which the elements grow, the factor of a layered skin, and
+seconds of the elements of a round finger."""
 FOLDER_MIB, SAMPLE_MIB, PIXEL_MIB = 0.2, 1.7e-4, 1.6e-5
 """Size of the run's folder, MiB: of any, for each height sample, and for each pixel of each condition."""
 

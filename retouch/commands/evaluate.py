@@ -162,11 +162,12 @@ def _tell(
     pressed = [one.patch_mm for one in sorted(evaluations, key=lambda one: is_mesh(Path(one.name)))]
     patches = " and ".join(f"{side:.4g} x {side:.4g}" for side in dict.fromkeys(pressed))
     by = f", as printed by {arguments.printer}" if arguments.printer else ""
+    under = "the plate" if evaluations[0].skin.shape == "flat" else "the finger's patch"
     skin, skin_name = evaluations[0].skin, Path(evaluations[0].skin_name).stem
     screen.print(
-        f"{model_name(arguments.model).capitalize()}, skin {skin_name}: {_moduli(skin)}, "
+        f"{model_name(arguments.model).capitalize()}, skin {skin_name}: {_shape(skin)}{_moduli(skin)}, "
         f"Poisson's ratio {skin.poisson_ratio:g}, {skin.force_n:g} N on {patches} mm{by}.\n"
-        f"{GAPS_COUNT[:1].upper()}{GAPS_COUNT[1:]}; in contact is the share of the plate under pressure."
+        f"{GAPS_COUNT[:1].upper()}{GAPS_COUNT[1:]}; in contact is the share of {under} under pressure."
     )
     if scene is not None:
         for entry in entries:
@@ -186,6 +187,13 @@ def _skin(arguments: argparse.Namespace) -> "Skin | str":
     with naming("evaluate"):
         skin = replace(named, **given(arguments, *SKIN))
     return name if skin == named else skin
+
+
+def _shape(skin: "Skin") -> str:
+    """The radii of a round finger, mm; nothing of a flat one."""
+    if skin.radii_mm is None:
+        return ""
+    return f"round, radius {' x '.join(f'{radius:g}' for radius in dict.fromkeys(skin.radii_mm))} mm, "
 
 
 def _moduli(skin: "Skin") -> str:

@@ -110,7 +110,9 @@ class Evaluation:
 
     @property
     def patch_mm(self) -> float:
-        """Side of the square under a finger, mm."""
+        """Side of the square under a finger, mm; of a round one, that of the patch around its contact."""
+        if self.skin.patch_mm is not None:
+            return self.skin.patch_mm
         if isinstance(self.relief, Mesh):
             return PATCH_SIDE_MM
         return Patches(self.relief.surface, places(self.relief.surface)).size_mm
