@@ -118,7 +118,7 @@ def calibration(emulator: Emulator) -> dict[str, Any]:
 
 
 def told(posterior: Posterior, sources: tuple[str, ...]) -> dict[str, Any]:
-    """Quantiles of a posterior by some of the sources, its best draw, and what it predicts of every source."""
+    """Quantiles of a posterior by some sources, its best draw, and what it predicts of every source."""
     weights, best = posterior.weights(sources), posterior.best(sources)
     quantities = dict(posterior.draws)
     if "stiffening" not in quantities:
@@ -158,4 +158,3 @@ def _finger(values: dict[str, float]) -> dict[str, Any]:
         "residual": {source.name: residuals(source, model[source.name]).tolist() for source in MECHANICAL},
         "flat, mm2": {f"{force:g} N": flat_contact(skin, force)[0] for force in (0.6, 1.0, 2.0)},
     }
-
