@@ -9,10 +9,11 @@ from functools import partial
 from typing import Any
 
 from benchmarks.shared.common import load, machine, save, table
-from benchmarks.skin.calibration import DRAWS, SHARES, calibration, solved_fingers
+from benchmarks.skin.calibration import DRAWS, SHARES, SPHERE_MM, calibration, solved_fingers
 from benchmarks.skin.carried import ALL, FEW, felt_by, tiles
-from benchmarks.skin.facts import AGAINST, FINGER_FACTS, Fact
-from benchmarks.skin.posterior import finger
+from benchmarks.skin.facts import AGAINST, FINGER_FACTS, VALUES, Fact, peak
+from benchmarks.skin.finger_chart import draw
+from benchmarks.skin.posterior import direct, finger, residuals
 from benchmarks.skin.pressing import EXPLORING_N
 from benchmarks.skin.round_pressing import (
     EXPLORED,
@@ -64,8 +65,17 @@ def main(again: bool) -> None:
         felt[name] |= {key: value for key, value in felt["measured"].items() if key.endswith("exploring")}
     every = (*FINGER_FACTS, AGAINST)
     results["facts"] = {name: {fact.name: vars(fact.of(one)) for fact in every} for name, one in felt.items()}
+    peaks_alone(results, keep)
+    results["mechanics of variants"] = {
+        name: {
+            source.name: residuals(source, direct(skin, SPHERE_MM)[source.name]).tolist()
+            for source in MECHANICAL
+        }
+        for name, skin in variants(load_skin("measured")).items()
+    }
     carried(results, keep)
     keep()
+    draw(results)
     for title, text in tables(results).items():
         print(f"\n{title}\n\n{text}")
 
@@ -126,6 +136,19 @@ def stiffening(skin: Skin) -> dict[str, Any]:
     return pressed_round(skin, OWN_FORCE) | {"force": force} | exploring(at(EXPLORING_N))
 
 
+def peaks_alone(results: dict[str, Any], keep: Callable[[], object]) -> None:
+    """Spacing of the roughest dots at `EXPLORING_N`, mm, to draws of the posterior of each source alone."""
+    found = results.setdefault("alone", {})
+    for name, sample in results["calibration"]["alone"].items():
+        if name not in found:
+            say(f"dots by {name} alone")
+            skins = [replace(finger(values), force_n=EXPLORING_N) for values in sample]
+            found[name] = [
+                peak(VALUES["spacing"], pressed_round(skin, ("spacing",))["spacing"]) for skin in skins
+            ]
+            keep()
+
+
 def carried(results: dict[str, Any], keep: Callable[[], object]) -> None:
     """What fingers feel of tiles that were steered for the default one, JND at each place."""
     found = results.setdefault("carried", {})
@@ -172,6 +195,17 @@ def tables(results: dict[str, Any]) -> dict[str, str]:
     return {
         "Posterior": table(titles, posterior),
         "Fit": table(["", "people", *heads, "log error of measured", "mean log error, stiffening"], fits),
+        "Mechanics of the finger with one change, log errors": table(
+            ["", *(f"{source.name} {at:g}" for source in MECHANICAL for at in source.at)],
+            [
+                [name, *(f"{error:+.2f}" for source in MECHANICAL for error in one[source.name])]
+                for name, one in results["mechanics of variants"].items()
+            ],
+        ),
+        "Roughest spacing at 0.6 N by one source alone, mm": table(
+            ["", "least", "median", "greatest"],
+            [[n, min(peaks), statistics.median(peaks), max(peaks)] for n, peaks in results["alone"].items()],
+        ),
         "Facts": facts_table(results, SHOWN),
         "Facts over the posterior": facts_table(results, [f"draw {n}" for n in range(1, DRAWS + 1)]),
         "Facts, one change": facts_table(results, [*variants(load_skin("measured")), STIFFENS]),

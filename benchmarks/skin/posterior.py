@@ -291,12 +291,10 @@ def worst(emulator: Emulator, draws: Sequence[Mapping[str, float]]) -> dict[str,
     return found
 
 
-def direct(values: Mapping[str, float], diameter_mm: float | None = None) -> dict[str, Array]:
+def direct(skin: Skin, diameter_mm: float) -> dict[str, Array]:
     """What a finger gives, solved and not interpolated: depths in grooves, forces on the sphere."""
-    skin = finger(values)
     forces = tuple(np.geomspace(FIRST_FORCE_N, GREATEST_N, 14))
-    diameter = values.get("diameter_mm", 4.0) if diameter_mm is None else diameter_mm
-    depths = sphere_depths(skin, diameter, forces)
+    depths = sphere_depths(skin, diameter_mm, forces)
     return {
         GROOVES.name: groove_depths(skin, GROOVES.at, (GROOVE_FORCE_N,))[0],
         SPHERE.name: sphere_forces(depths, np.array(forces), SPHERE.at, FIRST_FORCE_N),
@@ -305,8 +303,8 @@ def direct(values: Mapping[str, float], diameter_mm: float | None = None) -> dic
 
 def compared(emulator: Emulator, values: Mapping[str, float]) -> dict[str, Array]:
     """Logarithms of what the emulator gives over what is solved, by source."""
-    draws = {name: np.array([value]) for name, value in ({"diameter_mm": 4.0} | dict(values)).items()}
-    exact = direct(values, float(draws["diameter_mm"][0]))
+    draws = {name: np.array([value]) for name, value in values.items()}
+    exact = direct(finger(values), values["diameter_mm"])
     return {
         GROOVES.name: np.log(emulator.groove_depths(draws)[0] / exact[GROOVES.name]),
         SPHERE.name: np.log(emulator.sphere_forces(draws)[0] / exact[SPHERE.name]),

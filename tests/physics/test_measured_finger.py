@@ -97,8 +97,9 @@ def test_the_skin_file_is_the_finger_of_the_calibration() -> None:
 
 def test_skin_files_of_the_range_are_those_of_the_results() -> None:
     fingers = load("finger")["calibration"]["fingers"]
-    for name, stated in fingers.items():
-        values, skin = stated["values"], load_skin(name)
+    names = ("measured-soft", "measured", "measured-stiff")
+    for name in names:
+        values, skin = fingers[name]["values"], load_skin(name)
         assert skin.young_modulus_mpa == values["base_mpa"], name
         assert skin.layers == ((values["layer_mm"], values["layer_mpa"]),), name
     least, middle, most = (
