@@ -15,6 +15,7 @@ from benchmarks.skin.facts import AGAINST, FINGER_FACTS, VALUES, Fact, peak
 from benchmarks.skin.finger_chart import draw
 from benchmarks.skin.posterior import direct, finger, residuals
 from benchmarks.skin.pressing import EXPLORING_N
+from benchmarks.skin.quarter import groove_depths
 from benchmarks.skin.round_pressing import (
     EXPLORED,
     FORCES_N,
@@ -25,7 +26,7 @@ from benchmarks.skin.round_pressing import (
     pressed_round,
 )
 from benchmarks.skin.round_stimuli import dot_plates
-from benchmarks.skin.sources import MECHANICAL
+from benchmarks.skin.sources import GROOVE_FORCE_N, GROOVES, MECHANICAL
 from benchmarks.skin.stimuli import APART_MM, DOT_MM, HIGH_MM
 from optimize.settings.skins import load_skin
 from relief.common.progress import say
@@ -38,6 +39,8 @@ OWN_FORCE = ("spacing", "diameter", "diameter, high", "height", "waves", "ridges
 NAMED = ("measured", "measured-soft", "measured-stiff")
 SHOWN = ("paper", "measured, 0.6 N", "measured", "measured, 2 N", "measured-soft", "measured-stiff")
 """Fingers of the table of facts, before the draws."""
+LANDS_MM = (0.25, 0.5, 1.0, 20.0)
+"""Widths of lands between the grooves, where they are not as wide as the grooves."""
 STIFFENS = "moduli that grow with force"
 """Name of the variant that stiffens."""
 STIFFENING = 0.4
@@ -72,6 +75,12 @@ def main(again: bool) -> None:
             for source in MECHANICAL
         }
         for name, skin in variants(load_skin("measured")).items()
+    }
+    results["lands"] = {
+        f"{land:g} mm": groove_depths(load_skin("measured"), GROOVES.at, (GROOVE_FORCE_N,), land_mm=land)[
+            0
+        ].tolist()
+        for land in LANDS_MM
     }
     carried(results, keep)
     keep()
@@ -120,6 +129,9 @@ def variants(middle: Skin) -> dict[str, Skin]:
         "layer four times as stiff": replace(middle, layers=((thickness, 4.0 * modulus),)),
         "base twice as stiff": replace(middle, young_modulus_mpa=2.0 * base),
         "radius of 7 mm": replace(middle, radius_mm=7.0),
+        "0.5 mm of 0.35 over 0.03 MPa": replace(
+            middle, layers=((0.5, 0.35),), young_modulus_mpa=0.03, radius_mm=8.0
+        ),
     }
 
 
@@ -201,6 +213,10 @@ def tables(results: dict[str, Any]) -> dict[str, str]:
                 [name, *(f"{error:+.2f}" for source in MECHANICAL for error in one[source.name])]
                 for name, one in results["mechanics of variants"].items()
             ],
+        ),
+        "Depths of measured between other lands, mm": table(
+            ["lands", *(f"{at:g}" for at in GROOVES.at)],
+            [[land, *depths] for land, depths in results["lands"].items()],
         ),
         "Roughest spacing at 0.6 N by one source alone, mm": table(
             ["", "least", "median", "greatest"],

@@ -114,15 +114,17 @@ def groove_depths(
     forces_n: tuple[float, ...],
     half_mm: float = HALF_MM,
     samples: tuple[int, int] = (ALONG, ACROSS),
+    land_mm: float | None = None,
 ) -> Array:
     """(forces, widths) mm: how deep the pad sinks into the groove below its middle, under each force.
 
     Args:
         skin: the finger; its own force has no meaning here.
-        widths_mm: of grooves, which run along the finger between lands as wide.
+        widths_mm: of grooves, which run along the finger.
         forces_n: in rising order.
         half_mm: side of the quarter.
         samples: along and across the grooves.
+        land_mm: width of the lands between grooves; None: as wide as the grooves.
 
     Returns:
         Depth of the pad's surface at the middle of the groove below the lands.
@@ -131,8 +133,9 @@ def groove_depths(
     rise = _rise(skin, *samples, half_mm)
     depths = np.empty((len(forces_n), len(widths_mm)))
     for column, width in enumerate(widths_mm):
-        # Half a period of a groove's middle and a land's; a sample is land where its middle is.
-        offset = np.abs((_centres(samples[1], half_mm) / (2.0 * width) + 0.5) % 1.0 - 0.5) * 2.0 * width
+        period = width + (width if land_mm is None else land_mm)
+        # Distance from the middle of the nearest groove; a sample is land where its middle is.
+        offset = np.abs((_centres(samples[1], half_mm) / period + 0.5) % 1.0 - 0.5) * period
         heights = np.where(offset > 0.5 * width, 0.0, FAR_MM) - rise
         start = None
         for row, force in enumerate(forces_n):
