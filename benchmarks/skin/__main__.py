@@ -1,6 +1,6 @@
-"""Which finger is the default: published facts of touch for skins of several kinds.
+"""Which finger is the default: facts of touch for skins of several kinds, and a finger that was measured.
 
-python -m benchmarks.skin            # every skin that is not in the results yet; JSON, picture and tables
+python -m benchmarks.skin            # all that is not in the results yet; JSON, pictures, tables
 python -m benchmarks.skin --again    # all of them anew
 """
 
@@ -10,6 +10,7 @@ import math
 from typing import Any
 
 from benchmarks.shared.common import load, machine, parser_of, save, table
+from benchmarks.skin import finger_study
 from benchmarks.skin.chart import draw
 from benchmarks.skin.facts import FACTS, VALUES, Outcome, in_range, peak
 from benchmarks.skin.pressing import pressed
@@ -24,7 +25,8 @@ SHOWN = ("F/E 20", "F/E 10", "F/E 4", "F/E 2", "0.7 mm of 2 over 0.4 MPa")
 def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--again", action="store_true")
-    results: dict[str, Any] = {} if parser.parse_args().again else load("skin")
+    again = parser.parse_args().again
+    results: dict[str, Any] = {} if again else load("skin")
     plates, reliefs = series(), natural()
     skins = plain() | layered()
     felt = results.setdefault("felt", {})
@@ -51,6 +53,7 @@ def main() -> None:
         rows.append([f"right, {title}", *(f"{count} of {len(chosen)}" for count in counts)])
     print(table(["fact", *shown], rows))
     draw(felt, results["ranking"][0])
+    finger_study.main(again)
 
 
 def ranking(felt: dict[str, Any]) -> list[str]:

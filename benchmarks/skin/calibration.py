@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from benchmarks.skin.posterior import (
     direct,
     effective,
     finger,
+    log_likelihood,
     node_key,
     node_values,
     quantile,
@@ -25,10 +27,11 @@ from benchmarks.skin.posterior import (
     solved,
     worst,
 )
-from benchmarks.skin.quarter import flat_contact
-from benchmarks.skin.sources import MECHANICAL, SPHERE
-from relief.common.arrays import Array
+from benchmarks.skin.quarter import flat_contact, groove_depths, sphere_depths, sphere_forces
+from benchmarks.skin.sources import FIRST_FORCE_N, GROOVE_FORCE_N, GROOVES, MECHANICAL, SPHERE
+from relief.common.limits import PATCH_SIDE_MM
 from relief.common.progress import say
+from tactile.skin import Skin
 
 SHARES = (0.025, 0.16, 0.5, 0.84, 0.975)
 """Quantiles that are told."""
@@ -40,6 +43,10 @@ DRAWS = 8
 """Draws of the posterior that press plates."""
 MANY = 24
 """Draws of the posterior that feel results steered for another finger."""
+ALONE = 8
+"""Draws of the posterior of each source alone that press dots."""
+CLOUD = 150
+"""Draws of each posterior in the picture."""
 KEPT = 30
 """Fingers after which what was solved is kept."""
 SETS = {"both": ("grooves", "sphere"), "grooves": ("grooves",), "sphere": ("sphere",)}
@@ -81,11 +88,11 @@ def named() -> dict[str, dict[str, float]]:
 
 def scaled(values: Mapping[str, float], log_force: float) -> dict[str, float]:
     """A finger with both moduli scaled until the sphere's forces differ by a logarithm, to two digits."""
-    before = np.log(direct(values)[SPHERE.name])
+    before = np.log(direct(finger(values), SPHERE_MM)[SPHERE.name])
     scale, step = math.exp(log_force), 0.0
     for _ in range(4):
         other = dict(values) | {"base_mpa": values["base_mpa"] * scale}
-        step = log_force - float((np.log(direct(other)[SPHERE.name]) - before).mean())
+        step = log_force - float((np.log(direct(finger(other), SPHERE_MM)[SPHERE.name]) - before).mean())
         scale *= math.exp(step)
     layer, base = (float(f"{values[name] * scale:.2g}") for name in ("layer_mpa", "base_mpa"))
     return dict(values) | {"layer_mpa": layer, "base_mpa": base, "ratio": layer / base}
@@ -111,14 +118,26 @@ def calibration(emulator: Emulator) -> dict[str, Any]:
         },
         "fingers": {name: _finger(values) for name, values in named().items()},
     }
-    found["sample"] = [
-        {name: float(f"{values[name]:.4g}") for name in NAMES} for values in posterior.sample(both, MANY)
-    ]
+    found["fingers"]["paper"] = _flat()
+    found["cloud, MPa"] = {
+        name: [
+            [float(f"{one['ratio'] * one['base_mpa']:.3g}"), float(f"{one['base_mpa']:.3g}")]
+            for one in posterior.sample(sources, CLOUD)
+        ]
+        for name, sources in SETS.items()
+    }
+    found["alone"] = {name: _rounded(posterior.sample(SETS[name], ALONE)) for name in ("grooves", "sphere")}
+    found["noise of grooves"] = {f"{factor:g} times": _with_noise(posterior, factor) for factor in (0.5, 2.0)}
+    found["sample"] = _rounded(posterior.sample(both, MANY))
     return found
 
 
+def _rounded(draws: list[dict[str, float]]) -> list[dict[str, float]]:
+    return [{name: float(f"{values[name]:.4g}") for name in NAMES} for values in draws]
+
+
 def told(posterior: Posterior, sources: tuple[str, ...]) -> dict[str, Any]:
-    """Quantiles of a posterior by some of the sources, its best draw, and what it predicts of every source."""
+    """Quantiles of a posterior by some sources, its best draw, and what it predicts of every source."""
     weights, best = posterior.weights(sources), posterior.best(sources)
     quantities = dict(posterior.draws)
     if "stiffening" not in quantities:
@@ -145,17 +164,40 @@ def told(posterior: Posterior, sources: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
+def _with_noise(posterior: Posterior, factor: float) -> dict[str, list[float]]:
+    """Quantiles of moduli and layer where the grooves' noise is another."""
+    other = replace(GROOVES, common=factor * GROOVES.common, own=factor * GROOVES.own)
+    likelihood = posterior.likelihood | {GROOVES.name: log_likelihood(other, posterior.models[GROOVES.name])}
+    weights = replace(posterior, likelihood=likelihood).weights(SETS["both"])
+    draws = posterior.draws | {"layer_mpa": posterior.draws["ratio"] * posterior.draws["base_mpa"]}
+    return {name: quantile(draws[name], weights, SHARES) for name in ("layer_mm", "layer_mpa", "base_mpa")}
+
+
+def _flat() -> dict[str, Any]:
+    """The paper's flat finger on its 10 mm with sliding sides, on grooves and sphere."""
+    half = 0.5 * PATCH_SIDE_MM
+    forces = tuple(np.geomspace(FIRST_FORCE_N, 10.0, 16))
+    depths = sphere_depths(Skin(), SPHERE_MM, forces, half, side=50)
+    model = {
+        GROOVES.name: groove_depths(Skin(), GROOVES.at, (GROOVE_FORCE_N,), half, (1, 200))[0],
+        SPHERE.name: sphere_forces(depths, np.array(forces), SPHERE.at, FIRST_FORCE_N),
+    }
+    return {
+        "model": {name: numbers.tolist() for name, numbers in model.items()},
+        "residual": {source.name: residuals(source, model[source.name]).tolist() for source in MECHANICAL},
+    }
+
+
 def _likelihood(posterior: Posterior, number: int, sources: tuple[str, ...]) -> float:
     return float(sum(posterior.likelihood[name][number] for name in sources))
 
 
 def _finger(values: dict[str, float]) -> dict[str, Any]:
-    model: dict[str, Array] = direct(values)
     skin = finger(values)
+    model = direct(skin, SPHERE_MM)
     return {
         "values": {name: value for name, value in values.items() if name not in ("ratio", "diameter_mm")},
         "model": {name: numbers.tolist() for name, numbers in model.items()},
         "residual": {source.name: residuals(source, model[source.name]).tolist() for source in MECHANICAL},
         "flat, mm2": {f"{force:g} N": flat_contact(skin, force)[0] for force in (0.6, 1.0, 2.0)},
     }
-

@@ -209,7 +209,9 @@ FACTS = (
 """Every fact, those of the fit first."""
 
 
-def off_recorded(recorded: Recorded, spacings: Sequence[float], curve: Sequence[float]) -> tuple[float, float]:
+def off_recorded(
+    recorded: Recorded, spacings: Sequence[float], curve: Sequence[float]
+) -> tuple[float, float]:
     """Rms by which a curve over its top lies outside a recorded range, and the spacing of its top, mm."""
     chosen = [curve[spacings.index(spacing)] for spacing in recorded.spacings_mm]
     shares = [value / max(chosen) for value in chosen]
@@ -248,8 +250,8 @@ ADDED = (
     ),
     Fact(
         "macaque SA1",
-        "difference of rates 1.4 to 3 mm apart over the spacing of dots 0.74 mm high, over its top: outside the "
-        "range of the recordings by rms 0.15 at most",
+        "difference of rates 1.4 to 3 mm apart over the spacing of dots 0.74 mm high, over its top: outside "
+        "the range of the recordings by rms 0.15 at most",
         MACAQUE_SA1.source,
         _recorded(MACAQUE_SA1, "spacing, high, exploring", FAR_MM),
     ),

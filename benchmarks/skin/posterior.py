@@ -1,4 +1,4 @@
-"""Which fingers fit the mechanical measurements: draws of a prior, weighted by the likelihood of what was measured.
+"""Which fingers fit the mechanical measurements: draws of a prior, weighted by their likelihood.
 
 Depths in grooves and under a sphere are solved on a tensor of Chebyshev nodes over radius, thicknesses, the
 ratio of the moduli and force over modulus, and interpolated between them in logarithms. Force over modulus is
@@ -51,7 +51,7 @@ DRAWS_LOG2 = 18
 """Draws of the prior, as a power of two (Sobol)."""
 NAMES = tuple(PRIOR)
 STIFFENING = (0.0, 0.6)
-"""Range of the power of force by which both moduli grow, where that is asked; `base_mpa` is then that at 0.1 N."""
+"""Range of the power of force by which both moduli grow, where that is asked; `base_mpa` is that at 0.1 N."""
 STIFFENING_N = 0.1
 """Force at which the moduli of a stiffening finger are those of its draw, N: about that of the sphere."""
 GREATEST_BASE, LEAST_BASE = PRIOR["base_mpa"][1], PRIOR["base_mpa"][0]
@@ -108,7 +108,7 @@ def node_key(values: Sequence[float]) -> str:
 
 
 def solved(values: Sequence[float]) -> Array:
-    """Depths, mm, of one finger of unit modulus: in grooves (loads, widths), under spheres (diameters, loads)."""
+    """Depths of one finger of unit modulus, mm: grooves (loads, widths), then spheres (diameters, loads)."""
     skin = finger(dict(zip(NAMES, (*values, 1.0), strict=True)))
     # Nodes of an axis fall; loads rise, as each contact starts from the last.
     loads, sphere = (tuple(np.sort(axis.nodes)) for axis in (GROOVE_LOADS, SPHERE_RANGE))
@@ -281,7 +281,7 @@ def effective(weights: Array) -> float:
 
 
 def worst(emulator: Emulator, draws: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Error of the emulator against fingers that are solved: rms and greatest of the logarithms, by source."""
+    """Error of the emulator against solved fingers: rms and greatest of the logarithms, by source."""
     errors = [compared(emulator, values) for values in draws]
     found = {}
     for source in MECHANICAL:
@@ -291,12 +291,10 @@ def worst(emulator: Emulator, draws: Sequence[Mapping[str, float]]) -> dict[str,
     return found
 
 
-def direct(values: Mapping[str, float], diameter_mm: float | None = None) -> dict[str, Array]:
+def direct(skin: Skin, diameter_mm: float) -> dict[str, Array]:
     """What a finger gives, solved and not interpolated: depths in grooves, forces on the sphere."""
-    skin = finger(values)
     forces = tuple(np.geomspace(FIRST_FORCE_N, GREATEST_N, 14))
-    diameter = values.get("diameter_mm", 4.0) if diameter_mm is None else diameter_mm
-    depths = sphere_depths(skin, diameter, forces)
+    depths = sphere_depths(skin, diameter_mm, forces)
     return {
         GROOVES.name: groove_depths(skin, GROOVES.at, (GROOVE_FORCE_N,))[0],
         SPHERE.name: sphere_forces(depths, np.array(forces), SPHERE.at, FIRST_FORCE_N),
@@ -305,8 +303,8 @@ def direct(values: Mapping[str, float], diameter_mm: float | None = None) -> dic
 
 def compared(emulator: Emulator, values: Mapping[str, float]) -> dict[str, Array]:
     """Logarithms of what the emulator gives over what is solved, by source."""
-    draws = {name: np.array([value]) for name, value in ({"diameter_mm": 4.0} | dict(values)).items()}
-    exact = direct(values, float(draws["diameter_mm"][0]))
+    draws = {name: np.array([value]) for name, value in values.items()}
+    exact = direct(finger(values), values["diameter_mm"])
     return {
         GROOVES.name: np.log(emulator.groove_depths(draws)[0] / exact[GROOVES.name]),
         SPHERE.name: np.log(emulator.sphere_forces(draws)[0] / exact[SPHERE.name]),

@@ -28,15 +28,16 @@ ALONG, ACROSS = 32, 320
 """Samples along and across grooves. With twice as many along, depths differ by 0.04 %. Across, where a sample
 is 25 µm, depths fall by 0.6 to 1.7 % at twice and by 0.9 to 2.6 % at four times as many: first order."""
 SIDE = 80
-"""Samples a side of the quarter under a sphere, 0.1 mm: with half, twice and four times as many, forces differ
-by 0.35, 0.13 and 0.13 % at most."""
+"""Samples a side of the quarter under a sphere, 0.1 mm: with half, twice and four times as many, forces
+differ by 0.35, 0.13 and 0.13 % at most."""
 TOLERANCES = (1e-5, 1e-3)
 """Residuals of the contact, the second where the first is not met in `STEPS` steps: fingers at the corners of
-a prior, with a thin stiff layer over a soft base. Depths then differ by less than 0.6 % by where the solver starts."""
+a prior, with a thin stiff layer over a soft base. Depths then differ by up to 1.5 % by where the solver
+starts."""
 STEPS = 150
 """Steps of the contact's solver to each residual; most fingers take 20 to 60."""
 SYMBOL_NODES = 400
-"""Wavenumbers at which the compliance is solved; between them a cubic spline in logarithms is exact to 1e-8."""
+"""Wavenumbers at which the compliance is solved; between them lies a cubic spline in logarithms."""
 FAR_MM = -20.0
 """Height of what is too low to touch, mm."""
 
@@ -81,7 +82,7 @@ def quarter_layer(skin: Skin, rows: int, cols: int, half_mm: float = HALF_MM) ->
 
 
 def _centres(samples: int, half_mm: float) -> Array:
-    return (np.arange(samples) + 0.5) * (half_mm / samples)
+    return np.asarray((np.arange(samples) + 0.5) * (half_mm / samples))
 
 
 def _rise(skin: Skin, rows: int, cols: int, half_mm: float) -> Array:
@@ -89,8 +90,8 @@ def _rise(skin: Skin, rows: int, cols: int, half_mm: float) -> Array:
     if skin.radii_mm is None:
         return np.zeros((rows, cols))
     along, across = skin.radii_mm
-    return (
-        _centres(rows, half_mm)[:, None] ** 2 / (2.0 * along) + _centres(cols, half_mm) ** 2 / (2.0 * across)
+    return _centres(rows, half_mm)[:, None] ** 2 / (2.0 * along) + _centres(cols, half_mm) ** 2 / (
+        2.0 * across
     )
 
 
@@ -113,15 +114,17 @@ def groove_depths(
     forces_n: tuple[float, ...],
     half_mm: float = HALF_MM,
     samples: tuple[int, int] = (ALONG, ACROSS),
+    land_mm: float | None = None,
 ) -> Array:
     """(forces, widths) mm: how deep the pad sinks into the groove below its middle, under each force.
 
     Args:
         skin: the finger; its own force has no meaning here.
-        widths_mm: of grooves, which run along the finger between lands as wide.
+        widths_mm: of grooves, which run along the finger.
         forces_n: in rising order.
         half_mm: side of the quarter.
         samples: along and across the grooves.
+        land_mm: width of the lands between grooves; None: as wide as the grooves.
 
     Returns:
         Depth of the pad's surface at the middle of the groove below the lands.
@@ -130,8 +133,9 @@ def groove_depths(
     rise = _rise(skin, *samples, half_mm)
     depths = np.empty((len(forces_n), len(widths_mm)))
     for column, width in enumerate(widths_mm):
-        # Half a period of a groove's middle and a land's; a sample is land where its middle is.
-        offset = np.abs((_centres(samples[1], half_mm) / (2.0 * width) + 0.5) % 1.0 - 0.5) * 2.0 * width
+        period = width + (width if land_mm is None else land_mm)
+        # Distance from the middle of the nearest groove; a sample is land where its middle is.
+        offset = np.abs((_centres(samples[1], half_mm) / period + 0.5) % 1.0 - 0.5) * period
         heights = np.where(offset > 0.5 * width, 0.0, FAR_MM) - rise
         start = None
         for row, force in enumerate(forces_n):
@@ -150,7 +154,8 @@ def sphere_depths(
 ) -> Array:
     """(forces) mm: how far a sphere is pushed into the pad since first touch; arguments as `groove_depths`.
 
-    The sphere is a sphere and no paraboloid: at a depth of 1.5 mm a paraboloid takes 5 to 9 % more force.
+    The sphere is a sphere and no paraboloid: a paraboloid takes 1 % more force at a depth of 0.5 mm, and 9 %
+    more at 1.5 mm.
     """
     layer = quarter_layer(skin, side, side, half_mm)
     x = _centres(side, half_mm)

@@ -31,8 +31,8 @@ SIZE_MM = PATCH_SIDE_MM * ROUND_SAMPLES / SAMPLES
 FORCES_N = (0.5, 1.0, 2.0)
 """Forces of the series "force" for round fingers, N: none above 2."""
 WAYS = ("V", "no dome", "100 mm²", "100 mm², no dome")
-"""Kinds of V: over pairs on the contact with a flat plate; the same of the strain as it is, from which that of
-the flat plate is not subtracted; and both over pairs on 10 x 10 mm, as the paper has them."""
+"""Kinds of V: over pairs on the contact with a flat plate; the same of the strain as it is, from which that
+of the flat plate is not subtracted; and both over pairs on 10 x 10 mm, as the paper has them."""
 EXPLORED = ("spacing", "human SA1", "spacing, high", "grooves")
 """Series that facts ask for at `EXPLORING_N`."""
 
@@ -79,7 +79,9 @@ class RoundFinger:
         """Area of contact with a flat plate, mm²."""
         return float(self.flat[0].sum()) * (self.size_mm / self.samples) ** 2
 
-    def felt(self, heights: Array, ways: Sequence[str] = WAYS[:1]) -> tuple[dict[str, list[float]], list[float]]:
+    def felt(
+        self, heights: Array, ways: Sequence[str] = WAYS[:1]
+    ) -> tuple[dict[str, list[float]], list[float]]:
         """V of reliefs (k, n, n) mm by `WAYS`, and their areas of contact, mm²."""
         pressure = self.pressure(torch.as_tensor(np.ascontiguousarray(heights, dtype=np.float32)))
         whole = principal_strain(self.operator, pressure)
@@ -138,7 +140,6 @@ def pressed_round(skin: Skin, names: Iterable[str], ways: Sequence[str] = WAYS[:
         ways: of V; those beyond the first are told under "WAY: NAME".
     """
     finger = RoundFinger(skin)
-    every = round_series()
     found: dict[str, Any] = {"flat, mm2": finger.flat_mm2}
     for name in names:
         if name == "natural":
@@ -152,7 +153,7 @@ def pressed_round(skin: Skin, names: Iterable[str], ways: Sequence[str] = WAYS[:
             ]
         else:
             curves: dict[str, list[float]] = {way: [] for way in ways}
-            for weights, plates in every[name].plates():
+            for weights, plates in round_series(name):
                 felt, _ = finger.felt(plates, ways)
                 for way in ways:
                     curves[way].append(float(weights @ felt[way]))
@@ -168,13 +169,13 @@ def exploring(skin: Skin, ways: Sequence[str] = WAYS[:1]) -> dict[str, Any]:
 
 
 def flat_exploring(skin: Skin) -> dict[str, Any]:
-    """V of the series of `EXPLORED` that only new sources have, for a flat finger, as `exploring` has them."""
+    """V of the series of `EXPLORED` that only new sources have, for a flat finger, as `exploring`."""
     found = {}
     inner = slice((ROUND_SAMPLES - SAMPLES) // 2, (ROUND_SAMPLES + SAMPLES) // 2)
-    finger, every = replace(skin, force_n=EXPLORING_N), round_series()
+    finger = replace(skin, force_n=EXPLORING_N)
     for name in EXPLORED[1:]:
         curve = []
-        for weights, plates in every[name].plates():
+        for weights, plates in round_series(name):
             heights = np.ascontiguousarray(plates[:, inner, inner], dtype=np.float32)
             felt = tactile.roughness(tactile.press(heights, PATCH_SIDE_MM, finger).strain)
             curve.append(float(weights @ felt.double().numpy()))

@@ -1,13 +1,12 @@
 """Plates under a round finger: those of `stimuli` on its larger patch, at phases that stand for every place.
 
-The finger and a square lattice share the square's symmetries, so that phases between 0 and half a period, one at
-most as large as the other, stand for all. Midpoints of a grid of these have the weights of their mirror images.
+The finger and a square lattice share the square's symmetries, so that phases between 0 and half a period, one
+at most as large as the other, stand for all. Midpoints of a grid of these have the weights of their images.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
@@ -34,26 +33,13 @@ GROOVES_MM = (0.25, 0.5, 1.0, 1.5, 2.0)
 RIDGES_MM = (0.1, 0.5, 1.0)
 """Widths of grooves and ridges, those of Yoshioka 2001; their depth is assumed."""
 GROOVE_DEPTH_MM = 1.0
-PAIRS = tuple(
-    (groove, ridge) for ridge in RIDGES_MM for groove in GROOVES_MM if groove > 0.5 or ridge < 1.0
-)
+PAIRS = tuple((groove, ridge) for ridge in RIDGES_MM for groove in GROOVES_MM if groove > 0.5 or ridge < 1.0)
 """Grooves and ridges of the series "grooves"."""
 JUDGED = tuple(judged_roughness(*pair) for pair in PAIRS)
 
 
-@dataclass(frozen=True)
-class RoundSeries:
-    """Plates that differ in one length.
-
-    Attributes:
-        name: of the series.
-        values: of the length, mm.
-        plates: for each value, weights (phases) that sum to one and heights (phases, n, n) mm.
-    """
-
-    name: str
-    values: tuple[float, ...]
-    plates: Callable[[], Iterator[tuple[Array, Array]]]
+Plates = tuple[Array, Array]
+"""Weights (phases) that sum to one, and heights (phases, n, n) in mm."""
 
 
 def phases(apart: float) -> list[tuple[float, tuple[float, float]]]:
@@ -71,56 +57,45 @@ def _midpoints(period: float) -> int:
     return 1 + (period > NARROW_MM) + (period > WIDE_MM)
 
 
-def dot_plates(dot: float, high: float, apart: float) -> tuple[Array, Array]:
-    """Weights (phases) and heights (phases, n, n), mm, of dots as in `stimuli.dots`."""
+def dot_plates(dot: float, high: float, apart: float) -> Plates:
+    """Dots as in `stimuli.dots`."""
     every = phases(apart)
     plates = [dots(dot, high, apart, phase, ROUND_SAMPLES) for _, phase in every]
     return np.array([weight for weight, _ in every]), np.array(plates)
 
 
-def _lines(draw: Callable[[float], Array], period: float) -> tuple[Array, Array]:
+def _lines(draw: Callable[[float], Array], period: float) -> Plates:
     count = _midpoints(period)
     middles = [(2 * number + 1) / (4 * count) for number in range(count)]
     return np.full(count, 1.0 / count), np.array([draw(phase) for phase in middles])
 
 
-def round_series() -> dict[str, RoundSeries]:
-    """Every series by name: those of `stimuli.series`, and those that only the new sources have."""
+def grating_plates(half: float, square: bool) -> Plates:
+    """Gratings 0.3 mm high as in `stimuli.grating`."""
+    return _lines(lambda phase: grating(half, 0.3, square, phase, ROUND_SAMPLES), 2.0 * half)
+
+
+def groove_plates(groove: float, ridge: float) -> Plates:
+    """Gratings as in `stimuli.grooves`."""
+    return _lines(lambda phase: grooves(groove, ridge, GROOVE_DEPTH_MM, phase, ROUND_SAMPLES), groove + ridge)
+
+
+def round_series(name: str) -> Iterator[Plates]:
+    """The plates of a series, in the order of its values: one of `stimuli.series`, or of the new sources."""
     values = {one.name: one.values for one in series()}
-
-    def of_dots(name: str, lengths: tuple[float, ...], plate: Callable[[float], tuple[Array, Array]]) -> None:
-        found[name] = RoundSeries(name, lengths, lambda: (plate(length) for length in lengths))
-
-    found: dict[str, RoundSeries] = {}
-    of_dots("spacing", values["spacing"], lambda apart: dot_plates(DOT_MM, HIGH_MM, apart))
-    of_dots("diameter", values["diameter"], lambda dot: dot_plates(dot, HIGH_MM, APART_MM))
-    of_dots("diameter, high", values["diameter, high"], lambda dot: dot_plates(dot, 0.62, APART_MM))
-    of_dots("height", values["height"], lambda high: dot_plates(DOT_MM, high, APART_MM))
-    for name in ("waves", "ridges"):
-        of_dots(
-            name,
-            values[name],
-            lambda half, square=name == "ridges": _lines(  # type: ignore[misc]
-                lambda phase: grating(half, 0.3, square, phase, ROUND_SAMPLES), 2.0 * half
-            ),
-        )
     human, macaque = HUMAN_SA1, MACAQUE_SA1
-    of_dots(
-        "human SA1", human.spacings_mm, lambda apart: dot_plates(human.dot_mm, human.high_mm, apart)
-    )
-    of_dots("spacing, high", FAR_MM, lambda apart: dot_plates(macaque.dot_mm, macaque.high_mm, apart))
-    found["grooves"] = RoundSeries(
-        "grooves",
-        tuple(float(number) for number in range(len(PAIRS))),
-        lambda: (
-            _lines(
-                lambda phase, pair=pair: grooves(*pair, GROOVE_DEPTH_MM, phase, ROUND_SAMPLES),  # type: ignore[misc]
-                sum(pair),
-            )
-            for pair in PAIRS
-        ),
-    )
-    return found
+    every: dict[str, Iterable[Plates]] = {
+        "spacing": (dot_plates(DOT_MM, HIGH_MM, apart) for apart in values["spacing"]),
+        "diameter": (dot_plates(dot, HIGH_MM, APART_MM) for dot in values["diameter"]),
+        "diameter, high": (dot_plates(dot, 0.62, APART_MM) for dot in values["diameter, high"]),
+        "height": (dot_plates(DOT_MM, high, APART_MM) for high in values["height"]),
+        "waves": (grating_plates(half, False) for half in values["waves"]),
+        "ridges": (grating_plates(half, True) for half in values["ridges"]),
+        "human SA1": (dot_plates(human.dot_mm, human.high_mm, apart) for apart in human.spacings_mm),
+        "spacing, high": (dot_plates(macaque.dot_mm, macaque.high_mm, apart) for apart in FAR_MM),
+        "grooves": (groove_plates(*pair) for pair in PAIRS),
+    }
+    return iter(every[name])
 
 
 def mirrored(heights: Array) -> Array:

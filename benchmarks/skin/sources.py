@@ -120,8 +120,8 @@ MACAQUE_SA1 = Recorded(
     0.5,
     0.74,
     0.6,
-    "mean difference of the rates of macaque SA1 afferents 1.4 to 3 mm apart, over its largest; recordings of "
-    "Weber 2013; dots 0.74 mm high and 0.5 mm wide, the force of 0.6 N assumed",
+    "mean difference of the rates of macaque SA1 afferents 1.4 to 3 mm apart, over its largest; recordings "
+    "of Weber 2013; dots 0.74 mm high and 0.5 mm wide, the force of 0.6 N assumed",
 )
 
 GROOVE_ROUGHNESS = {"constant": 0.2, "groove": 1.6, "ridge": -0.5, "groove²": -0.25}

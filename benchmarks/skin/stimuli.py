@@ -69,9 +69,7 @@ def natural() -> Array:
     return np.stack([load_heights(find_texture(name)) for name in NATURAL])
 
 
-def dots(
-    dot: float, high: float, apart: float, phase: tuple[float, float], samples: int = SAMPLES
-) -> Array:
+def dots(dot: float, high: float, apart: float, phase: tuple[float, float], samples: int = SAMPLES) -> Array:
     """(n, n) mm: truncated cones in a square lattice, with flat tops of diameter `dot`."""
     rows, cols = _points(samples)
     down, right = (
@@ -80,9 +78,7 @@ def dots(
     return _averaged(np.clip(high - SLOPE * (np.hypot(down, right) - 0.5 * dot), 0.0, high))
 
 
-def grating(
-    half_period: float, high: float, square: bool, phase: float, samples: int = SAMPLES
-) -> Array:
+def grating(half_period: float, high: float, square: bool, phase: float, samples: int = SAMPLES) -> Array:
     """(n, n) mm: waves across x, or ridges as wide as their gaps with sides as steep as a dot's."""
     _, cols = _points(samples)
     turn = (cols / (2.0 * half_period) + phase) % 1.0
@@ -111,7 +107,7 @@ def _gratings(name: str, square: bool) -> Series:
 
 
 def grooves(groove: float, ridge: float, high: float, phase: float, samples: int = SAMPLES) -> Array:
-    """(n, n) mm: ridges across x with tops of width `ridge`, `groove` apart, with sides as steep as a dot's."""
+    """(n, n) mm: ridges across x with tops of width `ridge`, `groove` apart, sides as steep as a dot's."""
     _, cols = _points(samples)
     period = groove + ridge
     turn = (cols / period + phase) % 1.0
