@@ -52,6 +52,8 @@ class SkinKeys(Section):
 
 SKIN_KEYS = tuple(SkinKeys.model_fields)
 """Keys that describe a finger; overriding the skin replaces them all."""
+ALWAYS = tuple(name for name, key in SkinKeys.model_fields.items() if key.default is not None)
+"""Keys that every complete description has; files leave out what is None."""
 
 
 def load_skin(name: str | os.PathLike[str] = DEFAULT_SKIN) -> Skin:
@@ -89,7 +91,7 @@ def fill_in(touch: dict[str, Any]) -> None:
     name = touch.get("skin", DEFAULT_SKIN)
     own = {key: touch[key] for key in SKIN_KEYS if key in touch}
     # What is no text is left to the check of the section.
-    if not isinstance(name, str) or len(own) == len(SKIN_KEYS) or name == OWN:
+    if not isinstance(name, str) or own.keys() >= set(ALWAYS) or name == OWN:
         return
     file = _read(find_skin(name)).model_dump(mode="json")
     touch |= file | own
