@@ -143,6 +143,7 @@ def sphere() -> dict[str, Any]:
     heights = torch.as_tensor(np.sqrt(below) - SPHERE_MM)
     result: dict[str, Any] = {}
     for name, skin in FINGERS.items():
+        assert skin.radii_mm is not None
         shaped = heights - rise_mm(skin.radii_mm, heights, SIZE_MM)
         for body, operator in bodies(skin, finest=False).items():
             depths = []

@@ -47,8 +47,12 @@ def fingerprint(module: str) -> str:
     return hashlib.sha256(json.dumps(sources, sort_keys=True).encode()).hexdigest()
 
 
+Key = Mapping[str, float | int | str]
+"""Everything that arrays depend on, the `fingerprint` of the code that builds them included, as "code"."""
+
+
 def cached(
-    kind: str, key: Mapping[str, float | int | str], build: Callable[[], Arrays], layout: Layout
+    kind: str, key: Key, build: Callable[[], Arrays], layout: Layout, shipped: Path | None = None
 ) -> Arrays:
     """Return the arrays of `build()`, from disk if the same key was built before.
 
@@ -58,17 +62,19 @@ def cached(
 
     Args:
         kind: First part of the file's name, for people.
-        key: Everything that the arrays depend on, the `fingerprint` of the code that builds them included.
+        key: Of the arrays.
         build: Computes the arrays.
         layout: Of the arrays that `build` gives.
+        shipped: Folder of arrays that come with Retouch (`ship`), which are looked up first.
 
     Returns:
         The arrays by name.
     """
     path, text = _place(kind, key)
-    stored = _read(path, kind, text, layout)
-    if stored is not None:
-        return stored
+    for file, own in [(path, text), *([_shipped(kind, key, shipped)] if shipped else [])]:
+        stored = _read(file, kind, own, layout)
+        if stored is not None:
+            return stored
     with ExitStack() as stack:
         with suppress(OSError, ImportError):
             stack.enter_context(_one_builder(path.parent))
@@ -83,12 +89,35 @@ def cached(
         return arrays
 
 
-def is_cached(kind: str, key: Mapping[str, float | int | str]) -> bool:
+def is_cached(kind: str, key: Key, shipped: Path | None = None) -> bool:
     """Return whether `cached` would find a file of this kind and key; the file is not read."""
-    return _place(kind, key)[0].is_file()
+    return _place(kind, key)[0].is_file() or (
+        shipped is not None and _shipped(kind, key, shipped)[0].is_file()
+    )
 
 
-def _place(kind: str, key: Mapping[str, float | int | str]) -> tuple[Path, str]:
+def ship(kind: str, key: Key, folder: Path) -> Path:
+    """Copy the cached arrays of a key to a folder that comes with Retouch, and return their file there.
+
+    Their key there is without the code, so that a change of the code's text leaves them valid: tests compare
+    them with what the code builds.
+
+    Raises:
+        InputError: The cache does not hold them.
+    """
+    arrays, _ = read_tensors(_place(kind, key)[0])
+    path, text = _shipped(kind, key, folder)
+    write_atomically(path, tensor_bytes(arrays, text))
+    return path
+
+
+def _shipped(kind: str, key: Key, folder: Path) -> tuple[Path, str]:
+    """The file of a kind and a key in a folder that comes with Retouch, and its key as text."""
+    text = json.dumps({name: value for name, value in key.items() if name != "code"}, sort_keys=True)
+    return folder / f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.safetensors", text
+
+
+def _place(kind: str, key: Key) -> tuple[Path, str]:
     """The file of a kind and a key, and the key as text."""
     text = json.dumps(dict(key), sort_keys=True)
     return cache_folder() / f"{kind}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.safetensors", text

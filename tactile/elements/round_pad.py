@@ -13,6 +13,7 @@ and C is symmetric positive definite.
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ import torch
 from torch import Tensor
 
 from relief.common.arrays import Array
-from relief.common.cache import Arrays, cached, fingerprint, is_cached
+from relief.common.cache import Arrays, cached, fingerprint, is_cached, ship
 from relief.common.errors import InputError
 from relief.common.progress import stage
 from tactile.layer.cosine_layer import PARITIES, CosineLayer, Parity, TensorFields, is_odd, sliding_layer
@@ -34,6 +35,8 @@ from tactile.structured.round_pad import RoundPad, gauss_points, quadratics
 
 KIND = "round-pad"
 """What the cache calls the difference."""
+SHIPPED = Path(__file__).resolve().parent.parent / "operators"
+"""Folder of the differences of named fingers, which come with Retouch."""
 ACCURACY = 1e-4
 """Greatest part of displacement or strain left out, in units of the greatest part."""
 CHUNK = 64
@@ -200,7 +203,15 @@ def is_built(skin: Skin, size_mm: float, mesh: PadMesh | None = None) -> bool:
     if skin.radii_mm is None:
         return False
     key = _key(skin.at_unit_modulus(), skin.radii_mm, float(size_mm), mesh or PadMesh())
-    return is_cached(KIND, key)
+    return is_cached(KIND, key, SHIPPED)
+
+
+def keep_with_package(skin: Skin, size_mm: float) -> Path:
+    """Build the difference of a finger and write it among those that come with Retouch; return its file."""
+    assert skin.radii_mm is not None
+    key = _key(skin.at_unit_modulus(), skin.radii_mm, float(size_mm), PadMesh())
+    _curvature(skin.at_unit_modulus(), skin.radii_mm, float(size_mm), PadMesh())
+    return ship(KIND, key, SHIPPED)
 
 
 def _key(skin: Skin, radii: Radii, size: float, mesh: PadMesh) -> dict[str, float | int | str]:
@@ -233,7 +244,7 @@ def _curvature(skin: Skin, radii: Radii, size: float, mesh: PadMesh) -> Curvatur
         for name in stored
         for part, precision in PRECISIONS.items()
     }
-    arrays = cached(KIND, _key(skin, radii, size, mesh), build, layout)
+    arrays = cached(KIND, _key(skin, radii, size, mesh), build, layout, SHIPPED)
     parts = {}
     for part in PRECISIONS:
         each = [_of_parity(arrays, stored, part, parity).astype(np.float64) for parity in PARITIES]

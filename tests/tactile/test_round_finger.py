@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -152,7 +153,7 @@ def test_the_models_agree_on_a_round_finger() -> None:
         ({"force_n": 60.0}, "skin.force_n: 60 N may flatten a finger"),
     ],
 )
-def test_unfit_shapes_are_refused(change: dict[str, float], line: str) -> None:
+def test_unfit_shapes_are_refused(change: dict[str, Any], line: str) -> None:
     with pytest.raises(InputError, match=line):
         dataclasses.replace(ROUND, **change)
 
