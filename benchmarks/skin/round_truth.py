@@ -75,6 +75,7 @@ def main() -> None:
         "patches": patches,
         "meshes": meshes,
         "tetrahedra": tetrahedra,
+        "flat tetrahedra": flat_tetrahedra,
     }
     for name, measure in parts.items():
         if name not in results:
@@ -202,6 +203,14 @@ def tetrahedra() -> dict[str, Any]:
     return {name: told(felt(operator, skin, heights)) for name, operator in operators.items()}
 
 
+def flat_tetrahedra() -> dict[str, Any]:
+    """The same by tetrahedra of a flat pad, whose exact answer is the layer: the error of the tetrahedra."""
+    skin = skin_at(FINGERS["0.05 MPa"])
+    samples = round(SIZE_MM / TETRAHEDRA_PITCH_MM)
+    operator = round_tetrahedra(skin, samples, SIZE_MM, TETRAHEDRA, flat=True)
+    return told(felt(operator, skin, on_patch(natural(), SIZE_MM, TETRAHEDRA_PITCH_MM)))
+
+
 def cost() -> dict[str, Any]:
     """CPU seconds and memory of a build, size on disk, and seconds of a press beside the layer's."""
     skin = skin_at(FINGERS["0.5 mm of 0.35 over 0.03 MPa"])
@@ -316,10 +325,17 @@ def _by_patch(results: dict[str, Any]) -> list[list[Any]]:
 
 def _by_tetrahedra(results: dict[str, Any]) -> list[list[Any]]:
     found = results["tetrahedra"]
-    return [
-        [body, *_spread(off(found[body], found["tetrahedra"])), *_contact(found[body], found["tetrahedra"])]
-        for body in ("layer", "corrected")
-    ]
+    flat = results["flat tetrahedra"]
+    curved = {
+        key: np.divide(found["tetrahedra"][key], flat[key]) * found["layer"][key]
+        for key in ("roughness", "area_mm2", "approach_mm")
+    }
+    compared = {
+        "layer, flat tetrahedra": (found["layer"], flat),
+        "corrected, round tetrahedra": (found["corrected"], found["tetrahedra"]),
+        "corrected, layer times round over flat tetrahedra": (found["corrected"], curved),
+    }
+    return [[name, *_spread(off(*pair)), *_contact(*pair)] for name, pair in compared.items()]
 
 
 if __name__ == "__main__":
