@@ -20,18 +20,19 @@ from tactile.unstructured.surface import block_surface
 from tactile.unstructured.tetrahedra import TetrahedralOperator
 
 
-def round_tetrahedra(skin: Skin, samples: int, size_mm: float, sizing: Sizing) -> TetrahedralOperator:
-    """The operator of a round finger of one modulus on an n x n patch."""
+def round_tetrahedra(
+    skin: Skin, samples: int, size_mm: float, sizing: Sizing, flat: bool = False
+) -> TetrahedralOperator:
+    """The operator of a round finger of one modulus on an n x n patch; or of a flat pad of the same mesh."""
     assert skin.radii_mm is not None
-    along, across = skin.radii_mm
+    along, across = (np.inf, np.inf) if flat else skin.radii_mm
     block = tetrahedralise(block_surface(size_mm, skin.thickness_mm), sizing)
     face = block.boundary()
     face = face[(block.vertices[face, 2] == 0.0).all(axis=1)]
-    flat = _basis(block)
+    places = _basis(block).doflocs.T
     mesh = Tetrahedra(_curved(block.vertices, along, across), block.cells)
     basis = _basis(mesh)
 
-    places = flat.doflocs.T
     held = np.zeros((3, basis.N), dtype=bool)
     held[:, np.isclose(places[:, 2], skin.thickness_mm)] = True
     for axis in (0, 1):
