@@ -97,6 +97,14 @@ def test_what_the_cache_lacks_is_counted(folder: Path, monkeypatch: pytest.Monke
     assert building() == pytest.approx(0.4 + 3.5)
     assert building("verify.resolution=32") < 1.0 and building("touch.skin=layered") > 10.0
     assert building("verify.model=none") == pytest.approx(0.4)
+    # Operators of named round fingers come with Retouch.
+    round_finger = (
+        "touch.shape=round",
+        "touch.young_modulus_mpa=0.1",
+        "touch.radius_mm=12",
+        "touch.force_n=1",
+    )
+    assert building(*round_finger) > 10.0 and building(*round_finger, "verify.model=layer") == 0.0
     run = load_run("gravel", [f"texture={folder / 'hills.exr'}", "define.resolution=32"])
     anew = forecast(run, folder / "run", None)
     assert ("", "3.9 s of it build the models of this finger, which are kept for later runs") in anew.lines()

@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 import tactile
-from optimize.verification.other_fingers import felt_by_fingers
+from optimize.settings.skins import load_skin
+from optimize.verification.other_fingers import felt_by_fingers, felt_by_measured
 from optimize.verification.verification import Fingers
+from relief.places import places
 from relief.relief import Relief
 from relief.surface import Surface
+from tactile.measures import measure_touch
 from tactile.skin import Skin
 
 PLATES = (Surface((48, 48), 10.0),) * 2
@@ -53,6 +56,29 @@ def test_places_and_grids_may_differ() -> None:
     found = felt(waves(), waves(64), (PLATES[0], tile), Skin())
     assert found.places == 1
     assert all(finger.jnd == pytest.approx(0.0, abs=0.1) for finger in found.each)
+
+
+def test_a_measured_finger_feels_what_its_elements_feel() -> None:
+    before, after = Relief(waves(), 10.0), Relief(1.5 * waves(), 10.0)
+    found = felt_by_measured(before, after, places(before.surface))
+    assert found is not None and found.skin == "measured" and found.count == 1
+    skin = load_skin("measured")
+    first, then = (measure_touch(relief, skin, "fem").means["roughness"] for relief in (before, after))
+    assert (found.initial_roughness, found.roughness) == pytest.approx((first, then), rel=0.01)
+    assert found.jnd_mean == found.jnd_min == found.jnd_max
+    assert found.jnd_mean == pytest.approx(tactile.jnd_apart(then, first), abs=0.02)
+    tile = Relief(waves(), 10.0, (True, True)), Relief(1.5 * waves(), 10.0, (True, True))
+    several = felt_by_measured(*tile, places(tile[0].surface))
+    assert several is not None and several.count == 8
+    assert several.jnd_min is not None and several.jnd_mean is not None and several.jnd_max is not None
+    assert several.jnd_min <= several.jnd_mean <= several.jnd_max
+
+
+def test_a_measured_finger_tells_nothing_of_what_it_cannot_feel() -> None:
+    smooth = felt_by_measured(Relief(np.zeros((48, 48)), 10.0), Relief(waves(), 10.0), np.zeros((1, 2), int))
+    assert smooth is not None and smooth.jnd_mean is None and smooth.jnd_min is None
+    coarse = Relief(waves(16), 10.0)
+    assert felt_by_measured(coarse, coarse, places(coarse.surface)) is None
 
 
 def test_a_smooth_relief_has_no_ratio() -> None:

@@ -543,6 +543,10 @@ RESULT: dict[str, Any] = {
         **{"target_contact_area_mm2": 45.0, "initial_contact_area_mm2": 40.0, "contact_area_mm2": 45.1},
         "contact_fraction": 0.31,
         "fingers": FINGERS | {"count": 5, "jnd_min": -1.5, "jnd_max": -0.8},
+        "measured": {
+            **{"skin": "measured", "force_n": 1.0, "count": 8, "initial_roughness": 0.06, "roughness": 0.05},
+            **{"jnd_mean": -1.1, "jnd_min": -1.2, "jnd_max": -0.9},
+        },
     },
     "look": content()["look"]
     | {
@@ -567,7 +571,7 @@ def test_the_screen_leaves_out_what_there_is_not() -> None:
     assert "original 0.0500, achieved 0.0400 " in screen and "verified" not in screen
     assert "1.3 JND smoother" in screen and "told apart in 89 of 100 tries" in screen
     assert "-1.50 to -0.80 JND to 5 fingers" in screen
-    assert "places" not in screen
+    assert "-1.10 JND (-1.20 to -0.90 over 8 places) to a measured finger at 1 N" in screen
     assert "original 40.0, target 45.0, achieved 45.1 mm²" in screen
     change = f"{percent(1.92)} of the mean picture"
     assert f"changed by about {change}" in screen

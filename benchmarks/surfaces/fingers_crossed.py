@@ -1,0 +1,137 @@
+"""Tiles steered for one finger, felt by others: the default, the measured one, soft, stiff, other forces.
+
+retouch study benchmarks/surfaces/fingers_crossed.toml -o runs/crossed
+python -m benchmarks.surfaces.fingers_crossed runs/crossed   # presses the results; JSON and the page's tables
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from benchmarks.shared.studies import Row, folder_of, rows_in
+from optimize.run_directory.key import SETTINGS, read_verification
+from optimize.settings.run_file import load_run
+from optimize.settings.skins import load_skin
+from relief.common.arrays import Array
+from relief.common.formats import RUN_HEIGHTS
+from relief.common.progress import say
+from relief.heightmap import load_heights
+from relief.places import places
+from relief.relief import Relief
+from tactile.jnd import jnd_apart
+from tactile.measures import measure_touch
+from tactile.quantities import ROUGHNESS
+
+PAGE = DOCS / "evidence" / "finger.md"
+COMMAND = "benchmarks.surfaces.fingers_crossed FOLDER"
+STEERED = ("paper", "measured")
+FELT: Mapping[str, tuple[str, float]] = {
+    "paper, 10 N": ("paper", 10.0),
+    **{f"measured, {force:g} N": ("measured", force) for force in (0.6, 1.0, 2.0)},
+    "measured-soft, 1 N": ("measured-soft", 1.0),
+    "measured-stiff, 1 N": ("measured-stiff", 1.0),
+}
+"""Skin and force of every finger that presses, by finite elements."""
+PLACES = 4
+"""Places of a tile on which each of these fingers presses; the steered one is verified at 16 and between."""
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("study", type=Path, nargs="?", metavar="STUDY", help="folder of the finished study")
+    study = parser.parse_args().study
+    if study is not None:
+        rows = {}
+        for row in rows_in(study):
+            say(f"{row['texture']} {row['touch.jnd']:+g}, {row['touch.skin']}")
+            rows[f"{row['texture']} {row['touch.jnd']:+g}, {row['touch.skin']}"] = told(study, row)
+        save("fingers_crossed", {"rows": rows, "machine": machine()})
+    rows = load("fingers_crossed")["rows"]
+    for name, text in {"steered": steered(rows), "crossed": crossed(rows)}.items():
+        print(f"{text}\n")
+        put(PAGE, name, COMMAND, f"{text}\n")
+
+
+def told(study: Path, row: Row) -> dict[str, Any]:
+    """What a run of the study came to, and how its change feels to every finger, JND at each place."""
+    folder = folder_of(study, row)
+    run, result = load_run(folder / SETTINGS), read_verification(folder)
+    assert result is not None
+    all_over = result.touch.places
+    assert all_over is not None
+    files = (run.texture, folder / RUN_HEIGHTS)
+    before, after = (load_heights(file) for file in files)
+    return {
+        "texture": row["texture"],
+        "jnd": row["touch.jnd"],
+        "skin": row["touch.skin"],
+        "least_jnd": all_over.jnd_min,
+        "largest_jnd": all_over.jnd_max,
+        "farthest_jnd": all_over.farthest_from_target_jnd,
+        "mean_jnd": result.touch.jnd_from_original,
+        "rms_percent": row["change_rms_percent"],
+        "cpu_s": row["cpu_s"],
+        "steps": row["steps"],
+        "felt": {name: felt(before, after, *finger).tolist() for name, finger in FELT.items()},
+    }
+
+
+def felt(before: Array, after: Array, name: str, force_n: float) -> Array:
+    """(places,) JND of a tile's change to a finger."""
+    skin = replace(load_skin(name), force_n=force_n)
+    reliefs = [Relief(heights, 10.0, (True, True)) for heights in (before, after)]
+    every = places(reliefs[0].surface)
+    at = every[:: len(every) // PLACES]
+    pressed = (measure_touch(relief, skin, "fem", quantities=(ROUGHNESS,), at=at) for relief in reliefs)
+    pairs = zip(*(touch.values[ROUGHNESS.name] for touch in pressed), strict=True)
+    return np.array([jnd_apart(float(then), float(first)) for first, then in pairs])
+
+
+def steered(rows: Mapping[str, Any]) -> str:
+    """Every tile for both fingers: JND over the places, distance from the target, pictures, seconds."""
+    lines = []
+    for row in rows.values():
+        if row["skin"] != STEERED[0]:
+            continue
+        both = [rows[f"{row['texture']} {row['jnd']:+g}, {skin}"] for skin in STEERED]
+        ends = [f"{one['least_jnd']:+.2f} to {one['largest_jnd']:+.2f}" for one in both]
+        off = [f"{one['farthest_jnd']:.2f}" for one in both]
+        rms = [f"{one['rms_percent']:.2f}" for one in both]
+        seconds = [f"{one['cpu_s']:.0f}" for one in both]
+        lines.append((f"{row['texture']} {row['jnd']:+g}", *ends, *off, *rms, *seconds))
+    of = {skin: [row for row in rows.values() if row["skin"] == skin] for skin in STEERED}
+    medians = [
+        f"{statistics.median(row[key] for row in of[skin]):.{digits}f}"
+        for key, digits in (("farthest_jnd", 2), ("rms_percent", 2), ("cpu_s", 0))
+        for skin in STEERED
+    ]
+    lines.append(("median", "", "", *medians))
+    head = ("tile", *(f"JND over the places, {skin}" for skin in STEERED))
+    parts = ("farthest off, JND", "pictures rms, %", "CPU s")
+    return table((*head, *(f"{part}, {skin}" for part in parts for skin in STEERED)), lines)
+
+
+def crossed(rows: Mapping[str, Any]) -> str:
+    """Mean and range over the tiles of what each finger feels of them, by the finger they are steered for."""
+    lines = []
+    for name in FELT:
+        cells = []
+        for skin in STEERED:
+            for jnd in (-2, 2):
+                own = [row for row in rows.values() if row["skin"] == skin and row["jnd"] == jnd]
+                means = [statistics.fmean(row["felt"][name]) for row in own]
+                cells.append(f"{statistics.fmean(means):+.2f} ({min(means):+.2f} to {max(means):+.2f})")
+        lines.append((name, *cells))
+    head = (f"steered for {skin}, {jnd:+d}" for skin in STEERED for jnd in (-2, 2))
+    return table(("felt by", *head), lines)
+
+
+if __name__ == "__main__":
+    main()
