@@ -28,7 +28,9 @@ LOOK_KEYS: Mapping[str, Callable[[LookModel], bool]] = {
 """Keys that have an effect by some looks only, with whether they have by one."""
 SCALES = frozenset({"relief_mm", "height_scale"})
 """Keys of the scale of a texture: one for pictures, one for files that hold mm."""
-DECIDING = frozenset({"texture", "touch.fingers", "look.model", "descent.method", "verify.model"})
+DECIDING = frozenset(
+    {"texture", "touch.fingers", "touch.shape", "touch.skin", "look.model", "descent.method", "verify.model"}
+)
 """Keys that decide which others have an effect."""
 
 Value = Callable[[str], Any]
@@ -65,6 +67,8 @@ def without_effect(value: Value, defaults: Mapping[str, Any], texture: Path) -> 
     for key, (other, needed, idle) in NEEDED.items():
         if key in own and value(key) != idle and value(other) != needed:
             reasons.setdefault(key, f'has no effect without {other} = "{needed}"')
+    if "verify.resolution" in own and value("touch.shape") == "round":
+        reasons.setdefault("verify.resolution", "has no effect on a round finger, whose elements have one mesh")
     # The look that "auto" takes is not known before the scene is.
     look = LOOKS.get(value("look.model"))
     for key, applies in LOOK_KEYS.items():
