@@ -68,7 +68,9 @@ def without_effect(value: Value, defaults: Mapping[str, Any], texture: Path) -> 
         if key in own and value(key) != idle and value(other) != needed:
             reasons.setdefault(key, f'has no effect without {other} = "{needed}"')
     if "verify.resolution" in own and value("touch.shape") == "round":
-        reasons.setdefault("verify.resolution", "has no effect on a round finger, whose elements have one mesh")
+        reasons.setdefault(
+            "verify.resolution", "has no effect on a round finger, whose elements have one mesh"
+        )
     # The look that "auto" takes is not known before the scene is.
     look = LOOKS.get(value("look.model"))
     for key, applies in LOOK_KEYS.items():
