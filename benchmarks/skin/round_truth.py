@@ -18,8 +18,8 @@ import torch
 
 from benchmarks.shared.common import load, machine, median_seconds, parser_of, save, table
 from benchmarks.skin.operators import PITCH_MM, Felt, felt, on_patch, peak
-from benchmarks.skin.round_tetrahedra import round_tetrahedra
 from benchmarks.skin.stimuli import DOT_MM, HIGH_MM, NATURAL, PHASES, dots, natural
+from benchmarks.touch.round_tetrahedra import round_tetrahedra
 from relief.common.arrays import Array
 from relief.common.progress import say
 from tactile.contact import solve_contact
