@@ -39,7 +39,8 @@ def check_reach(fields: Array, gap: Array) -> None:
     Raises:
         InputError: over samples lower than `CLEARANCE_MM` the skin comes lower than that.
     """
-    low = fields < CLEARANCE_MM
+    # Where there is nothing below a round finger, heights are minus infinity.
+    low = (fields < CLEARANCE_MM) & np.isfinite(fields)
     lowest = float((fields + gap)[low].min()) if low.any() else HEIGHT_LIMIT_MM
     if lowest < CLEARANCE_MM:
         reached = f"a finger reaches {HEIGHT_LIMIT_MM - lowest:.2f} mm below the top"

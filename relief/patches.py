@@ -82,6 +82,16 @@ class Patches:
         return min(PATCH_SIDE_MM, self.shape[0] * self.surface.pitch_mm)
 
     @property
+    def plate_mm(self) -> float:
+        """Side of the square of a patch below which there is the plate, mm."""
+        bounded = [
+            size
+            for size, repeats in zip(self.surface.size_mm, self.surface.repeats, strict=True)
+            if not repeats
+        ]
+        return min([self.size_mm, *bounded])
+
+    @property
     def samples(self) -> int:
         """Samples along the side of a patch, as pressed."""
         if self.whole:

@@ -95,7 +95,7 @@ def measure_touch(
     # Before patches are cut and operators built, which can take many GiB and seconds.
     check_model(skin, patches.samples, patches.size_mm, model, mesh)
     if ROUGHNESS in quantities:
-        check_patch(patches.size_mm)
+        check_patch(patches.plate_mm)
     deep = floor_mm(heights) > 0.0
 
     def press(fields: Array) -> tuple[tactile.Touch, dict[str, Array]]:

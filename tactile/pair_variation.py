@@ -40,6 +40,9 @@ positions in turn. Strain at the depth of receptors is smooth over such lengths:
 where every fourth sample along each axis is taken, V of twelve reliefs is within 0.017 % of the full sum, its
 gradient within 0.4 % in the median and 1.1 % at most."""
 
+NO_PAIRS = "heights: under the finger no two receptors that count are 1.4 to 3 mm apart"
+"""What is told where a round finger has too little of a plate below."""
+
 Quadrature = Literal["full", "thinned", "polar"]
 """Sum over every pixel offset, bounded in number; over these at fewer positions; over few offsets."""
 
@@ -73,7 +76,8 @@ def roughness(
         (...) roughness, with gradient.
 
     Raises:
-        InputError: the patch is too small for the widest pairs, or too coarse for any; an unknown quadrature.
+        InputError: the patch is too small for the widest pairs, or too coarse for any; no pair counts; an
+            unknown quadrature.
     """
     if receptors is None and isinstance(strain, Touch):
         receptors = strain.receptors
@@ -91,6 +95,8 @@ def roughness(
 def _cropped(strain: Tensor, receptors: Tensor) -> tuple[Tensor, Tensor]:
     """Strain and receptors (..., n, n) on the rows and columns where any of the receptors count."""
     counted = receptors.reshape(-1, *receptors.shape[-2:]).amax(0) > 0.0
+    if not bool(counted.any()):
+        raise InputError(NO_PAIRS)
     rows, columns = (
         slice(int(there[0]), int(there[-1]) + 1)
         for there in (counted.any(axis).nonzero().view(-1) for axis in (1, 0))
@@ -144,6 +150,8 @@ class _PairVariation(torch.autograd.Function):
             else:
                 value.add_(difference.abs_().sum((-2, -1)), alpha=weight)
             advance()
+        if isinstance(pairs, Tensor) and not bool((pairs > 0.0).all()):
+            raise InputError(NO_PAIRS)
         if wanted:
             each = pairs[..., None, None] if isinstance(pairs, Tensor) else pairs
             gradient = _woven(gradients, s, stride) / each

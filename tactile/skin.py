@@ -126,11 +126,6 @@ class Skin:
             raise InputError(f'skin.shape: "{self.shape}" is not one of {", ".join(SHAPES)}')
         if self.shape == "round" and self.radius_mm is None:
             raise InputError("skin.radius_mm: a round finger needs its radius, mm")
-        if self.patch_mm is not None and self.patch_mm > WIDEST_PATCH_MM:
-            raise InputError(
-                f"skin.force_n: {self.force_n:g} N may flatten a finger of this radius and modulus to more "
-                f"than {WIDEST_PATCH_MM - BESIDE_MM:g} mm"
-            )
         for name in ("radius_mm", "across_mm"):
             radius = getattr(self, name)
             if radius is None:
@@ -141,6 +136,11 @@ class Skin:
                 raise InputError(
                     f"skin.{name}: {radius:g} is outside [{LEAST_RADIUS_MM:g}, {LARGEST_RADIUS_MM:g}]"
                 )
+        if self.patch_mm is not None and self.patch_mm > WIDEST_PATCH_MM:
+            raise InputError(
+                f"skin.force_n: {self.force_n:g} N may flatten a finger of this radius and modulus to more "
+                f"than {WIDEST_PATCH_MM - BESIDE_MM:g} mm"
+            )
 
     @property
     def radii_mm(self) -> tuple[float, float] | None:

@@ -1,6 +1,6 @@
 """What a round finger feels: V over the pairs on its own contact, and over the paper's 100 mm² beside it.
 
-To be replaced by `tactile.press(heights, size_mm, skin)` where that takes round fingers.
+`tactile.press` does not serve: strain is needed with and without the flat plate's, and V over other pairs.
 """
 
 from __future__ import annotations
@@ -20,9 +20,8 @@ from benchmarks.skin.round_stimuli import dot_plates, natural_plates, round_seri
 from benchmarks.skin.stimuli import APART_MM, DOT_MM, HIGH_MM, ROUND_SAMPLES, SAMPLES
 from relief.common.arrays import Array
 from relief.common.limits import PATCH_SIDE_MM
-from tactile.contact import solve_contact
-from tactile.layer.cosine_layer import CosineLayer, sliding_layer
-from tactile.pair_variation import full_offsets
+from tactile.layer.elastic_layer import ElasticLayerOperator, elastic_layer_operator
+from tactile.pressing import Press
 from tactile.skin import Skin
 from tactile.strain import principal_strain
 
@@ -52,21 +51,13 @@ class RoundFinger:
     size_mm: float = SIZE_MM
 
     @cached_property
-    def operator(self) -> CosineLayer:
+    def operator(self) -> ElasticLayerOperator:
         """The layer with sliding sides, which knows no force or modulus."""
-        return _operator(self.skin.at_unit_modulus(), self.samples, self.size_mm)
-
-    @cached_property
-    def rise(self) -> Tensor:
-        """(n, n) mm: the pad's surface above its lowest point, in the patch's middle."""
-        along, across = self.skin.radii_mm or (float("inf"), float("inf"))
-        x = (torch.arange(self.samples) + 0.5) * (self.size_mm / self.samples) - 0.5 * self.size_mm
-        return x[:, None] ** 2 / (2.0 * along) + x**2 / (2.0 * across)
+        return elastic_layer_operator(self.skin, self.samples, self.size_mm, torch.float32)
 
     def pressure(self, heights: Tensor) -> Tensor:
         """(..., n, n) pressures in units of the base's modulus on heights in mm."""
-        load = self.skin.mean_pressure_mpa(self.size_mm) / self.skin.young_modulus_mpa
-        return solve_contact(self.operator, heights - self.rise, load).pressure
+        return Press.of(self.skin, self.operator).pressure(heights)
 
     @cached_property
     def flat(self) -> tuple[Tensor, Tensor]:
@@ -94,41 +85,10 @@ class RoundFinger:
             found[way] = (
                 tactile.roughness(strain[..., inner, inner], PATCH_SIDE_MM, quadrature="thinned").tolist()
                 if "100" in way
-                else masked_roughness(strain, mask, self.size_mm).tolist()
+                else tactile.roughness(strain, self.size_mm, receptors=mask).tolist()
             )
         areas = (pressure > 0.0).sum((-2, -1)) * (self.size_mm / self.samples) ** 2
         return found, areas.tolist()
-
-
-_OPERATORS: dict[Any, CosineLayer] = {}
-
-
-def _operator(skin: Skin, samples: int, size_mm: float) -> CosineLayer:
-    key = (skin, samples, size_mm)
-    if key not in _OPERATORS:
-        _OPERATORS.clear()
-        _OPERATORS[key] = sliding_layer(skin, samples, size_mm).to(torch.float32)
-    return _OPERATORS[key]
-
-
-def masked_roughness(strain: Tensor, mask: Tensor, size_mm: float) -> Tensor:
-    """(...) V of strain (..., n, n): the mean over pairs whose ends both lie where `mask` (n, n) is."""
-    offsets = full_offsets(strain.shape[-1], size_mm)
-    rows, cols = torch.nonzero(mask.any(1)).view(-1), torch.nonzero(mask.any(0)).view(-1)
-    inside = (..., slice(int(rows[0]), int(rows[-1]) + 1), slice(int(cols[0]), int(cols[-1]) + 1))
-    weight, part = mask[inside].to(strain.dtype), strain[inside].contiguous()
-    height, width = weight.shape
-    total, pairs = strain.new_zeros(strain.shape[:-2]), strain.new_zeros(())
-    for down, right, share in offsets:
-        if down >= height or abs(right) >= width:
-            continue
-        left, moved = max(0, -right), max(0, right)
-        here = (..., slice(0, height - down), slice(left, width - moved))
-        there = (..., slice(down, height), slice(moved, width - left))
-        both = weight[here] * weight[there]
-        total += share * ((part[here] - part[there]).abs() * both).sum((-2, -1))
-        pairs += share * both.sum()
-    return total / pairs
 
 
 def pressed_round(skin: Skin, names: Iterable[str], ways: Sequence[str] = WAYS[:1]) -> dict[str, Any]:

@@ -114,7 +114,7 @@ def checked_goals(settings: Run, scene: Scene) -> tuple[tuple[GoalMap, ...], Oth
         check_model(touch.finger, patches.samples, patches.size_mm, touch.model)
         if settings.verify.model == "fem":
             check_model(touch.finger, patches.samples, patches.size_mm, "fem", settings.verify.resolution)
-        check_patch(patches.size_mm)
+        check_patch(patches.plate_mm)
     if touch.fingers != "one" and scene.heights.size > MOST_AT_ONCE:
         across = f"{surface.shape[1]} x {surface.shape[0]} samples"
         raise InputError(

@@ -46,7 +46,7 @@ def felt_by_fingers(before: Relief, after: Relief, skin: Skin) -> Fingers | None
             felt.append(
                 roughness_by_finger(patches.within_reach(relief.heights), skin, patches.size_mm).mean(axis=1)
             )
-        except tactile.ContactError as error:
+        except (tactile.ContactError, InputError) as error:
             # Another finger's contact is no reason to lose the result of a run.
             _log.info("no table of other fingers: %s", error)
             return None

@@ -5,15 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
 
-import tactile
 from benchmarks.shared.common import load
 from benchmarks.skin.calibration import MEASURED
 from benchmarks.skin.facts import correlation, off_recorded
 from benchmarks.skin.posterior import Axis, finger, log_likelihood, quantile
 from benchmarks.skin.quarter import flat_contact, groove_depths, sphere_depths, sphere_forces
-from benchmarks.skin.round_pressing import RoundFinger, masked_roughness
+from benchmarks.skin.round_pressing import RoundFinger
 from benchmarks.skin.round_stimuli import mirrored, phases
 from benchmarks.skin.sources import GROOVES, HUMAN_SA1, SPHERE, judged_roughness
 from optimize.settings.skins import load_skin
@@ -106,21 +104,6 @@ def test_skin_files_of_the_range_are_those_of_the_results() -> None:
         fingers[name]["model"]["sphere"] for name in ("measured-soft", "measured", "measured-stiff")
     )
     assert np.all(np.less(least, middle)) and np.all(np.less(middle, most))
-
-
-def test_all_pairs_of_a_patch_are_those_of_the_whole_mask() -> None:
-    strain = torch.from_numpy(np.random.default_rng(0).normal(size=(2, 64, 64)))
-    whole = masked_roughness(strain, torch.ones(64, 64, dtype=torch.bool), 5.0)
-    assert whole.tolist() == pytest.approx(tactile.roughness(strain, 5.0).tolist(), rel=1e-12)
-
-
-def test_pairs_with_an_end_outside_the_mask_do_not_count() -> None:
-    strain = torch.from_numpy(np.random.default_rng(0).normal(size=(64, 64)))
-    mask = torch.zeros(64, 64, dtype=torch.bool)
-    mask[8:56, 8:56] = True
-    inner = masked_roughness(strain, mask, 5.0)
-    assert float(inner) == pytest.approx(float(masked_roughness(torch.where(mask, strain, 9.0), mask, 5.0)))
-    assert float(inner) == pytest.approx(float(tactile.roughness(strain[8:56, 8:56], 3.75)), rel=1e-12)
 
 
 def test_the_patch_and_its_quarter_touch_the_same_flat_plate() -> None:

@@ -126,6 +126,25 @@ def test_a_rim_out_of_reach_changes_nothing_and_pairs_beyond_it_do_not_count() -
     assert math.isfinite(float(tactile.roughness(touch)))
 
 
+def test_a_deep_plate_is_felt_to_its_reach_and_its_rim_is_no_depth() -> None:
+    heights = 1.5 + waves()
+    heights[:4, :4] = 0.0
+    heights += np.where(np.arange(N) < N // 2, 2.0, 2.2)[:, None]
+    for plate in (Relief(heights, 10.0), Relief(heights, 10.0, (True, True))):
+        assert measure_touch(plate, ROUND, "layer").means["roughness"] > 0.0
+
+
+def test_a_plate_without_room_for_pairs_is_refused() -> None:
+    with pytest.raises(InputError, match=r"a patch of 2\.0 mm is smaller than pairs"):
+        measure_touch(Relief(waves(32), 2.0), ROUND, "layer")
+    far = torch.full((64, 64), -math.inf, dtype=torch.float64)
+    far[32, 32] = 0.0
+    with pytest.raises(InputError, match="no two receptors that count"):
+        tactile.roughness(tactile.press(far, 16.0, ROUND))
+    with pytest.raises(InputError, match="no two receptors that count"):
+        tactile.roughness(torch.rand(64, 64), 10.0, receptors=torch.zeros(64, 64))
+
+
 def test_a_plate_alone_is_surrounded_by_nothing() -> None:
     heights = waves()
     plate = measure_touch(Relief(heights, 10.0), ROUND, "layer").means
@@ -149,6 +168,8 @@ def test_the_models_agree_on_a_round_finger() -> None:
         ({"shape": "flat"}, 'only a finger of shape = "round" has a radius'),
         ({"shape": "egg"}, '"egg" is not one of flat, round'),
         ({"radius_mm": 1.0}, r"skin.radius_mm: 1 is outside \[3, 100\]"),
+        ({"radius_mm": -5.0}, r"skin.radius_mm: -5 is outside \[3, 100\]"),
+        ({"across_mm": 1e4}, r"skin.across_mm: 10000 is outside \[3, 100\]"),
         ({"across_mm": math.nan}, "skin.across_mm: nan is not a finite number"),
         ({"force_n": 60.0}, "skin.force_n: 60 N may flatten a finger"),
     ],

@@ -142,6 +142,7 @@ class GaussNewton:
         self._smooth = picture_weight(target.shape[1:], problem.regularisation, self._around).astype(
             precision
         )
+        self._differences = laplacian(problem.heights.shape, problem.relief.repeats)
         self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
         self._roots = np.sqrt(masking_weights(target, problem.masking, self._around))
         self._plate = problem.plate_weights(self._target)
@@ -348,8 +349,8 @@ class GaussNewton:
     @stage("collecting the equations of a step")
     def _system(self, heights: Array, look: tuple[Pictures, ...], weight: float = 0.0) -> System:
         """The undamped least squares of the look and, by a weight, of layers; the matrix of the damping."""
-        problem, shape = self._problem, heights.shape
-        differences = laplacian(shape, problem.relief.repeats)
+        problem = self._problem
+        differences = self._differences
         bend = (ROUGHENING * (differences.T @ differences)).tocsr().astype(self._smooth.dtype)
         matrix = 2.0 * bend
         load = -2.0 * (bend @ (heights - problem.heights).ravel())

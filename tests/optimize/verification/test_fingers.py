@@ -74,6 +74,12 @@ def test_a_measured_finger_feels_what_its_elements_feel() -> None:
     assert several.jnd_min <= several.jnd_mean <= several.jnd_max
 
 
+def test_a_finger_that_none_can_be_half_as_stiff_as_costs_no_result() -> None:
+    skin = Skin(0.0125, force_n=2.5, thickness_mm=4.0, layers=((0.5, 0.2),), shape="round", radius_mm=15.0)
+    relief = Relief(waves(), 10.0, (True, True))
+    assert felt_by_fingers(relief, relief, skin) is None
+
+
 def test_a_measured_finger_tells_nothing_of_what_it_cannot_feel() -> None:
     smooth = felt_by_measured(Relief(np.zeros((48, 48)), 10.0), Relief(waves(), 10.0), np.zeros((1, 2), int))
     assert smooth is not None and smooth.jnd_mean is None and smooth.jnd_min is None
