@@ -1,7 +1,8 @@
 """Tetrahedra of a round pad: the check of its hexahedra by another mesh, other elements and another assembly.
 
 fTetWild meshes a block, and the mesh is curved like the pad of `tactile.structured.round_pad`. Quadratic
-tetrahedra with straight edges, of one modulus; the bone is bonded, and sides slide as those of the pad do.
+tetrahedra with straight edges; the bone is bonded, and sides slide as those of the pad do. A layer of another
+modulus ends within tetrahedra, which are integrated by more points for it.
 """
 
 from __future__ import annotations
@@ -19,26 +20,30 @@ from tactile.unstructured.quadratic import gradients_at, pixel_forces, stiffness
 from tactile.unstructured.surface import block_surface
 from tactile.unstructured.tetrahedra import TetrahedralOperator
 
+LAYERED_ORDER = 6
+"""Order of the quadrature where a boundary of layers may lie within tetrahedra."""
+
 
 def round_tetrahedra(
     skin: Skin, samples: int, size_mm: float, sizing: Sizing, flat: bool = False
 ) -> TetrahedralOperator:
-    """The operator of a round finger of one modulus on an n x n patch; or of a flat pad of the same mesh."""
+    """The operator of a round finger at unit modulus on an n x n patch; or of a flat pad of the same mesh."""
     assert skin.radii_mm is not None
     along, across = (np.inf, np.inf) if flat else skin.radii_mm
     block = tetrahedralise(block_surface(size_mm, skin.thickness_mm), sizing)
     face = block.boundary()
     face = face[(block.vertices[face, 2] == 0.0).all(axis=1)]
-    places = _basis(block).doflocs.T
+    unbent = _basis(block, skin)
+    places = unbent.doflocs.T
     mesh = Tetrahedra(_curved(block.vertices, along, across), block.cells)
-    basis = _basis(mesh)
+    basis = _basis(mesh, skin)
 
     held = np.zeros((3, basis.N), dtype=bool)
     held[:, np.isclose(places[:, 2], skin.thickness_mm)] = True
     for axis in (0, 1):
         held[axis, np.isclose(np.abs(places[:, axis]), 0.5 * size_mm)] = True
     free = np.flatnonzero(~held.ravel())
-    solve = factorised(stiffness(basis, skin.poisson_ratio)[free][:, free])
+    solve = factorised(stiffness(basis, skin.poisson_ratio, _modulus(unbent, skin))[free][:, free])
     forces = pixel_forces(basis, face, samples, size_mm)
     start = int(np.searchsorted(free, 2 * basis.N))
     loaded = free[start:] - 2 * basis.N
@@ -67,9 +72,18 @@ def round_tetrahedra(
     )
 
 
-def _basis(mesh: Tetrahedra) -> skfem.Basis:
+def _basis(mesh: Tetrahedra, skin: Skin) -> skfem.Basis:
     tetrahedra = skfem.MeshTet(np.ascontiguousarray(mesh.vertices.T), np.ascontiguousarray(mesh.cells.T))
-    return skfem.Basis(tetrahedra, skfem.ElementTetP2(), intorder=2)
+    return skfem.Basis(tetrahedra, skfem.ElementTetP2(), intorder=LAYERED_ORDER if skin.layers else 2)
+
+
+def _modulus(block: skfem.Basis, skin: Skin) -> Array:
+    """(cells, points) modulus over that of the base, by the depth of the points in the block."""
+    depth = np.asarray(block.global_coordinates())[2]
+    stack = skin.at_unit_modulus().layers
+    ends = np.cumsum([thickness for thickness, _ in stack])
+    moduli = np.array([*(modulus for _, modulus in stack), 1.0])
+    return np.asarray(moduli[np.searchsorted(ends, depth)])
 
 
 def _curved(places: Array, along: float, across: float) -> Array:

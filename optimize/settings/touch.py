@@ -9,7 +9,7 @@ from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.skins import SKIN_KEYS, SkinKeys
 from optimize.settings.toml_files import Positive, Section, one_of
 from relief.common.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_RELIEF_MM
-from relief.places import SPACING_MM
+from relief.places import ROUND_SPACING_MM, SPACING_MM
 from relief.surface import Repeats
 from tactile.quantities import (
     QUANTITIES,
@@ -151,7 +151,8 @@ class _TouchModel(SkinKeys):
 
     Attributes:
         model: of touch, for the descent.
-        spacing_mm: greatest distance between neighbouring places of the finger, mm.
+        spacing_mm: greatest distance between neighbouring places of the finger, mm; by default less for a
+            round one.
         fingers: "range" draws other fingers (`tactile.fingers`) to the same change as well.
         fingers_weight: picture change, rms in % of the mean, that counts as much as one just-noticeable
             difference of the other fingers from that change.
@@ -166,7 +167,9 @@ class _TouchModel(SkinKeys):
     """
 
     model: Literal["layer", "quick", "net"] = "layer"
-    spacing_mm: Annotated[float, Field(ge=SMALLEST_SPACING_MM, le=LARGEST_PLATE_MM)] = SPACING_MM
+    spacing_mm: Annotated[float, Field(ge=SMALLEST_SPACING_MM, le=LARGEST_PLATE_MM)] = Field(
+        default_factory=lambda touch: ROUND_SPACING_MM if touch.get("shape") == "round" else SPACING_MM
+    )
     fingers: Literal["one", "range"] = "one"
     fingers_weight: Annotated[float, Field(gt=0, le=LARGEST_FINGERS_WEIGHT)] = 20.0
     skin: Annotated[str, Field(min_length=1)] = DEFAULT_SKIN

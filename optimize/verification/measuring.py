@@ -18,7 +18,8 @@ from optimize.verification.converged import change_from, colour_pictures, conver
 from optimize.verification.felt_places import FeltPlaces, sampled
 from optimize.verification.other_fingers import felt_by_fingers, felt_by_measured
 from optimize.verification.picture_metrics import known
-from optimize.verification.verification import FeelOf, Fingers, Measured
+from optimize.verification.skin_surface import skin_bands
+from optimize.verification.verification import FeelOf, Fingers, Measured, SurfaceBand
 from relief.common.arrays import Array, Index
 from relief.common.progress import stage
 from relief.places import between
@@ -83,6 +84,7 @@ class Outcome:
         pictures_before, pictures_after: converged, with the same random numbers batch by batch.
         fingers: how the change feels to other fingers.
         measured: how it feels to a finger that was measured.
+        surface_bands: change of the skin's surface by bands of wavelength.
         printed: what there is to tell of printing; None without a printer.
         colours: before and after in linear RGB, (conditions, rows, cols, 3); None if the scene is grey.
         feel_of: the feel of another relief that is the target; None if none is.
@@ -100,6 +102,7 @@ class Outcome:
     baseline_pictures: Array | None
     fingers: Fingers | None = None
     measured: Measured | None = None
+    surface_bands: tuple[SurfaceBand, ...] | None = None
     feel_of: FeelOf | None = None
     printed: AsPrinted | None = None
     colours: tuple[Array, Array] | None = None
@@ -130,10 +133,11 @@ def measure(
     places = problem.patches.places
     felt = verified or original.press(best, "layer", places)
     goals = {target.quantity.name: target.goal for target in problem.targets.each}
+    touch = FeltPlaces(places, original.touch_before, felt, goals)
     return Outcome(
         descent=descent,
         steering_values=original.steering.values,
-        touch=FeltPlaces(places, original.touch_before, felt, goals),
+        touch=touch,
         between=_between(original, best, felt.model),
         iterations=iterations,
         pictures_before=before,
@@ -141,6 +145,7 @@ def measure(
         baseline_pictures=_baseline(original, before, seed) if settings.verify.baseline else None,
         fingers=felt_by_fingers(relief, replace(relief, heights=best), problem.skin),
         measured=felt_by_measured(relief, replace(relief, heights=best), places),
+        surface_bands=skin_bands(touch, problem.skin, problem.patches.size_mm),
         feel_of=original.feel_of,
         printed=as_printed(settings, problem, best, (before.mean, after.mean)),
         colours=colour_pictures(problem.scene, problem.heights, best, seed) if problem.scene.colour else None,

@@ -95,6 +95,7 @@ def _touch(settings: Run, problem: Problem, outcome: Outcome) -> Touch:
         feel_of=outcome.feel_of,
         fingers=_weighted(outcome.fingers, settings),
         measured=outcome.measured,
+        surface_bands=outcome.surface_bands,
         places=place_numbers(problem.surface, outcome.touch, outcome.between),
     )
 

@@ -93,6 +93,26 @@ class Measured(Spread):
     roughness: float
 
 
+class SurfaceBand(Section):
+    """Change of the skin's surface in a band of wavelength (`tactile.surface_bands.Band`).
+
+    Attributes:
+        least_mm, most_mm: wavelengths of the band.
+        held: share of the band that the grid holds, 0 to 1.
+        initial_um, final_um, change_um: rms of the skin's displacement by original and result, and of the
+            difference of the two.
+        threshold_um: rms of a wave as high as the lowest dot that people detect on a smooth plate.
+    """
+
+    least_mm: float
+    most_mm: float
+    held: float
+    initial_um: float
+    final_um: float
+    change_um: float
+    threshold_um: float
+
+
 class PlaceValues(Spread):
     """What is felt at each of n places.
 
@@ -167,6 +187,8 @@ class Touch(Section):
         contact_fraction, initial_contact_fraction: share of the plate under pressure of the result and of
             the original, means over the places by the model of `verified`.
         jnd_from_original: just-noticeable differences; None if one of the reliefs is smooth.
+        surface_bands: change of the skin's surface by bands of wavelength, from short to long; None where two
+            models pressed on original and result.
     """
 
     model: str | None = None
@@ -181,6 +203,7 @@ class Touch(Section):
     feel_of: FeelOf | None = None
     fingers: Fingers | None = None
     measured: Measured | None = None
+    surface_bands: tuple[SurfaceBand, ...] | None = None
     places: Places | None = None
 
     def final(self, name: str) -> float | None:

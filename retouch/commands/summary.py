@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         Measured,
         PictureChange,
         Places,
+        SurfaceBand,
         Touch,
         Verification,
     )
@@ -78,6 +79,8 @@ def _feel(touch: "Touch", verbose: bool) -> Iterator[tuple[str, str]]:
         yield quantity.label, f"{_listed(stages)} {quantity.unit}".rstrip() + means
     if verbose:
         yield "in contact", f"{100.0 * touch.contact_fraction:.0f} % of the plate; {GAPS_COUNT}"
+        for line, band in enumerate(touch.surface_bands or ()):
+            yield "" if line else "skin's surface", surface_band(band)
 
 
 def _change(touch: "Touch", several: bool) -> Iterator[str]:
@@ -96,6 +99,15 @@ def _change(touch: "Touch", several: bool) -> Iterator[str]:
         yield other_fingers(fingers, several)
     if (measured := touch.measured) is not None and measured.jnd_mean is not None:
         yield measured_finger(measured)
+
+
+def surface_band(band: "SurfaceBand") -> str:
+    """Change of the skin's surface in a band of wavelength, in a clause."""
+    return (
+        f"waves of {band.least_mm:g} to {band.most_mm:g} mm: {number(band.initial_um, 2)} µm rms, then "
+        f"{number(band.final_um, 2)}; changed by {number(band.change_um, 2)} (on a smooth plate "
+        f"{number(band.threshold_um, 2)} is detected)"
+    )
 
 
 def jnd_in_words(jnd: float) -> str:

@@ -10,22 +10,24 @@ from tactile.skin import lame
 from tactile.unstructured.surface import locate
 
 
-def stiffness(basis: skfem.Basis, poisson_ratio: float) -> sp.csr_matrix:
-    """(3 * nodes, 3 * nodes) stiffness at unit modulus, component by component.
+def stiffness(basis: skfem.Basis, poisson_ratio: float, modulus: Array | None = None) -> sp.csr_matrix:
+    """(3 * nodes, 3 * nodes) stiffness, component by component.
 
     Args:
         basis: of scalar elements, as one matrix for each pair of derivatives takes a ninth of the memory of
             vector elements.
         poisson_ratio: nu.
+        modulus: (cells, points) at the points of the basis's quadrature; None: 1 everywhere.
     """
     lam, mu = lame(1.0, poisson_ratio)
+    stiff = np.ones_like(basis.dx) if modulus is None else modulus
 
     def integral(a: int, b: int) -> sp.csr_matrix:
         @skfem.BilinearForm
-        def product(u, v, _):  # type: ignore[no-untyped-def]
-            return v.grad[a] * u.grad[b]
+        def product(u, v, w):  # type: ignore[no-untyped-def]
+            return w["stiff"] * v.grad[a] * u.grad[b]
 
-        return sp.csr_matrix(product.assemble(basis))
+        return sp.csr_matrix(product.assemble(basis, stiff=stiff))
 
     pairs = {(a, b): integral(a, b) for a in range(3) for b in range(a, 3)}
     pairs |= {(b, a): matrix.T for (a, b), matrix in pairs.items() if a != b}

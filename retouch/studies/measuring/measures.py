@@ -11,6 +11,7 @@ from pathlib import Path
 from optimize.settings.run_file import Run
 from optimize.verification.jod import jod_obstacle
 from optimize.verification.verification import Verification
+from tactile.surface_bands import BANDS_MM
 
 _UNSEEN = {
     f"change_{name}_{kind}percent": f"{words} of pictures {what}, % of the mean picture."
@@ -22,6 +23,16 @@ _UNSEEN = {
         ("fine", "in the run's own scene at twice its resolution"),
     )
     for kind, words in (("", "Mean change"), ("rms_", "Root mean square change"))
+}
+
+_BANDS = {
+    f"band_{least:g}_{key}": f"Surface of the skin, waves of {least:g} to {most:g} mm: {words}."
+    for least, most in BANDS_MM
+    for key, words in (
+        ("initial_um", "of the original, µm rms"),
+        ("final_um", "of the result, µm rms"),
+        ("change_um", "of the difference of the two, µm rms"),
+    )
 }
 
 Columns = Mapping[str, float | None]
@@ -75,6 +86,12 @@ def _places(run_dir: Path, run: Run, result: Verification) -> Columns:
     return felt_between(run_dir, run, result)
 
 
+def _surface(run_dir: Path, run: Run, result: Verification) -> Columns:
+    by_least = {band.least_mm: band.as_json() for band in result.touch.surface_bands or ()}
+    keys = {name: name.removeprefix("band_").split("_", 1) for name in _BANDS}
+    return {name: by_least.get(float(least), {}).get(key) for name, (least, key) in keys.items()}
+
+
 MEASURES: Mapping[str, Measure] = {
     measure.name: measure
     for measure in (
@@ -112,6 +129,7 @@ MEASURES: Mapping[str, Measure] = {
             _places,
             seconds=30.0,
         ),
+        Measure("surface", 1, _BANDS, _surface),
     )
 }
 """Measures by name."""

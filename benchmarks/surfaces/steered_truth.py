@@ -1,0 +1,114 @@
+"""Tiles steered for the measured finger, felt by finer elements and by tetrahedra of the same finger.
+
+retouch study benchmarks/surfaces/fingers_crossed.toml -o runs/crossed
+python -m benchmarks.surfaces.steered_truth runs/crossed   # presses three of the tiles; JSON and table
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from benchmarks.shared.studies import Row, folder_of, rows_in
+from benchmarks.skin.operators import PITCH_MM, felt
+from benchmarks.skin.round_truth import TETRAHEDRA, TETRAHEDRA_PITCH_MM, TRUTH
+from benchmarks.touch.round_tetrahedra import round_tetrahedra
+from optimize.run_directory.key import SETTINGS
+from optimize.settings.run_file import load_run
+from optimize.settings.skins import load_skin
+from relief.common.arrays import Array
+from relief.common.formats import RUN_HEIGHTS
+from relief.common.progress import say
+from relief.heightmap import load_heights
+from relief.patches import Patches
+from relief.places import places
+from relief.relief import Relief
+from tactile.elements.round_pad import round_pad_operator
+from tactile.jnd import jnd_apart
+from tactile.pressing import SkinOperator
+
+PAGE = DOCS / "evidence" / "finger.md"
+COMMAND = "benchmarks.surfaces.steered_truth FOLDER"
+TILES = ("gravel-tile", "knit-tile", "leather-tile")
+TILE_MM = 10.0
+SKIN = load_skin("measured")
+PLACES = 4
+"""Places of a tile, evenly taken, at which every method presses."""
+WAYS = (
+    "verifying elements",
+    "finer elements",
+    "verifying elements, coarse samples",
+    "tetrahedra, coarse samples",
+)
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("study", type=Path, nargs="?", metavar="STUDY", help="folder of the finished study")
+    study = parser.parse_args().study
+    if study is not None:
+        rows = [row for row in rows_in(study) if row["texture"] in TILES and row["touch.skin"] == "measured"]
+        reliefs = {f"{row['texture']} {row['touch.jnd']:+g}": _sides(study, row) for row in rows}
+        jnds: dict[str, dict[str, list[float]]] = {name: {} for name in reliefs}
+        for way, pitch, operator in operators():
+            for name, sides in reliefs.items():
+                say(f"{name} by {way}")
+                first, then = (
+                    felt(operator, SKIN, torch.as_tensor(_patches(side, pitch))).roughness for side in sides
+                )
+                jnds[name][way] = [jnd_apart(b, a) for a, b in zip(first, then, strict=True)]
+        save("steered_truth", {"jnd": jnds, "machine": machine()})
+    text = as_text(load("steered_truth")["jnd"])
+    print(text)
+    put(PAGE, "truth", COMMAND, f"{text}\n")
+
+
+def operators() -> Iterator[tuple[str, float, SkinOperator]]:
+    """Name, pitch of the samples, mm, and operator of each way to press."""
+    assert SKIN.patch_mm is not None
+    size = SKIN.patch_mm
+    fine, coarse = round(size / PITCH_MM), round(size / TETRAHEDRA_PITCH_MM)
+    yield WAYS[0], PITCH_MM, round_pad_operator(SKIN, fine, size)
+    yield WAYS[1], PITCH_MM, round_pad_operator(SKIN, fine, size, mesh=TRUTH)
+    yield WAYS[2], TETRAHEDRA_PITCH_MM, round_pad_operator(SKIN, coarse, size)
+    yield WAYS[3], TETRAHEDRA_PITCH_MM, round_tetrahedra(SKIN, coarse, size, TETRAHEDRA)
+
+
+def _sides(study: Path, row: Row) -> tuple[Relief, Relief]:
+    """Original and result of a row."""
+    folder = folder_of(study, row)
+    before, after = (
+        load_heights(file) for file in (load_run(folder / SETTINGS).texture, folder / RUN_HEIGHTS)
+    )
+    return Relief(before, TILE_MM, (True, True)), Relief(after, TILE_MM, (True, True))
+
+
+def _patches(relief: Relief, pitch_mm: float) -> Array:
+    """(k, n, n) mm below the finger at the places."""
+    at = places(relief.surface)
+    some = at[np.linspace(0, len(at) - 1, PLACES).round().astype(int)]
+    assert SKIN.patch_mm is not None
+    patches = Patches(relief.surface, some, round(SKIN.patch_mm / pitch_mm), SKIN.patch_mm)
+    return np.asarray(patches.within_reach(relief.heights))
+
+
+def as_text(jnds: dict[str, dict[str, list[float]]]) -> str:
+    """Mean and range of JND over the places by each way, and the largest distance of two ways at a place."""
+    lines: list[list[Any]] = []
+    for name, by_way in jnds.items():
+        means = [f"{np.mean(each):+.2f} ({min(each):+.2f} to {max(each):+.2f})" for each in by_way.values()]
+        apart = [
+            float(np.abs(np.subtract(by_way[one], by_way[other])).max())
+            for one, other in ((WAYS[0], WAYS[1]), (WAYS[2], WAYS[3]))
+        ]
+        lines.append([name, *means, *(f"{each:.2f}" for each in apart)])
+    return table(("tile", *WAYS, "farthest apart: finer", "tetrahedra"), lines)
+
+
+if __name__ == "__main__":
+    main()
