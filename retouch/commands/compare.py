@@ -28,7 +28,7 @@ from retouch.commands.options import (
     print_json,
     seed,
 )
-from retouch.commands.summary import jnd_in_words, other_fingers, told_apart
+from retouch.commands.summary import jnd_in_words, measured_finger, other_fingers, told_apart
 from tactile.limits import MODEL_NAMES
 from tactile.quantities import GAPS_COUNT, QUANTITIES
 
@@ -152,13 +152,15 @@ def lines(numbers: "Compared", verbose: bool = False) -> Iterator[tuple[str, str
         values = " and ".join(number(side.values[name]) for side in numbers.sides)
         yield quantity.label, f"{values} {quantity.unit}".rstrip() + means
     shares = " and ".join(f"{100.0 * side.contact_fraction:.0f} %" for side in numbers.sides)
-    yield "in contact", f"{shares} of the plate; {GAPS_COUNT}"
+    yield "in contact", f"{shares} of the patch; {GAPS_COUNT}"
     yield "feel", _feel(numbers)
     if (places := numbers.places) is not None and places.jnd_min is not None:
         ends = f"{places.jnd_min:+.2f} to {places.jnd_max:+.2f}"
         yield "", f"{ends} JND over {places.count} places of the finger"
     if (fingers := numbers.fingers) is not None and fingers.jnd_min is not None:
         yield "", other_fingers(fingers, numbers.places is not None)
+    if (measured := numbers.measured) is not None and measured.jnd_mean is not None:
+        yield "", measured_finger(measured)
     if (look := numbers.look) is None:
         yield "pictures", f"not compared: {numbers.no_look}"
     else:

@@ -51,7 +51,7 @@ SKIN = {
 HELP = "measure how rough and how cold textures feel"
 DESCRIPTION = f"""\
 Presses the finger's skin on each texture and prints its roughness (no unit; full sum, double precision), its
-contact area in mm² (more feels colder) and the share of the plate in contact. For several textures it also
+contact area in mm² (more feels colder) and the share of the patch in contact. For several textures it also
 prints how many just-noticeable differences each is rougher (+) or smoother (-) than the first.
 
 With --reach it also estimates how much rougher and smoother `retouch optimize` can make each texture before

@@ -197,7 +197,7 @@ def _feel(prepared: "Prepared", felt: "Evaluation | None") -> dict[str, str]:
         return {"feel": f"not pressed: more than {MOST_PRESSED} samples a side; retouch evaluate does it"}
     touch, roughness = felt.touch, felt.roughness
     numbers = [f"{one.label} {number(touch.means[name])} {one.unit}" for name, one in QUANTITIES.items()]
-    numbers.append(f"{100.0 * touch.contact_fraction:.0f} % of the plate in contact")
+    numbers.append(f"{100.0 * touch.contact_fraction:.0f} % of the patch in contact")
     if (ends := touch.ends)["count"] > 1:
         least, largest = (number(ends[f"{ROUGHNESS.name}_{end}"]) for end in ("min", "max"))
         numbers.append(f"means over {ends['count']} places of the finger, roughness {least} to {largest}")

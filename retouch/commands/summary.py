@@ -78,7 +78,7 @@ def _feel(touch: "Touch", verbose: bool) -> Iterator[tuple[str, str]]:
         ]
         yield quantity.label, f"{_listed(stages)} {quantity.unit}".rstrip() + means
     if verbose:
-        yield "in contact", f"{100.0 * touch.contact_fraction:.0f} % of the plate; {GAPS_COUNT}"
+        yield "in contact", f"{100.0 * touch.contact_fraction:.0f} % of the patch; {GAPS_COUNT}"
         for line, band in enumerate(touch.surface_bands or ()):
             yield "" if line else "skin's surface", surface_band(band)
 

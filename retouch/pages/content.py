@@ -7,7 +7,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 
 from optimize.verification.section import Keys, Section
-from optimize.verification.verification import Fingers, PictureChange, Spread, Values, Verification
+from optimize.verification.verification import Fingers, Measured, PictureChange, Spread, Values, Verification
 from relief.common.arrays import Array, FloatArray
 from relief.relief import Relief
 from tactile.measures import TouchMeasures
@@ -191,6 +191,7 @@ class Compared(Section):
         skin: its name and its values.
         model: of touch.
         fingers: what other fingers feel.
+        measured: what a measured finger feels; None if the reliefs differ in size, samples or repeats.
         page: that was written.
     """
 
@@ -205,6 +206,7 @@ class Compared(Section):
     skin: Mapping[str, Any]
     model: str
     fingers: Fingers | None = None
+    measured: Measured | None = None
     page: str | None = None
 
     @property

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -15,12 +15,13 @@ from optimize.settings.skins import described_skin, load_skin
 from optimize.verification import picture_metrics as metrics
 from optimize.verification.converged import colour_pictures, converged
 from optimize.verification.felt_places import place_spread
-from optimize.verification.other_fingers import felt_by_fingers
-from optimize.verification.verification import Fingers, PictureChange
+from optimize.verification.other_fingers import felt_by_fingers, felt_by_measured
+from optimize.verification.verification import Fingers, Measured, PictureChange
 from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.limits import EYE_DISTANCE_CM, FARTHEST_EYE_CM, NEAREST_EYE_CM
 from relief.common.progress import Progress, stage
+from relief.places import places
 from relief.relief import Relief
 from relief.surface import Repeats
 from retouch.pages.comparison import write_comparison
@@ -31,6 +32,7 @@ from tactile.jnd import discrimination_probability, jnd_unless_smooth
 from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import ROUGHNESS
+from tactile.skin import Skin
 from visual.noise import Batches, batched
 from visual.scene import Scene, load_scene, plate_size_mm
 from visual.scene_file.fitting import film_of
@@ -112,9 +114,9 @@ def compare(
         for subject in (one, other):
             with naming(subject.file), stage(f"pressing on {subject.name}"):
                 touches.append(measure_touch(subject.relief, finger, model))
-        fingers = felt_by_fingers(one.relief, other.relief, finger)
+        felt = OtherFingers.of(one.relief, other.relief, finger)
         seen = look.of(one, other)
-    numbers = _numbers((one, other), touches, seen, fingers, described_skin(finger, skin_name), scene_file)
+    numbers = _numbers((one, other), touches, seen, felt, described_skin(finger, skin_name), scene_file)
     if page is not None:
         write_comparison(Path(page), _content(one, other, touches, seen, numbers))
         numbers = numbers.model_copy(update={"page": str(page)})
@@ -138,6 +140,23 @@ class Seen:
     colours: tuple[Array, Array] | None = None
     change: PictureChange | None = None
     reason: str = ""
+
+
+@dataclass(frozen=True)
+class OtherFingers:
+    """What other fingers feel of both reliefs, and a measured one; None where that cannot be told."""
+
+    fingers: Fingers | None
+    measured: Measured | None
+
+    @classmethod
+    def of(cls, one: Relief, other: Relief, finger: Skin) -> Self:
+        """Press with the fingers about the one given, and with the measured one on reliefs of one surface."""
+        alike = one.surface == other.surface
+        return cls(
+            felt_by_fingers(one, other, finger),
+            felt_by_measured(one, other, places(one.surface)) if alike else None,
+        )
 
 
 @dataclass(frozen=True)
@@ -192,7 +211,7 @@ def _numbers(
     subjects: tuple[Subject, Subject],
     touches: Sequence[TouchMeasures],
     seen: Seen,
-    fingers: Fingers | None,
+    felt: OtherFingers,
     skin: Mapping[str, Any],
     scene: Path,
 ) -> Compared:
@@ -211,7 +230,8 @@ def _numbers(
         scene=None if seen.change is None else str(scene),
         skin=skin,
         model=touches[0].model,
-        fingers=fingers,
+        fingers=felt.fingers,
+        measured=felt.measured,
     )
 
 

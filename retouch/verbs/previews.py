@@ -34,7 +34,7 @@ def _figures(prepared: Prepared, felt: Evaluation | None) -> list[tuple[str, str
     figures = [(f"{prepared.relief_mm:.3g} mm", "relief"), (" / ".join(slopes), "slopes, median / steep")]
     if felt is not None:
         figures.append((number(felt.roughness), "roughness V"))
-        figures.append((f"{100.0 * felt.contact_fraction:.0f} %", "of the plate in contact"))
+        figures.append((f"{100.0 * felt.contact_fraction:.0f} %", "of the patch in contact"))
     if "tile" in prepared.numbers:
         tile = prepared.numbers["tile"]
         seam = tile["seam_errors"][tile["method"]]

@@ -578,7 +578,7 @@ def test_the_screen_leaves_out_what_there_is_not() -> None:
     sharp = RESULT["look"]["noise"] | {"certainty": "known"}
     assert f"changed by {change}" in lines(RESULT | {"look": RESULT["look"] | {"noise": sharp}})
     for more in (
-        "31 % of the plate; the contact area also counts skin close by",
+        "31 % of the patch; the contact area also counts skin close by",
         f"bounds {between(1.81, 2.04)}, rms {plus_minus(3.0, 0.12)} %",
         f"of white {percent(0.96)}; bounds {between(0.905, 1.02)}, rms {plus_minus(1.5, 0.06)} %",
         "set-up 1.0 s",
