@@ -214,8 +214,21 @@ def _touched(skin: Skin, pressure: Tensor, strain: Tensor, size_mm: float) -> Te
         raise InputError(f"{about}, too much for a patch of {size_mm:.3g} mm")
     largest = float(strain.abs().max())
     if largest > LARGE_STRAIN:
-        say(f"{about} and strains its skin by {100.0 * largest:.0f} %; the theory is of small strains")
+        _tell_large_strain(skin, wide, largest)
     return touched.to(pressure.dtype)
+
+
+_STRAINED: set[Skin] = set()
+"""Fingers of which a user was told that their strain is large: several models of one finger say it once."""
+
+
+def _tell_large_strain(skin: Skin, wide_mm: float, strain: float) -> None:
+    if skin not in _STRAINED:
+        _STRAINED.add(skin)
+        say(
+            f"a finger of {skin.force_n:g} N touches {wide_mm:.1f} mm of a flat plate and strains its skin by "
+            f"{100.0 * strain:.0f} %; the theory is of small strains"
+        )
 
 
 @one_torch_thread()

@@ -14,6 +14,7 @@ from relief.patches import Patches
 from relief.places import places
 from relief.relief import Relief
 from relief.surface import Surface
+from tactile import model
 from tactile.measures import measure_touch
 from tactile.skin import Skin
 
@@ -187,3 +188,13 @@ def test_contacts_without_pairs_of_receptors_and_unfit_models_are_refused() -> N
         tactile.press(heights, 10.0, ROUND, "net")
     with pytest.raises(InputError, match="heights: not every value is finite"):
         tactile.press(heights + math.inf, 10.0, ROUND)
+
+
+def test_large_strain_is_told_once_of_a_finger(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[str] = []
+    monkeypatch.setattr(model, "say", told.append)
+    strained = Skin(0.05, thickness_mm=4.0, force_n=3.5, shape="round", radius_mm=8.0)
+    for samples in (40, 44):
+        model.touch_model(strained, samples, 20.0)
+    assert len(told) == 1
+    assert "a finger of 3.5 N touches" in told[0] and "the theory is of small strains" in told[0]
