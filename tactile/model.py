@@ -226,8 +226,8 @@ def _tell_large_strain(skin: Skin, wide_mm: float, strain: float) -> None:
     if skin not in _STRAINED:
         _STRAINED.add(skin)
         say(
-            f"a finger of {skin.force_n:g} N touches {wide_mm:.1f} mm of a flat plate and strains its skin by "
-            f"{100.0 * strain:.0f} %; the theory is of small strains"
+            f"a finger of {skin.force_n:g} N touches {wide_mm:.1f} mm of a flat plate and strains its skin "
+            f"by {100.0 * strain:.0f} %; the theory is of small strains"
         )
 
 
