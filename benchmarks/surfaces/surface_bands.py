@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from benchmarks.shared.common import DOCS, put, table
 from benchmarks.shared.studies import Row, committed
-from tactile.surface_bands import BANDS_MM, threshold_um
+from optimize.verification.surface_bands import BANDS_MM, threshold_um
 
 PAGE = DOCS / "evidence" / "touch.md"
 COMMAND = "benchmarks.surfaces.surface_bands"

@@ -7,11 +7,11 @@ import torch
 
 import tactile
 from optimize.verification.felt_places import FeltPlaces
+from optimize.verification.surface_bands import surface_bands
 from optimize.verification.verification import SurfaceBand
 from relief.common.arrays import Array, Index
 from relief.common.threads import one_torch_thread
 from tactile.measures import TouchMeasures
-from tactile.surface_bands import surface_bands
 
 MOST_PLACES = 8
 """Most places whose skin is looked at, evenly taken."""

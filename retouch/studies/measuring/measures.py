@@ -10,8 +10,8 @@ from pathlib import Path
 
 from optimize.settings.run_file import Run
 from optimize.verification.jod import jod_obstacle
+from optimize.verification.surface_bands import BANDS_MM
 from optimize.verification.verification import Verification
-from tactile.surface_bands import BANDS_MM
 
 _UNSEEN = {
     f"change_{name}_{kind}percent": f"{words} of pictures {what}, % of the mean picture."
