@@ -49,6 +49,8 @@ class Settings:
         keep_bottom: Whether a flat bottom, the lowest triangles that point down, stays as it is.
         edge_mm: Longest edge of the textured triangles, mm; None: that of the samples, or what `faces` allow.
         faces: Triangles at most, about; for `edge_mm` None.
+        base_edge_mm: Longest edge of the mesh that patches, normals and clearance are computed on, mm. A
+            longer one saves time and bends the texture's coordinates a little.
     """
 
     mask: str | None = None
@@ -57,6 +59,7 @@ class Settings:
     keep_bottom: bool = True
     edge_mm: float | None = None
     faces: int = MOST_FACES
+    base_edge_mm: float = BASE_EDGE_MM
 
 
 class BaseSurface:
@@ -73,7 +76,7 @@ class BaseSurface:
 
     def __init__(self, body: Body, uv: Array | None, regions: Regions, settings: Settings) -> None:
         longest = float(np.ptp(body.vertices, axis=0).max())
-        edge = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
+        edge = min(settings.base_edge_mm, longest / LEAST_BASE_EDGES)
         check_count(expected_faces(body, edge, np.ones(len(body.faces), bool)), settings)
         self.uv: Array | None = None
         if uv is None:
