@@ -88,9 +88,15 @@ def _thousands(preview: Preview) -> str:
 
 def _cards(preview: Preview) -> list[Card]:
     shown, (time, unit) = preview.shown, about(preview.seconds)
-    sides = " × ".join(f"{side:.3g}" for side in np.ptp(shown.body.vertices, axis=0))
+    extents = np.ptp(shown.body.vertices, axis=0)
+    sides = " × ".join(f"{side:.3g}" for side in extents)
     return [
-        Card("Size", sides, "mm", f"with the texture, which lies on {number(shown.area_mm2)} mm²"),
+        Card(
+            "Longest side",
+            f"{extents.max():.3g}",
+            "mm",
+            f"{sides} mm with the texture, which lies on {number(shown.area_mm2)} mm²",
+        ),
         Card(
             "Triangles",
             f"{preview.faces / 1e6:.2g}" if preview.faces >= 1e6 else f"{round(preview.faces, -3) // 1000}",

@@ -24,7 +24,7 @@ from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
 from retouch.verbs.wrapping import Task, task_of
 
-SHOWN_FACES = 80_000
+SHOWN_FACES = 150_000
 """Triangles that are asked for. `wrap` makes 80,000 to 250,000 of these, more where an object is long and thin;
 they take 1 to 3 MB of a page."""
 BASE_EDGE_MM = 2.0

@@ -30,6 +30,7 @@ function enliven(figure, view) {
       view.draw(width, height, split);
       scaleBar(bar, view.pixelsPerMm);
       stage.style.setProperty("--split", `${100 * split}%`);
+      figure.querySelectorAll(".stage > .tag").forEach((tag, k) => { tag.hidden = split === k; });
       figure.dataset.camera = [view.azimuth, view.elevation, view.zoom].map((value) => value.toFixed(2)).join(" ");
       figure.dataset.lampAt = [view.lampAzimuth, view.lampElevation].map((value) => value.toFixed(2)).join(" ");
     });
