@@ -1,4 +1,4 @@
-"""A page that shows in seconds what `retouch wrap` will make: the object with its texture on few triangles."""
+"""A page that shows in seconds what `retouch wrap` will make: the object and its texture on few triangles."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -19,17 +19,17 @@ from relief.meshes.refining import AREA_PER_FACE
 from relief.relief import Relief
 from relief.wrapping.surfaces import FALLOFF_MM, MOST_FACES, Settings
 from relief.wrapping.wrap import Covering, Wrapped, wrap
-from retouch.pages.wrap_page import Preview, write_wrap_page
+from retouch.pages.objects.wrap_page import Preview, write_wrap_page
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
 from retouch.verbs.wrapping import Task, task_of
 
 SHOWN_FACES = 150_000
-"""Triangles that are asked for. `wrap` makes 80,000 to 250,000 of these, more where an object is long and thin;
-they take 1 to 3 MB of a page."""
+"""Triangles that are asked for. `wrap` makes 150,000 to 270,000 of these, more where the object's own are
+thin; a page takes 2 to 4 MB."""
 BASE_EDGE_MM = 2.0
-"""Longest edge of the mesh on which patches are laid out, mm. With 1 mm, as in `wrap`, patches alone take 7 to
-12 s of the processor on a frog or a cylinder of 40 mm; with 2 mm 3 to 5 s."""
+"""Longest edge of the mesh on which patches are laid out, mm. With 1 mm, as in `wrap`, patches alone take
+12 s of the processor on a frog and 7 s on a cylinder of 40 mm; with 2 mm 4 s and 3 s."""
 TOLERANCE_MM = 0.05
 """Farthest that the object's own surface is simplified, mm, so that small triangles cost no time: less than a
 tenth of what the eye sees of the object in the page."""

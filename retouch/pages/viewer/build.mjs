@@ -2,7 +2,8 @@
 //
 // three.js imports all its shaders and features from one renderer, so that no bundler can leave any out. Parts
 // that are reached only by features which the viewer never switches on become empty here, by their file names.
-import { readFile, writeFile } from "node:fs/promises";
+import { createHash } from "node:crypto";
+import { readFile, readdir, writeFile } from "node:fs/promises";
 import { build } from "esbuild";
 
 /** Classes of whose objects the renderer asks but a few fields; the rest of their code is left out. */
@@ -51,6 +52,11 @@ const lean = {
   },
 };
 
+/** Hash of all that viewer.js is made from, which a test compares with the files. */
+const hash = createHash("sha256");
+const sources = (await readdir("source")).sort().map((name) => `source/${name}`);
+for (const name of ["build.mjs", "package-lock.json", ...sources]) hash.update(await readFile(name));
+
 await build({
   entryPoints: ["source/main.js"],
   bundle: true,
@@ -58,7 +64,7 @@ await build({
   format: "iife",
   target: "es2022",
   legalComments: "none",
-  banner: { js: "/* three.js, MIT licence, copyright three.js authors; see LICENSE-three.txt of Retouch's viewer */" },
+  banner: { js: `/* Made by make viewer of ${hash.digest("hex")}. Holds three.js, MIT licence, copyright three.js authors: LICENSE-three.txt */` },
   outfile: "viewer.js",
   plugins: [lean],
 });

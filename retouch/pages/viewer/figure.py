@@ -20,8 +20,8 @@ FIGURE = Markup("""\
 <div class="stage"><img class="still" src="{still}" alt="{label}">{tags}<span class="scale-bar"></span></div>
 <div class="switches">{switches}</div>
 {legends}<figcaption><span class="still-note">This picture turns where scripts may run.</span>\
-<span class="hint">Drag to turn, shift and drag to move the lamp, two fingers or the wheel to zoom; the right \
-button moves. Keys: arrows, shift and arrows for the lamp, + and −, 0{swipe_key}.</span></figcaption>
+<span class="hint">Drag to turn, shift and drag to move the lamp, two fingers or the wheel to zoom, the \
+right button to shift. Keys: arrows, shift and arrows for the lamp, + and −, 0{swipe_key}.</span></figcaption>
 <script type="application/json">{data}</script>
 </figure>""")
 SWIPE = Markup("""\
@@ -96,16 +96,20 @@ def _group(name: str, buttons: Sequence[tuple[str, str, str, bool]]) -> Markup:
 
 def _data(models: Sequence[Model]) -> Markup:
     """The meshes as JSON that ends no script, whatever their names are."""
+    faces = models[0].body.faces
     meshes = [
         {
             "name": model.name,
             **packed_places(model.body.vertices),
-            "faces": None if number and model.body.faces is models[0].body.faces else packed_faces(model.body),
+            # The second mesh has the faces of the first, if they are the same array.
+            "faces": packed_faces(model.body)
+            if model is models[0] or model.body.faces is not faces
+            else None,
             "layers": [
                 {"name": layer.name, "colours": packed_colours(layer.colours)} for layer in model.layers
             ],
         }
-        for number, model in enumerate(models)
+        for model in models
     ]
     return Markup(json.dumps(meshes, separators=(",", ":")).replace("<", r"\u003c"))
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relief.body import Body
 from relief.common.arrays import Array
@@ -33,13 +34,13 @@ def lighter(model: Model) -> Model:
     return replace(model, body=Body(_means(body.vertices, number), faces), layers=layers)
 
 
-def _turned(faces: Array) -> Array:
+def _turned(faces: NDArray[np.intp]) -> NDArray[np.intp]:
     """Faces (m, 3) from their lowest number on, in the same sense, so that equal ones are equal rows."""
     first = np.argmin(faces, axis=1)
     return np.asarray(faces[np.arange(len(faces))[:, None], (first[:, None] + np.arange(3)) % 3])
 
 
-def _means(values: Array, number: Array) -> Array:
+def _means(values: Array, number: NDArray[np.intp]) -> Array:
     """Means of values (n, 3) over those with the same number, (k, 3)."""
     sums = np.stack([np.bincount(number, values[:, k]) for k in range(3)], axis=1)
     return np.asarray(sums / np.bincount(number)[:, None])

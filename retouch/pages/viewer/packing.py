@@ -1,4 +1,4 @@
-"""Arrays of whole numbers as text of a page: differences along the rows, as bytes of equal weight, by zlib."""
+"""Arrays of whole numbers as text of a page: differences along the rows, sorted by bytes, by zlib."""
 
 import base64
 import zlib

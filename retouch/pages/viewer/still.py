@@ -15,7 +15,7 @@ from retouch.pages.viewer.models import Model
 AZIMUTH_DEG, ELEVATION_DEG = -62.0, 32.0
 """Direction from the object to the camera; the first view of `source/scene.js`."""
 LAMP_DEG = (138.0, 38.0)
-"""Direction of the lamp in the picture, counter-clockwise from the right, and its height above the picture."""
+"""Direction of the lamp in the picture, counter-clockwise from the right, and its height above that."""
 SIDE, FINER = 480, 2
 """Pixels along the picture, and samples along a pixel."""
 AMBIENT = 0.45
@@ -27,7 +27,7 @@ MARGIN = 1.08
 
 
 def still_uri(model: Model, layer: str) -> str:
-    """A picture of a model as a data URI: orthographic, lit from the upper left, in the colours of a layer."""
+    """A picture of a model as a data URI: orthographic, lit from the upper left, a layer in its colours."""
     axes = _axes()
     seen = (model.body.vertices - 0.5 * _ends(model.body.vertices).sum(axis=0)) @ axes.T
     size = MARGIN * 2.0 * float(np.abs(seen[:, :2]).max())

@@ -14,7 +14,7 @@ from relief.export.plate import plate_mesh
 from relief.heightmap import load_heights
 from relief.meshes import Mesh, read_mesh
 from relief.relief import Relief
-from retouch.pages.mesh_colouring import (
+from retouch.pages.objects.mesh_colouring import (
     BAR_PIXELS,
     LEAST_PIXELS,
     MARGIN_PIXELS,

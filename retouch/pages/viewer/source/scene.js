@@ -46,7 +46,7 @@ function shadow({ places }, low, high) {
     if (depth > dark[row * side + col]) dark[row * side + col] = depth;
   }
   for (let pass = 0; pass < 6; pass += 1) dark = blurred(dark, side, pass < 2 ? 2 : 5);
-  const texture = new DataTexture(Uint8Array.from({ length: 4 * side * side }, (_, k) => (k % 4 < 3 ? 0 : 120 * dark[k >> 2])), side, side);
+  const texture = new DataTexture(Uint8Array.from({ length: 4 * side * side }, (_, k) => (k % 4 < 3 ? 0 : 100 * dark[k >> 2])), side, side);
   texture.magFilter = texture.minFilter = LinearFilter;
   texture.needsUpdate = true;
   const plane = new Mesh(new PlaneGeometry(size, size), new MeshBasicMaterial({ map: texture, transparent: true, depthWrite: false }));
@@ -94,7 +94,7 @@ export class View {
     }
     // The object's middle as it is seen lies in the middle of the picture.
     this.target.addScaledVector(up, (high + low) / 2);
-    this.fit = { across: 1.12 * across, up: 0.62 * (high - low) };
+    this.fit = { across: 1.12 * across, up: 0.65 * (high - low) };
   }
 
   /** Points the camera and the lamp, which stays where it is seen: the object turns under it. */

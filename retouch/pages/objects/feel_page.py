@@ -8,7 +8,7 @@ from optimize.verification.mesh_feel import MeshFeel
 from relief.common.arrays import Array
 from relief.common.formatting import number
 from retouch.pages.colour_maps import NO_CONTACT, VIRIDIS
-from retouch.pages.object_page import Card, write_object_page
+from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.svg import colour_bar, nice_axis
 from retouch.pages.viewer.figure import key, viewer_figure
 from retouch.pages.viewer.lighter import MOST_FACES, lighter
@@ -57,9 +57,7 @@ def _cards(feel: MeshFeel, skin: str) -> list[Card]:
     cards = [Card("Roughness", number(mean), "", f"{spread}; skin {skin}")]
     if count > 1 and least > 0.0:
         apart = jnd_apart(most, least)
-        cards.append(
-            Card("Spread", number(apart, 2), "JND", "just-noticeable differences between the ends")
-        )
+        cards.append(Card("Spread", number(apart, 2), "JND", "just-noticeable differences between the ends"))
     area = feel.means[CONTACT_AREA.name]
     cards.append(Card("Contact", number(area), "mm²", "mean area that the finger touches"))
     return cards

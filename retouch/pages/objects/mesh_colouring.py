@@ -16,7 +16,7 @@ from relief.common.srgb import linear_rgb, srgb
 from relief.export.parts import write_parts
 from relief.meshes.places import vertex_normals
 from retouch.pages.colour_maps import NO_CONTACT, VIRIDIS
-from retouch.pages.feel_page import write_feel_page
+from retouch.pages.objects.feel_page import write_feel_page
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tactile.quantities import ROUGHNESS
 from visual.backend.variants import load_mitsuba
@@ -65,7 +65,7 @@ def vertex_colours(feel: MeshFeel) -> tuple[Array, tuple[float, float]]:
 
 @stage("colouring a mesh")
 def write_coloured(folder: Path, stem: str, feel: MeshFeel, skin: str) -> tuple[Path, Path, Path]:
-    """Write ``STEM-roughness.glb``, ``STEM-roughness.png`` and the page ``STEM-roughness.html`` into a folder.
+    """Write ``STEM-roughness.glb``, ``STEM-roughness.png`` and a page, ``STEM-roughness.html``.
 
     Args:
         folder: Made if missing.

@@ -9,7 +9,7 @@ from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.formatting import about, number, percent
 from relief.wrapping.wrap import Wrapped
-from retouch.pages.object_page import Card, write_object_page
+from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.viewer.figure import key, viewer_figure
 from retouch.pages.viewer.models import Layer, Model
 
@@ -68,9 +68,7 @@ def write_wrap_page(path: Path, preview: Preview) -> Path:
 
 def _mixed(share: Array, colour: str) -> Array:
     """Colours (n, 3) from that of what is bare, at a share of 0, to another, at 1; sRGB from 0 to 1."""
-    bare, full = (
-        np.array([int(text[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0 for text in (BARE, colour)
-    )
+    bare, full = (np.array([int(text[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0 for text in (BARE, colour))
     return np.asarray(bare + share[:, None] * (full - bare))
 
 
@@ -125,7 +123,7 @@ def _notes(preview: Preview) -> list[str]:
     if shown.lowered > 0.0:
         notes.append(
             f"On {percent(100.0 * shown.lowered)} of the texture the relief is lowered, to "
-            f"{shown.lowest_factor:.2f} of its height at least, where the object bends too tightly or is thin."
+            f"{shown.lowest_factor:.2f} of its height at least, where the object bends tightly or is thin."
         )
     notes.append("Whether the surface passes through itself is found out by retouch wrap alone.")
     return notes
