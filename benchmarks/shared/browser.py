@@ -141,9 +141,14 @@ class Browser:
                 asked = told["request"]["url"]
                 if asked != address and not asked.startswith("data:"):
                     page.asked.append(asked)
-            elif event["method"] in COMPLAINTS:
-                page.complaints.append(json.dumps(told)[:300])
+        page.complaints = self.complaints()
         return page
+
+    def complaints(self) -> list[str]:
+        """Messages on the console since the page was opened, as far as answers have been read."""
+        return [
+            json.dumps(event["params"])[:300] for event in self._events if event["method"] in COMPLAINTS
+        ]
 
     def evaluate(self, script: str) -> Any:
         """The value of a script's last expression, of JSON types; a promise is waited for."""
