@@ -24,12 +24,9 @@ from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
 from retouch.verbs.wrapping import Task, task_of
 
-SHOWN_FACES = 150_000
-"""Triangles that are asked for. `wrap` makes 150,000 to 270,000 of these, more where the object's own are
-thin; a page takes 2 to 4 MB."""
-BASE_EDGE_MM = 2.0
-"""Longest edge of the mesh on which patches are laid out, mm. With 1 mm, as in `wrap`, patches alone take
-12 s of the processor on a frog and 7 s on a cylinder of 40 mm; with 2 mm 4 s and 3 s."""
+SHOWN_FACES = 110_000
+"""Triangles that are asked for. `wrap` makes 150,000 to 260,000 of these, more where the object's own are
+thin; a page takes 2.7 to 3.3 MB."""
 TOLERANCE_MM = 0.05
 """Farthest that the object's own surface is simplified, mm, so that small triangles cost no time: less than a
 tenth of what the eye sees of the object in the page."""
@@ -129,7 +126,7 @@ def _preview(title: str, task: Task) -> Preview:
     """What is to be shown, by wrapping with few triangles, which tell what many will come to."""
     body, coverings, settings, uv, regions = task.arguments
     begun = perf_counter()
-    few = replace(settings, faces=SHOWN_FACES, edge_mm=None, base_edge_mm=BASE_EDGE_MM)
+    few = replace(settings, faces=SHOWN_FACES, edge_mm=None, draft=True)
     # Nobody is to hear of the triangles of the preview as if they were those of the file.
     with listening(None):
         coarse = body if uv is not None else simplified(body, TOLERANCE_MM)
