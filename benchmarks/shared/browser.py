@@ -146,9 +146,7 @@ class Browser:
 
     def complaints(self) -> list[str]:
         """Messages on the console since the page was opened, as far as answers have been read."""
-        return [
-            json.dumps(event["params"])[:300] for event in self._events if event["method"] in COMPLAINTS
-        ]
+        return [json.dumps(event["params"])[:300] for event in self._events if event["method"] in COMPLAINTS]
 
     def evaluate(self, script: str) -> Any:
         """The value of a script's last expression, of JSON types; a promise is waited for."""

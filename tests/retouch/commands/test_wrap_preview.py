@@ -29,7 +29,9 @@ def test_the_page_alone_is_written_and_told(capsys):
     assert main(["wrap", "waves.exr", "box.stl", "--mask", "z>0", "--preview", "page.html"]) == 0
     assert sorted(path.name for path in Path().iterdir()) == ["box.stl", "page.html", "waves.exr"]
     line = capsys.readouterr().out
-    assert re.search(r"page.html: 16[.]\d+ x 14[.]\d+ x 6.4 mm on [\d,]+ triangles; retouch wrap will make about", line)
+    assert re.search(
+        r"page.html: 16[.]\d+ x 14[.]\d+ x 6.4 mm on [\d,]+ triangles; retouch wrap will make about", line
+    )
     text = Path("page.html").read_text(encoding="utf-8")
     assert "waves on box" in text and not re.search(r"https?://", text)
     for told in ("Longest side", "Triangles", "File", "Time", 'data-layer="Texture"', 'data-split="50"'):

@@ -56,7 +56,8 @@ def page(tmp_path: Path, figure: Markup, title: str = "ball") -> str:
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.uint32])
 def test_arrays_come_back(kind: type) -> None:
-    values = np.random.default_rng(0).integers(0, np.iinfo(kind).max, (100, 3), endpoint=True).astype(kind)
+    random = np.random.default_rng(0).integers(0, np.iinfo(kind).max, (100, 3), endpoint=True)
+    values: NDArray[Any] = random.astype(kind)
     np.testing.assert_array_equal(unpacked(packed(values)), values)
 
 
@@ -152,7 +153,11 @@ def test_the_page_asks_nothing_of_a_network_and_one_script_may_run(tmp_path: Pat
 def test_the_script_is_built_of_its_sources() -> None:
     """After a change of these, `make viewer` builds it anew."""
     digest = hashlib.sha256()
-    for path in [SOURCES / "build.mjs", SOURCES / "package-lock.json", *sorted((SOURCES / "source").iterdir())]:
+    for path in [
+        SOURCES / "build.mjs",
+        SOURCES / "package-lock.json",
+        *sorted((SOURCES / "source").iterdir()),
+    ]:
         digest.update(path.read_bytes())
     assert digest.hexdigest() in asset("viewer.js")[:200]
     assert "MIT" in (SOURCES / "LICENSE-three.txt").read_text(encoding="utf-8")

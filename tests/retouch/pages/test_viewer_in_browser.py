@@ -107,7 +107,9 @@ def test_keys_turn_the_camera_and_move_the_lamp(browser: Browser, file: Path) ->
     assert pressed(browser, "+")[2] > 1.0
     assert pressed(browser, "0") == first
     pressed(browser, "b")
-    assert browser.evaluate("document.querySelector('[aria-pressed=true][data-split]').dataset.split") == "100"
+    assert (
+        browser.evaluate("document.querySelector('[aria-pressed=true][data-split]').dataset.split") == "100"
+    )
 
 
 def test_the_mouse_turns_and_the_switch_gives_it_the_lamp(browser: Browser, file: Path) -> None:
