@@ -15,7 +15,7 @@ PIP_EXTRA ?=
 BIN := .venv/bin
 STAMP := .venv/.ready
 
-.PHONY: help setup llvm demo test lint textures clean
+.PHONY: help setup llvm demo test lint textures viewer clean
 .DEFAULT_GOAL := help
 
 help:  ## list the targets
@@ -68,6 +68,11 @@ lint: setup  ## ruff and mypy
 
 textures: setup  ## make the input textures anew
 	$(BIN)/python -m surrogate.corpus.bundled_textures
+
+viewer:  ## build the 3-D viewer of the pages anew, after a change of its source (needs node)
+	@folder=$$(mktemp -d) && trap 'rm -rf "$$folder"' EXIT && cd retouch/pages/viewer && \
+	cp -r package.json package-lock.json build.mjs source "$$folder" && cd "$$folder" && \
+	npm ci --silent && node build.mjs && cp viewer.js "$(CURDIR)/retouch/pages/viewer/"
 
 clean:  ## remove what make has made, except runs/
 	rm -rf .venv build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from retouch.verbs.runs import forecast, optimize, resume
     from retouch.verbs.stimulus_plates import redraw_stimuli, stimuli
     from retouch.verbs.studying import StudyTables, list_studies, study
+    from retouch.verbs.wrap_preview import WrapPreview, preview_wrap
     from retouch.verbs.wrapping import WrappedObject, wrap
     from surrogate.data.field_set import open_fieldset
     from tactile.area import contact_area
@@ -62,6 +63,7 @@ __all__ = [
     "StudyTables",
     "Touch",
     "TrainedNet",
+    "WrapPreview",
     "WrappedObject",
     "compare",
     "contact_area",
@@ -84,6 +86,7 @@ __all__ = [
     "optimize",
     "prepare",
     "press",
+    "preview_wrap",
     "progress",
     "read_solid",
     "redraw_stimuli",

@@ -73,8 +73,13 @@ _ALLOWED = {
     ),
     "retouch.pages": (
         "optimize.run_directory optimize.runs optimize.verification relief relief.common "
-        "relief.export relief.meshes tactile visual visual.backend"
+        "retouch.pages.viewer tactile visual"
     ),
+    "retouch.pages.objects": (
+        "optimize.verification relief relief.common relief.export relief.meshes relief.wrapping "
+        "retouch.pages retouch.pages.viewer tactile visual.backend"
+    ),
+    "retouch.pages.viewer": "relief relief.common relief.meshes",
     "retouch.stimulus_sets": (
         "optimize.run_directory optimize.settings optimize.verification relief relief.common "
         "relief.export relief.preparing retouch.pages retouch.studies retouch.workers tactile"
@@ -96,9 +101,9 @@ _ALLOWED = {
     "retouch.verbs": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification relief relief.common relief.export relief.meshes relief.objects "
-        "relief.preparing relief.wrapping retouch.pages retouch.stimulus_sets retouch.studies "
-        "retouch.training retouch.workers surrogate.corpus surrogate.data surrogate.nets tactile "
-        "visual visual.backend visual.scene_file"
+        "relief.preparing relief.wrapping retouch.pages retouch.pages.objects retouch.stimulus_sets "
+        "retouch.studies retouch.training retouch.workers surrogate.corpus surrogate.data "
+        "surrogate.nets tactile visual visual.backend visual.scene_file"
     ),
     "retouch.workers": "relief.common",
 }

@@ -103,7 +103,7 @@ def main() -> int:
     parser.add_argument("--pictures", type=Path, metavar="DIR", help="folder for pictures of the pages")
     arguments = parser.parse_args()
     wrong = 0
-    with Browser() as browser:
+    with Browser(webgl=True) as browser:
         for page in arguments.pages:
             for width in WIDTHS:
                 found = faults(browser, page, width)

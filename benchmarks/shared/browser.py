@@ -25,9 +25,11 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 """Names of the program, the usual one first."""
 FLAGS = (
     *("--headless=new", "--remote-debugging-pipe", "--no-first-run", "--no-default-browser-check"),
-    *("--disable-gpu", "--disable-dev-shm-usage", "--disable-background-networking", "--hide-scrollbars"),
+    *("--disable-dev-shm-usage", "--disable-background-networking", "--hide-scrollbars"),
     *("--disable-component-update", "--disable-sync", "--disable-extensions", "--force-color-profile=srgb"),
 )
+SOFTWARE_WEBGL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+"""Flags with which the processor draws what pages ask of a graphics card."""
 PATIENCE_S = 60.0
 """Longest wait for one answer of the browser, s."""
 COMPLAINTS = ("Log.entryAdded", "Runtime.exceptionThrown", "Runtime.consoleAPICalled")
@@ -62,11 +64,14 @@ class Page:
 class Browser:
     """A browser with one page; a context manager that ends the process.
 
+    Args:
+        webgl: whether pages may draw in three dimensions, by the processor.
+
     Raises:
         RuntimeError: there is no such program, or the browser gives no answer.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, webgl: bool = False) -> None:
         program = chromium()
         if program is None:
             raise RuntimeError(f"no browser: none of {', '.join(NAMES)} is on the path")
@@ -74,9 +79,10 @@ class Browser:
         # Beyond 4, so that no end of a pipe is where the browser looks for the other.
         (theirs_read, self._write), (self._read, theirs_write) = (map(_moved, os.pipe()) for _ in range(2))
         root = ["--no-sandbox"] if os.geteuid() == 0 else []
+        drawing = SOFTWARE_WEBGL if webgl else ("--disable-gpu", "--disable-3d-apis")
         self._process = os.posix_spawn(
             program,
-            [program, *FLAGS, *root, f"--user-data-dir={self._profile}", "about:blank"],
+            [program, *FLAGS, *drawing, *root, f"--user-data-dir={self._profile}", "about:blank"],
             os.environ,
             file_actions=[
                 (os.POSIX_SPAWN_DUP2, theirs_read, 3),
@@ -135,9 +141,12 @@ class Browser:
                 asked = told["request"]["url"]
                 if asked != address and not asked.startswith("data:"):
                     page.asked.append(asked)
-            elif event["method"] in COMPLAINTS:
-                page.complaints.append(json.dumps(told)[:300])
+        page.complaints = self.complaints()
         return page
+
+    def complaints(self) -> list[str]:
+        """Messages on the console since the page was opened, as far as answers have been read."""
+        return [json.dumps(event["params"])[:300] for event in self._events if event["method"] in COMPLAINTS]
 
     def evaluate(self, script: str) -> Any:
         """The value of a script's last expression, of JSON types; a promise is waited for."""

@@ -68,3 +68,11 @@ def duration(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"
+
+
+def about(seconds: float) -> tuple[str, str]:
+    """An expected duration as a number that promises no more than is known, and its unit."""
+    if seconds < 55.0:
+        return str(max(5, 5 * round(seconds / 5.0))), "s"
+    minutes = max(1, round(seconds / 60.0))
+    return str(minutes), "minute" if minutes == 1 else "minutes"

@@ -18,6 +18,9 @@ from relief.wrapping.tiles import Tile
 
 BASE_EDGE_MM = 1.0
 """Longest edge of the mesh that patches, normals and clearance are computed on, mm."""
+DRAFT_EDGE_MM = 2.0
+"""The same for a draft, mm. With 1 mm patches take 12 s of the processor on a frog and 7 s on a cylinder of
+40 mm, with 2 mm 4 s and 3 s."""
 LEAST_BASE_EDGES = 24
 """Edges at least along the longest side of a small object."""
 FALLOFF_MM = 2.0
@@ -49,6 +52,8 @@ class Settings:
         keep_bottom: Whether a flat bottom, the lowest triangles that point down, stays as it is.
         edge_mm: Longest edge of the textured triangles, mm; None: that of the samples, or what `faces` allow.
         faces: Triangles at most, about; for `edge_mm` None.
+        draft: Whether the body is to be looked at and not to be printed: patches, normals and clearance are
+            computed on triangles of `DRAFT_EDGE_MM`.
     """
 
     mask: str | None = None
@@ -57,6 +62,7 @@ class Settings:
     keep_bottom: bool = True
     edge_mm: float | None = None
     faces: int = MOST_FACES
+    draft: bool = False
 
 
 class BaseSurface:
@@ -73,7 +79,7 @@ class BaseSurface:
 
     def __init__(self, body: Body, uv: Array | None, regions: Regions, settings: Settings) -> None:
         longest = float(np.ptp(body.vertices, axis=0).max())
-        edge = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
+        edge = min(DRAFT_EDGE_MM if settings.draft else BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
         check_count(expected_faces(body, edge, np.ones(len(body.faces), bool)), settings)
         self.uv: Array | None = None
         if uv is None:

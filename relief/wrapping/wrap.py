@@ -48,6 +48,7 @@ class Wrapped:
         body: The displaced body.
         original: The same triangles before the displacement.
         textured: (vertices,) how much of the texture each vertex carries, 0 to 1.
+        seams: (vertices,) whether patches that do not fit are blended there.
         area_mm2: Area that carries texture.
         edge_mm: Longest edge of the textured triangles, mm.
         coordinates: "texture coordinates" or "patches".
@@ -61,6 +62,7 @@ class Wrapped:
     body: Body
     original: Body
     textured: Array
+    seams: NDArray[np.bool_]
     area_mm2: float
     edge_mm: float
     coordinates: str
@@ -126,16 +128,17 @@ def wrap(
         offset = height - settings.level * tallest
         moved = offset * textured * surface.of_vertices(factor)
         vertices = fine.body.vertices + moved[:, None] * surface.points.normals
-    areas = base.body.areas
+    areas, seams = base.body.areas, _unfit(uv, weight)
     return Wrapped(
         body=Body(vertices, fine.body.faces),
         original=fine.body,
         textured=textured,
+        seams=seams,
         area_mm2=float(areas[where].sum()),
         edge_mm=edge_mm,
         coordinates="patches" if by_patches else "texture coordinates",
         patches=layout.patches,
-        blended=float(_unfit(uv, weight)[textured > 0.0].mean()),
+        blended=float(seams[textured > 0.0].mean()),
         lowered=lowered,
         lowest_factor=float(factor.min()),
     )

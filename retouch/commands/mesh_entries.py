@@ -36,7 +36,8 @@ def add_meshes(parser: argparse.ArgumentParser) -> None:
         dest="out",
         type=Path,
         metavar="FOLDER",
-        help="folder for NAME-roughness.glb, the mesh coloured by its roughness, and NAME-roughness.png",
+        help="folder for the mesh coloured by its roughness: NAME-roughness.html, a page that turns it, .glb "
+        "and .png",
     )
 
 
@@ -83,5 +84,5 @@ def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:
         own = f"The object's own curvature is {entry['curvature']}."
         lines.append(f"{name} ({sides} mm): {places}. {own}")
         if "files" in entry:
-            lines.append(f"Roughness in colours: {' and '.join(entry['files'])}")
+            lines.append(f"Roughness in colours: {', '.join(entry['files'])}")
     return lines

@@ -8,6 +8,7 @@ from typing import Any
 import retouch
 from relief.common.errors import InputError
 from relief.common.formats import FORMATS, UNITS
+from relief.common.formatting import about
 from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_talk, given, print_json
 
 OBJECTS = "starfish, bracelet, slider, frog, curved, ball, cylinder"
@@ -34,6 +35,7 @@ examples:
   retouch wrap gravel-tile starfish -o starfish.3mf
   retouch wrap gravel-tile part.stl --mask "z>2 & angle<80" --size-mm 8 -o part.3mf
   retouch wrap gravel-tile bracelet --region odd=runs/rougher -o bracelet.3mf
+  retouch wrap gravel-tile frog --preview frog.html
   retouch wrap leather-tile grip.obj --units in --relief-mm 0.4 --level 0.5 -o grip.glb
 """
 
@@ -44,7 +46,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "mesh", type=Path, metavar="MESH", help="file of a solid, or the name of an object that comes along"
     )
     parser.add_argument(
-        "-o", dest="out", type=Path, required=True, metavar="OUT", help=f"file to write: {', '.join(FORMATS)}"
+        "-o", dest="out", type=Path, metavar="OUT", help=f"file to write: {', '.join(FORMATS)}"
+    )
+    parser.add_argument(
+        "--preview",
+        type=Path,
+        metavar="PAGE",
+        help="page (.html) that shows in seconds what will come out, with size, triangles and time; without "
+        "-o nothing else is made",
     )
     add_plate(parser, side="width of one tile")
     parser.add_argument(
@@ -86,21 +95,42 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    wrapped = retouch.wrap(
-        arguments.texture,
-        arguments.mesh,
-        arguments.out,
-        regions=[_region(text) for text in arguments.region],
+    if arguments.out is None and arguments.preview is None:
+        raise InputError("-o: missing; or --preview for a page alone")
+    options = {
+        "regions": [_region(text) for text in arguments.region],
         **given(arguments, "units", *LENGTHS),
         **given(arguments, "mask", "level", "falloff_mm", "keep_bottom", "edge_mm", "faces"),
-    )
-    numbers = wrapped.as_json()
+    }
+    told: dict[str, Any] = {}
+    lines: list[str] = []
+    if arguments.preview is not None:
+        previewed = retouch.preview_wrap(arguments.texture, arguments.mesh, arguments.preview, **options)
+        told = previewed.as_json()
+        lines = [_preview_line(told)]
+    if arguments.out is not None:
+        if lines and not (arguments.json or arguments.quiet):
+            print(lines.pop(), flush=True)
+        wrapped = retouch.wrap(arguments.texture, arguments.mesh, arguments.out, **options)
+        numbers = wrapped.as_json()
+        lines = _lines(numbers)
+        told = numbers | ({"preview": told["preview"]} if told else {})
     if arguments.json:
-        print_json(numbers)
+        print_json(told)
     elif not arguments.quiet:
-        for line in _lines(numbers):
+        for line in lines:
             print(line)
     return 0
+
+
+def _preview_line(told: Mapping[str, Any]) -> str:
+    """What is told of a preview, for a person."""
+    size = " x ".join(f"{side:.4g}" for side in told["size_mm"])
+    time, unit = about(told["seconds"])
+    return (
+        f"{told['preview']}: {size} mm on {told['shown_faces']:,} triangles; retouch wrap will make about "
+        f"{round(told['faces'], -4):,}, {told['bytes'] / 2**20:.2g} MiB as 3MF, in about {time} {unit}."
+    )
 
 
 def _region(text: str) -> tuple[str, Path]:

@@ -10,10 +10,15 @@ from markupsafe import Markup
 
 from relief.common.formatting import between, duration, number, percent, plain, plus_minus, rounded
 from retouch.pages.meanings import MEANINGS
+from retouch.pages.viewer.figure import asset
 
 
 def render_page(
-    template: str, scripts: Sequence[str] = ("pairs.js", "profile.js"), images: str = "", **context: Any
+    template: str,
+    scripts: Sequence[str] = ("pairs.js", "profile.js"),
+    images: str = "",
+    viewer: bool = False,
+    **context: Any,
 ) -> bytes:
     """A page in UTF-8.
 
@@ -21,6 +26,7 @@ def render_page(
         template: name of a file in `templates`.
         scripts: names of files in `templates` that become the script of the page.
         images: sources of pictures beside those within the page, as a content security policy names them.
+        viewer: whether the page has figures of `retouch.pages.viewer`, which need their script and style.
         context: what the template shows; text is escaped, and characters that a browser obeys are shown as ?.
     """
     environment = Environment(
@@ -32,13 +38,17 @@ def render_page(
     )
     environment.filters |= {"number": number, "percent": percent, "duration": duration, "rounded": rounded}
     environment.globals |= {"between": between, "plus_minus": plus_minus, "meanings": MEANINGS}
-    script = "\n".join(environment.get_template(name).render() for name in scripts)
+    code = [environment.get_template(name).render() for name in scripts]
+    style = environment.get_template("page.css").render()
+    if viewer:
+        code, style = [*code, asset("viewer.js")], style + asset("viewer.css")
+    script = "\n".join(code)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     page = environment.get_template(template).render(
         script=Markup(script),
         script_hash=digest,
         images=images,
-        style=Markup(environment.get_template("page.css").render()),
+        style=Markup(style),
         **context,
     )
     return plain(page).encode()

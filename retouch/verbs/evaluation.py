@@ -27,7 +27,7 @@ from relief.places import centres_mm, places
 from relief.printers import Printer
 from relief.relief import Relief
 from relief.surface import Repeats
-from retouch.pages.mesh_colouring import write_coloured
+from retouch.pages.objects.mesh_colouring import write_coloured
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source, refuse, relief_of
 from tactile.jnd import jnd_unless_smooth

@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
@@ -111,25 +111,49 @@ def wrap(
         raise InputError(f"{out}: {fault}", f"{out}: -o: {fault}")
     check_file_to_write(out)
     with followed(progress, quiet):
-        thing = _bundled(Path(mesh), units)
         settings = Settings(mask, level, falloff_mm, keep_bottom, edge_mm, faces)
-        masks = [where for where, _ in regions]
+        task = task_of(texture, mesh, settings, regions, units, lengths)
         with naming(mesh):
-            check_choices(
-                settings, masks, thing.regions if thing else {}, Path(mesh).suffix.lower() in WITH_UV
-            )
-        coverings = _coverings([(texture, None), *((tile, where) for where, tile in regions)], lengths)
-        body, uv, named_regions = (thing.make(), None, thing.regions) if thing else _solid(Path(mesh), units)
-        warnings = _misfits(coverings, body)
-        for line in warnings:
-            _log.warning("%s", line)
-        with naming(mesh):
-            wrapped = wrapped_by(body, coverings, settings, uv, named_regions)
+            wrapped = wrapped_by(*task.arguments)
             wrapped = replace(wrapped, body=as_written(wrapped.body, out.suffix.lower()))
             check_solid(wrapped.body, "the wrapped object")
         with permitted(out):
             write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
-    return WrappedObject(out, wrapped, warnings)
+    return WrappedObject(out, wrapped, task.warnings)
+
+
+class Task(NamedTuple):
+    """What is to be wrapped, read and checked.
+
+    Attributes:
+        arguments: body, coverings, settings, texture coordinates and regions, as `relief.wrapping.wrap.wrap`
+            takes them.
+        warnings: lines about tiles that are larger than the object.
+    """
+
+    arguments: tuple[Body, list[Covering], Settings, Array | None, Regions]
+    warnings: tuple[str, ...]
+
+
+def task_of(
+    texture: Source,
+    mesh: str | os.PathLike[str],
+    settings: Settings,
+    regions: Sequence[tuple[str, Source]],
+    units: str | None,
+    lengths: Lengths,
+) -> Task:
+    """Read the files of a wrapping, and check its options; arguments as of `wrap`. Raises InputError."""
+    thing = _bundled(Path(mesh), units)
+    masks = [where for where, _ in regions]
+    with naming(mesh):
+        check_choices(settings, masks, thing.regions if thing else {}, Path(mesh).suffix.lower() in WITH_UV)
+    coverings = _coverings([(texture, None), *((tile, where) for where, tile in regions)], lengths)
+    body, uv, named_regions = (thing.make(), None, thing.regions) if thing else _solid(Path(mesh), units)
+    warnings = _misfits(coverings, body)
+    for line in warnings:
+        _log.warning("%s", line)
+    return Task((body, coverings, settings, uv, named_regions), warnings)
 
 
 def _coverings(textures: Sequence[tuple[Source, str | None]], lengths: Lengths) -> list[Covering]:

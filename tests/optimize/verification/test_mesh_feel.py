@@ -14,7 +14,7 @@ from relief.export.plate import plate_mesh
 from relief.heightmap import load_heights
 from relief.meshes import Mesh, read_mesh
 from relief.relief import Relief
-from retouch.pages.mesh_colouring import (
+from retouch.pages.objects.mesh_colouring import (
     BAR_PIXELS,
     LEAST_PIXELS,
     MARGIN_PIXELS,
@@ -77,7 +77,8 @@ def test_colours_are_grey_where_no_finger_was(feel: MeshFeel) -> None:
 
 @pytest.mark.slow
 def test_the_coloured_file_and_the_picture_are_written(feel: MeshFeel, tmp_path: Path) -> None:
-    solid, picture = write_coloured(tmp_path / "out", "plate", feel, "paper")
+    solid, picture, page = write_coloured(tmp_path / "out", "plate", feel, "paper")
+    assert "plate in the colours of its roughness" in page.read_text(encoding="utf-8")
     assert b"COLOR_0" in solid.read_bytes()
     assert len(read_mesh(solid).body.faces) == len(feel.body.faces)
     from PIL import Image

@@ -1,4 +1,4 @@
-"""Roughness as colours on a mesh: a GLB with a colour at each vertex, and a picture from several sides."""
+"""Roughness as colours on a mesh: a GLB with a colour at each vertex, a picture, and a page to turn it on."""
 
 import tempfile
 from pathlib import Path
@@ -16,6 +16,7 @@ from relief.common.srgb import linear_rgb, srgb
 from relief.export.parts import write_parts
 from relief.meshes.places import vertex_normals
 from retouch.pages.colour_maps import NO_CONTACT, VIRIDIS
+from retouch.pages.objects.feel_page import write_feel_page
 from tactile.jnd import ROUGHNESS_JND, jnd_apart
 from tactile.quantities import ROUGHNESS
 from visual.backend.variants import load_mitsuba
@@ -63,8 +64,8 @@ def vertex_colours(feel: MeshFeel) -> tuple[Array, tuple[float, float]]:
 
 
 @stage("colouring a mesh")
-def write_coloured(folder: Path, stem: str, feel: MeshFeel, skin: str) -> tuple[Path, Path]:
-    """Write ``STEM-roughness.glb`` and ``STEM-roughness.png`` into a folder.
+def write_coloured(folder: Path, stem: str, feel: MeshFeel, skin: str) -> tuple[Path, Path, Path]:
+    """Write ``STEM-roughness.glb``, ``STEM-roughness.png`` and a page, ``STEM-roughness.html``.
 
     Args:
         folder: Made if missing.
@@ -73,7 +74,7 @@ def write_coloured(folder: Path, stem: str, feel: MeshFeel, skin: str) -> tuple[
         skin: Its name, for the legend.
 
     Returns:
-        Both files.
+        The three files.
 
     Raises:
         OSError: A file cannot be written.
@@ -84,7 +85,8 @@ def write_coloured(folder: Path, stem: str, feel: MeshFeel, skin: str) -> tuple[
     picture = _with_legend(views, ends, feel.means[ROUGHNESS.name], skin)
     with partial_file(folder / f"{stem}-roughness.png") as path:
         picture.save(path, optimize=True)
-    return solid, folder / f"{stem}-roughness.png"
+    page = write_feel_page(folder / f"{stem}-roughness.html", stem, feel, colours, ends, skin)
+    return solid, folder / f"{stem}-roughness.png", page
 
 
 def _view(body: Body, colours: Array, direction: Array) -> Array:

@@ -1,0 +1,129 @@
+"""The page of `retouch wrap --preview`: the object before and after, and what the file will come to."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from relief.body import Body
+from relief.common.arrays import Array
+from relief.common.formatting import about, number, percent
+from relief.wrapping.wrap import Wrapped
+from retouch.pages.objects.object_page import Card, write_object_page
+from retouch.pages.viewer.figure import key, viewer_figure
+from retouch.pages.viewer.models import Layer, Model
+
+BARE, TEXTURED, SEAM = "#d8d3ca", "#2f7f96", "#c2560f"
+"""Colours of what carries no texture, of what does, and of what patches that do not fit share."""
+
+
+@dataclass(frozen=True, eq=False)
+class Preview:
+    """What is known before a wrapping.
+
+    Attributes:
+        title: names of the texture and the object.
+        shown: the object, wrapped with few triangles.
+        edge_mm: longest edge of the textured triangles of the file, mm.
+        faces: of the file, about.
+        bytes: of the file as 3MF, about.
+        seconds: that the whole will take, about.
+    """
+
+    title: str
+    shown: Wrapped
+    edge_mm: float
+    faces: int
+    bytes: int
+    seconds: float
+
+
+def write_wrap_page(path: Path, preview: Preview) -> Path:
+    """Write the page, atomically; it is one file that fetches nothing from a network.
+
+    Returns:
+        The path of the page.
+    """
+    shown = preview.shown
+    layers = [
+        Layer(
+            "Texture",
+            _mixed(shown.textured, TEXTURED),
+            key((TEXTURED, "carries the texture"), (BARE, "stays as it is")),
+        )
+    ]
+    if shown.seams.any():
+        seams = Layer(
+            "Seams",
+            _mixed((shown.seams & (shown.textured > 0.0)).astype(float), SEAM),
+            key((SEAM, "patches that do not fit one another are blended")),
+        )
+        layers.append(seams)
+    before = Model("before", Body(shown.original.vertices, shown.body.faces), layers)
+    figure = viewer_figure(f"{preview.title}, before and after", before, Model("after", shown.body, layers))
+    return write_object_page(
+        path, "preview", preview.title, _deck(preview), figure, _cards(preview), _notes(preview)
+    )
+
+
+def _mixed(share: Array, colour: str) -> Array:
+    """Colours (n, 3) from that of what is bare, at a share of 0, to another, at 1; sRGB from 0 to 1."""
+    bare, full = (np.array([int(text[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0 for text in (BARE, colour))
+    return np.asarray(bare + share[:, None] * (full - bare))
+
+
+def _deck(preview: Preview) -> str:
+    time, unit = about(preview.seconds)
+    return (
+        f"What retouch wrap will make in about {time} {unit}, shown on {_thousands(preview)} triangles. "
+        "Nothing is written yet but this page."
+    )
+
+
+def _thousands(preview: Preview) -> str:
+    return f"{round(len(preview.shown.body.faces), -3):,}"
+
+
+def _cards(preview: Preview) -> list[Card]:
+    shown, (time, unit) = preview.shown, about(preview.seconds)
+    extents = np.ptp(shown.body.vertices, axis=0)
+    sides = " × ".join(f"{side:.3g}" for side in extents)
+    return [
+        Card(
+            "Longest side",
+            f"{extents.max():.3g}",
+            "mm",
+            f"{sides} mm with the texture, which lies on {number(shown.area_mm2)} mm²",
+        ),
+        Card(
+            "Triangles",
+            f"{preview.faces / 1e6:.2g}" if preview.faces >= 1e6 else f"{round(preview.faces, -3) // 1000}",
+            "million" if preview.faces >= 1e6 else "thousand",
+            f"about, with edges of {preview.edge_mm:.2g} mm where the texture lies",
+        ),
+        Card("File", f"{preview.bytes / 2**20:.2g}", "MiB", "about, as 3MF; an STL takes 2.5 times as much"),
+        Card("Time", time, unit, "about, for retouch wrap on this computer"),
+    ]
+
+
+def _notes(preview: Preview) -> list[str]:
+    shown = preview.shown
+    notes = [
+        f"The relief is that of the file, on triangles with edges of {shown.edge_mm:.2g} mm; the file's are "
+        f"{preview.edge_mm:.2g} mm long. Finer grains than the triangles shown are missing here.",
+        "The object's own surface is simplified by 0.05 mm at most.",
+    ]
+    if shown.coordinates == "patches":
+        notes.append(
+            f"The texture lies in {shown.patches} patches, which are blended on "
+            f"{percent(100.0 * shown.blended)} of it. Those of the file lie much the same, but not exactly."
+        )
+    else:
+        notes.append("The texture lies by the texture coordinates of the mesh, as in the file.")
+    if shown.lowered > 0.0:
+        notes.append(
+            f"On {percent(100.0 * shown.lowered)} of the texture the relief is lowered, to "
+            f"{shown.lowest_factor:.2f} of its height at least, where the object bends tightly or is thin."
+        )
+    notes.append("Whether the surface passes through itself is found out by retouch wrap alone.")
+    return notes

@@ -1,0 +1,163 @@
+"""The viewer's part of a page: arrays that come back as they were, sound bodies, nobody's text obeyed."""
+
+import base64
+import hashlib
+import io
+import json
+import re
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from markupsafe import Markup
+from numpy.typing import NDArray
+from PIL import Image
+
+from relief.body import Body
+from retouch.pages.objects.object_page import Card, write_object_page
+from retouch.pages.viewer import lighter
+from retouch.pages.viewer.figure import asset, key, viewer_figure
+from retouch.pages.viewer.models import Layer, Model, PlateModel
+from retouch.pages.viewer.packing import STEPS, packed, packed_places
+from tests.retouch.pages.outline import Outline
+
+HOSTILE = '</script><script>alert("x")</script><img src=x onerror=alert(1)> & "quoted"'
+SOURCES = Path(lighter.__file__).parent
+
+
+def unpacked(entry: dict[str, Any]) -> NDArray[Any]:
+    """What `source/meshes.js` makes of an entry."""
+    kind = np.dtype(entry["kind"])
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(entry["data"])), np.uint8)
+    values = planes.reshape(kind.itemsize, -1).T.copy().view(kind).reshape(-1, entry["columns"])
+    return np.cumsum(values, axis=0, dtype=kind)
+
+
+def ball(name: str = "ball", radius: float = 5.0, layers: tuple[str, ...] = ()) -> Model:
+    mesh = trimesh.creation.icosphere(3, radius)
+    body = Body(np.array(mesh.vertices), np.array(mesh.faces))
+    colours = np.broadcast_to([0.2, 0.4, 0.6], body.vertices.shape)
+    return Model(name, body, [Layer(layer, colours, key(("#336699", layer))) for layer in layers])
+
+
+def meshes_of(figure: Markup) -> list[dict[str, Any]]:
+    (text,) = re.findall(r'<script type="application/json">(.*?)</script>', figure, re.DOTALL)
+    return list(json.loads(text))
+
+
+def page(tmp_path: Path, figure: Markup, title: str = "ball") -> str:
+    cards = [Card("Triangles", "1", "million", title)]
+    path = write_object_page(tmp_path / "page.html", "preview", title, title, figure, cards, [title])
+    return path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.uint32])
+def test_arrays_come_back(kind: type) -> None:
+    random = np.random.default_rng(0).integers(0, np.iinfo(kind).max, (100, 3), endpoint=True)
+    values: NDArray[Any] = random.astype(kind)
+    np.testing.assert_array_equal(unpacked(packed(values)), values)
+
+
+def test_places_come_back_to_half_a_step() -> None:
+    vertices = np.random.default_rng(0).uniform(-40.0, 60.0, (500, 3))
+    entry = packed_places(vertices)
+    places = np.array(entry["low"]) + entry["step"] * unpacked(entry["positions"])
+    assert np.abs(places - vertices).max() <= 0.51 * entry["step"] < 100.0 / STEPS
+
+
+def test_a_figure_holds_its_models() -> None:
+    before, layers = ball("before", layers=("Texture", "Seams")), ("Texture", "Seams")
+    after = Model("after", Body(1.1 * before.body.vertices, before.body.faces), before.layers)
+    figure = viewer_figure("a ball", before, after)
+    first, second = meshes_of(figure)
+    np.testing.assert_array_equal(unpacked(first["faces"]), before.body.faces)
+    assert second["faces"] is None and [mesh["name"] for mesh in (first, second)] == ["before", "after"]
+    assert tuple(layer["name"] for layer in first["layers"]) == layers
+    assert (unpacked(second["layers"][0]["colours"]) == [51, 102, 153]).all()
+    assert re.findall(r'data-layer="(\w+)"', figure) == ["Plain", *layers]
+    assert re.findall(r'data-split="(\w+)"', figure) == ["100", "50", "0"]
+
+
+def test_the_still_picture_shows_the_layer_that_is_shown_first() -> None:
+    for start, blue in (("Feel", True), ("Plain", False)):
+        figure = viewer_figure("a ball", ball(layers=("Feel",)), start=start)
+        (data,) = re.findall(r'src="data:image/png;base64,([^"]+)"', figure)
+        with Image.open(io.BytesIO(base64.b64decode(data))) as image:
+            pixels = np.asarray(image.convert("RGBA"), dtype=float)
+        seen = pixels[pixels[..., 3] > 250.0]
+        # A disc in a square, lit from the upper left.
+        assert len(seen) / pixels[..., 3].size == pytest.approx(np.pi / 4 / 1.08, abs=0.03)
+        assert (seen[:, 2] > 1.5 * seen[:, 0]).all() == blue
+        rows, cols = pixels.shape[:2]
+        assert pixels[rows // 4, cols // 4, 1] > 1.2 * pixels[3 * rows // 4, 3 * cols // 4, 1]
+
+
+@pytest.mark.parametrize("shape", [(12, 20), (700, 500)])
+def test_a_plate_is_a_closed_body_of_its_size(shape: tuple[int, int]) -> None:
+    heights = 0.3 * np.random.default_rng(0).random(shape)
+    colours = np.zeros((*shape, 3))
+    model = PlateModel("plate", heights, 20.0, [("Feel", colours, Markup())]).model()
+    mesh = trimesh.Trimesh(model.body.vertices, model.body.faces, process=False)
+    assert mesh.is_watertight and mesh.volume > 0.0 and len(mesh.faces) < 250_000
+    pitch = 20.0 / min(shape[1], shape[1] * 320 / max(shape))
+    assert mesh.extents[0] == pytest.approx(20.0 - pitch, rel=0.01)
+    assert mesh.extents[1] / mesh.extents[0] == pytest.approx(shape[0] / shape[1], rel=0.1)
+    # Row 0 lies at +y.
+    top = np.argmax(model.body.vertices[:, 1])
+    if shape[0] == 12:
+        assert model.body.vertices[top, 2] == pytest.approx(heights[0, 0])
+
+
+def test_layers_have_a_colour_for_each_vertex() -> None:
+    with pytest.raises(ValueError, match="layer 'Feel'"):
+        Model("ball", ball().body, [Layer("Feel", np.zeros((3, 3)))])
+
+
+def test_large_models_become_lighter(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lighter, "MOST_FACES", 5000)
+    mesh = trimesh.creation.icosphere(5, 10.0)
+    body = Body(np.array(mesh.vertices), np.array(mesh.faces))
+    left = np.where(body.vertices[:, :1] < 0.0, 1.0, 0.0) * np.ones(3)
+    light = lighter.lighter(Model("ball", body, [Layer("Side", left)]))
+    assert 2000 < len(light.body.faces) < 6000
+    assert light.body.areas.sum() == pytest.approx(body.areas.sum(), rel=0.03)
+    np.testing.assert_allclose(np.linalg.norm(light.body.vertices, axis=1), 10.0, atol=0.05)
+    far = np.abs(light.body.vertices[:, 0]) > 1.0
+    assert ((light.layers[0].colours[far, 0] > 0.5) == (light.body.vertices[far, 0] < 0.0)).all()
+    assert lighter.lighter(light) is light
+
+
+def test_no_name_is_obeyed(tmp_path: Path) -> None:
+    model = ball(HOSTILE, layers=(HOSTILE,))
+    text = page(tmp_path, viewer_figure(HOSTILE, model, ball("after")), HOSTILE)
+    outline = Outline(text)
+    assert outline.open == []
+    assert not re.search(r"<img src=x|<script>alert", text)
+    assert [mesh["name"] for mesh in meshes_of(Markup(text))] == [HOSTILE, "after"]
+
+
+def test_the_page_asks_nothing_of_a_network_and_one_script_may_run(tmp_path: Path) -> None:
+    text = page(tmp_path, viewer_figure("a ball", ball()))
+    assert not re.search(r"https?://", text)
+    assert not re.search(r"url\(|@import|<link|<iframe|<object", text)
+    assert all(link.startswith("data:image/png;base64,") for link in Outline(text).fetched)
+    (script,) = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    assert f"script-src 'sha256-{digest}'" in text
+    assert not re.search(r"\beval\(|new Function\(|fetch\(|XMLHttpRequest\b.{0,9}\.open", asset("viewer.js"))
+
+
+def test_the_script_is_built_of_its_sources() -> None:
+    """After a change of these, `make viewer` builds it anew."""
+    digest = hashlib.sha256()
+    for path in [
+        SOURCES / "build.mjs",
+        SOURCES / "package-lock.json",
+        *sorted((SOURCES / "source").iterdir()),
+    ]:
+        digest.update(path.read_bytes())
+    assert digest.hexdigest() in asset("viewer.js")[:200]
+    assert "MIT" in (SOURCES / "LICENSE-three.txt").read_text(encoding="utf-8")
