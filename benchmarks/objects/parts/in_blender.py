@@ -1,6 +1,6 @@
-"""Parts of the benchmark from Blender: run by a Python that has `bpy` 5.0 and OpenEXR, from the root.
+"""Parts of the benchmark from Blender: run from the root, by a Python that has `bpy` 5.0.
 
-PYTHONPATH=. PYTHON benchmarks/objects/parts/in_blender.py FOLDER
+python -m benchmarks.objects.parts.in_blender FOLDER
 
 Lengths are in mm.
 """

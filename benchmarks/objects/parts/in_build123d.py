@@ -1,6 +1,6 @@
-"""Parts of the benchmark from a CAD kernel: run by a Python that has `build123d` 0.13, from the root.
+"""Parts of the benchmark from a CAD kernel: run from the root, by a Python that has `build123d` 0.13.
 
-PYTHONPATH=. PYTHON benchmarks/objects/parts/in_build123d.py FOLDER [NAME ...]
+python -m benchmarks.objects.parts.in_build123d FOLDER [NAME ...]
 
 Each part is exported twice: `NAME.3mf` at 0.02 mm and 0.15 rad, `NAME-fine.3mf` at 0.002 mm and 0.05 rad, the
 largest distance and angle between a facet and the surface. Lengths are in mm.
