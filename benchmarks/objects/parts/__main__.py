@@ -100,11 +100,8 @@ def looked_at(name: str, file: Path, blender: str | None, plate: Array) -> dict[
     found = felt.values["roughness"]
     if felt.crops[0].on_edge:
         return row | {"not_felt": "edges everywhere"}
-    return row | {
-        "roughness": float(found.mean()),
-        "places": len(found),
-        "jnd_from_tile": apart(found, plate),
-    }
+    row |= {"roughness": float(found.mean()), "places": len(found)}
+    return row | {"jnd_from_tile": apart(found, plate)}
 
 
 def _sliced(slicer: Slicer, file: Path) -> str:
