@@ -16,6 +16,7 @@ from relief.common.progress import stage
 from relief.meshes.crops import Crop, Cropper
 from relief.meshes.mesh import Mesh
 from relief.meshes.places import Frame, frames, spread, surface_points
+from relief.meshes.shells import outside
 from relief.meshes.unrolling import Unroller, fine_enough
 from tactile.measures import BATCH_SAMPLES, each
 from tactile.model import ModelName
@@ -130,6 +131,8 @@ def feel_of(
     if without_texture is None:
         points = surface_points(mesh.body)
         candidates = spread(points.at, MOST_TRIED)
+        if mesh.folded:
+            candidates = candidates[outside(points.at[candidates], points.normals[candidates], mesh.body)]
         cropped = map(Cropper(mesh.body, side_mm=skin.patch_mm).crop, frames(points, candidates))
     else:
         unroller = _unroller(mesh, without_texture)

@@ -8,7 +8,13 @@ from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
 from relief.meshes.intersections import MOST, self_intersections
-from relief.meshes.shells import MOST_BOXES, parts_within_others, repeated_faces
+from relief.meshes.shells import (
+    MOST_BOXES,
+    crossing_place,
+    parts_within_others,
+    repeated_faces,
+    united,
+)
 
 THINNEST = 1e-7
 """Least volume of a solid as a share of the cube of its longest side; what is less is a sheet."""
@@ -20,15 +26,15 @@ def volume_mm3(body: Body) -> float:
     return float(_volumes(body).sum())
 
 
-def check_solid(body: Body, name: object) -> None:
-    """Refuse a body that is no solid: open, turned inside out, without volume, or with parts that overlap.
+def check_closed(body: Body, name: object) -> None:
+    """Refuse a body that is open, turned inside out, without volume, or has faces twice.
 
     Args:
         body: with one position per vertex.
         name: of the file, for the message.
 
     Raises:
-        InputError: The body is no solid; the line says what to do.
+        InputError: The body encloses nothing; the line says what to do.
     """
     open_edges, twisted = _edges(body.faces)
     if open_edges:
@@ -42,6 +48,19 @@ def check_solid(body: Body, name: object) -> None:
         raise InputError(f"{name}: encloses no volume; give the surface a thickness")
     if volumes.sum() < 0.0 or _inverted_part(body, volumes, name):
         raise InputError(f"{name}: is turned inside out; flip the normals (Blender: Mesh, Normals, Flip)")
+
+
+def check_solid(body: Body, name: object) -> None:
+    """Refuse a body that is no solid: as `check_closed`, and one with faces or parts that overlap.
+
+    Args:
+        body: with one position per vertex.
+        name: of the file, for the message.
+
+    Raises:
+        InputError: The body is no solid; the line says what to do.
+    """
+    check_closed(body, name)
     if pairs := self_intersections(body):
         raise InputError(
             f"{name}: passes through itself: {'at least ' * (pairs >= MOST)}{pairs} pairs of faces; "
@@ -49,6 +68,30 @@ def check_solid(body: Body, name: object) -> None:
         )
     if within := parts_within_others(body, name):
         raise InputError(f"{name}: {within} of its parts lie within others; unite the parts (Boolean)")
+
+
+def outer_body(body: Body, name: object) -> tuple[Body, tuple[str, ...]]:
+    """The body that fingers meet, and what there is to say of it.
+
+    Args:
+        body: With one position per vertex.
+        name: Of the file, for messages.
+
+    Returns:
+        The same body and no lines if it is a solid. Else its shells as one, without hollows that lie inside,
+        and a line with the number of crossing pairs of faces and a place of one, mm.
+
+    Raises:
+        InputError: The body is open, turned inside out, without volume, or has faces twice.
+    """
+    check_closed(body, name)
+    if pairs := self_intersections(body):
+        at = ", ".join(f"{place:.4g}" for place in crossing_place(body))
+        count = f"{'at least ' * (pairs >= MOST)}{pairs} pairs of faces"
+        return united(body), (f"passes through itself: {count}, some near ({at}) mm; its outside is felt",)
+    if within := parts_within_others(body, name):
+        return united(body), (f"{within} of its parts lie within others; its outside is felt",)
+    return body, ()
 
 
 def _volumes(body: Body) -> Array:

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self, Unpack
 
@@ -20,7 +20,7 @@ from relief.common.formats import MESHES
 from relief.common.lengths import Lengths
 from relief.common.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
 from relief.common.progress import Progress, say, stage
-from relief.meshes import Mesh, check_solid, read_mesh
+from relief.meshes import Mesh, outer_body, read_mesh
 from relief.objects.table import OBJECTS
 from relief.patches import Patches
 from relief.places import centres_mm, places
@@ -214,21 +214,25 @@ def evaluate(
 def read_solid(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh:
     """Read a print file, which must be a solid, or make an object that comes with Retouch.
 
+    Where its faces pass through one another, or parts lie within others, the outer surface is taken, and a
+    line says so: a finger meets nothing else.
+
     Args:
         path: STL, OBJ, PLY, GLB or 3MF, or the name of a bundled object.
         units: of the file, where it does not state its own or a wrong one: "um", "mm", "cm", "m", "in" or
             "ft".
 
     Raises:
-        InputError: the file cannot be read, or its mesh is no solid.
+        InputError: the file cannot be read, or its mesh is open, inverted or without volume.
     """
     path = Path(path)
     if (thing := OBJECTS.get(str(path))) is not None:
         return Mesh(thing.make(), None, path)
     mesh = read_mesh(path, units=units)
+    body, crossings = outer_body(mesh.body, path)
+    mesh = replace(mesh, body=body, uv=None, warnings=(*mesh.warnings, *crossings), folded=bool(crossings))
     for line in mesh.warnings:
         say(f"{path}: {line}")
-    check_solid(mesh.body, path)
     return mesh
 
 

@@ -82,8 +82,11 @@ def wrapped(name: str, out: Path, code: Path) -> dict[str, Any]:
 
 def looked_at(name: str, file: Path, blender: str | None, plate: Array) -> dict[str, Any]:
     """What other programs and the finger make of a wrapped part."""
+    try:
+        read = read_mesh(file)
+    except InputError as error:
+        return {"failure": str(error)}
     mesh = trimesh.load(file, force="mesh")
-    read = read_mesh(file)
     as_stl = file.with_suffix(".stl")
     as_stl.write_bytes(stl(read.body))
     row: dict[str, Any] = {"closed": bool(mesh.is_watertight and mesh.is_winding_consistent)}

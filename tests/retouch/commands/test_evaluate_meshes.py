@@ -15,7 +15,7 @@ from relief.wrapping.tiles import Tile
 from relief.wrapping.wrap import Covering, wrap
 from retouch.commands.main import main
 from retouch.commands.mesh_entries import mesh_lines
-from tests.relief.meshes.bodies import CUBE, cube
+from tests.relief.meshes.bodies import CUBE, cube, joined
 
 
 @pytest.fixture
@@ -69,6 +69,18 @@ def test_finite_elements_press_on_meshes_as_on_textures(
         assert abs(found[1]["jnd_from_first"]) < 0.2
         values[model] = found[1]["roughness"]
     assert 0.0 < abs(values["fem"] - values["layer"]) < 0.05 * values["layer"]
+
+
+def test_parts_that_cross_are_felt_from_outside_with_a_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("retouch.verbs.evaluation.MOST_MESH_PLACES", 2)
+    Path("part.stl").write_bytes(stl(joined(cube(), cube(10.0, (5.0, 6.0, 15.0)))))
+    assert main(["evaluate", "part.stl", "--json"]) == 0
+    told = capsys.readouterr()
+    assert "part.stl: passes through itself: 10 pairs of faces, some near (" in told.err
+    assert json.loads(told.out)[0]["warnings"][0].endswith("mm; its outside is felt")
 
 
 def test_one_place_is_no_mean() -> None:
