@@ -176,7 +176,8 @@ def evaluate(
         repeats: whether a file or an array is a tile, along both axes, "x" or "y"; None: as the header says.
         printer: name of a printer, or a printer, whose print of the relief is pressed.
         units: of a print file, as in `read_solid`.
-        without_texture: the solid before its texture, whose own curvature is then no part of what is felt.
+        without_texture: the solid before its texture, whose own curvature is then known and taken out;
+            without it, each patch tells its own.
         model: of touch.
         skin: of the finger, or its name or file.
         reach: estimate how much rougher and smoother the relief can be made before its pictures in this scene

@@ -13,25 +13,19 @@ import json
 import os
 import re
 import resource
-import shutil
 import subprocess
 import sys
 import tempfile
 from argparse import Namespace
 from collections.abc import Mapping
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-import trimesh
-
-from benchmarks.objects.bundled import PLACES, TEXTURE, apart, on_plate, tile_of
-from benchmarks.prints.prusa import Slicer
+from benchmarks.objects.bundled import TEXTURE, on_plate, tile_of
+from benchmarks.objects.parts.clients import looked_at
 from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, put, save, table
-from optimize.settings.skins import load_skin
-from optimize.verification.mesh_feel import feel_of
-from relief.body import stl
 from relief.common.arrays import Array
-from relief.common.errors import InputError
 from relief.meshes import read_mesh
 
 HERE = Path(__file__).parent
@@ -80,50 +74,17 @@ def wrapped(name: str, out: Path, code: Path) -> dict[str, Any]:
         return row | {"failure": lines.strip().splitlines()[-1] if lines.strip() else f"{child.returncode}"}
 
 
-def looked_at(name: str, file: Path, blender: str | None, plate: Array) -> dict[str, Any]:
-    """What other programs and the finger make of a wrapped part."""
-    try:
-        read = read_mesh(file)
-    except InputError as error:
-        return {"failure": str(error)}
-    mesh = trimesh.load(file, force="mesh")
-    as_stl = file.with_suffix(".stl")
-    as_stl.write_bytes(stl(read.body))
-    row: dict[str, Any] = {"closed": bool(mesh.is_watertight and mesh.is_winding_consistent)}
-    if blender:
-        command = (blender, "-m", f"{COMMAND}.crossings_in_blender", str(as_stl))
-        said = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout
-        row["crossings"] = int(said.partition("RESULT ")[2].split()[0])
-    if program := shutil.which("prusa-slicer"):
-        row["slicer"] = _sliced(Slicer(program, file.parent), as_stl)
-    try:
-        felt = feel_of(read, load_skin("paper"), "layer", PLACES, read_mesh(HERE / f"{name}.3mf"))
-    except InputError as error:
-        return row | {"not_felt": str(error)}
-    found = felt.values["roughness"]
-    if felt.crops[0].on_edge:
-        return row | {"not_felt": "edges everywhere"}
-    row |= {"roughness": float(found.mean()), "places": len(found)}
-    return row | {"jnd_from_tile": apart(found, plate)}
-
-
-def _sliced(slicer: Slicer, file: Path) -> str:
-    """PrusaSlicer's word on a file: whether it had to repair it, and the layers it makes of it."""
-    try:
-        info, filament = slicer.info(file), slicer.filament(file)
-    except subprocess.SubprocessError:
-        return "refused"
-    sound = "sound" if info["manifold"] and not info["repairs"] else f"{info['repairs']} repairs"
-    return f"{sound}, {filament['layers']} layers"
-
-
 def measured(name: str, options: Namespace, plate: Array) -> dict[str, Any]:
     """Everything about one part."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "wrapped.3mf"
         row = {"faces_before": len(read_mesh(HERE / f"{name}.3mf").body.faces)}
         row |= wrapped(name, out, options.code.resolve())
-        return row if "failure" in row else row | looked_at(name, out, options.blender, plate)
+        if "failure" in row:
+            return row
+        # In a process of its own, as the memory of this one counts for those that it starts.
+        with get_context("spawn").Pool(1) as pool:
+            return row | pool.apply(looked_at, (HERE / f"{name}.3mf", out, options.blender, plate))
 
 
 def _line(name: str, row: Mapping[str, Any]) -> tuple[Any, ...]:
