@@ -103,8 +103,8 @@ def _jnd(values: Array, reference: Array) -> Array:
 
 def tables(content: dict[str, Any]) -> str:
     """Both tables of the page."""
-    heads = ("object in gravel", "V over the object", "V over its own shape", "off, JND", "spread, JND")
-    heads += ("as pressed, JND", "places")
+    heads = ["object in gravel", "V over the object", "V over its own shape", "off, JND", "spread, JND"]
+    heads += ["as pressed, JND", "places"]
     rows = [
         (name, *(f"{row[key]:{how}}" if key in row else None for key, how in FORMATS), row["places"])
         for name, row in content["objects"].items()

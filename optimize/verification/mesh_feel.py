@@ -182,7 +182,7 @@ def textures_alone(body: Body, crops: Sequence[Crop]) -> dict[int, Array]:
     """Heights (n, n) mm over their own smooth shapes of those crops that are curved, by their numbers."""
     tree = cKDTree(body.vertices)
     fewer = np.zeros(len(body.vertices), bool)
-    reach = np.hypot(*[0.75 * crops[0].side_mm] * 2)
+    reach = 0.75 * np.sqrt(2.0) * crops[0].side_mm
     alone = {}
     with stage("telling textures from shapes", len(crops)) as advance:
         for number, crop in enumerate(crops):

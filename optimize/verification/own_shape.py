@@ -21,7 +21,7 @@ from relief.meshes.crops import Crop, Cropper
 from relief.meshes.places import Frame
 
 CURVED_MM = 0.09
-"""Root mean square of the second order of a patch, mm, from which it is curved: that of a ball of 56 mm radius.
+"""Root mean square of the second order of a patch, mm, from which it is curved: that of a ball of 56 mm.
 The tiles that come with Retouch have up to 0.089 (leather)."""
 CURVED, SIGNIFICANT = 25.0, 4.0
 """Power of second order, and of higher orders, in units of what the texture's own waves give, from which it

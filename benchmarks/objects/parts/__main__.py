@@ -1,6 +1,6 @@
 """Twenty parts of CAD kernels, modelling programs and scanners, wrapped: what comes out, and what it costs.
 
-python -m benchmarks.objects.parts [NAME ...] [--again] [--code FOLDER] [--blender PYTHON]
+python -m benchmarks.objects.parts [NAME ...] [--again] [--only-wrap] [--code FOLDER] [--blender PYTHON]
 
 Each part is wrapped with `gravel-tile` by default, in its own process with limits of CPU time and memory.
 What comes out is read by trimesh (closed or not), by Blender where a Python with `bpy` is named (triangles
@@ -80,7 +80,7 @@ def measured(name: str, options: Namespace, plate: Array) -> dict[str, Any]:
         out = Path(folder) / "wrapped.3mf"
         row = {"faces_before": len(read_mesh(HERE / f"{name}.3mf").body.faces)}
         row |= wrapped(name, out, options.code.resolve())
-        if "failure" in row:
+        if "failure" in row or options.only_wrap:
             return row
         # In a process of its own, as the memory of this one counts for those that it starts.
         with get_context("spawn").Pool(1) as pool:
@@ -112,6 +112,7 @@ def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(NAMES))
     parser.add_argument("--again", action="store_true", help="also parts that there are results of")
+    parser.add_argument("--only-wrap", action="store_true", help="look at nothing that comes out")
     parser.add_argument("--code", type=Path, default=ROOT, metavar="FOLDER")
     parser.add_argument("--blender", metavar="PYTHON")
     options = parser.parse_args()

@@ -26,7 +26,7 @@ def looked_at(bare: Path, file: Path, blender: str | None, plate: Array) -> dict
         read = read_mesh(file)
     except InputError as error:
         return {"failure": str(error)}
-    mesh = trimesh.load(file, force="mesh")
+    mesh: Any = trimesh.load(file, force="mesh")
     as_stl = file.with_suffix(".stl")
     as_stl.write_bytes(stl(read.body))
     row: dict[str, Any] = {"closed": bool(mesh.is_watertight and mesh.is_winding_consistent)}

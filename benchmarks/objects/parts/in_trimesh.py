@@ -43,7 +43,7 @@ PARTS: dict[str, Callable[[], trimesh.Trimesh]] = {"capsule": capsule, "scan": s
 def main() -> None:
     for name, make in PARTS.items():
         made = make()
-        vertices = np.round(np.array(made.vertices, dtype=np.float64), 4)
+        vertices = np.array(made.vertices, dtype=np.float64).round(4)
         path = write_parts(Path(sys.argv[1], f"{name}.3mf"), [Part(name, Body(vertices, made.faces))])
         print(f"{path}: {len(made.faces)} triangles, {path.stat().st_size // 1024} KiB", flush=True)
 
