@@ -36,8 +36,8 @@ BEFORE = 1e-6
 """Distance of the counted faces from the point, as a share of the body's longest side."""
 
 
-def repeated_faces(faces: Index) -> int:
-    """Number of faces that lie there twice, with the same corners in the same order around them.
+def repeats(faces: Index) -> Index:
+    """Numbers of the faces that repeat an earlier one, with the same corners in the same order around them.
 
     Args:
         faces: (m, 3) of a body with one position per vertex.
@@ -48,8 +48,8 @@ def repeated_faces(faces: Index) -> int:
     edge = corners[:, 0] * (int(faces.max()) + 1) + corners[:, 1]
     order = np.argsort(edge, kind="stable")
     several = np.flatnonzero(np.diff(edge[order]) == 0)
-    doubtful = corners[np.union1d(order[several], order[several + 1])]
-    return len(doubtful) - len(np.unique(doubtful, axis=0)) if len(doubtful) else 0
+    doubtful = np.union1d(order[several], order[several + 1])
+    return np.delete(doubtful, np.unique(corners[doubtful], axis=0, return_index=True)[1])
 
 
 def parts_within_others(body: Body, name: object) -> int:
@@ -112,11 +112,15 @@ def crossing_place(body: Body) -> Array:
         axis = int((high - low).argmax())
         middle = 0.5 * (low[axis] + high[axis])
         along = body.vertices[faces, axis]
-        below = faces[along.min(axis=1) <= middle]
-        if self_intersections(Body(body.vertices, below)):
-            faces, high = below, np.where(np.arange(3) == axis, middle, high)
+        for half, ends in (
+            (along.min(axis=1) <= middle, (low, np.where(np.arange(3) == axis, middle, high))),
+            (along.max(axis=1) >= middle, (np.where(np.arange(3) == axis, middle, low), high)),
+        ):
+            if half.any() and self_intersections(Body(body.vertices, faces[half])):
+                faces, (low, high) = faces[half], ends
+                break
         else:
-            faces, low = faces[along.max(axis=1) >= middle], np.where(np.arange(3) == axis, middle, low)
+            break
     for pair in combinations(faces, 2) if len(faces) <= FEW_FACES else ():
         if self_intersections(Body(body.vertices, np.array(pair))):
             corners = body.vertices[np.array(pair)]

@@ -20,7 +20,7 @@ from relief.common.formats import MESHES
 from relief.common.lengths import Lengths
 from relief.common.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
 from relief.common.progress import Progress, say, stage
-from relief.meshes import Mesh, outer_body, read_mesh
+from relief.meshes import Mesh, mended, outer_body, read_mesh
 from relief.objects.table import OBJECTS
 from relief.patches import Patches
 from relief.places import centres_mm, places
@@ -215,8 +215,8 @@ def evaluate(
 def read_solid(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh:
     """Read a print file, which must be a solid, or make an object that comes with Retouch.
 
-    Where its faces pass through one another, or parts lie within others, the outer surface is taken, and a
-    line says so: a finger meets nothing else.
+    Where its faces pass through one another, or parts lie within others, the outer surface is taken: a finger
+    meets nothing else. Cracks are closed, and slivers and repeated faces dropped. Lines say so.
 
     Args:
         path: STL, OBJ, PLY, GLB or 3MF, or the name of a bundled object.
@@ -230,8 +230,10 @@ def read_solid(path: str | os.PathLike[str], *, units: str | None = None) -> Mes
     if (thing := OBJECTS.get(str(path))) is not None:
         return Mesh(thing.make(), None, path)
     mesh = read_mesh(path, units=units)
-    body, crossings = outer_body(mesh.body, path)
-    mesh = replace(mesh, body=body, uv=None, warnings=(*mesh.warnings, *crossings), folded=bool(crossings))
+    work = mended(mesh.body, path)
+    body, crossings = outer_body(work.body, path)
+    lines = (*mesh.warnings, *work.lines, *crossings)
+    mesh = replace(mesh, body=body, uv=None, warnings=lines, folded=bool(crossings))
     for line in mesh.warnings:
         say(f"{path}: {line}")
     return mesh

@@ -2,7 +2,7 @@
 
 import logging
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Unpack
@@ -11,7 +11,6 @@ import numpy as np
 
 from mitsuba_scenes import find_texture
 from relief.body import Body, Part
-from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.files import check_file_to_write, permitted
 from relief.common.formats import FORMATS
@@ -19,10 +18,13 @@ from relief.common.lengths import Lengths
 from relief.common.progress import Progress
 from relief.export.parts import as_written, write_parts
 from relief.heightmap import check_scales
-from relief.meshes import check_solid, read_mesh
+from relief.meshes import Mesh, check_solid, mended, read_mesh, united_parts
+from relief.meshes.holes import round_holes
+from relief.meshes.repair import HOLE_MM
+from relief.meshes.shells import parts_within_others
+from relief.meshes.solid import check_closed, crossings
 from relief.objects.table import OBJECTS, BundledObject
 from relief.seam import check_seams
-from relief.wrapping.masks import Regions
 from relief.wrapping.surfaces import FALLOFF_MM, MOST_FACES, Settings
 from relief.wrapping.tiles import Tile
 from relief.wrapping.wrap import Covering, Wrapped, check_choices
@@ -32,6 +34,8 @@ from retouch.verbs.reliefs import Source, relief_of
 
 _log = logging.getLogger(__name__)
 
+LARGEST_HOLE_MM = 100.0
+"""Largest hole that is closed or left without texture, mm: wider ones are no bores but shapes."""
 WITH_UV = (".obj", ".ply", ".glb")
 """Suffixes of files whose meshes may have texture coordinates."""
 
@@ -43,7 +47,7 @@ class WrappedObject:
     Attributes:
         file: that was written.
         wrapped: the body, and how the texture lies on it.
-        warnings: lines about tiles that are larger than the object.
+        warnings: lines about what may not be meant, and what was mended.
     """
 
     file: Path
@@ -77,6 +81,9 @@ def wrap(
     keep_bottom: bool = True,
     edge_mm: float | None = None,
     faces: int = MOST_FACES,
+    unite: bool = False,
+    close_holes_mm: float = HOLE_MM,
+    keep_holes_mm: float | None = None,
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
     **lengths: Unpack[Lengths],
@@ -99,6 +106,9 @@ def wrap(
         keep_bottom: whether a flat bottom stays flat.
         edge_mm: longest edge of the triangles, mm; None: that of the samples, or what `faces` allow.
         faces: triangles at most, about.
+        unite: whether parts of the mesh that overlap are made one.
+        close_holes_mm: size, mm, up to which holes in an open mesh are closed.
+        keep_holes_mm: diameter, mm, up to which round holes stay without texture; None textures them.
         quiet, progress: as in `optimize`.
 
     Raises:
@@ -112,6 +122,7 @@ def wrap(
     check_file_to_write(out)
     with followed(progress, quiet):
         thing = _bundled(Path(mesh), units)
+        _check_sizes({"close_holes_mm": close_holes_mm, "keep_holes_mm": keep_holes_mm})
         settings = Settings(mask, level, falloff_mm, keep_bottom, edge_mm, faces)
         masks = [where for where, _ in regions]
         with naming(mesh):
@@ -119,14 +130,24 @@ def wrap(
                 settings, masks, thing.regions if thing else {}, Path(mesh).suffix.lower() in WITH_UV
             )
         coverings = _coverings([(texture, None), *((tile, where) for where, tile in regions)], lengths)
-        body, uv, named_regions = (thing.make(), None, thing.regions) if thing else _solid(Path(mesh), units)
-        warnings = _misfits(coverings, body)
+        solid = (
+            Mesh(thing.make(), None, Path(mesh))
+            if thing
+            else _solid(Path(mesh), units, unite, close_holes_mm)
+        )
+        _check_period(coverings, solid)
+        settings = replace(settings, crosses=solid.folded)
+        warnings = solid.warnings
+        if keep_holes_mm is not None:
+            settings, line = _with_holes(settings, solid.body, keep_holes_mm)
+            warnings = (*warnings, line)
         for line in warnings:
-            _log.warning("%s", line)
+            _log.warning("%s: %s", mesh, line)
         with naming(mesh):
-            wrapped = wrapped_by(body, coverings, settings, uv, named_regions)
+            wrapped = wrapped_by(solid.body, coverings, settings, solid.uv, thing.regions if thing else {})
             wrapped = replace(wrapped, body=as_written(wrapped.body, out.suffix.lower()))
-            check_solid(wrapped.body, "the wrapped object")
+            textured = np.asarray((wrapped.textured > 0.0)[wrapped.body.faces].any(axis=1))
+            check_solid(wrapped.body, "the wrapped object", textured if solid.folded else None)
         with permitted(out):
             write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
     return WrappedObject(out, wrapped, warnings)
@@ -159,21 +180,53 @@ def _bundled(path: Path, units: str | None) -> BundledObject | None:
     return thing
 
 
-def _solid(path: Path, units: str | None) -> tuple[Body, Array | None, Regions]:
-    """The body of a file, its texture coordinates, and no regions. Raises InputError."""
+def _solid(path: Path, units: str | None, unite: bool, close_holes_mm: float) -> Mesh:
+    """The mesh of a file, mended; folded if it passes through itself. Raises InputError."""
     mesh = read_mesh(path, units=units)
-    for line in mesh.warnings:
-        _log.warning("%s: %s", path, line)
-    check_solid(mesh.body, path)
-    return mesh.body, mesh.uv, {}
+    work = mended(mesh.body, path, close_holes_mm)
+    if unite:
+        work = united_parts(work, path)
+    check_closed(work.body, path)
+    lines, line = [*mesh.warnings, *work.lines], crossings(work.body)
+    uv = None
+    if mesh.uv is not None:
+        if (work.origin >= 0).all():
+            uv = mesh.uv[work.origin]
+        else:
+            lines.append("is mended, so that its texture coordinates are left out")
+    if line:
+        lines.append(f"{line}; no texture may lie there")
+    elif parts_within_others(work.body, path):
+        check_solid(work.body, path)
+    return Mesh(work.body, uv, path, tuple(lines), bool(line))
 
 
-def _misfits(coverings: Sequence[Covering], body: Body) -> tuple[str, ...]:
-    """Lines about tiles that are larger than the object."""
-    longest = float(np.ptp(body.vertices, axis=0).max())
-    return tuple(
-        f"a tile of {max(covering.tile.size_mm):.3g} mm is larger than the object, {longest:.3g} mm; "
-        "--size-mm sets its size"
-        for covering in coverings
-        if max(covering.tile.size_mm) > longest
-    )
+def _with_holes(settings: Settings, body: Body, most_mm: float) -> tuple[Settings, str]:
+    """Settings with the round holes up to a diameter, mm, and a line about them."""
+    holes = round_holes(body, most_mm)
+    if holes is None:
+        return settings, f"has no round hole of {most_mm:g} mm or less"
+    low, high = (f"{end:.3g}" for end in (holes.diameters_mm.min(), holes.diameters_mm.max()))
+    sizes = low if low == high else f"{low} to {high}"
+    line = f"keeps {len(holes.diameters_mm)} round holes of {sizes} mm without texture"
+    return replace(settings, holes=holes), line
+
+
+def _check_sizes(sizes: Mapping[str, float | None]) -> None:
+    """Refuse sizes of holes that are none. Raises InputError."""
+    for name, size in sizes.items():
+        if size is not None and not 0.0 <= size <= LARGEST_HOLE_MM:
+            fault = f"{size:g} is outside [0, {LARGEST_HOLE_MM:g}]"
+            raise InputError(f"{name}: {fault}", f"--{name.removesuffix('_mm').replace('_', '-')}: {fault}")
+
+
+def _check_period(coverings: Sequence[Covering], mesh: Mesh) -> None:
+    """Refuse an object on which no tile has room once. Raises InputError."""
+    longest = float(np.ptp(mesh.body.vertices, axis=0).max())
+    period = max(max(covering.tile.size_mm) for covering in coverings)
+    if longest < period:
+        fault = f"{mesh.path}: {longest:.3g} mm is less than the period of the texture, {period:.3g} mm"
+        raise InputError(
+            f"{fault}; state the unit of the mesh (units), or take a smaller tile (size_mm)",
+            f"{fault}; state the unit of the mesh (--units), or take a smaller tile (--size-mm)",
+        )
