@@ -1,10 +1,10 @@
 """How well `retouch evaluate` tells a texture from the shape under it without the object before its texture.
 
-python -m benchmarks.objects.own_shapes [NAME ...]
+python -m benchmarks.objects.own_shapes [--texture TILE] [NAME ...]
 
-At 20 places of each bundled object in gravel, the roughness of the texture against the patch's own smooth
-shape (`optimize.verification.own_shape`) beside that over the unrolled object, as with `--object`. And the
-roughness of smooth bodies, as pressed and of the texture alone, of which they have none.
+At 20 places of each bundled object in gravel or another tile, the roughness of the texture against the
+patch's own smooth shape (`optimize.verification.own_shape`) beside that over the unrolled object, as with
+`--object`. And the roughness of smooth bodies, as pressed and of the texture alone, of which they have none.
 """
 
 from pathlib import Path
@@ -68,11 +68,11 @@ def bare(body: Body) -> dict[str, Any]:
     }
 
 
-def compared(name: str) -> dict[str, Any]:
-    """Roughness of gravel at places of an object: over the object, over its own shape, as pressed."""
+def compared(name: str, texture: str) -> dict[str, Any]:
+    """Roughness of a tile at places of an object: over the object, over its own shape, as pressed."""
     thing = OBJECTS[name]
     made = thing.make()
-    body = wrap(made, [Covering(tile_of(TEXTURE))], Settings(faces=FACES), regions=thing.regions).body
+    body = wrap(made, [Covering(tile_of(texture))], Settings(faces=FACES), regions=thing.regions).body
     with_texture, without = (Mesh(of, None, Path(name)) for of in (body, made))
     felt = feel_of(with_texture, load_skin("paper"), "layer", PLACES, without)
     points = surface_points(body)
@@ -103,7 +103,7 @@ def _jnd(values: Array, reference: Array) -> Array:
 
 def tables(content: dict[str, Any]) -> str:
     """Both tables of the page."""
-    heads = ["object in gravel", "V over the object", "V over its own shape", "off, JND", "spread, JND"]
+    heads = ["object", "V over the object", "V over its own shape", "off, JND", "spread, JND"]
     heads += ["as pressed, JND", "places"]
     rows = [
         (name, *(f"{row[key]:{how}}" if key in row else None for key, how in FORMATS), row["places"])
@@ -130,13 +130,15 @@ FORMATS = (
 def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(OBJECTS))
-    names = parser.parse_args().names or list(OBJECTS)
+    parser.add_argument("--texture", default=TEXTURE, metavar="TILE", help=f"default: {TEXTURE}")
+    arguments = parser.parse_args()
     content = {"machine": machine(), "objects": load(RESULT).get("objects", {})}
     content["smooth"] = {name: bare(body) for name, body in smooth_bodies().items()}
-    for name in names:
-        content["objects"][name] = compared(name)
+    for name in arguments.names or list(OBJECTS):
+        key = name if arguments.texture == TEXTURE else f"{name} in {arguments.texture}"
+        content["objects"][key] = compared(name, arguments.texture)
         save(RESULT, content)
-        print(name, content["objects"][name], flush=True)
+        print(key, content["objects"][key], flush=True)
     put(DOCS / "evidence" / "objects.md", "own shapes", COMMAND, tables(content))
     print(tables(content))
 

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from relief.body import Body
 from relief.common.arrays import Array, smooth_step
 from relief.common.errors import InputError
-from relief.meshes.holes import Holes
+from relief.mending.holes import Holes
 from relief.meshes.refining import Refined, expected_faces, refined
 from relief.meshes.solid import check_apart
 from relief.wrapping.clearance import smooth_normals

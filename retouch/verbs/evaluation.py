@@ -20,7 +20,8 @@ from relief.common.formats import MESHES
 from relief.common.lengths import Lengths
 from relief.common.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
 from relief.common.progress import Progress, say, stage
-from relief.meshes import Mesh, mended, outer_body, read_mesh
+from relief.mending.repair import mended
+from relief.meshes import Mesh, outer_body, read_mesh
 from relief.objects.table import OBJECTS
 from relief.patches import Patches
 from relief.places import centres_mm, places

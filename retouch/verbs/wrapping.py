@@ -18,9 +18,9 @@ from relief.common.lengths import Lengths
 from relief.common.progress import Progress
 from relief.export.parts import as_written, write_parts
 from relief.heightmap import check_scales
-from relief.meshes import Mesh, check_solid, mended, read_mesh, united_parts
-from relief.meshes.holes import round_holes
-from relief.meshes.repair import HOLE_MM
+from relief.mending.holes import round_holes
+from relief.mending.repair import HOLE_MM, mended, united_parts
+from relief.meshes import Mesh, check_solid, read_mesh
 from relief.meshes.shells import parts_within_others
 from relief.meshes.solid import check_closed, crossings
 from relief.objects.table import OBJECTS, BundledObject

@@ -1,12 +1,16 @@
 """Round holes: which are found, how wide they are, and where they leave no texture."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from manifold3d import Manifold
 
-from relief.meshes.holes import round_holes
+from relief.mending.holes import round_holes
+from relief.meshes import read_mesh
 from tests.relief.meshes.test_outer import solid
 
+PARTS = Path(__file__).parents[3] / "benchmarks" / "objects" / "parts"
 PLATE = Manifold.cube((40.0, 30.0, 10.0))
 
 
@@ -53,6 +57,25 @@ def test_countersinks_drill_tips_and_flats_belong_to_holes() -> None:
     # Without room for the countersink's width, its cone is textured.
     narrow = round_holes(solid(PLATE - cut), 4.0)
     assert narrow is not None and narrow.share(np.array([[12.9, 15.0, 9.9]]), 0.5)[0] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "diameters"),
+    [
+        ("knob", [6]),
+        ("flange", [4, 4, 4, 4, 12]),
+        ("case", [3, 3, 3, 3]),
+        ("lever", [5, 10]),
+        ("lever-fine", [5, 10]),
+        ("grip", [8]),
+        ("tray", []),
+        ("bolt", []),
+    ],
+)
+def test_bores_of_parts_from_a_cad_kernel_are_found(name: str, diameters: list[int]) -> None:
+    """A bore with a flat, rounded rims, bosses, a blind bore; fillets of a tray and a thread are none."""
+    holes = round_holes(read_mesh(PARTS / f"{name}.3mf").body, 12.0)
+    assert [round(each) for each in sorted(holes.diameters_mm)] == diameters if holes else not diameters
 
 
 def test_pins_slots_and_inside_corners_are_no_holes() -> None:

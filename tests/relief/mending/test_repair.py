@@ -5,7 +5,8 @@ import pytest
 
 from relief.body import Body
 from relief.common.errors import InputError
-from relief.meshes import check_solid, mended, united_parts
+from relief.mending.repair import mended, united_parts
+from relief.meshes import check_solid
 from relief.meshes.solid import volume_mm3
 from tests.relief.meshes.bodies import CUBE, cube, joined, torus
 from tests.relief.meshes.test_solid import quarter_turn, turned, welded
