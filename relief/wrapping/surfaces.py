@@ -9,7 +9,9 @@ from scipy.spatial import cKDTree
 from relief.body import Body
 from relief.common.arrays import Array, smooth_step
 from relief.common.errors import InputError
+from relief.mending.holes import Holes
 from relief.meshes.refining import Refined, expected_faces, refined
+from relief.meshes.solid import check_apart
 from relief.wrapping.clearance import smooth_normals
 from relief.wrapping.flipping import even_triangles
 from relief.wrapping.masks import Points, Regions, mask_at
@@ -54,6 +56,8 @@ class Settings:
         faces: Triangles at most, about; for `edge_mm` None.
         draft: Whether the body is to be looked at and not to be printed: patches, normals and clearance are
             computed on triangles of `DRAFT_EDGE_MM`.
+        holes: That stay without texture; None: no hole does.
+        crosses: Whether the body passes through itself somewhere, which is refused where texture would lie.
     """
 
     mask: str | None = None
@@ -63,6 +67,8 @@ class Settings:
     edge_mm: float | None = None
     faces: int = MOST_FACES
     draft: bool = False
+    holes: Holes | None = None
+    crosses: bool = False
 
 
 class BaseSurface:
@@ -97,6 +103,10 @@ class BaseSurface:
         if settings.mask is not None:
             self.carried = mask_at(settings.mask, points, settings.falloff_mm)
         self.carried[self.body.faces[self.bottom]] = 0.0
+        if settings.holes is not None:
+            self.carried *= settings.holes.share(points.places, settings.falloff_mm)
+        if settings.crosses:
+            check_apart(self.body, np.asarray((self.carried > 0.0)[self.body.faces].any(axis=1)), "mesh")
 
     def _vertex_uv(self) -> Array | None:
         if self.uv is None:
@@ -148,6 +158,8 @@ class FineSurface:
             far, _ = tree.query(self.points.places, distance_upper_bound=settings.falloff_mm)
             carried *= smooth_step(np.minimum(far, settings.falloff_mm) / settings.falloff_mm)
             carried[self.fine.body.faces[self.base.bottom[self.fine.parent]]] = 0.0
+        if settings.holes is not None:
+            carried *= settings.holes.share(self.points.places, settings.falloff_mm)
         return carried
 
     def heights(self, tile: Tile, chosen: NDArray[np.bool_]) -> Array:

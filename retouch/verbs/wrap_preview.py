@@ -15,6 +15,7 @@ from relief.common.errors import InputError, naming
 from relief.common.files import permitted
 from relief.common.lengths import Lengths
 from relief.common.progress import Progress, listening, stage
+from relief.mending.repair import HOLE_MM
 from relief.meshes.refining import AREA_PER_FACE
 from relief.relief import Relief
 from relief.wrapping.surfaces import FALLOFF_MM, MOST_FACES, Settings
@@ -22,7 +23,7 @@ from relief.wrapping.wrap import Covering, Wrapped, wrap
 from retouch.pages.objects.wrap_page import Preview, write_wrap_page
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
-from retouch.verbs.wrapping import Task, task_of
+from retouch.verbs.wrapping import Repair, Task, task_of
 
 SHOWN_FACES = 110_000
 """Triangles that are asked for. `wrap` makes 150,000 to 260,000 of these, more where the object's own are
@@ -85,6 +86,9 @@ def preview_wrap(
     keep_bottom: bool = True,
     edge_mm: float | None = None,
     faces: int = MOST_FACES,
+    unite: bool = False,
+    close_holes_mm: float = HOLE_MM,
+    keep_holes_mm: float | None = None,
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
     **lengths: Unpack[Lengths],
@@ -101,7 +105,8 @@ def preview_wrap(
     check_page(page)
     with followed(progress, quiet), stage("preview"):
         settings = Settings(mask, level, falloff_mm, keep_bottom, edge_mm, faces)
-        task = task_of(texture, mesh, settings, regions, units, lengths)
+        repair = Repair(unite, close_holes_mm, keep_holes_mm)
+        task = task_of(texture, mesh, settings, regions, units, lengths, repair)
         with naming(mesh):
             preview = _preview(f"{_name(texture)} on {Path(mesh).stem}", task)
         with permitted(page):
