@@ -14,6 +14,10 @@ AREA_PER_FACE = 0.21
 """Mean area of the triangles that refinement leaves, in the square of the longest edge allowed."""
 MOST_ROUNDS = 40
 """Rounds of refinement that even a triangle a million edges long does not need."""
+SAMPLED = 60_000
+"""Triangles that a sample is divided into, about: their number is then known within 2 %."""
+HALVINGS = 7
+"""Halvings of the range in which an edge is looked for; 1 % of it is left."""
 MOST_FACES = 25_000_000
 """Triangles at most, where no other number is given: needles may need many more than their area tells."""
 
@@ -128,12 +132,40 @@ def _divided(
 
 
 def expected_faces(body: Body, edge_mm: float, where: NDArray[np.bool_]) -> int:
-    """Number of triangles that `refined` leaves, about.
+    """Number of triangles that `refined` leaves, about: those of a sample, which are divided alone.
 
     Args:
         body: Before refinement.
         edge_mm: Longest edge allowed, mm.
         where: (faces,) triangles that are refined.
     """
-    areas = body.areas
-    return int(len(areas) + np.maximum(areas[where] / (AREA_PER_FACE * edge_mm**2) - 1.0, 0.0).sum())
+    chosen, areas = np.flatnonzero(where), body.areas
+    if not len(chosen):
+        return len(areas)
+    by_area = np.maximum(areas[chosen] / (AREA_PER_FACE * edge_mm**2), 1.0)
+    step = int(np.ceil(by_area.sum() / SAMPLED))
+    part = chosen[step // 2 :: step]
+    if not len(part) or by_area[step // 2 :: step].sum() > 2 * SAMPLED:
+        return int(len(areas) - len(chosen) + by_area.sum())
+    alone = Body(body.vertices[body.faces[part]].reshape(-1, 3), np.arange(3 * len(part)).reshape(-1, 3))
+    children = len(refined(alone, edge_mm).body.faces)
+    return int(len(areas) - len(chosen) + children * len(chosen) / len(part))
+
+
+def edge_for(body: Body, where: NDArray[np.bool_], faces: int) -> float:
+    """Longest edge, mm, with which `refined` leaves about so many triangles.
+
+    Args:
+        body: Before refinement.
+        where: (faces,) triangles that are refined.
+        faces: Triangles wanted in all; where the body has more, the edge is that of the body.
+    """
+    guess = float(np.sqrt(body.areas[where].sum() / (AREA_PER_FACE * max(faces - np.count_nonzero(~where), 1))))
+    low, high = 0.5 * guess, 2.0 * guess
+    for _ in range(HALVINGS):
+        middle = float(np.sqrt(low * high))
+        if expected_faces(body, middle, where) > faces:
+            low = middle
+        else:
+            high = middle
+    return high

@@ -9,15 +9,17 @@ from scipy.spatial import cKDTree
 from relief.body import Body
 from relief.common.arrays import Array, smooth_step
 from relief.common.errors import InputError
-from relief.meshes.refining import Refined, expected_faces, refined
-from relief.wrapping.clearance import smooth_normals
-from relief.wrapping.flipping import even_triangles
+from relief.meshes.refining import Refined
+from relief.wrapping.even_mesh import even_mesh, vertex_normals
 from relief.wrapping.masks import Points, Regions, mask_at
 from relief.wrapping.patches import Layout
+from relief.wrapping.smooth_surface import raised
 from relief.wrapping.tiles import Tile
 
 BASE_EDGE_MM = 1.0
 """Longest edge of the mesh that patches, normals and clearance are computed on, mm."""
+EVEN_AREA = 0.4
+"""Mean area of even triangles, in the square of the edge wanted."""
 LEAST_BASE_EDGES = 24
 """Edges at least along the longest side of a small object."""
 FALLOFF_MM = 2.0
@@ -74,18 +76,14 @@ class BaseSurface:
     def __init__(self, body: Body, uv: Array | None, regions: Regions, settings: Settings) -> None:
         longest = float(np.ptp(body.vertices, axis=0).max())
         edge = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
-        check_count(expected_faces(body, edge, np.ones(len(body.faces), bool)), settings)
-        self.uv: Array | None = None
-        if uv is None:
-            self.body = even_triangles(body, edge)
-        else:
-            # Flips would cross the seams of the coordinates.
-            finer = refined(body, edge)
-            self.body = finer.body
-            self.uv = np.einsum("fcb,fbd->fcd", finer.corners.astype(np.float64), uv[finer.parent])
+        check_count(int(body.areas.sum() / (EVEN_AREA * edge**2)), settings)
+        self.mesh = even_mesh(body, edge, uv)
+        self.body, self.uv = self.mesh.body, self.mesh.uv
         self.bottom = _bottom(self.body) if settings.keep_bottom else np.zeros(len(self.body.faces), bool)
+        # Not a rounding error above or below the bed of a printer.
+        self.body.vertices[self.body.faces[self.bottom], 2] = body.vertices[:, 2].min()
         self.regions = regions
-        self.normals = smooth_normals(self.body, self.bottom)
+        self.normals = vertex_normals(self.mesh, self.bottom)
         points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions)
         self.carried = np.ones(len(self.body.vertices))
         if settings.mask is not None:
@@ -116,9 +114,11 @@ class FineSurface:
     """The fine body by the numbers of the base: attributes at its vertices, and their coordinates."""
 
     def __init__(self, base: BaseSurface, fine: Refined, layout: Layout) -> None:
-        self.base, self.fine, self.layout = base, fine, layout
         leading = layout.weight.sum(axis=(1, 2)) > 0.0
         self.parent, self.share = fine.vertex_parents(leading)
+        places = fine.body.vertices + raised(base.mesh.bulges, self.parent, self.share)
+        fine = Refined(Body(places, fine.body.faces), fine.parent, fine.corners)
+        self.base, self.fine, self.layout = base, fine, layout
         normals = self.of_vertices(base.normals)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         uv = None if base.uv is None else self.of_corners(base.uv[self.parent])

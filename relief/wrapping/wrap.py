@@ -11,7 +11,7 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.lengths import shown
 from relief.common.progress import say, stage
-from relief.meshes.refining import AREA_PER_FACE, expected_faces, refined
+from relief.meshes.refining import edge_for, expected_faces, refined
 from relief.wrapping.clearance import clearance_factor
 from relief.wrapping.masks import Regions, check_mask, mask_at
 from relief.wrapping.patches import lay_out
@@ -125,11 +125,11 @@ def wrap(
         height = _heights(coverings, surface, np.asarray(weight.any(axis=1)), settings, textured)
         offset = height - settings.level * tallest
         moved = offset * textured * surface.of_vertices(factor)
-        vertices = fine.body.vertices + moved[:, None] * surface.points.normals
+        vertices = surface.fine.body.vertices + moved[:, None] * surface.points.normals
     areas = base.body.areas
     return Wrapped(
         body=Body(vertices, fine.body.faces),
-        original=fine.body,
+        original=surface.fine.body,
         textured=textured,
         area_mm2=float(areas[where].sum()),
         edge_mm=edge_mm,
@@ -216,9 +216,7 @@ def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], s
     pitch = min(covering.tile.pitch_mm for covering in coverings)
     edge = settings.edge_mm
     if edge is None:
-        others = float(np.count_nonzero(~where))
-        area = float(body.areas[where].sum())
-        edge = max(pitch, np.sqrt(area / (AREA_PER_FACE * max(settings.faces - others, 1.0))))
+        edge = max(pitch, edge_for(body, where, settings.faces))
     count = expected_faces(body, edge, where)
     if settings.edge_mm is not None:
         check_count(count, settings)

@@ -1,0 +1,309 @@
+"""Steps of remeshing on triangles with held edges: split, collapse, flip, relax (Botsch and Kobbelt 2004).
+
+Each step is taken at many places at once, which share no vertex.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.body import Body
+from relief.common.arrays import Array, Index
+from relief.meshes.neighbourhood import edge_pairs
+
+LONG, SHORT = 4.0 / 3.0, 4.0 / 5.0
+"""Lengths of edges, in those wanted, from which they are split and up to which they are collapsed."""
+HELD_MM = 0.005
+"""Farthest that a held line may be moved by collapses along it, mm."""
+MOST_AROUND = 40
+"""Triangles around a vertex up to which it may be removed."""
+TURN = np.cos(np.radians(40.0))
+"""Cosine of the angle by which a collapse or a flip may turn a triangle."""
+BITS = 32
+"""Bits of a vertex in the key of an edge."""
+MASK = (1 << BITS) - 1
+"""Bits of the second vertex in the key of an edge."""
+
+
+class Triangles:
+    """Triangles under change.
+
+    Attributes:
+        vertices: (n, 3) mm.
+        faces: (m, 3).
+        origin: (m,) a triangle of the first mesh in the region of each triangle, and near it.
+        held: (k,) sorted keys of held edges.
+        corner: (n,) vertices that stay.
+        moved: (n,) how far held lines have been moved at a vertex, mm.
+    """
+
+    def __init__(self, body: Body, held: NDArray[np.bool_], corner: NDArray[np.bool_]) -> None:
+        self.vertices, self.faces = body.vertices.copy(), np.asarray(body.faces, np.int64).copy()
+        self.origin = np.arange(len(self.faces))
+        self.held = np.unique(self.keys()[held.ravel()])
+        self.corner, self.moved = corner.copy(), np.zeros(len(self.vertices))
+        self._far = self.moved
+        self._refused = np.empty(0, np.int64)
+
+    def keys(self) -> Index:
+        """(m * 3,) keys of the edges from corner k to k + 1."""
+        return edge_keys(self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel())
+
+    def held_count(self) -> Index:
+        """(n,) number of held edges at each vertex."""
+        ends = np.concatenate([self.held >> BITS, self.held & MASK])
+        return np.bincount(ends, minlength=len(self.vertices))
+
+    def is_held(self, keys: Index) -> NDArray[np.bool_]:
+        """Whether edges are held, by their keys."""
+        return _among(keys, self.held)
+
+    def split(self, size: Array) -> int:
+        """Divide the edges that are longer than wanted at their middles; returns how many.
+
+        Args:
+            size: (n,) length of edges wanted at the vertices, mm.
+        """
+        one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        length = np.linalg.norm(self.vertices[one] - self.vertices[other], axis=1)
+        # Keys of edges are the same from both sides, and so is what is long.
+        chosen = np.unique(self.keys()[length > LONG * 0.5 * (size[one] + size[other])])
+        if not len(chosen):
+            return 0
+        keys, first = self.keys(), len(self.vertices)
+        at = np.minimum(np.searchsorted(chosen, keys), len(chosen) - 1)
+        middles = np.where(chosen[at] == keys, first + at, -1).reshape(-1, 3)
+        ends = np.stack([chosen >> BITS, chosen & MASK])
+        self.vertices = np.concatenate([self.vertices, self.vertices[ends].mean(axis=0)])
+        self.corner = np.concatenate([self.corner, np.zeros(len(chosen), bool)])
+        self.moved = np.concatenate([self.moved, self.moved[ends].max(axis=0)])
+        number = first + np.arange(len(chosen))
+        parts = self.is_held(chosen)
+        halves = [edge_keys(end[parts], number[parts]) for end in ends]
+        self.held = np.unique(np.concatenate([self.held[~_among(self.held, chosen)], *halves]))
+        self.faces, parent = divided(self.vertices, self.faces, middles)
+        self.origin = self.origin[parent]
+        return len(chosen)
+
+    def collapse(self, size: Array) -> int:
+        """Remove vertices at the ends of edges that are shorter than wanted; returns how many.
+
+        Vertices keep their numbers until `drop_unused`.
+
+        Args:
+            size: (n,) length of edges wanted at the vertices, mm.
+        """
+        gone, stays = self._apart(*self._short_edges(size))
+        if not len(gone):
+            return 0
+        corner_face = np.argsort(self.faces.ravel(), kind="stable") // 3
+        count = np.bincount(self.faces.ravel(), minlength=len(self.vertices))
+        first = np.cumsum(count) - count
+        number = np.repeat(np.arange(len(gone)), count[gone])
+        within = np.arange(len(number)) - np.repeat(np.cumsum(count[gone]) - count[gone], count[gone])
+        sound = self._sound(gone, stays, size, number, corner_face[first[gone][number] + within])
+        refused = (gone[~sound] << BITS) | stays[~sound]
+        self._refused = np.union1d(self._refused, refused)
+        self._merge(gone[sound], stays[sound])
+        return int(sound.sum())
+
+    def drop_unused(self) -> None:
+        """Number the vertices that are left anew."""
+        used = np.zeros(len(self.vertices), bool)
+        used[self.faces] = True
+        renumber = np.cumsum(used) - 1
+        self.faces = renumber[self.faces]
+        self.vertices, self.corner, self.moved = self.vertices[used], self.corner[used], self.moved[used]
+        self.held = np.unique(edge_keys(renumber[self.held >> BITS], renumber[self.held & MASK]))
+        self._refused = np.empty(0, np.int64)
+
+    def _short_edges(self, size: Array) -> tuple[Index, Index]:
+        """Vertices that may be removed, and those they are moved to, the shortest edges first."""
+        keys = np.unique(self.keys())
+        one, other = keys >> BITS, keys & MASK
+        length = np.linalg.norm(self.vertices[one] - self.vertices[other], axis=1)
+        length /= 0.5 * (size[one] + size[other])
+        short = length < SHORT
+        keys, one, other, length = keys[short], one[short], other[short], length[short]
+        lines, around = self.held_count(), np.bincount(self.faces.ravel(), minlength=len(self.vertices))
+        held = self.is_held(keys)
+        free = ~self.corner & (around <= MOST_AROUND)
+        ways = []
+        for gone, stays in ((one, other), (other, one)):
+            may = free[gone] & ((lines[gone] == 0) | (held & (lines[gone] == 2)))
+            may &= ~_among((gone << BITS) | stays, self._refused)
+            ways.append(np.stack([gone[may], stays[may], np.flatnonzero(may)]))
+        gone, stays, edge = np.concatenate(ways, axis=1)
+        order = np.argsort(length[edge], kind="stable")
+        return gone[order], stays[order]
+
+    def _apart(self, gone: Index, stays: Index) -> tuple[Index, Index]:
+        """Those of the vertices to be removed, the first at each, that have no neighbour in common."""
+        gone, first = np.unique(gone, return_index=True)
+        stays = stays[first]
+        # Vertices in any order: with that of their lengths few would be first among their neighbours.
+        rank = np.random.default_rng(len(gone)).permutation(len(gone))
+        best = np.full(len(self.vertices), len(gone))
+        best[gone] = rank
+        one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        for _ in range(2):
+            around = best.copy()
+            np.minimum.at(around, one, best[other])
+            np.minimum.at(around, other, best[one])
+            best = around
+        chosen = best[gone] == rank
+        return gone[chosen], stays[chosen]
+
+    def _sound(self, gone: Index, stays: Index, size: Array, number: Index, face: Index) -> NDArray[np.bool_]:
+        """(k,) whether removals keep the surface whole, its triangles upright, and held lines in place."""
+        corners = self.faces[face]
+        around = corners.ravel()
+        rank = np.repeat(number, 3)
+        beside = (around != gone[rank]) & (around != stays[rank])
+        joined = _among(edge_keys(around[beside], stays[rank[beside]]), np.unique(self.keys()))
+        sound = np.bincount(rank[beside][joined], minlength=len(gone)) == 4
+        moved = ~(corners == stays[number][:, None]).any(axis=1)
+        number, corners = number[moved], corners[moved]
+        old = self.vertices[corners]
+        new = np.where((corners == gone[number][:, None])[:, :, None], self.vertices[stays[number]][:, None], old)
+        before, after = (np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]) for t in (old, new))
+        scale = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
+        longest = ((np.roll(new, -1, axis=1) - new) ** 2).sum(axis=2).max(axis=1)
+        small = np.linalg.norm(before, axis=1) < THIN * longest
+        bad = (before * after).sum(axis=1) < np.where(small, 0.0, TURN) * scale
+        bad |= longest > (LONG * size[gone[number]]) ** 2
+        bad |= np.linalg.norm(after, axis=1) < THIN * longest
+        sound[number[bad]] = False
+        return sound & self._in_line(gone, stays)
+
+    def _in_line(self, gone: Index, stays: Index) -> NDArray[np.bool_]:
+        """(k,) whether removals leave held lines where they are."""
+        lines = self.held_count()
+        held = np.flatnonzero(lines[gone] > 0)
+        sound = np.ones(len(gone), bool)
+        self._far = np.zeros(len(self.vertices))
+        if not len(held):
+            return sound
+        one, other = self.held >> BITS, self.held & MASK
+        total = np.zeros(len(self.vertices), np.int64)
+        np.add.at(total, one, other)
+        np.add.at(total, other, one)
+        vertex, near = gone[held], stays[held]
+        beyond = self.vertices[total[vertex] - near]
+        start, point = self.vertices[near], self.vertices[vertex]
+        way = beyond - start
+        t = ((point - start) * way).sum(1) / np.maximum((way * way).sum(1), 1e-30)
+        far = np.linalg.norm(start + np.clip(t, 0.0, 1.0)[:, None] * way - point, axis=1)
+        sound[held] = far + self.moved[vertex] <= HELD_MM
+        self._far[vertex] = far
+        return sound
+
+    def _merge(self, gone: Index, stays: Index) -> None:
+        """Move vertices to others, and leave out what has no area then."""
+        target = np.arange(len(self.vertices))
+        target[gone] = stays
+        lines = self.held_count()[gone] > 0
+        for vertex in (gone[lines], stays[lines]):
+            far = self.moved[gone[lines]] + self._far[gone[lines]]
+            self.moved[vertex] = np.maximum(self.moved[vertex], far)
+        one, other = target[self.held >> BITS], target[self.held & MASK]
+        faces = target[self.faces]
+        kept = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+        self.faces, self.origin = faces[kept], self.origin[kept]
+        apart = one != other
+        self.held = np.unique(edge_keys(one[apart], other[apart]))
+
+    def flip(self) -> int:
+        """Flip edges towards Delaunay's triangles where the surface turns little; returns how many."""
+        pairs = edge_pairs(self.faces, len(self.vertices))
+        pairs = pairs[~self.is_held(self.keys()[pairs[:, 0]])]
+        one, other = pairs[:, 0] // 3, pairs[:, 1] // 3
+        a, b = self.faces.ravel()[pairs[:, 0]], self.faces[one, (pairs[:, 0] + 1) % 3]
+        c, d = self.faces[one, (pairs[:, 0] + 2) % 3], self.faces[other, (pairs[:, 1] + 2) % 3]
+        gain = _beyond_delaunay(self.vertices, a, b, c, d)
+        rows = np.flatnonzero(gain > 1e-3)
+        gain, one, other, a, b, c, d = (values[rows] for values in (gain, one, other, a, b, c, d))
+        before = self._unit(a, b, c), self._unit(b, a, d)
+        after = self._unit(a, d, c), self._unit(d, b, c)
+        middle = before[0] + before[1]
+        length = np.linalg.norm(middle, axis=1)
+        sound = ((before[0] * before[1]).sum(1) > TURN) | (length == 0.0)
+        for normal in after:
+            sound &= (normal * middle).sum(1) > TURN * np.maximum(length, 1e-12)
+        new = edge_keys(c, d)
+        sound &= ~_among(new, np.unique(self.keys())) & (c != d)
+        order = np.flatnonzero(sound)
+        order = order[np.argsort(-gain[order], kind="stable")]
+        # One flip for the four triangles' vertices each, so that no two make one edge.
+        best = np.full(len(self.faces), len(order))
+        rank = np.arange(len(order))
+        for face in (one[order], other[order]):
+            np.minimum.at(best, face, rank)
+        order = order[(best[one[order]] == rank) & (best[other[order]] == rank)]
+        order = order[np.sort(np.unique(new[order], return_index=True)[1])]
+        self.faces[one[order]] = np.stack([a, d, c], axis=1)[order]
+        self.faces[other[order]] = np.stack([d, b, c], axis=1)[order]
+        return len(order)
+
+    def _unit(self, a: Index, b: Index, c: Index) -> Array:
+        """Unit normals (n, 3) of triangles by their corners; 0 where they have no area."""
+        normal = np.cross(self.vertices[b] - self.vertices[a], self.vertices[c] - self.vertices[a])
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+
+
+THIN = 0.02
+"""Twice the area of a triangle, in the square of its longest edge, below which it is a sliver."""
+
+
+def edge_keys(one: Index, other: Index) -> Index:
+    """Keys of edges by their ends, whichever comes first."""
+    return np.asarray((np.minimum(one, other).astype(np.int64) << BITS) | np.maximum(one, other))
+
+
+def _among(keys: Index, sorted_: Index) -> NDArray[np.bool_]:
+    """Whether keys are among sorted ones."""
+    if not len(sorted_):
+        return np.zeros(len(keys), bool)
+    at = np.minimum(np.searchsorted(sorted_, keys), len(sorted_) - 1)
+    return np.asarray(sorted_[at] == keys)
+
+
+def divided(vertices: Array, faces: Index, middles: Index) -> tuple[Index, Index]:
+    """Triangles after edges were divided, and the triangle that each comes from.
+
+    Args:
+        vertices: (n, 3) mm, with the middles.
+        faces: (m, 3).
+        middles: (m, 3) vertex in the middle of the edge from corner k to k + 1; -1: none.
+    """
+    marks = middles >= 0
+    count = marks.sum(axis=1)
+    first = np.argmax(marks & ~np.roll(marks, 1, axis=1), axis=1)
+    turned = (first[:, None] + np.arange(3)) % 3
+    rows = np.arange(len(faces))[:, None]
+    six = np.concatenate([faces[rows, turned], middles[rows, turned]], axis=1)
+    across = ((vertices[six[:, 0]] - vertices[six[:, 4]]) ** 2).sum(axis=1) <= (
+        (vertices[six[:, 3]] - vertices[six[:, 2]]) ** 2
+    ).sum(axis=1)
+    cases = [
+        (count == 0, [(0, 1, 2)]),
+        (count == 1, [(0, 3, 2), (3, 1, 2)]),
+        ((count == 2) & across, [(3, 1, 4), (0, 3, 4), (0, 4, 2)]),
+        ((count == 2) & ~across, [(3, 1, 4), (0, 3, 2), (3, 4, 2)]),
+        (count == 3, [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]),
+    ]
+    new = [(six[chosen][:, triangle], np.flatnonzero(chosen)) for chosen, some in cases for triangle in some]
+    return np.concatenate([part for part, _ in new]), np.concatenate([parent for _, parent in new])
+
+
+def _beyond_delaunay(vertices: Array, a: Index, b: Index, c: Index, d: Index) -> Array:
+    """Negative sine of the sum of the angles at c and d, opposite to an edge a-b; above 0: not Delaunay's."""
+
+    def angle(at: Index) -> tuple[Array, Array]:
+        one, two = vertices[a] - vertices[at], vertices[b] - vertices[at]
+        scale = np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
+        scale = np.where(scale > 0.0, scale, 1.0)
+        return (one * two).sum(axis=1) / scale, np.linalg.norm(np.cross(one, two), axis=1) / scale
+
+    (cos_c, sin_c), (cos_d, sin_d) = angle(c), angle(d)
+    return np.asarray(-(sin_c * cos_d + cos_c * sin_d))
