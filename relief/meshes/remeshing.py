@@ -48,6 +48,12 @@ class Triangles:
         """(m * 3,) keys of the edges from corner k to k + 1."""
         return edge_keys(self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel())
 
+    def edges(self) -> Index:
+        """Sorted keys of the edges; of an edge of four triangles twice."""
+        one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        once = one < other
+        return np.sort((one[once] << BITS) | other[once])
+
     def held_count(self) -> Index:
         """(n,) number of held edges at each vertex."""
         ends = np.concatenate([self.held >> BITS, self.held & MASK])
@@ -102,7 +108,7 @@ class Triangles:
         within = np.arange(len(number)) - np.repeat(np.cumsum(count[gone]) - count[gone], count[gone])
         sound = self._sound(gone, stays, size, number, corner_face[first[gone][number] + within])
         refused = (gone[~sound] << BITS) | stays[~sound]
-        self._refused = np.union1d(self._refused, refused)
+        self._refused = np.sort(np.concatenate([self._refused, refused]))
         self._merge(gone[sound], stays[sound])
         return int(sound.sum())
 
@@ -118,7 +124,7 @@ class Triangles:
 
     def _short_edges(self, size: Array) -> tuple[Index, Index]:
         """Vertices that may be removed, and those they are moved to, the shortest edges first."""
-        keys = np.unique(self.keys())
+        keys = self.edges()
         one, other = keys >> BITS, keys & MASK
         length = np.linalg.norm(self.vertices[one] - self.vertices[other], axis=1)
         length /= 0.5 * (size[one] + size[other])
@@ -159,7 +165,7 @@ class Triangles:
         around = corners.ravel()
         rank = np.repeat(number, 3)
         beside = (around != gone[rank]) & (around != stays[rank])
-        joined = _among(edge_keys(around[beside], stays[rank[beside]]), np.unique(self.keys()))
+        joined = _among(edge_keys(around[beside], stays[rank[beside]]), self.edges())
         sound = np.bincount(rank[beside][joined], minlength=len(gone)) == 4
         moved = ~(corners == stays[number][:, None]).any(axis=1)
         number, corners = number[moved], corners[moved]
@@ -230,7 +236,7 @@ class Triangles:
         for normal in after:
             sound &= (normal * middle).sum(1) > TURN * np.maximum(length, 1e-12)
         new = edge_keys(c, d)
-        sound &= ~_among(new, np.unique(self.keys())) & (c != d)
+        sound &= ~_among(new, self.edges()) & (c != d)
         order = np.flatnonzero(sound)
         order = order[np.argsort(-gain[order], kind="stable")]
         # One flip for the four triangles' vertices each, so that no two make one edge.
