@@ -160,7 +160,8 @@ def edge_for(body: Body, where: NDArray[np.bool_], faces: int) -> float:
         where: (faces,) triangles that are refined.
         faces: Triangles wanted in all; where the body has more, the edge is that of the body.
     """
-    guess = float(np.sqrt(body.areas[where].sum() / (AREA_PER_FACE * max(faces - np.count_nonzero(~where), 1))))
+    others = int(np.count_nonzero(~where))
+    guess = float(np.sqrt(body.areas[where].sum() / (AREA_PER_FACE * max(faces - others, 1))))
     low, high = 0.5 * guess, 2.0 * guess
     for _ in range(HALVINGS):
         middle = float(np.sqrt(low * high))

@@ -10,10 +10,10 @@ from relief.body import Body
 from relief.common.arrays import Array, smooth_step
 from relief.common.errors import InputError
 from relief.meshes.refining import Refined
-from relief.wrapping.even_mesh import even_mesh, vertex_normals
+from relief.remeshing.even_mesh import even_mesh, vertex_normals
+from relief.remeshing.smooth_surface import raised
 from relief.wrapping.masks import Points, Regions, mask_at
 from relief.wrapping.patches import Layout
-from relief.wrapping.smooth_surface import raised
 from relief.wrapping.tiles import Tile
 
 BASE_EDGE_MM = 1.0

@@ -1,6 +1,6 @@
 """Wrapping: a body displaced along its normals by a tile that has its size in mm everywhere."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +11,9 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.lengths import shown
 from relief.common.progress import say, stage
+from relief.meshes.intersections import crossing_faces
 from relief.meshes.refining import edge_for, expected_faces, refined
-from relief.wrapping.clearance import clearance_factor
+from relief.wrapping.clearance import clearance_factor, evened
 from relief.wrapping.masks import Regions, check_mask, mask_at
 from relief.wrapping.patches import lay_out
 from relief.wrapping.surfaces import MOST_FACES, BaseSurface, FineSurface, Settings, check_count
@@ -23,8 +24,16 @@ BLEND_MM = 2.0
 """Width of the strip on which neighbouring patches share the surface, mm."""
 FEW_SAMPLES = 4
 """Side, in samples of the texture, of the least square that may carry the texture."""
-MOST_LOWERED = 0.5
-"""Largest part of the textured area on which the relief may be lowered; beyond, the relief does not fit."""
+MOST_LEFT_BARE = 0.5
+"""Largest part of the textured area that may be left with nothing; beyond, the relief does not fit."""
+BARE = 0.1
+"""Factor of the heights up to which nothing is left of a relief."""
+MENDINGS = 6
+"""Times that the relief is lowered where triangles pass through one another; two are usual."""
+MENDED = 0.5
+"""Factor of the heights there, each time."""
+LEAST_FACTOR = 0.05
+"""Factor below which heights are 0, as then nothing passes through anything."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +86,7 @@ def wrap(
     settings: Settings | None = None,
     uv: Array | None = None,
     regions: Regions | None = None,
+    written: Callable[[Body], Body] = lambda body: body,
 ) -> Wrapped:
     """Lay tiles over a body.
 
@@ -87,13 +97,15 @@ def wrap(
         uv: (faces, 3, 2) texture coordinates of the corners. They place the texture where they keep its size;
             else, and without them, patches do.
         regions: Regions of the object that masks may name.
+        written: What the coordinates of a body become in the file that it is for.
 
     Returns:
-        The wrapped body: closed as the body was, with every vertex once.
+        The wrapped body as written: closed as the body was, with every vertex once, and nowhere through
+        itself.
 
     Raises:
         InputError: A mask is none or leaves nothing, a number is out of range, the triangles would be too
-            many, or the relief is too high for the curvature.
+            many, or there is no room for the relief.
     """
     settings, regions = settings or Settings(), regions or {}
     check_choices(settings, [covering.mask for covering in coverings], regions, uv is not None)
@@ -104,11 +116,13 @@ def wrap(
     where = np.asarray(needed[base.body.faces].any(axis=1))
     _check_room(base.body, base.carried, coverings[0])
     edge_mm = _edge(base.body, where, coverings, settings)
-    factor = clearance_factor(
-        base.body, base.normals, (1.0 - settings.level) * tallest, settings.level * tallest
-    )
+    with stage("room"):
+        out_mm, in_mm = (1.0 - settings.level) * tallest, settings.level * tallest
+        factor = clearance_factor(base.mesh, out_mm, in_mm, settings.falloff_mm)
     factor = np.where(needed, factor, 1.0)
-    lowered = _lowered(base.body, where, factor, tallest)
+    _lowered(base.body, where, factor, tallest)
+    around = np.zeros(len(needed), bool)
+    around[base.body.faces[where]] = True
     around = np.zeros(len(needed), bool)
     around[base.body.faces[where]] = True
     layout = by_texture_coordinates(base.body, base.uv, where)
@@ -123,12 +137,11 @@ def wrap(
         textured = surface.carried(settings)
         uv, weight = layout.at(surface.parent, surface.share)
         height = _heights(coverings, surface, np.asarray(weight.any(axis=1)), settings, textured)
-        offset = height - settings.level * tallest
-        moved = offset * textured * surface.of_vertices(factor)
-        vertices = surface.fine.body.vertices + moved[:, None] * surface.points.normals
+        offset = (height - settings.level * tallest) * textured
+    wrapped, factor = _displaced(surface, offset, factor, settings, written)
     areas = base.body.areas
     return Wrapped(
-        body=Body(vertices, fine.body.faces),
+        body=wrapped,
         original=surface.fine.body,
         textured=textured,
         area_mm2=float(areas[where].sum()),
@@ -136,8 +149,44 @@ def wrap(
         coordinates="patches" if by_patches else "texture coordinates",
         patches=layout.patches,
         blended=float(_unfit(uv, weight)[textured > 0.0].mean()),
-        lowered=lowered,
+        lowered=_lowered(base.body, where, factor, tallest),
         lowest_factor=float(factor.min()),
+    )
+
+
+def _displaced(
+    surface: FineSurface, offset: Array, factor: Array, settings: Settings, written: Callable[[Body], Body]
+) -> tuple[Body, Array]:
+    """The body with its vertices moved, and the factors, lowered where triangles pass through one another.
+
+    Args:
+        surface: The fine body.
+        offset: (fine vertices,) displacements, mm.
+        factor: (base vertices,) by which they are lowered where there is too little room.
+        settings: How the body is wrapped.
+        written: What the coordinates become in the file.
+
+    Raises:
+        InputError: Triangles pass through one another however low the relief is.
+    """
+    body, faces = surface.fine.body, surface.base.body.faces
+    for _ in range(MENDINGS):
+        moved = offset * surface.of_vertices(factor)
+        wrapped = written(Body(body.vertices + moved[:, None] * surface.points.normals, body.faces))
+        crossing = crossing_faces(wrapped)
+        if not len(crossing):
+            return wrapped, factor
+        tight = np.unique(faces[surface.fine.parent[crossing]])
+        lower = factor.copy()
+        lower[tight] *= MENDED
+        lower[lower < LEAST_FACTOR] = 0.0
+        factor = evened(surface.base.body, lower, settings.falloff_mm)
+        say(f"{len(crossing):,} triangles pass through others; the relief is lowered there")
+    place = ", ".join(f"{value:.1f}" for value in wrapped.vertices[wrapped.faces[crossing[0]]].mean(axis=0))
+    raise InputError(
+        f"relief: {len(crossing):,} triangles pass through others around ({place}) mm, however low the "
+        "relief is there; leave that place out (--mask), take smaller triangles (--faces) or a lower relief "
+        "(--relief-mm)"
     )
 
 
@@ -226,17 +275,16 @@ def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], s
 
 
 def _lowered(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float) -> float:
-    """Part of the textured area where the relief is lowered. Raises InputError if that is most of it."""
-    areas = body.areas[where]
-    part = float((areas * (factor[body.faces[where]].min(axis=1) < 0.99)).sum() / areas.sum())
-    if part > MOST_LOWERED:
-        room_mm = float(np.median(factor[body.faces[where]])) * tallest
+    """Part of the textured area where the relief is lowered. Raises InputError if nothing is left of most."""
+    areas, least = body.areas[where], factor[body.faces[where]].min(axis=1)
+    bare = float(areas[least < BARE].sum() / areas.sum())
+    if bare > MOST_LEFT_BARE:
         raise InputError(
-            f"relief: {tallest:.3g} mm is too high for this object: on {100 * part:.0f} % of the area its "
-            f"curvature or thickness leaves less, {room_mm:.2g} mm in the middle; take a lower relief "
-            "(--relief-mm) or a larger object"
+            f"relief: {tallest:.3g} mm is too high for this object: on {100 * bare:.0f} % of the area its "
+            "curvature or thickness leaves less than a tenth; take a lower relief (--relief-mm) or a larger "
+            "object"
         )
-    return part
+    return float(areas[least < 0.99].sum() / areas.sum())
 
 
 def _unfit(uv: Array, weight: Array) -> NDArray[np.bool_]:

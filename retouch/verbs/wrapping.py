@@ -3,7 +3,8 @@
 import logging
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -124,9 +125,9 @@ def wrap(
         for line in warnings:
             _log.warning("%s", line)
         with naming(mesh):
-            wrapped = wrapped_by(body, coverings, settings, uv, named_regions)
-            wrapped = replace(wrapped, body=as_written(wrapped.body, out.suffix.lower()))
-            check_solid(wrapped.body, "the wrapped object")
+            written = partial(as_written, suffix=out.suffix.lower())
+            wrapped = wrapped_by(body, coverings, settings, uv, named_regions, written)
+            check_solid(wrapped.body, "the wrapped object", apart=True)
         with permitted(out):
             write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
     return WrappedObject(out, wrapped, warnings)

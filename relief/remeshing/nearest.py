@@ -29,11 +29,11 @@ class NearestPoints:
             spacing_mm: Distance of the samples along thin triangles, mm.
         """
         self.corners, self.region = body.vertices[body.faces], region
-        self._twin = np.full(3 * len(body.faces), -1)
+        twin = np.full(3 * len(body.faces), -1)
         pairs = edge_pairs(body.faces, len(body.vertices))
         pairs = pairs[~held.ravel()[pairs[:, 0]]]
-        self._twin[pairs[:, 0]], self._twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
-        self._twin = self._twin.reshape(-1, 3)
+        twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
+        self._twin = twin.reshape(-1, 3)
         self._sampled, points = _samples(self.corners, spacing_mm)
         self._tree = cKDTree(points)
 
@@ -107,7 +107,7 @@ def _samples(corners: Array, spacing_mm: float) -> tuple[Index, Array]:
 
 
 def nearest_in(points: Array, corners: Array) -> tuple[Array, Array]:
-    """Barycentric coordinates (n, 3) of the nearest points of triangles (n, 3, 3), and squared distances (n,)."""
+    """Barycentric coordinates (n, 3) of the nearest points of triangles (n, 3, 3), squared distances."""
     a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     ap = points - a
     bb, bc, cc = (ab * ab).sum(1), (ab * ac).sum(1), (ac * ac).sum(1)

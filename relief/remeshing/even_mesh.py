@@ -1,5 +1,6 @@
 """Even triangles on the smooth surface that is meant, whatever triangles the body came with."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,10 +11,10 @@ from scipy.sparse.csgraph import connected_components
 from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.common.progress import stage, this_stage
-from relief.meshes.nearest import NearestPoints
 from relief.meshes.neighbourhood import edge_pairs
-from relief.meshes.remeshing import Triangles
-from relief.wrapping.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface, units
+from relief.remeshing.nearest import NearestPoints
+from relief.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface, units
+from relief.remeshing.triangles import Triangles
 
 ARC = 0.35
 """Angle over which an edge of the even mesh spans, rad, where the surface bends: parabolas over its triangles
@@ -26,11 +27,14 @@ ROUNDS = 3
 """Rounds of splitting, collapsing, flipping and relaxing; ten change little more."""
 MOST_PASSES = 40
 """Passes of collapses in a round; each removes a tenth of what there is to remove."""
+COARSER = (8.0, 2.0, 1.0)
+"""Edges, in those wanted, to which triangles are divided at first: flips between keep them from becoming
+slivers."""
 ENOUGH = 0.03
 """Changes in a pass, as a part of those of the first, up to which no other pass follows."""
 STIR = 0.3
-"""Part of their edges by which vertices move by chance at first. Squares would stay squares, and divided all at
-once the number of triangles would jump by a half."""
+"""Part of their edges by which vertices move by chance at first. Squares would stay squares, and divided all
+at once the number of triangles would jump by a half."""
 STEP = 0.8
 """Part of the way to the middle of its triangles that a vertex moves."""
 INWARD = 0.05
@@ -96,9 +100,10 @@ class _Remesher:
         """
         triangles = self.triangles
         self._collapse()
-        while triangles.split(self._wanted()):
-            triangles.flip()
-            this_stage()(0)
+        for coarser in COARSER:
+            self._repeat(triangles.flip)
+            while triangles.split(coarser * self._wanted()):
+                self._repeat(triangles.flip)
         self._collapse()
         for _ in range(3):
             self._repeat(triangles.flip)
@@ -109,7 +114,7 @@ class _Remesher:
         self._repeat(lambda: self.triangles.collapse(wanted))
         self.triangles.drop_unused()
 
-    def _repeat(self, step: "Callable[[], int]") -> None:  # noqa: F821
+    def _repeat(self, step: Callable[[], int]) -> None:
         first = 0
         for _ in range(MOST_PASSES):
             count = step()
@@ -156,7 +161,7 @@ class _Remesher:
         moved[rows] = np.einsum("nc,ncd->nd", share, self.nearest.corners[face])
         place = np.full(count, -1)
         place[rows] = face
-        for _ in range(5):
+        while True:
             after = Body(moved, faces).normals
             length = np.linalg.norm(after, axis=1) * np.linalg.norm(normal, axis=1)
             bad = (after * normal).sum(axis=1) < 0.3 * length

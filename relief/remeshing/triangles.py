@@ -18,6 +18,10 @@ MOST_AROUND = 40
 """Triangles around a vertex up to which it may be removed."""
 TURN = np.cos(np.radians(40.0))
 """Cosine of the angle by which a collapse or a flip may turn a triangle."""
+LONGER = 1.1
+"""Factor by which a collapse may lengthen an edge that is too long already and will be split."""
+LEAST_GAIN = 1e-7
+"""Least gain of a flip, in sines: flips between equal pairs would never end."""
 BITS = 32
 """Bits of a vertex in the key of an edge."""
 MASK = (1 << BITS) - 1
@@ -170,14 +174,17 @@ class Triangles:
         moved = ~(corners == stays[number][:, None]).any(axis=1)
         number, corners = number[moved], corners[moved]
         old = self.vertices[corners]
-        new = np.where((corners == gone[number][:, None])[:, :, None], self.vertices[stays[number]][:, None], old)
+        new = np.where(
+            (corners == gone[number][:, None])[:, :, None], self.vertices[stays[number]][:, None], old
+        )
         before, after = (np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]) for t in (old, new))
-        scale = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
-        longest = ((np.roll(new, -1, axis=1) - new) ** 2).sum(axis=2).max(axis=1)
-        small = np.linalg.norm(before, axis=1) < THIN * longest
-        bad = (before * after).sum(axis=1) < np.where(small, 0.0, TURN) * scale
-        bad |= longest > (LONG * size[gone[number]]) ** 2
-        bad |= np.linalg.norm(after, axis=1) < THIN * longest
+        areas = [np.linalg.norm(normal, axis=1) for normal in (before, after)]
+        longest = [((np.roll(t, -1, axis=1) - t) ** 2).sum(axis=2).max(axis=1) for t in (old, new)]
+        thin = [area / np.maximum(length, 1e-30) for area, length in zip(areas, longest, strict=True)]
+        upright = np.where(thin[0] < THIN, 0.0, TURN)
+        bad = (before * after).sum(axis=1) < upright * areas[0] * areas[1]
+        bad |= (thin[1] < THIN) & (thin[1] < thin[0])
+        bad |= longest[1] > np.maximum((LONG * size[gone[number]]) ** 2, LONGER**2 * longest[0])
         sound[number[bad]] = False
         return sound & self._in_line(gone, stays)
 
@@ -226,8 +233,9 @@ class Triangles:
         a, b = self.faces.ravel()[pairs[:, 0]], self.faces[one, (pairs[:, 0] + 1) % 3]
         c, d = self.faces[one, (pairs[:, 0] + 2) % 3], self.faces[other, (pairs[:, 1] + 2) % 3]
         gain = _beyond_delaunay(self.vertices, a, b, c, d)
-        rows = np.flatnonzero(gain > 1e-3)
-        gain, one, other, a, b, c, d = (values[rows] for values in (gain, one, other, a, b, c, d))
+        rows = np.flatnonzero(gain > LEAST_GAIN)
+        gain = gain[rows]
+        one, other, a, b, c, d = (values[rows] for values in (one, other, a, b, c, d))
         before = self._unit(a, b, c), self._unit(b, a, d)
         after = self._unit(a, d, c), self._unit(d, b, c)
         middle = before[0] + before[1]
