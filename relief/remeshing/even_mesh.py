@@ -23,6 +23,8 @@ LEAST_PART = 0.15
 """Shortest edges wanted where the surface bends, in those of the rest."""
 GROWTH = 0.5
 """By how much edges may grow from one to the next, as a part of them."""
+COARSE = 4.0
+"""Edges on a flat side that stays, in those of the rest: it needs few triangles, but no slivers."""
 ROUNDS = 3
 """Rounds of splitting, collapsing, flipping and relaxing; ten change little more."""
 MOST_PASSES = 40
@@ -60,7 +62,9 @@ class EvenMesh:
     origin: Index
 
 
-def even_mesh(body: Body, edge_mm: float, uv: Array | None = None) -> EvenMesh:
+def even_mesh(
+    body: Body, edge_mm: float, uv: Array | None = None, side: NDArray[np.bool_] | None = None
+) -> EvenMesh:
     """Even triangles on the smooth surface behind a body's facets.
 
     Edges of the part and seams of texture coordinates are held within `HELD_MM`.
@@ -69,11 +73,12 @@ def even_mesh(body: Body, edge_mm: float, uv: Array | None = None) -> EvenMesh:
         body: A closed body, each vertex once.
         edge_mm: Edges wanted where the surface is flat; elsewhere they are shorter.
         uv: (faces, 3, 2) texture coordinates of the corners, or None.
+        side: (faces,) facets of a flat side, whose rim is held and which stays coarse, or None.
     """
     with stage("normals"):
-        surface = smooth_surface(body)
+        surface = smooth_surface(body, side)
     with stage("even triangles", float(ROUNDS)) as advance:
-        remesher = _Remesher(surface, edge_mm, uv)
+        remesher = _Remesher(surface, edge_mm, uv, np.zeros(len(body.faces), bool) if side is None else side)
         for number in range(ROUNDS):
             remesher.round(STIR if number == 0 else 0.0)
             advance()
@@ -83,13 +88,15 @@ def even_mesh(body: Body, edge_mm: float, uv: Array | None = None) -> EvenMesh:
 class _Remesher:
     """The triangles so far, and the surface that they lie on."""
 
-    def __init__(self, surface: SmoothSurface, edge_mm: float, uv: Array | None) -> None:
+    def __init__(
+        self, surface: SmoothSurface, edge_mm: float, uv: Array | None, side: NDArray[np.bool_]
+    ) -> None:
         self.surface, self.edge_mm = surface, edge_mm
         body = surface.body
-        held, corner = _held(surface, uv)
+        held, corner = _held(surface, uv, side)
         self.region = _regions(body, held)
         self.nearest = NearestPoints(body, held, self.region, edge_mm)
-        self.size = _sizes(surface, edge_mm)
+        self.size = np.where(side, COARSE * edge_mm, _sizes(surface, edge_mm))
         self.triangles = Triangles(body, held, corner)
 
     def round(self, stir: float) -> None:
@@ -127,7 +134,7 @@ class _Remesher:
         """(vertices,) lengths of edges wanted, mm."""
         triangles = self.triangles
         count = len(triangles.vertices)
-        wanted = np.full(count, self.edge_mm)
+        wanted = np.full(count, COARSE * self.edge_mm)
         np.minimum.at(wanted, triangles.faces, self.size[triangles.origin][:, None])
         one, other = triangles.faces.ravel(), np.roll(triangles.faces, -1, axis=1).ravel()
         length = GROWTH * np.linalg.norm(triangles.vertices[one] - triangles.vertices[other], axis=1)
@@ -210,12 +217,15 @@ class _Remesher:
         return EvenMesh(body, normals, bulges(body, pairs, creases, normals), corners_uv, triangles.origin)
 
 
-def _held(surface: SmoothSurface, uv: Array | None) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _held(
+    surface: SmoothSurface, uv: Array | None, side: NDArray[np.bool_]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """(faces, 3) edges that stay, and (vertices,) vertices that stay."""
     body = surface.body
     faces = body.faces
     pairs = edge_pairs(faces, len(body.vertices))
     held = surface.creases.ravel().copy()
+    held[pairs[side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]].ravel()] = True
     if uv is not None:
         flat, ahead = uv.reshape(-1, 2), np.roll(uv, -1, axis=1).reshape(-1, 2)
         one, other = pairs.T

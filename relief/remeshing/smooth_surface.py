@@ -23,6 +23,8 @@ SHARPEST = np.radians(40.0)
 degrees."""
 SMOOTHEST = np.radians(2.0)
 """Angle between two facets, rad, up to which their edge is none of the part."""
+RIM = np.radians(10.0)
+"""Angle, rad, from which the rim of a flat side that stays is an edge of the part; a fillet may end there."""
 SUPPORT = 2.5
 """Angle at an edge of the part against those at the edges beside, from which facets do not explain it. In the
 middle of a fillet of two facets the angle is twice that beside."""
@@ -78,10 +80,18 @@ def raised(bulges: Array, face: Index, share: Array) -> Array:
     return np.einsum("nc,ncd->nd", share * np.roll(share, -1, axis=1), bulges[face])
 
 
-def smooth_surface(body: Body) -> SmoothSurface:
-    """The smooth surface behind the facets of a body, which is closed and has each vertex once."""
+def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None) -> SmoothSurface:
+    """The smooth surface behind the facets of a body.
+
+    Args:
+        body: A closed body, each vertex once.
+        side: (faces,) facets of a flat side, whose rim is an edge of the part; None: there is none.
+    """
     pairs = edge_pairs(body.faces, len(body.vertices))
     creases = crease_edges(body, pairs)
+    if side is not None:
+        rim = pairs[(side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]) & (_turns(body, pairs) > RIM)]
+        creases.reshape(-1)[rim.ravel()] = True
     group = _groups(body, pairs, creases)
     normals = _fulfilled(body, group, _guess(body, pairs[~creases.ravel()[pairs[:, 0]]], group))[
         group

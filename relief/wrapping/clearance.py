@@ -20,9 +20,10 @@ MOST_SAMPLES = 1_000_000
 SAME_SHEET = np.cos(np.radians(15.0))
 """Cosine of the angle between two normals up to which points belong to one smooth piece: what turns so
 little cannot fold, and rounding and facets turn normals too."""
-BLENDED = 0.7
-"""Part of its edges around a vertex within which creases do not count: there normals turn from one side to
-the other, as on a fillet."""
+BLENDED = 0.85
+"""Width, in the edges at a vertex of a crease, over which normals turn from one side to the mean of both."""
+BESIDE = 2.0
+"""Distance, in the edges at a vertex, up to which a side of another direction is that of a crease there."""
 FACING = -0.5
 """Cosine of the angle between normals from which two points face one another, however near they are."""
 AT_ONCE = 1 << 13
@@ -81,7 +82,7 @@ class Room:
         rows = np.concatenate([corners[:, None], np.round(1e3 * normals)], axis=1).astype(np.int64)
         order = np.lexsort(rows.T)
         own = order[np.append(True, (np.diff(rows[order], axis=0) != 0).any(axis=1))]
-        near = BLENDED * self._edges()
+        near = self._edges()
         radii = np.full(len(vertices), self.most_mm)
         for start in range(0, len(own), AT_ONCE):
             some = own[start : start + AT_ONCE]
@@ -120,15 +121,20 @@ class Room:
         plane = -(way * (side * self.normals[sample])).sum(axis=1) / np.maximum(1.0 - cosine, 1e-12)
         least = through - self.offset_mm[sample] ** 2 / (2.0 * np.sqrt(np.maximum(square, 1e-12)))
         radius = np.clip(plane, np.maximum(least, 0.0), through)
-        ignored = (cosine > SAME_SHEET) | ((square < near[number] ** 2) & (cosine > FACING))
-        return np.where(ignored, self.most_mm, radius)
+        # At a crease normals turn as on a fillet. What is moved along them meets the plane that halves the
+        # crease from this way on.
+        half = np.maximum(0.5 * np.arccos(np.clip(cosine, -1.0, 1.0)), 1e-6)
+        beside = (square < (BESIDE * near[number]) ** 2) & (cosine > FACING)
+        fillet = np.where(beside, BLENDED * near[number] * np.cos(half) / half, 0.0)
+        return np.where(cosine > SAME_SHEET, self.most_mm, np.maximum(radius, fillet))
 
 
-def clearance_factor(mesh: EvenMesh, out_mm: float, in_mm: float, falloff_mm: float) -> Array:
+def clearance_factor(mesh: EvenMesh, carried: Array, out_mm: float, in_mm: float, falloff_mm: float) -> Array:
     """Factor in [0, 1] at each vertex, (n,), by which displacements are lowered so that none can meet.
 
     Args:
         mesh: The surface.
+        carried: (n,) part of the displacements at each vertex, 0 to 1.
         out_mm: Farthest displacement outward, mm.
         in_mm: Farthest displacement inward, mm.
         falloff_mm: Least distance on the surface over which the factor goes from 0 to 1, mm.
@@ -136,7 +142,8 @@ def clearance_factor(mesh: EvenMesh, out_mm: float, in_mm: float, falloff_mm: fl
     factor = np.ones(len(mesh.body.vertices))
     for side, need in ((1.0, out_mm), (-1.0, in_mm)):
         if need > 0.0:
-            factor = np.minimum(factor, SAFE * Room(mesh, need / SAFE * 1.01).radii(side) / need)
+            room = SAFE * Room(mesh, need / SAFE * 1.01).radii(side)
+            factor = np.minimum(factor, room / np.maximum(need * carried, 1e-9))
     return evened(mesh.body, factor, falloff_mm)
 
 

@@ -77,18 +77,40 @@ class BaseSurface:
         longest = float(np.ptp(body.vertices, axis=0).max())
         edge = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
         check_count(int(body.areas.sum() / (EVEN_AREA * edge**2)), settings)
-        self.mesh = even_mesh(body, edge, uv)
-        self.body, self.uv = self.mesh.body, self.mesh.uv
-        self.bottom = _bottom(self.body) if settings.keep_bottom else np.zeros(len(self.body.faces), bool)
-        # Not a rounding error above or below the bed of a printer.
-        self.body.vertices[self.body.faces[self.bottom], 2] = body.vertices[:, 2].min()
+        bottom = _bottom(body) if settings.keep_bottom else np.zeros(len(body.faces), bool)
+        self.mesh = even_mesh(body, edge, uv, bottom)
+        self.body, self.uv, self.bottom = self.mesh.body, self.mesh.uv, bottom[self.mesh.origin]
+        self._flatten(float(body.vertices[:, 2].min()))
         self.regions = regions
         self.normals = vertex_normals(self.mesh, self.bottom)
         points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions)
-        self.carried = np.ones(len(self.body.vertices))
+        self.carried = self.carried_at(points, self.body.faces[self.bottom], settings)
+
+    def _flatten(self, bottom_mm: float) -> None:
+        """Bring the bottom into its plane: not a rounding error above or below the bed of a printer."""
+        faces = self.body.faces
+        on_bottom = np.zeros(len(self.body.vertices), bool)
+        on_bottom[faces[self.bottom]] = True
+        self.body.vertices[on_bottom, 2] = bottom_mm
+        level = self.bottom[:, None] | (on_bottom[faces] & on_bottom[np.roll(faces, -1, axis=1)])
+        self.mesh.bulges[level, 2] = 0.0
+
+    def carried_at(self, points: Points, bottom: NDArray[np.intp], settings: Settings) -> Array:
+        """How much of any texture each point carries, 0 to 1.
+
+        Args:
+            points: Of the surface.
+            bottom: (k,) or (k, 3) numbers of those on the bottom.
+            settings: With the mask and the falloff.
+        """
+        carried = np.ones(len(points.places))
         if settings.mask is not None:
-            self.carried = mask_at(settings.mask, points, settings.falloff_mm)
-        self.carried[self.body.faces[self.bottom]] = 0.0
+            carried = mask_at(settings.mask, points, settings.falloff_mm)
+        if self.bottom.any():
+            far, _ = cKDTree(self.rim()).query(points.places, distance_upper_bound=settings.falloff_mm)
+            carried *= smooth_step(np.minimum(far, settings.falloff_mm) / settings.falloff_mm)
+            carried[bottom] = 0.0
+        return carried
 
     def _vertex_uv(self) -> Array | None:
         if self.uv is None:
@@ -134,15 +156,8 @@ class FineSurface:
 
     def carried(self, settings: Settings) -> Array:
         """How much of any texture each fine vertex carries, 0 to 1."""
-        carried = np.ones(len(self.parent))
-        if settings.mask is not None:
-            carried = mask_at(settings.mask, self.points, settings.falloff_mm)
-        if self.base.bottom.any():
-            tree = cKDTree(self.base.rim())
-            far, _ = tree.query(self.points.places, distance_upper_bound=settings.falloff_mm)
-            carried *= smooth_step(np.minimum(far, settings.falloff_mm) / settings.falloff_mm)
-            carried[self.fine.body.faces[self.base.bottom[self.fine.parent]]] = 0.0
-        return carried
+        bottom = self.fine.body.faces[self.base.bottom[self.fine.parent]]
+        return self.base.carried_at(self.points, bottom, settings)
 
     def heights(self, tile: Tile, chosen: NDArray[np.bool_]) -> Array:
         """Heights (fine vertices,) of a tile with which the triangles come near it, mm; 0 where not chosen.

@@ -118,11 +118,9 @@ def wrap(
     edge_mm = _edge(base.body, where, coverings, settings)
     with stage("room"):
         out_mm, in_mm = (1.0 - settings.level) * tallest, settings.level * tallest
-        factor = clearance_factor(base.mesh, out_mm, in_mm, settings.falloff_mm)
+        factor = clearance_factor(base.mesh, base.carried, out_mm, in_mm, settings.falloff_mm)
     factor = np.where(needed, factor, 1.0)
     _lowered(base.body, where, factor, tallest)
-    around = np.zeros(len(needed), bool)
-    around[base.body.faces[where]] = True
     around = np.zeros(len(needed), bool)
     around[base.body.faces[where]] = True
     layout = by_texture_coordinates(base.body, base.uv, where)
