@@ -85,19 +85,23 @@ def refined(
         middles = np.where(marked, len(vertices) + middle, -1).reshape(-1, 3)
         ends_of = np.stack([split // len(vertices), split % len(vertices)])
         vertices = np.concatenate([vertices, vertices[ends_of].mean(axis=0)])
-        faces, parent, corners = _divided(vertices, faces, middles, parent, corners)
+        faces, origin, corners = divided(vertices, faces, middles, corners)
+        parent = parent[origin]
         this_stage()(0)
     raise InputError("triangles: edges stay too long; the mesh has triangles without area")
 
 
-def _divided(
-    vertices: Array,
-    faces: NDArray[np.intp],
-    middles: NDArray[np.intp],
-    parent: NDArray[np.intp],
-    corners: NDArray[np.float32],
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float32]]:
-    """Triangles after the edges with a middle are divided; middle k lies between corners k and k + 1."""
+def divided(
+    vertices: Array, faces: NDArray[np.intp], middles: NDArray[np.intp], corners: NDArray[np.floating]
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.floating]]:
+    """Triangles after the edges with a middle are divided, their old triangles, and values at their corners.
+
+    Args:
+        vertices: (n, 3) mm, with the middles.
+        faces: (m, 3).
+        middles: (m, 3) vertex in the middle of the edge from corner k to k + 1; -1: none.
+        corners: (m, 3, k) values at the corners of the old triangles, linear in between.
+    """
     marks = middles >= 0
     count = marks.sum(axis=1)
     # The first marked edge after an unmarked one, or the unmarked edge itself last.
@@ -118,17 +122,11 @@ def _divided(
         ((count == 2) & ~across, [(3, 1, 4), (0, 3, 2), (3, 4, 2)]),
         (count == 3, [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]),
     ]
-    new_faces, new_parent, new_corners = [], [], []
-    for chosen, triangles in cases:
-        if not chosen.any():
-            continue
-        own, own_points, own_parent = six[chosen], six_points[chosen], parent[chosen]
-        for triangle in triangles:
-            new_faces.append(own[:, triangle])
-            new_points = own_points[:, triangle]
-            new_corners.append(new_points)
-            new_parent.append(own_parent)
-    return np.concatenate(new_faces), np.concatenate(new_parent), np.concatenate(new_corners)
+    parts = [(np.flatnonzero(chosen), triangle) for chosen, some in cases for triangle in some]
+    new_faces = [six[chosen][:, triangle] for chosen, triangle in parts]
+    new_corners = [six_points[chosen][:, triangle] for chosen, triangle in parts]
+    parents = [chosen for chosen, _ in parts]
+    return np.concatenate(new_faces), np.concatenate(parents), np.concatenate(new_corners)
 
 
 def expected_faces(body: Body, edge_mm: float, where: NDArray[np.bool_]) -> int:

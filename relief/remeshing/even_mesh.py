@@ -4,14 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.common.progress import stage, this_stage
 from relief.meshes.neighbourhood import edge_pairs
+from relief.remeshing.features import held_lines, regions
 from relief.remeshing.nearest import NearestPoints
 from relief.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface, units
 from relief.remeshing.triangles import Triangles
@@ -39,6 +38,10 @@ STIR = 0.3
 at once the number of triangles would jump by a half."""
 STEP = 0.8
 """Part of the way to the middle of its triangles that a vertex moves."""
+UPRIGHT = 0.3
+"""Cosine of the angle by which relaxing may turn a triangle."""
+SHRUNK = 0.1
+"""Least part of its area that relaxing may leave of a triangle."""
 INWARD = 0.05
 """Part of the way from a corner to the middle of its triangle where the side of a crease is looked up."""
 
@@ -93,8 +96,8 @@ class _Remesher:
     ) -> None:
         self.surface, self.edge_mm = surface, edge_mm
         body = surface.body
-        held, corner = _held(surface, uv, side)
-        self.region = _regions(body, held)
+        held, corner = held_lines(surface, uv, side)
+        self.region = regions(body, held)
         self.nearest = NearestPoints(body, held, self.region, edge_mm)
         self.size = np.where(side, COARSE * edge_mm, _sizes(surface, edge_mm))
         self.triangles = Triangles(body, held, corner)
@@ -147,42 +150,40 @@ class _Remesher:
         """Move free vertices towards the middle of their triangles, along the surface, and by chance."""
         triangles = self.triangles
         vertices, faces = triangles.vertices, triangles.faces
-        count = len(vertices)
-        free = ~triangles.corner & (triangles.held_count() == 0)
-        body = Body(vertices, faces)
-        normal, area = body.normals, body.areas
-        wanted = self._wanted()
-        weight = area / wanted[faces].mean(axis=1) ** 2
-        middle = vertices[faces].mean(axis=1)
-        corners = faces.ravel()
-        sums = [np.bincount(corners, np.repeat(weight * middle[:, k], 3), count) for k in range(3)]
-        total = np.maximum(np.bincount(corners, np.repeat(weight, 3), count), 1e-30)
-        means = [np.bincount(corners, np.repeat(normal[:, k], 3), count) for k in range(3)]
-        unit = units(np.stack(means, axis=1))
-        way = np.stack(sums, axis=1) / total[:, None] - vertices
-        way += stir * wanted[:, None] * np.random.default_rng(count).uniform(-1.0, 1.0, way.shape)
-        way -= (way * unit).sum(axis=1, keepdims=True) * unit
-        rows = np.flatnonzero(free)
-        moved = vertices.copy()
-        face, share = self._project(vertices[rows] + STEP * way[rows], rows)
-        moved[rows] = np.einsum("nc,ncd->nd", share, self.nearest.corners[face])
-        place = np.full(count, -1)
-        place[rows] = face
-        while True:
-            after = Body(moved, faces).normals
-            length = np.linalg.norm(after, axis=1) * np.linalg.norm(normal, axis=1)
-            bad = (after * normal).sum(axis=1) < 0.3 * length
-            bad |= np.linalg.norm(after, axis=1) < 0.1 * np.linalg.norm(normal, axis=1)
-            again = np.unique(faces[bad])
-            again = again[(moved[again] != vertices[again]).any(axis=1)]
-            if not len(again):
-                break
-            moved[again] = vertices[again]
-            place[again] = -1
+        rows = np.flatnonzero(~triangles.corner & (triangles.held_count() == 0))
+        face, share = self._project(vertices[rows] + STEP * self._ways(stir)[rows], rows)
+        moved, place = vertices.copy(), np.full(len(vertices), -1)
+        moved[rows], place[rows] = np.einsum("nc,ncd->nd", share, self.nearest.corners[face]), face
+        while len(turned := self._turned(moved)):
+            moved[turned], place[turned] = vertices[turned], -1
         triangles.vertices = moved
-        known = place[faces]
-        best = known.max(axis=1)
+        best = place[faces].max(axis=1)
         triangles.origin = np.where(best >= 0, best, triangles.origin)
+
+    def _ways(self, stir: float) -> Array:
+        """(vertices, 3) ways along the surface to the middles of the triangles around, and by chance, mm."""
+        vertices, faces = self.triangles.vertices, self.triangles.faces
+        body, count, corners = Body(vertices, faces), len(vertices), faces.ravel()
+        wanted = self._wanted()
+        weight = body.areas / wanted[faces].mean(axis=1) ** 2
+        middles = weight[:, None] * vertices[faces].mean(axis=1)
+        middle, unit = (
+            np.stack([np.bincount(corners, np.repeat(of[:, k], 3), count) for k in range(3)], axis=1)
+            for of in (middles, body.normals)
+        )
+        total = np.maximum(np.bincount(corners, np.repeat(weight, 3), count), 1e-30)
+        way = middle / total[:, None] - vertices
+        way += stir * wanted[:, None] * np.random.default_rng(count).uniform(-1.0, 1.0, way.shape)
+        unit = units(unit)
+        return np.asarray(way - (way * unit).sum(axis=1, keepdims=True) * unit)
+
+    def _turned(self, moved: Array) -> Index:
+        """Moved vertices at triangles that would turn over or lose nearly all of their area."""
+        vertices, faces = self.triangles.vertices, self.triangles.faces
+        before, after = Body(vertices, faces).normals, Body(moved, faces).normals
+        old, new = np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1)
+        around = np.unique(faces[((after * before).sum(axis=1) < UPRIGHT * old * new) | (new < SHRUNK * old)])
+        return around[(moved[around] != vertices[around]).any(axis=1)]
 
     def _project(self, points: Array, rows: Index) -> tuple[Index, Array]:
         """Nearest faces of the input and coordinates there, for points at vertices."""
@@ -215,44 +216,6 @@ class _Remesher:
         creases = triangles.is_held(triangles.keys()).reshape(-1, 3)
         corners_uv = None if uv is None else np.einsum("fkc,fkcd->fkd", shares, uv[at])
         return EvenMesh(body, normals, bulges(body, pairs, creases, normals), corners_uv, triangles.origin)
-
-
-def _held(
-    surface: SmoothSurface, uv: Array | None, side: NDArray[np.bool_]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """(faces, 3) edges that stay, and (vertices,) vertices that stay."""
-    body = surface.body
-    faces = body.faces
-    pairs = edge_pairs(faces, len(body.vertices))
-    held = surface.creases.ravel().copy()
-    held[pairs[side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]].ravel()] = True
-    if uv is not None:
-        flat, ahead = uv.reshape(-1, 2), np.roll(uv, -1, axis=1).reshape(-1, 2)
-        one, other = pairs.T
-        seam = (flat[one] != ahead[other]).any(axis=1) | (ahead[one] != flat[other]).any(axis=1)
-        held[pairs[seam].ravel()] = True
-    # Edges of more than two faces, and vertices where several fans meet.
-    single = np.ones(len(held), bool)
-    single[pairs] = False
-    held |= single
-    one, other = pairs.T
-    after = lambda half: half - half % 3 + (half + 1) % 3  # noqa: E731
-    ends = np.concatenate([one, after(one)]), np.concatenate([after(other), other])
-    graph = sp.coo_matrix((np.ones(len(ends[0]), np.int8), ends), (len(held), len(held)))
-    fan = connected_components(graph, directed=False)[1]
-    fans = np.unique(np.stack([faces.ravel(), fan]), axis=1)[0]
-    corner = np.bincount(fans, minlength=len(body.vertices)) > 1
-    half = np.flatnonzero(single)
-    corner[faces.ravel()[half]] = corner[faces.ravel()[after(half)]] = True
-    return held.reshape(-1, 3), corner
-
-
-def _regions(body: Body, held: NDArray[np.bool_]) -> Index:
-    """(faces,) numbers of the parts of the surface between held edges."""
-    pairs = edge_pairs(body.faces, len(body.vertices))
-    pairs = pairs[~held.ravel()[pairs[:, 0]]] // 3
-    graph = sp.coo_matrix((np.ones(len(pairs), np.int8), pairs.T), (len(body.faces),) * 2)
-    return np.asarray(connected_components(graph, directed=False)[1], np.int64)
 
 
 def _sizes(surface: SmoothSurface, edge_mm: float) -> Array:

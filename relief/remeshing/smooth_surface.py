@@ -92,7 +92,7 @@ def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None) -> SmoothS
     if side is not None:
         rim = pairs[(side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]) & (_turns(body, pairs) > RIM)]
         creases.reshape(-1)[rim.ravel()] = True
-    group = _groups(body, pairs, creases)
+    group = corner_groups(body, pairs, creases)
     normals = _fulfilled(body, group, _guess(body, pairs[~creases.ravel()[pairs[:, 0]]], group))[
         group
     ].reshape(-1, 3, 3)
@@ -178,7 +178,7 @@ def _support(body: Body, pairs: Index, turns: Array, chosen: Index) -> Array:
     return support
 
 
-def _groups(body: Body, pairs: Index, creases: NDArray[np.bool_]) -> Index:
+def corner_groups(body: Body, pairs: Index, creases: NDArray[np.bool_]) -> Index:
     """(faces * 3,) numbers of the normals of corners: one for all around a vertex between its creases."""
     one, other = pairs[~creases.ravel()[pairs[:, 0]]].T
     after = lambda half: half - half % 3 + (half + 1) % 3  # noqa: E731

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from relief.body import Body
 from relief.common.arrays import Array, Index
-from relief.meshes.neighbourhood import edge_pairs
+from relief.meshes.neighbourhood import BITS, MASK, among, edge_keys, edge_pairs
+from relief.meshes.refining import divided
 
 LONG, SHORT = 4.0 / 3.0, 4.0 / 5.0
 """Lengths of edges, in those wanted, from which they are split and up to which they are collapsed."""
@@ -20,12 +21,10 @@ TURN = np.cos(np.radians(40.0))
 """Cosine of the angle by which a collapse or a flip may turn a triangle."""
 LONGER = 1.1
 """Factor by which a collapse may lengthen an edge that is too long already and will be split."""
+THIN = 0.02
+"""Twice the area of a triangle, in the square of its longest edge, below which it is a sliver."""
 LEAST_GAIN = 1e-7
 """Least gain of a flip, in sines: flips between equal pairs would never end."""
-BITS = 32
-"""Bits of a vertex in the key of an edge."""
-MASK = (1 << BITS) - 1
-"""Bits of the second vertex in the key of an edge."""
 
 
 class Triangles:
@@ -65,7 +64,7 @@ class Triangles:
 
     def is_held(self, keys: Index) -> NDArray[np.bool_]:
         """Whether edges are held, by their keys."""
-        return _among(keys, self.held)
+        return among(keys, self.held)
 
     def split(self, size: Array) -> int:
         """Divide the edges that are longer than wanted at their middles; returns how many.
@@ -89,8 +88,9 @@ class Triangles:
         number = first + np.arange(len(chosen))
         parts = self.is_held(chosen)
         halves = [edge_keys(end[parts], number[parts]) for end in ends]
-        self.held = np.unique(np.concatenate([self.held[~_among(self.held, chosen)], *halves]))
-        self.faces, parent = divided(self.vertices, self.faces, middles)
+        self.held = np.unique(np.concatenate([self.held[~among(self.held, chosen)], *halves]))
+        nothing = np.empty((len(self.faces), 3, 0))
+        self.faces, parent, _ = divided(self.vertices, self.faces, middles, nothing)
         self.origin = self.origin[parent]
         return len(chosen)
 
@@ -140,7 +140,7 @@ class Triangles:
         ways = []
         for gone, stays in ((one, other), (other, one)):
             may = free[gone] & ((lines[gone] == 0) | (held & (lines[gone] == 2)))
-            may &= ~_among((gone << BITS) | stays, self._refused)
+            may &= ~among((gone << BITS) | stays, self._refused)
             ways.append(np.stack([gone[may], stays[may], np.flatnonzero(may)]))
         gone, stays, edge = np.concatenate(ways, axis=1)
         order = np.argsort(length[edge], kind="stable")
@@ -169,7 +169,7 @@ class Triangles:
         around = corners.ravel()
         rank = np.repeat(number, 3)
         beside = (around != gone[rank]) & (around != stays[rank])
-        joined = _among(edge_keys(around[beside], stays[rank[beside]]), self.edges())
+        joined = among(edge_keys(around[beside], stays[rank[beside]]), self.edges())
         sound = np.bincount(rank[beside][joined], minlength=len(gone)) == 4
         moved = ~(corners == stays[number][:, None]).any(axis=1)
         number, corners = number[moved], corners[moved]
@@ -244,7 +244,7 @@ class Triangles:
         for normal in after:
             sound &= (normal * middle).sum(1) > TURN * np.maximum(length, 1e-12)
         new = edge_keys(c, d)
-        sound &= ~_among(new, self.edges()) & (c != d)
+        sound &= ~among(new, self.edges()) & (c != d)
         order = np.flatnonzero(sound)
         order = order[np.argsort(-gain[order], kind="stable")]
         # One flip for the four triangles' vertices each, so that no two make one edge.
@@ -263,51 +263,6 @@ class Triangles:
         normal = np.cross(self.vertices[b] - self.vertices[a], self.vertices[c] - self.vertices[a])
         length = np.linalg.norm(normal, axis=1, keepdims=True)
         return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
-
-
-THIN = 0.02
-"""Twice the area of a triangle, in the square of its longest edge, below which it is a sliver."""
-
-
-def edge_keys(one: Index, other: Index) -> Index:
-    """Keys of edges by their ends, whichever comes first."""
-    return np.asarray((np.minimum(one, other).astype(np.int64) << BITS) | np.maximum(one, other))
-
-
-def _among(keys: Index, sorted_: Index) -> NDArray[np.bool_]:
-    """Whether keys are among sorted ones."""
-    if not len(sorted_):
-        return np.zeros(len(keys), bool)
-    at = np.minimum(np.searchsorted(sorted_, keys), len(sorted_) - 1)
-    return np.asarray(sorted_[at] == keys)
-
-
-def divided(vertices: Array, faces: Index, middles: Index) -> tuple[Index, Index]:
-    """Triangles after edges were divided, and the triangle that each comes from.
-
-    Args:
-        vertices: (n, 3) mm, with the middles.
-        faces: (m, 3).
-        middles: (m, 3) vertex in the middle of the edge from corner k to k + 1; -1: none.
-    """
-    marks = middles >= 0
-    count = marks.sum(axis=1)
-    first = np.argmax(marks & ~np.roll(marks, 1, axis=1), axis=1)
-    turned = (first[:, None] + np.arange(3)) % 3
-    rows = np.arange(len(faces))[:, None]
-    six = np.concatenate([faces[rows, turned], middles[rows, turned]], axis=1)
-    across = ((vertices[six[:, 0]] - vertices[six[:, 4]]) ** 2).sum(axis=1) <= (
-        (vertices[six[:, 3]] - vertices[six[:, 2]]) ** 2
-    ).sum(axis=1)
-    cases = [
-        (count == 0, [(0, 1, 2)]),
-        (count == 1, [(0, 3, 2), (3, 1, 2)]),
-        ((count == 2) & across, [(3, 1, 4), (0, 3, 4), (0, 4, 2)]),
-        ((count == 2) & ~across, [(3, 1, 4), (0, 3, 2), (3, 4, 2)]),
-        (count == 3, [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]),
-    ]
-    new = [(six[chosen][:, triangle], np.flatnonzero(chosen)) for chosen, some in cases for triangle in some]
-    return np.concatenate([part for part, _ in new]), np.concatenate([parent for _, parent in new])
 
 
 def _beyond_delaunay(vertices: Array, a: Index, b: Index, c: Index, d: Index) -> Array:

@@ -26,6 +26,9 @@ FALLOFF_MM = 2.0
 """Width over which the texture ends at masks and at a flat bottom, mm, where no other is given."""
 MOST_FACES = 1_000_000
 """Triangles at most, where no other number is given: a 3MF file of about 25 MB."""
+ENOUGH_MM2 = 0.0035
+"""Mean area of the textured triangles, mm², where nothing is asked for: smaller ones change the feel of a
+bundled tile by 0.1 JND at most (docs/evidence/objects.md)."""
 BOTTOM = 0.002
 """Height above the lowest point within which a triangle that points down is the bottom, mm."""
 LEAST_BOTTOM_MM2 = 4.0
@@ -49,8 +52,8 @@ class Settings:
             on the surface), to 1, its highest (the relief is cut into the surface).
         falloff_mm: Width over which the texture ends, mm.
         keep_bottom: Whether a flat bottom, the lowest triangles that point down, stays as it is.
-        edge_mm: Longest edge of the textured triangles, mm; None: that of the samples, or what `faces` allow.
-        faces: Triangles at most, about; for `edge_mm` None.
+        edge_mm: Longest edge of the textured triangles, mm; None: what `faces` allow, or that of the samples.
+        faces: Triangles at most, about; None: as many as the feel needs, `MOST_FACES` at most.
     """
 
     mask: str | None = None
@@ -58,7 +61,7 @@ class Settings:
     falloff_mm: float = FALLOFF_MM
     keep_bottom: bool = True
     edge_mm: float | None = None
-    faces: int = MOST_FACES
+    faces: int | None = None
 
 
 class BaseSurface:
@@ -186,7 +189,7 @@ class FineSurface:
 
 def check_count(count: int, settings: Settings) -> None:
     """Refuse more triangles than memory holds with ease."""
-    most = max(10 * MOST_FACES, settings.faces)
+    most = max(10 * MOST_FACES, settings.faces or 0)
     if count > most:
         raise InputError(
             f"edges: about {count:,} triangles would be needed, more than {most:,}; "

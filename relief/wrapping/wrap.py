@@ -9,25 +9,28 @@ from numpy.typing import NDArray
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.errors import InputError
-from relief.common.lengths import shown
 from relief.common.progress import say, stage
 from relief.meshes.intersections import crossing_faces
 from relief.meshes.refining import edge_for, expected_faces, refined
+from relief.wrapping.checks import check_area, check_choices, check_size, lowered_part
 from relief.wrapping.clearance import clearance_factor, evened
-from relief.wrapping.masks import Regions, check_mask, mask_at
-from relief.wrapping.patches import lay_out
-from relief.wrapping.surfaces import MOST_FACES, BaseSurface, FineSurface, Settings, check_count
+from relief.wrapping.masks import Regions, mask_at
+from relief.wrapping.patches import Layout, lay_out
+from relief.wrapping.surfaces import (
+    ENOUGH_MM2,
+    MOST_FACES,
+    BaseSurface,
+    FineSurface,
+    Settings,
+    check_count,
+)
 from relief.wrapping.texture_coordinates import by_texture_coordinates
 from relief.wrapping.tiles import Tile
 
+BYTES_A_FACE = 25.0
+"""Size of a 3MF file for a triangle, bytes; between 22 and 27 on the bundled objects."""
 BLEND_MM = 2.0
 """Width of the strip on which neighbouring patches share the surface, mm."""
-FEW_SAMPLES = 4
-"""Side, in samples of the texture, of the least square that may carry the texture."""
-MOST_LEFT_BARE = 0.5
-"""Largest part of the textured area that may be left with nothing; beyond, the relief does not fit."""
-BARE = 0.1
-"""Factor of the heights up to which nothing is left of a relief."""
 MENDINGS = 6
 """Times that the relief is lowered where triangles pass through one another; two are usual."""
 MENDED = 0.5
@@ -110,24 +113,18 @@ def wrap(
     settings, regions = settings or Settings(), regions or {}
     check_choices(settings, [covering.mask for covering in coverings], regions, uv is not None)
     tallest = max(float(covering.tile.heights.max()) for covering in coverings)
-    _check_size(body, tallest)
+    check_size(body, tallest)
     base = BaseSurface(body, uv, regions, settings)
     needed = base.carried > 0.0
     where = np.asarray(needed[base.body.faces].any(axis=1))
-    _check_room(base.body, base.carried, coverings[0])
+    check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
     edge_mm = _edge(base.body, where, coverings, settings)
     with stage("room"):
         out_mm, in_mm = (1.0 - settings.level) * tallest, settings.level * tallest
         factor = clearance_factor(base.mesh, base.carried, out_mm, in_mm, settings.falloff_mm)
     factor = np.where(needed, factor, 1.0)
-    _lowered(base.body, where, factor, tallest)
-    around = np.zeros(len(needed), bool)
-    around[base.body.faces[where]] = True
-    layout = by_texture_coordinates(base.body, base.uv, where)
-    by_patches = layout is None
-    if layout is None:
-        with stage("flat coordinates", 1.0, at_most=True):
-            layout = lay_out(base.body, around, BLEND_MM, base.normals)
+    lowered_part(base.body, where, factor, tallest)
+    layout, coordinates = _laid_out(base, where)
     with stage("dividing triangles"):
         fine = refined(base.body, edge_mm, where)
     with stage("displacing"):
@@ -144,12 +141,23 @@ def wrap(
         textured=textured,
         area_mm2=float(areas[where].sum()),
         edge_mm=edge_mm,
-        coordinates="patches" if by_patches else "texture coordinates",
+        coordinates=coordinates,
         patches=layout.patches,
         blended=float(_unfit(uv, weight)[textured > 0.0].mean()),
-        lowered=_lowered(base.body, where, factor, tallest),
+        lowered=lowered_part(base.body, where, factor, tallest),
         lowest_factor=float(factor.min()),
     )
+
+
+def _laid_out(base: BaseSurface, where: NDArray[np.bool_]) -> tuple[Layout, str]:
+    """Flat coordinates of the triangles (faces,) that carry texture, and by what: as in `Wrapped`."""
+    layout = by_texture_coordinates(base.body, base.uv, where)
+    if layout is not None:
+        return layout, "texture coordinates"
+    around = np.zeros(len(base.body.vertices), bool)
+    around[base.body.faces[where]] = True
+    with stage("flat coordinates", 1.0, at_most=True):
+        return lay_out(base.body, around, BLEND_MM, base.normals), "patches"
 
 
 def _displaced(
@@ -188,32 +196,6 @@ def _displaced(
     )
 
 
-def check_choices(settings: Settings, masks: Sequence[str | None], regions: Regions, with_uv: bool) -> None:
-    """Refuse what is wrong whatever the surface: numbers out of range, and masks that are none.
-
-    Args:
-        settings: As for `wrap`.
-        masks: Of the coverings.
-        regions: As for `wrap`.
-        with_uv: Whether the mesh has texture coordinates, or may have.
-
-    Raises:
-        InputError: The line names the field.
-    """
-    ranges = {
-        "level": (settings.level, 0.0, 1.0),
-        "falloff_mm": (settings.falloff_mm, 0.05, 100.0),
-        "edge_mm": (settings.edge_mm, 0.01, 10.0),
-        "faces": (settings.faces, 1000, 20 * MOST_FACES),
-    }
-    for name, (value, low, high) in ranges.items():
-        if value is not None and not low <= value <= high:
-            raise InputError(f"{name}: {value:g} is outside [{low:g}, {high:g}]")
-    for mask in (settings.mask, *masks):
-        if mask is not None:
-            check_mask(mask, regions, with_uv)
-
-
 def _heights(
     coverings: Sequence[Covering],
     surface: FineSurface,
@@ -230,32 +212,9 @@ def _heights(
         share = covered.astype(float)
         if covering.mask is not None:
             share *= mask_at(covering.mask, surface.points, settings.falloff_mm)
-            _check_room(surface.fine.body, share * textured, covering)
+            check_area(surface.fine.body, share * textured, covering.tile.pitch_mm, covering.mask)
         height += share * (surface.heights(covering.tile, share > 0.0) - height)
     return height
-
-
-def _check_size(body: Body, tallest: float) -> None:
-    """Refuse a body that is smaller than the relief is tall, which would be but a speck in it."""
-    longest = float(np.ptp(body.vertices, axis=0).max())
-    if longest < tallest:
-        fault = f"size: {longest:.3g} mm is less than the {tallest:.3g} mm of the relief"
-        raise InputError(
-            f"{fault}; state the unit of the mesh (units), or take a lower relief (relief_mm)",
-            f"{fault}; state the unit of the mesh (--units), or take a lower relief (--relief-mm)",
-        )
-
-
-def _check_room(body: Body, carried: Array, covering: Covering) -> None:
-    """Refuse a texture that is carried by less than a few of its samples, by how much each vertex carries."""
-    area = float((body.areas * carried[body.faces].mean(axis=1)).sum())
-    least = (FEW_SAMPLES * covering.tile.pitch_mm) ** 2
-    if area < least:
-        mask = "mask" if covering.mask is None else f"mask: {shown(covering.mask)}"
-        raise InputError(
-            f"{mask}: leaves nothing of the surface to the texture, or {area:.2g} mm², where it needs "
-            f"{least:.2g} mm² at least; take a wider mask or a smaller falloff"
-        )
 
 
 def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings) -> float:
@@ -263,26 +222,15 @@ def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], s
     pitch = min(covering.tile.pitch_mm for covering in coverings)
     edge = settings.edge_mm
     if edge is None:
-        edge = max(pitch, edge_for(body, where, settings.faces))
+        enough = int(body.areas[where].sum() / ENOUGH_MM2) + int(np.count_nonzero(~where))
+        edge = max(pitch, edge_for(body, where, settings.faces or min(enough, MOST_FACES)))
     count = expected_faces(body, edge, where)
     if settings.edge_mm is not None:
         check_count(count, settings)
     coarser = "" if edge <= 1.01 * pitch else f" (the texture has samples every {pitch:.3g} mm)"
-    say(f"about {count:,} triangles with edges of {edge:.3g} mm{coarser}")
+    megabytes = max(BYTES_A_FACE * count / 1e6, 0.1)
+    say(f"about {count:,} triangles with edges of {edge:.3g} mm{coarser}, {megabytes:.2g} MB as 3MF")
     return float(edge)
-
-
-def _lowered(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float) -> float:
-    """Part of the textured area where the relief is lowered. Raises InputError if nothing is left of most."""
-    areas, least = body.areas[where], factor[body.faces[where]].min(axis=1)
-    bare = float(areas[least < BARE].sum() / areas.sum())
-    if bare > MOST_LEFT_BARE:
-        raise InputError(
-            f"relief: {tallest:.3g} mm is too high for this object: on {100 * bare:.0f} % of the area its "
-            "curvature or thickness leaves less than a tenth; take a lower relief (--relief-mm) or a larger "
-            "object"
-        )
-    return float(areas[least < 0.99].sum() / areas.sum())
 
 
 def _unfit(uv: Array, weight: Array) -> NDArray[np.bool_]:

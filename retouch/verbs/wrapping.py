@@ -23,10 +23,11 @@ from relief.heightmap import check_scales
 from relief.meshes import check_solid, read_mesh
 from relief.objects.table import OBJECTS, BundledObject
 from relief.seam import check_seams
+from relief.wrapping.checks import check_choices
 from relief.wrapping.masks import Regions
-from relief.wrapping.surfaces import FALLOFF_MM, MOST_FACES, Settings
+from relief.wrapping.surfaces import FALLOFF_MM, Settings
 from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import Covering, Wrapped, check_choices
+from relief.wrapping.wrap import Covering, Wrapped
 from relief.wrapping.wrap import wrap as wrapped_by
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source, relief_of
@@ -77,7 +78,7 @@ def wrap(
     level: float = 0.0,
     keep_bottom: bool = True,
     edge_mm: float | None = None,
-    faces: int = MOST_FACES,
+    faces: int | None = None,
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
     **lengths: Unpack[Lengths],
@@ -98,8 +99,8 @@ def wrap(
         level: height of the object's own surface in the relief, from 0, the relief stands on the surface, to
             1, the relief is cut into it.
         keep_bottom: whether a flat bottom stays flat.
-        edge_mm: longest edge of the triangles, mm; None: that of the samples, or what `faces` allow.
-        faces: triangles at most, about.
+        edge_mm: longest edge of the triangles, mm; None: what `faces` allow, or that of the samples.
+        faces: triangles at most, about; None: as many as the feel needs, a million at most.
         quiet, progress: as in `optimize`.
 
     Raises:
