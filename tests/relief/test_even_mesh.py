@@ -7,14 +7,14 @@ import trimesh
 
 from relief.body import Body
 from relief.meshes.intersections import self_intersections
-from relief.meshes.refining import edge_for, refined
+from relief.meshes.refining import edge_for, expected_faces, refined
 from relief.remeshing.even_mesh import even_mesh
 from relief.remeshing.nearest import nearest_in
 from relief.remeshing.smooth_surface import raised, smooth_surface, units
-from relief.wrapping.clearance import Room, evened
-from relief.wrapping.surfaces import Settings
+from relief.wrapping.clearance import Room, clearance_factor, evened
+from relief.wrapping.surfaces import ENOUGH_MM2, Settings
 from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import Covering, wrap
+from relief.wrapping.wrap import Covering, _edge, wrap
 
 SECTIONS = 42
 """Facets around, as a CAD kernel writes them with 0.15 rad."""
@@ -221,3 +221,40 @@ def test_a_part_with_a_fillet_under_the_relief_comes_out_lowered():
     assert self_intersections(wrapped.body) == 0
     assert 0.0 < wrapped.lowered < 0.3 and wrapped.lowest_factor == pytest.approx(0.7 / 1.2, rel=0.1)
     assert len(wrapped.body.faces) == pytest.approx(15_000, rel=0.1)
+
+
+def test_a_flat_side_that_stays_is_coarse_and_its_rim_is_held():
+    # The rim of a ball cut low is no edge by its angle; without a word normals would turn round it.
+    low = -12.0 * np.cos(0.35)
+    lens = revolved((0.0, low), *arc(12.0, (0.0, 0.0), -0.5 * np.pi + 0.35, 0.5 * np.pi, 20))
+    side = units(lens.normals)[:, 2] < -0.9999
+    mesh = even_mesh(lens, 1.0, side=side)
+    flat = side[mesh.origin]
+    assert mesh.body.areas[flat].mean() > 1.5 * mesh.body.areas[~flat].mean()
+    assert mesh.body.vertices[mesh.body.faces[flat]][:, :, 2] == pytest.approx(low, abs=0.002)
+    assert units(mesh.normals[flat])[:, :, 2] == pytest.approx(-1.0, abs=1e-3)
+
+
+def test_a_relief_that_carries_little_beside_a_bottom_needs_little_room():
+    tube = even_mesh(TUBE, 1.0)
+    bore = (np.hypot(*tube.body.vertices[:, :2].T) < 4.1) & (np.abs(tube.body.vertices[:, 2]) < 4.0)
+    whole, half = (clearance_factor(tube, np.full(len(bore), part), 5.6, 0.0, 2.0) for part in (1.0, 0.5))
+    assert whole[bore] == pytest.approx(0.5, rel=0.05) and half[bore].min() > 0.99
+
+
+@pytest.mark.parametrize("side", [0.0, 1.0])
+def test_at_sharp_edges_there_is_the_room_of_the_blend_of_their_normals(side):
+    body = of(trimesh.creation.box((12.0, 10.0, 9.0)))
+    mesh = even_mesh(body if side else Body(body.vertices, body.faces[:, ::-1]), 1.0)
+    factor = clearance_factor(mesh, np.ones(len(mesh.body.vertices)), 0.4 * (1.0 - side), 0.4 * side, 1.0)
+    # Three sides meet at the corners.
+    assert factor[(np.abs(mesh.body.vertices) < (5.0, 4.0, 3.5)).any(axis=1)].min() > 0.95
+
+
+def test_without_a_number_triangles_are_as_many_as_the_feel_needs():
+    body = even_mesh(CYLINDER, 1.5).body
+    where = body.vertices[body.faces][:, :, 2].min(axis=1) > -10.0
+    edge = _edge(body, where, [Covering(Tile(np.ones((16, 16)), 0.05))], Settings())
+    enough = body.areas[where].sum() / ENOUGH_MM2 + np.count_nonzero(~where)
+    assert expected_faces(body, edge, where) == pytest.approx(enough, rel=0.05)
+    assert _edge(body, where, [Covering(Tile(np.ones((16, 16)), 0.2))], Settings()) == 0.2
