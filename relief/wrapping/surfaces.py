@@ -71,6 +71,7 @@ class BaseSurface:
         body: The finer body.
         uv: (faces, 3, 2) texture coordinates, or None.
         bottom: (faces,) those of a flat bottom that stays.
+        bed_mm: Its height, mm, below which nothing goes; without a bottom minus infinity.
         normals: (vertices, 3) outward unit normals.
         carried: (vertices,) how much of any texture each vertex carries.
         regions: Regions that masks may name.
@@ -83,18 +84,20 @@ class BaseSurface:
         bottom = _bottom(body) if settings.keep_bottom else np.zeros(len(body.faces), bool)
         self.mesh = even_mesh(body, edge, uv, bottom)
         self.body, self.uv, self.bottom = self.mesh.body, self.mesh.uv, bottom[self.mesh.origin]
-        self._flatten(float(body.vertices[:, 2].min()))
+        self.bed_mm = float(body.vertices[:, 2].min()) if self.bottom.any() else -np.inf
+        self._flatten()
         self.regions = regions
         self.normals = vertex_normals(self.mesh, self.bottom)
         points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions)
         self.carried = self.carried_at(points, self.body.faces[self.bottom], settings)
 
-    def _flatten(self, bottom_mm: float) -> None:
+    def _flatten(self) -> None:
         """Bring the bottom into its plane: not a rounding error above or below the bed of a printer."""
         faces = self.body.faces
         on_bottom = np.zeros(len(self.body.vertices), bool)
         on_bottom[faces[self.bottom]] = True
-        self.body.vertices[on_bottom, 2] = bottom_mm
+        self.body.vertices[on_bottom, 2] = self.bed_mm
+        self.body.vertices[:, 2] = np.maximum(self.body.vertices[:, 2], self.bed_mm)
         level = self.bottom[:, None] | (on_bottom[faces] & on_bottom[np.roll(faces, -1, axis=1)])
         self.mesh.bulges[level, 2] = 0.0
 
@@ -142,12 +145,19 @@ class FineSurface:
         leading = layout.weight.sum(axis=(1, 2)) > 0.0
         self.parent, self.share = fine.vertex_parents(leading)
         places = fine.body.vertices + raised(base.mesh.bulges, self.parent, self.share)
+        places[:, 2] = np.maximum(places[:, 2], base.bed_mm)
         fine = Refined(Body(places, fine.body.faces), fine.parent, fine.corners)
         self.base, self.fine, self.layout = base, fine, layout
         normals = self.of_vertices(base.normals)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         uv = None if base.uv is None else self.of_corners(base.uv[self.parent])
         self.points = Points(fine.body.vertices, normals, uv, base.regions)
+
+    def to_bed(self) -> Array:
+        """Ways (fine vertices,) along the normals down to the plane of the bottom, mm; infinite upward."""
+        down = -self.points.normals[:, 2]
+        way = np.full(len(down), np.inf)
+        return np.divide(self.points.places[:, 2] - self.base.bed_mm, down, out=way, where=down > 0.0)
 
     def of_vertices(self, values: Array) -> Array:
         """Values (fine vertices, ...) between those at the base's vertices."""

@@ -132,7 +132,7 @@ def wrap(
         textured = surface.carried(settings)
         uv, weight = layout.at(surface.parent, surface.share)
         height = _heights(coverings, surface, np.asarray(weight.any(axis=1)), settings, textured)
-        offset = (height - settings.level * tallest) * textured
+        offset = np.minimum((height - settings.level * tallest) * textured, surface.to_bed())
     wrapped, factor = _displaced(surface, offset, factor, settings, written)
     areas = base.body.areas
     return Wrapped(

@@ -52,6 +52,8 @@ TORUS = of(trimesh.creation.torus(20.0, 6.0, major_sections=84, minor_sections=4
 CYLINDER = revolved((0.0, -15.0), (10.0, -15.0), (10.0, 15.0), (0.0, 15.0))
 # In rows, as kernels write cones: normals are no straight lines along a facet that narrows to a half.
 CONE = revolved((0.0, 0.0), *((12.0 - 0.35 * z, z) for z in np.linspace(0.0, 20.0, 9)), (0.0, 20.0))
+LENS_LOW = -8.0 * np.cos(0.5)
+LENS = revolved((0.0, LENS_LOW), *arc(8.0, (0.0, 0.0), -0.5 * np.pi + 0.5, 0.5 * np.pi, 16))
 TUBE = revolved((4.0, -5.0), (8.0, -5.0), (8.0, 5.0), (4.0, 5.0), (4.0, -5.0))
 
 
@@ -224,15 +226,20 @@ def test_a_part_with_a_fillet_under_the_relief_comes_out_lowered():
 
 
 def test_a_flat_side_that_stays_is_coarse_and_its_rim_is_held():
-    # The rim of a ball cut low is no edge by its angle; without a word normals would turn round it.
-    low = -12.0 * np.cos(0.35)
-    lens = revolved((0.0, low), *arc(12.0, (0.0, 0.0), -0.5 * np.pi + 0.35, 0.5 * np.pi, 20))
-    side = units(lens.normals)[:, 2] < -0.9999
-    mesh = even_mesh(lens, 1.0, side=side)
+    side = units(LENS.normals)[:, 2] < -0.9999
+    mesh = even_mesh(LENS, 0.6, side=side)
     flat = side[mesh.origin]
     assert mesh.body.areas[flat].mean() > 1.5 * mesh.body.areas[~flat].mean()
-    assert mesh.body.vertices[mesh.body.faces[flat]][:, :, 2] == pytest.approx(low, abs=0.002)
+    assert mesh.body.vertices[mesh.body.faces[flat]][:, :, 2] == pytest.approx(LENS_LOW, abs=0.002)
     assert units(mesh.normals[flat])[:, :, 2] == pytest.approx(-1.0, abs=1e-3)
+
+
+def test_no_relief_goes_below_the_bottom():
+    wrapped = wrap(LENS, [Covering(Tile(np.full((16, 16), 2.0), 0.3))], Settings(mask="z<0", edge_mm=0.5))
+    height = wrapped.body.vertices[:, 2] - LENS_LOW
+    assert height.min() > -1e-12
+    # Beside the rim the surface leans over the bed, and the relief ends on it.
+    assert ((height < 1e-12) & (wrapped.textured > 0.1)).any()
 
 
 def test_a_relief_that_carries_little_beside_a_bottom_needs_little_room():
