@@ -25,10 +25,10 @@ LEAST_BASE_EDGES = 24
 FALLOFF_MM = 2.0
 """Width over which the texture ends at masks and at a flat bottom, mm, where no other is given."""
 MOST_FACES = 1_000_000
-"""Triangles at most, where no other number is given: a 3MF file of about 25 MB."""
+"""Triangles at most, where no other number is given: a 3MF file of about 21 MB."""
 ENOUGH_MM2 = 0.0035
-"""Mean area of the textured triangles, mm², where nothing is asked for: smaller ones change the feel of a
-bundled tile by 0.1 JND at most (docs/evidence/objects.md)."""
+"""Mean area of the textured triangles, mm², where nothing is asked for: smaller ones change the feel of
+gravel, grass and leather by less than 0.1 JND (docs/evidence/objects.md)."""
 BOTTOM = 0.002
 """Height above the lowest point within which a triangle that points down is the bottom, mm."""
 LEAST_BOTTOM_MM2 = 4.0
