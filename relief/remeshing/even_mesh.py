@@ -167,14 +167,14 @@ class _Remesher:
         wanted = self._wanted()
         weight = body.areas / wanted[faces].mean(axis=1) ** 2
         middles = weight[:, None] * vertices[faces].mean(axis=1)
-        middle, unit = (
+        middle, normal = (
             np.stack([np.bincount(corners, np.repeat(of[:, k], 3), count) for k in range(3)], axis=1)
             for of in (middles, body.normals)
         )
         total = np.maximum(np.bincount(corners, np.repeat(weight, 3), count), 1e-30)
         way = middle / total[:, None] - vertices
         way += stir * wanted[:, None] * np.random.default_rng(count).uniform(-1.0, 1.0, way.shape)
-        unit = units(unit)
+        unit = units(np.asarray(normal, np.float64))
         return np.asarray(way - (way * unit).sum(axis=1, keepdims=True) * unit)
 
     def _turned(self, moved: Array) -> Index:
