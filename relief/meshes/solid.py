@@ -53,24 +53,21 @@ def check_closed(body: Body, name: object, *, repeated: bool = False) -> None:
         raise InputError(f"{name}: is turned inside out; flip the normals (Blender: Mesh, Normals, Flip)")
 
 
-def check_solid(body: Body, name: object, textured: NDArray[np.bool_] | None = None) -> None:
+def check_solid(body: Body, name: object, *, apart: bool = False) -> None:
     """Refuse a body that is no solid: as `check_closed`, and one with faces or parts that overlap.
 
     Args:
         body: with one position per vertex.
         name: of the file, for the message.
-        textured: (m,) faces that may not pass through others, where the rest may; None: all, and no part may
-            lie within another either.
+        apart: whether faces are known not to pass through one another, which takes longest to find out.
 
     Raises:
         InputError: The body is no solid; the line says what to do.
     """
     check_closed(body, name)
-    if textured is not None:
-        check_apart(body, textured, name)
-    elif line := crossings(body):
+    if not apart and (line := crossings(body)):
         raise _overlap(f"{name}: {line}", body)
-    elif within := parts_within_others(body, name):
+    if within := parts_within_others(body, name):
         raise _overlap(f"{name}: {within} of its parts lie within others", body)
 
 

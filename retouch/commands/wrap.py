@@ -108,9 +108,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--edge-mm",
         type=float,
         metavar="MM",
-        help="longest edge of the triangles (default: that of the texture's samples, or what --faces allow)",
+        help="longest edge of the triangles (default: what --faces allow, or that of the texture's samples)",
     )
-    fine.add_argument("--faces", type=int, metavar="N", help="triangles at most, about (default: 1000000)")
+    fine.add_argument(
+        "--faces",
+        type=int,
+        metavar="N",
+        help="triangles at most, about (default: as many as the feel needs, 1000000 at most)",
+    )
     add_talk(parser, "file, size and what was done")
 
 

@@ -4,6 +4,7 @@ import logging
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Unpack
 
@@ -26,10 +27,11 @@ from relief.meshes.shells import parts_within_others
 from relief.meshes.solid import check_closed, crossings
 from relief.objects.table import OBJECTS, BundledObject
 from relief.seam import check_seams
+from relief.wrapping.checks import check_choices
 from relief.wrapping.masks import Regions
-from relief.wrapping.surfaces import FALLOFF_MM, MOST_FACES, Settings
+from relief.wrapping.surfaces import FALLOFF_MM, Settings
 from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import Covering, Wrapped, check_choices
+from relief.wrapping.wrap import Covering, Wrapped
 from relief.wrapping.wrap import wrap as wrapped_by
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source, relief_of
@@ -82,7 +84,7 @@ def wrap(
     level: float = 0.0,
     keep_bottom: bool = True,
     edge_mm: float | None = None,
-    faces: int = MOST_FACES,
+    faces: int | None = None,
     unite: bool = False,
     close_holes_mm: float = HOLE_MM,
     keep_holes_mm: float | None = None,
@@ -106,8 +108,8 @@ def wrap(
         level: height of the object's own surface in the relief, from 0, the relief stands on the surface, to
             1, the relief is cut into it.
         keep_bottom: whether a flat bottom stays flat.
-        edge_mm: longest edge of the triangles, mm; None: that of the samples, or what `faces` allow.
-        faces: triangles at most, about.
+        edge_mm: longest edge of the triangles, mm; None: what `faces` allow, or that of the samples.
+        faces: triangles at most, about; None: as many as the feel needs, a million at most.
         unite: whether parts of the mesh that overlap are made one.
         close_holes_mm: size, mm, up to which holes in an open mesh are closed.
         keep_holes_mm: diameter, mm, up to which round holes stay without texture; None textures them.
@@ -127,10 +129,11 @@ def wrap(
         settings = Settings(mask, level, falloff_mm, keep_bottom, edge_mm, faces)
         task = task_of(texture, mesh, settings, regions, units, lengths, repair)
         with naming(mesh):
-            wrapped = wrapped_by(*task.arguments)
-            wrapped = replace(wrapped, body=as_written(wrapped.body, out.suffix.lower()))
-            textured = np.asarray((wrapped.textured > 0.0)[wrapped.body.faces].any(axis=1))
-            check_solid(wrapped.body, "the wrapped object", textured if task.folded else None)
+            wrapped = wrapped_by(*task.arguments, partial(as_written, suffix=out.suffix.lower()))
+            if task.folded:
+                check_closed(wrapped.body, "the wrapped object")
+            else:
+                check_solid(wrapped.body, "the wrapped object", apart=True)
         with permitted(out):
             write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
     return WrappedObject(out, wrapped, task.warnings)
