@@ -214,15 +214,15 @@ def test_a_mask_leaves_the_rest_as_it_was():
 
 
 def test_a_level_of_one_cuts_into_the_object():
-    wrapped = wrap(ball(8.0, 1.0), [Covering(waves())], Settings(level=1.0, edge_mm=0.4))
-    assert np.linalg.norm(wrapped.body.vertices, axis=1).max() <= 8.0 + 1e-3
+    wrapped = wrap(ball(5.0, 0.8), [Covering(waves())], Settings(level=1.0, edge_mm=0.4))
+    assert np.linalg.norm(wrapped.body.vertices, axis=1).max() <= 5.0 + 1e-3
     check_solid(wrapped.body, "ball")
 
 
 def test_a_later_texture_lies_on_top_of_the_first():
     flat = Tile(np.full((16, 16), 0.2), 0.3)
     wrapped = wrap(
-        ball(8.0, 1.0),
+        ball(5.0, 0.8),
         [Covering(flat), Covering(Tile(flat.heights * 0.0 + 0.4, 0.3), "x>0")],
         Settings(edge_mm=0.5),
     )
@@ -265,9 +265,10 @@ def test_a_deep_relief_stands_on_a_ball_whole_and_is_refused_in_it():
     assert np.linalg.norm(wrapped.body.vertices, axis=1).max() == pytest.approx(18.0, abs=0.1)
 
 
-def test_a_relief_is_cut_as_deep_as_there_is_room():
-    wrapped = wrap(ball(10.0, 1.0), [Covering(waves(12.0, 40, 8.0))], Settings(edge_mm=1.0, level=1.0))
-    assert wrapped.lowered > 0.9 and wrapped.lowest_factor == pytest.approx(0.7 * 10.0 / 8.0, rel=0.02)
+def test_a_relief_is_cut_as_deep_as_there_is_room(monkeypatch):
+    monkeypatch.setattr(surfaces, "LEAST_BASE_EDGES", 10)
+    wrapped = wrap(ball(5.0, 0.8), [Covering(waves(12.0, 40, 4.0))], Settings(edge_mm=1.0, level=1.0))
+    assert wrapped.lowered > 0.9 and wrapped.lowest_factor == pytest.approx(0.7 * 5.0 / 4.0, rel=0.02)
     check_solid(wrapped.body, "ball")
 
 
