@@ -16,7 +16,7 @@ from relief.common.progress import Progress, listening, stage
 from relief.mending.repair import HOLE_MM
 from relief.meshes.refining import AREA_PER_FACE
 from relief.relief import Relief
-from relief.wrapping.surfaces import FALLOFF_MM, Settings
+from relief.wrapping.surfaces import ENOUGH_MM2, FALLOFF_MM, MOST_FACES, Settings
 from relief.wrapping.wrap import BYTES_A_FACE, Covering, Wrapped, wrap
 from retouch.pages.objects.wrap_page import Preview, write_wrap_page
 from retouch.verbs.progress_display import followed
