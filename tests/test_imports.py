@@ -18,10 +18,12 @@ _ALLOWED = {
     "relief": "relief.common",
     "relief.common": "",
     "relief.export": "relief relief.common",
+    "relief.mending": "relief relief.common relief.meshes",
     "relief.meshes": "relief relief.common",
     "relief.objects": "relief relief.common relief.export",
     "relief.preparing": "relief relief.common",
-    "relief.wrapping": "relief relief.common relief.meshes",
+    "relief.remeshing": "relief relief.common relief.meshes",
+    "relief.wrapping": "relief relief.common relief.mending relief.meshes relief.remeshing",
     "surrogate": "relief.common",
     "surrogate.corpus": "relief relief.common relief.preparing surrogate surrogate.families",
     "surrogate.data": "relief.common surrogate surrogate.corpus",
@@ -100,10 +102,10 @@ _ALLOWED = {
     ),
     "retouch.verbs": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
-        "optimize.verification relief relief.common relief.export relief.meshes relief.objects "
-        "relief.preparing relief.wrapping retouch.pages retouch.pages.objects retouch.stimulus_sets "
-        "retouch.studies retouch.training retouch.workers surrogate.corpus surrogate.data "
-        "surrogate.nets tactile visual visual.backend visual.scene_file"
+        "optimize.verification relief relief.common relief.export relief.mending relief.meshes "
+        "relief.objects relief.preparing relief.wrapping retouch.pages retouch.pages.objects "
+        "retouch.stimulus_sets retouch.studies retouch.training retouch.workers surrogate.corpus "
+        "surrogate.data surrogate.nets tactile visual visual.backend visual.scene_file"
     ),
     "retouch.workers": "relief.common",
 }

@@ -31,7 +31,7 @@ from relief.meshes.unrolling import Unroller, feet, fine_enough
 from relief.objects.table import OBJECTS
 from relief.wrapping.clearance import smooth_normals
 from relief.wrapping.patches import Layout, lay_out
-from relief.wrapping.surfaces import MOST_FACES, BaseSurface, Settings
+from relief.wrapping.surfaces import BaseSurface, Settings
 from relief.wrapping.tiles import Tile
 from relief.wrapping.wrap import BLEND_MM, Covering, wrap
 
@@ -143,7 +143,10 @@ def measured(name: str, plate: Array) -> dict[str, Any]:
     bare: Body = thing.make()
     began = time.process_time()
     wrapped = wrap(
-        bare, [Covering(tile_of(TEXTURE))], Settings(faces=int(faces or MOST_FACES)), regions=thing.regions
+        bare,
+        [Covering(tile_of(TEXTURE))],
+        Settings(faces=int(faces) if faces else None),
+        regions=thing.regions,
     )
     seconds = time.process_time() - began
     with_texture, without = (Mesh(of, None, Path(name)) for of in (wrapped.body, bare))

@@ -96,11 +96,11 @@ def knurl(around: int, rows: int) -> tuple[Array, float]:
 
 
 def touched(textured: Body, base: Body | None = None) -> dict[str, Any]:
-    """What fingers get from the side of an upright tube; of one over a bare tube, without the curvature."""
+    """What fingers get from the side of an upright tube, as pressed; over a bare tube, without curvature."""
     bare = None if base is None else Mesh(base, None, Path("base"))
     feel = feel_of(Mesh(textured, None, Path("body")), Skin(), most=PLACES, without_texture=bare)
     side = np.array([abs(crop.frame.axes[2, 2]) < 0.5 for crop in feel.crops])
-    v, area = (feel.values[name][side] for name in ("roughness", "contact_area_mm2"))
+    v, area = (feel.as_pressed[name][side] for name in ("roughness", "contact_area_mm2"))
     row = {"roughness": float(v.mean()), "std": float(v.std()), "places": len(v), "on_edge": feel.edges}
     return row | {"contact_area_mm2": float(area.mean())}
 

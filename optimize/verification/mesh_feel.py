@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 import torch
+from scipy.spatial import cKDTree
 
 import tactile
+from optimize.verification.own_shape import texture_alone
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.errors import InputError
@@ -16,6 +18,7 @@ from relief.common.progress import stage
 from relief.meshes.crops import Crop, Cropper
 from relief.meshes.mesh import Mesh
 from relief.meshes.places import Frame, frames, spread, surface_points
+from relief.meshes.shells import outside
 from relief.meshes.unrolling import Unroller, fine_enough
 from tactile.measures import BATCH_SAMPLES, each
 from tactile.model import ModelName
@@ -24,6 +27,9 @@ from tactile.quantities import QUANTITIES, means
 MOST_TRIED = 450
 """Most places whose surroundings are looked at, many of which may lie on edges."""
 
+PART, ESTIMATED, TAKEN_OUT = "part of the roughness", "estimated and taken out", "taken out"
+"""What becomes of the object's own curvature: of edges and planes it is a part; from curved patches it is
+taken by their own smooth shapes, or by the object without texture."""
 FARTHEST_OBJECT_MM = 2.0 * HEIGHT_LIMIT_MM
 """Largest distance of a textured mesh from its object without texture, mm."""
 TEXTURED_MM = 1e-3
@@ -47,7 +53,9 @@ class MeshFeel:
         edges: Number of places left out because they lie on edges, or are not textured all over.
         flat: Number of places left out because nothing can be felt there.
         area_mm2: Of the surface without the side on the printer's bed.
-        curvature_out: Whether the object's own curvature was taken out.
+        curvature: What became of the object's own curvature, in words.
+        as_pressed: (k,) of quantities by name, with the object's own curvature; the values themselves where
+            the object without texture took it out.
     """
 
     body: Body
@@ -57,7 +65,8 @@ class MeshFeel:
     edges: int
     flat: int
     area_mm2: float
-    curvature_out: bool = False
+    curvature: str
+    as_pressed: dict[str, Array]
 
     @property
     def means(self) -> dict[str, float]:
@@ -84,7 +93,8 @@ class MeshFeel:
             "on_edge": self.edges,
             "flat": self.flat,
             "all_on_edge": self.crops[0].on_edge,
-            "curvature": "taken out" if self.curvature_out else "part of the roughness",
+            "curvature": self.curvature,
+            "as_pressed": means(self.as_pressed),
             "surface_mm2": self.area_mm2,
             "sides_mm": np.ptp(self.body.vertices, axis=0).tolist(),
             "touches": [
@@ -92,6 +102,7 @@ class MeshFeel:
                     "at_mm": crop.frame.at.tolist(),
                     "axis": crop.frame.axes[2].tolist(),
                     **{name: float(values[number]) for name, values in self.values.items()},
+                    "as_pressed": {name: float(each[number]) for name, each in self.as_pressed.items()},
                 }
                 for number, crop in enumerate(self.crops)
             ],
@@ -120,7 +131,8 @@ def feel_of(
         most: Most places that are pressed.
         without_texture: The object before its texture, at the same place. With it the finger presses on the
             heights of the texture over the unrolled object, so that the object's own curvature is no part of
-            what is felt; places whose patch is not textured all over are left out.
+            what is felt; places whose patch is not textured all over are left out. Without it the texture is
+            also told from the patch's own smooth shape, and its feel is what is headed by.
 
     Raises:
         InputError: The object without texture is another one, or its faces are too large.
@@ -130,6 +142,8 @@ def feel_of(
     if without_texture is None:
         points = surface_points(mesh.body)
         candidates = spread(points.at, MOST_TRIED)
+        if mesh.folded:
+            candidates = candidates[outside(points.at[candidates], points.normals[candidates], mesh.body)]
         cropped = map(Cropper(mesh.body, side_mm=skin.patch_mm).crop, frames(points, candidates))
     else:
         unroller = _unroller(mesh, without_texture)
@@ -147,13 +161,48 @@ def feel_of(
                 break
     on_edge, flat = ([one for one in crops if one.on_edge], [one for one in crops if one.flat])
     chosen = [one for one in crops if not (one.on_edge or one.flat)] or (flat or on_edge)[:most]
-    values, fractions = pressed(
-        np.stack([crop.heights for crop in chosen]), skin, model, size_mm=chosen[0].side_mm
-    )
+    heights = np.stack([crop.heights for crop in chosen])
+    values, fractions = pressed(heights, skin, model, size_mm=chosen[0].side_mm)
     edges = 0 if chosen[0].on_edge else len(on_edge)
     plain = 0 if chosen[0].flat else len(flat)
-    curvature_out = without_texture is not None
-    return MeshFeel(mesh.body, chosen, values, fractions, edges, plain, points.area_mm2, curvature_out)
+    as_pressed, curvature = values, PART if without_texture is None else TAKEN_OUT
+    if without_texture is None and not (chosen[0].on_edge or chosen[0].flat):
+        alone, curvature = textures_alone(mesh.body, chosen), ESTIMATED
+        if alone:
+            found, shares = pressed(np.stack([*alone.values()]), skin, model, size_mm=chosen[0].side_mm)
+            numbers = list(alone)
+            values = {name: _replaced(values[name], numbers, found[name]) for name in values}
+            fractions = _replaced(fractions, numbers, shares)
+    return MeshFeel(
+        mesh.body, chosen, values, fractions, edges, plain, points.area_mm2, curvature, as_pressed
+    )
+
+
+def textures_alone(body: Body, crops: Sequence[Crop]) -> dict[int, Array]:
+    """Heights (n, n) mm over their own smooth shapes of those crops that are curved, by their numbers."""
+    tree = cKDTree(body.vertices)
+    fewer = np.zeros(len(body.vertices), bool)
+    reach = 0.75 * np.sqrt(2.0) * crops[0].side_mm
+    alone = {}
+    with stage("telling textures from shapes", len(crops)) as advance:
+        for number, crop in enumerate(crops):
+            near = tree.query_ball_point(crop.frame.at, reach)
+            fewer[near] = True
+            corners = np.flatnonzero(fewer[body.faces].any(axis=1))
+            fewer[near] = False
+            used, faces = np.unique(body.faces[corners], return_inverse=True)
+            around = Body(crop.frame.local(body.vertices[used]), faces.reshape(-1, 3))
+            if (heights := texture_alone(crop, around)) is not None:
+                alone[number] = heights
+            advance()
+    return alone
+
+
+def _replaced(values: Array, numbers: Sequence[int], others: Array) -> Array:
+    """(k,) values with others in the place of some."""
+    replaced = values.copy()
+    replaced[numbers] = others
+    return replaced
 
 
 def _unroller(mesh: Mesh, without_texture: Mesh) -> Unroller:

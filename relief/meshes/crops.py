@@ -37,12 +37,14 @@ class Crop:
         on_edge: whether the middle reaches over an edge: there is no surface, or one more than 3 mm below the
             highest.
         side_mm: of the patch.
+        level_mm: place along the axis at which heights are 0, counted from that of the frame.
     """
 
     frame: Frame
     heights: Array
     on_edge: bool
     side_mm: float = PATCH_SIDE_MM
+    level_mm: float = 0.0
 
     @property
     def middle(self) -> Array:
@@ -111,7 +113,9 @@ class Cropper:
         smooth &= np.abs(curved).max(axis=(1, 2)) < STEEPEST
         slopes[smooth] = curved[smooth]
         heights = rasterise(frame.local(self._corners[seen]), slopes, self._side, self._samples)
-        return Crop(frame, *reachable(heights, self._side), self._side)
+        top = float(in_the_middle(heights, self._side).max())
+        level = top - HEIGHT_LIMIT_MM if np.isfinite(top) else 0.0
+        return Crop(frame, *reachable(heights, self._side), self._side, level)
 
 
 def _slopes(normals: Array) -> Array:

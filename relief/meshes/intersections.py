@@ -62,18 +62,32 @@ def self_intersections(body: Body) -> int:
         The number of pairs, `MOST` or a few more where there are that many; 0 for a body that a printer can
         make.
     """
+    return sum(len(pairs) for pairs in _crossings(body))
+
+
+@stage("looking for self-intersections")
+def crossing_faces(body: Body) -> Index:
+    """Faces (n,) that pass through others, each once, as `self_intersections` counts them."""
+    return np.unique(np.concatenate([np.empty(0, np.int64), *(pairs.ravel() for pairs in _crossings(body))]))
+
+
+def _crossings(body: Body) -> Iterator[Index]:
+    """Blocks (k, 2) of the numbers of faces that pass through one another, up to about `MOST` pairs."""
     depth = max(LEAST_DEPTH_MM, SINGLE * float(np.abs(body.vertices).max()))
-    crossings = _folds(body, depth)
-    corners, fan = _ordered(body)
+    folds = _folds(body, depth)
+    yield folds
+    count = len(folds)
+    corners, fan, number = _ordered(body)
     for one, other in chain(_near(corners, fan, depth), _near_in_fans(corners, fan)):
-        crossings += int(np.count_nonzero(_cross(corners[:, :, one], corners[:, :, other], depth)))
-        if crossings >= MOST:
+        crossing = _cross(corners[:, :, one], corners[:, :, other], depth)
+        yield np.stack([number[one[crossing]], number[other[crossing]]], axis=1)
+        count += int(np.count_nonzero(crossing))
+        if count >= MOST:
             break
-    return crossings
 
 
-def _ordered(body: Body) -> tuple[Array, Index]:
-    """Corners (3, 3 coordinates, m) of faces, neighbours near one another, and the fan of each face, (m,).
+def _ordered(body: Body) -> tuple[Array, Index, Index]:
+    """Corners (3, 3 coordinates, m) of faces, neighbours near one another, their fans and numbers, (m,) each.
 
     A fan has the number of the vertex that its faces share, which is their first corner. Faces that belong to
     none have -1.
@@ -87,7 +101,7 @@ def _ordered(body: Body) -> tuple[Array, Index]:
     fan = np.where(many, np.take_along_axis(faces, first, 1)[:, 0], -1)
     middle = corners.mean(axis=0)
     order = np.lexsort((_morton(middle), fan, _morton(np.where(many, corners[0], middle))))
-    return np.ascontiguousarray(corners[:, :, order]), fan[order]
+    return np.ascontiguousarray(corners[:, :, order]), fan[order], order
 
 
 def _directions(corners: Array) -> tuple[Array, Array]:
@@ -251,10 +265,10 @@ def _overlap(corners: Array, axis: Array, depth: float) -> NDArray[np.bool_]:
     return np.asarray(overlap >= depth * np.sqrt((axis**2).sum(axis=0)))
 
 
-def _folds(body: Body, depth: float) -> int:
-    """Number of pairs of faces in one plane that lie by a depth on the same side of the edge they share."""
+def _folds(body: Body, depth: float) -> Index:
+    """Pairs (k, 2) of faces in one plane that lie by a depth on the same side of the edge they share."""
     halves = edge_pairs(body.faces, len(body.vertices))
-    folds = 0
+    folds = [np.empty((0, 2), np.int64)]
     for start in range(0, len(halves), PAIRS):
         half = halves[start : start + PAIRS].T
         turned = body.faces[half // 3, (half % 3 + np.arange(3)[:, None, None]) % 3]
@@ -266,6 +280,7 @@ def _folds(body: Body, depth: float) -> int:
         flat = np.abs(((corners[5] - corners[0]) * normal).sum(axis=0)) <= ROUNDING * size**3
         flat &= (normal * np.cross(edges[0], corners[5] - corners[0], axis=0)).sum(axis=0) > 0.0
         corners, edges, normal = corners[:, :, flat], edges[:, :, flat], normal[:, flat]
+        pairs = (half // 3).T[flat]
         overlaps = [_overlap(corners, np.cross(normal, edge, axis=0), depth) for edge in edges]
-        folds += int(np.count_nonzero(np.all(overlaps, axis=0)))
-    return folds
+        folds.append(pairs[np.all(overlaps, axis=0)])
+    return np.concatenate(folds)

@@ -37,12 +37,14 @@ class Mesh:
         uv: (m, 3, 2) texture coordinates of the corners of each face; None if the file has none.
         path: of the file.
         warnings: lines about what may not be meant, such as a size that suggests another unit.
+        folded: whether faces may pass through one another, so that some lie inside.
     """
 
     body: Body
     uv: Array | None
     path: Path
     warnings: tuple[str, ...] = ()
+    folded: bool = False
 
 
 @stage("reading a mesh")

@@ -5,6 +5,24 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+BITS = 32
+"""Bits of a vertex in the key of an edge."""
+MASK = (1 << BITS) - 1
+"""Bits of the second vertex in the key of an edge."""
+
+
+def edge_keys(one: NDArray[np.intp], other: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Keys of edges by their ends, whichever comes first."""
+    return np.asarray((np.minimum(one, other).astype(np.int64) << BITS) | np.maximum(one, other))
+
+
+def among(keys: NDArray[np.intp], sorted_: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Whether keys are among sorted ones."""
+    if not len(sorted_):
+        return np.zeros(len(keys), bool)
+    at = np.minimum(np.searchsorted(sorted_, keys), len(sorted_) - 1)
+    return np.asarray(sorted_[at] == keys)
+
 
 def edge_pairs(faces: NDArray[np.intp], vertices: int) -> NDArray[np.intp]:
     """Half-edges (number of the triangle times 3 plus that of the corner) on both sides of each edge, (n, 2).

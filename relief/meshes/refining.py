@@ -14,6 +14,10 @@ AREA_PER_FACE = 0.21
 """Mean area of the triangles that refinement leaves, in the square of the longest edge allowed."""
 MOST_ROUNDS = 40
 """Rounds of refinement that even a triangle a million edges long does not need."""
+SAMPLED = 60_000
+"""Triangles that a sample is divided into, about: their number is then known within 2 %."""
+HALVINGS = 7
+"""Halvings of the range in which an edge is looked for; 1 % of it is left."""
 MOST_FACES = 25_000_000
 """Triangles at most, where no other number is given: needles may need many more than their area tells."""
 
@@ -81,19 +85,23 @@ def refined(
         middles = np.where(marked, len(vertices) + middle, -1).reshape(-1, 3)
         ends_of = np.stack([split // len(vertices), split % len(vertices)])
         vertices = np.concatenate([vertices, vertices[ends_of].mean(axis=0)])
-        faces, parent, corners = _divided(vertices, faces, middles, parent, corners)
+        faces, origin, corners = divided(vertices, faces, middles, corners)
+        parent = parent[origin]
         this_stage()(0)
     raise InputError("triangles: edges stay too long; the mesh has triangles without area")
 
 
-def _divided(
-    vertices: Array,
-    faces: NDArray[np.intp],
-    middles: NDArray[np.intp],
-    parent: NDArray[np.intp],
-    corners: NDArray[np.float32],
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float32]]:
-    """Triangles after the edges with a middle are divided; middle k lies between corners k and k + 1."""
+def divided(
+    vertices: Array, faces: NDArray[np.intp], middles: NDArray[np.intp], corners: NDArray[np.floating]
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.floating]]:
+    """Triangles after the edges with a middle are divided, their old triangles, and values at their corners.
+
+    Args:
+        vertices: (n, 3) mm, with the middles.
+        faces: (m, 3).
+        middles: (m, 3) vertex in the middle of the edge from corner k to k + 1; -1: none.
+        corners: (m, 3, k) values at the corners of the old triangles, linear in between.
+    """
     marks = middles >= 0
     count = marks.sum(axis=1)
     # The first marked edge after an unmarked one, or the unmarked edge itself last.
@@ -114,26 +122,49 @@ def _divided(
         ((count == 2) & ~across, [(3, 1, 4), (0, 3, 2), (3, 4, 2)]),
         (count == 3, [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]),
     ]
-    new_faces, new_parent, new_corners = [], [], []
-    for chosen, triangles in cases:
-        if not chosen.any():
-            continue
-        own, own_points, own_parent = six[chosen], six_points[chosen], parent[chosen]
-        for triangle in triangles:
-            new_faces.append(own[:, triangle])
-            new_points = own_points[:, triangle]
-            new_corners.append(new_points)
-            new_parent.append(own_parent)
-    return np.concatenate(new_faces), np.concatenate(new_parent), np.concatenate(new_corners)
+    parts = [(np.flatnonzero(chosen), triangle) for chosen, some in cases for triangle in some]
+    new_faces = [six[chosen][:, triangle] for chosen, triangle in parts]
+    new_corners = [six_points[chosen][:, triangle] for chosen, triangle in parts]
+    parents = [chosen for chosen, _ in parts]
+    return np.concatenate(new_faces), np.concatenate(parents), np.concatenate(new_corners)
 
 
 def expected_faces(body: Body, edge_mm: float, where: NDArray[np.bool_]) -> int:
-    """Number of triangles that `refined` leaves, about.
+    """Number of triangles that `refined` leaves, about: those of a sample, which are divided alone.
 
     Args:
         body: Before refinement.
         edge_mm: Longest edge allowed, mm.
         where: (faces,) triangles that are refined.
     """
-    areas = body.areas
-    return int(len(areas) + np.maximum(areas[where] / (AREA_PER_FACE * edge_mm**2) - 1.0, 0.0).sum())
+    chosen, areas = np.flatnonzero(where), body.areas
+    if not len(chosen):
+        return len(areas)
+    by_area = np.maximum(areas[chosen] / (AREA_PER_FACE * edge_mm**2), 1.0)
+    step = int(np.ceil(by_area.sum() / SAMPLED))
+    part = chosen[step // 2 :: step]
+    if not len(part) or by_area[step // 2 :: step].sum() > 2 * SAMPLED:
+        return int(len(areas) - len(chosen) + by_area.sum())
+    alone = Body(body.vertices[body.faces[part]].reshape(-1, 3), np.arange(3 * len(part)).reshape(-1, 3))
+    children = len(refined(alone, edge_mm).body.faces)
+    return int(len(areas) - len(chosen) + children * len(chosen) / len(part))
+
+
+def edge_for(body: Body, where: NDArray[np.bool_], faces: int) -> float:
+    """Longest edge, mm, with which `refined` leaves about so many triangles.
+
+    Args:
+        body: Before refinement.
+        where: (faces,) triangles that are refined.
+        faces: Triangles wanted in all; where the body has more, the edge is that of the body.
+    """
+    others = int(np.count_nonzero(~where))
+    guess = float(np.sqrt(body.areas[where].sum() / (AREA_PER_FACE * max(faces - others, 1))))
+    low, high = 0.5 * guess, 2.0 * guess
+    for _ in range(HALVINGS):
+        middle = float(np.sqrt(low * high))
+        if expected_faces(body, middle, where) > faces:
+            low = middle
+        else:
+            high = middle
+    return high

@@ -2,13 +2,20 @@
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 from scipy.sparse import csgraph
 
 from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
-from relief.meshes.intersections import MOST, self_intersections
-from relief.meshes.shells import MOST_BOXES, parts_within_others, repeated_faces
+from relief.meshes.intersections import MOST, crossing_faces, self_intersections
+from relief.meshes.shells import (
+    MOST_BOXES,
+    crossing_place,
+    parts_within_others,
+    repeats,
+    united,
+)
 
 THINNEST = 1e-7
 """Least volume of a solid as a share of the cube of its longest side; what is less is a sheet."""
@@ -20,35 +27,100 @@ def volume_mm3(body: Body) -> float:
     return float(_volumes(body).sum())
 
 
-def check_solid(body: Body, name: object) -> None:
-    """Refuse a body that is no solid: open, turned inside out, without volume, or with parts that overlap.
+def check_closed(body: Body, name: object, *, repeated: bool = False) -> None:
+    """Refuse a body that is open, turned inside out, without volume, or has faces twice.
 
     Args:
         body: with one position per vertex.
         name: of the file, for the message.
+        repeated: whether faces may lie there twice.
 
     Raises:
-        InputError: The body is no solid; the line says what to do.
+        InputError: The body encloses nothing; the line says what to do.
     """
     open_edges, twisted = _edges(body.faces)
     if open_edges:
         raise InputError(f"{name}: is open: {open_edges} edges border on a hole; {MEND}")
     if twisted:
         raise InputError(f"{name}: {twisted} edges lie between faces turned against one another; {MEND}")
-    if twice := repeated_faces(body.faces):
-        raise InputError(f"{name}: {twice} faces lie there twice; remove the parts that are there twice")
+    if not repeated and (twice := len(repeats(body.faces))):
+        fault = f"{name}: {twice} faces lie there twice; remove the parts that are there twice"
+        raise InputError(f"{fault} (unite)", f"{fault} (--unite)")
     volumes, longest = _volumes(body), float(np.ptp(body.vertices, axis=0).max())
     if abs(volumes.sum()) < THINNEST * longest**3:
         raise InputError(f"{name}: encloses no volume; give the surface a thickness")
     if volumes.sum() < 0.0 or _inverted_part(body, volumes, name):
         raise InputError(f"{name}: is turned inside out; flip the normals (Blender: Mesh, Normals, Flip)")
-    if pairs := self_intersections(body):
-        raise InputError(
-            f"{name}: passes through itself: {'at least ' * (pairs >= MOST)}{pairs} pairs of faces; "
-            f"unite its parts (Boolean), or {MEND}"
-        )
+
+
+def check_solid(body: Body, name: object, *, apart: bool = False) -> None:
+    """Refuse a body that is no solid: as `check_closed`, and one with faces or parts that overlap.
+
+    Args:
+        body: with one position per vertex.
+        name: of the file, for the message.
+        apart: whether faces are known not to pass through one another, which takes longest to find out.
+
+    Raises:
+        InputError: The body is no solid; the line says what to do.
+    """
+    check_closed(body, name)
+    if not apart and (line := crossings(body)):
+        raise _overlap(f"{name}: {line}", body)
     if within := parts_within_others(body, name):
-        raise InputError(f"{name}: {within} of its parts lie within others; unite the parts (Boolean)")
+        raise _overlap(f"{name}: {within} of its parts lie within others", body)
+
+
+def check_apart(body: Body, textured: NDArray[np.bool_], name: object) -> None:
+    """Refuse a body of which textured faces, (m,), pass through others. Raises InputError with a place."""
+    crossing = crossing_faces(body)
+    if count := int(np.count_nonzero(textured[crossing])):
+        at = shown_place(Body(body.vertices, body.faces[crossing]))
+        raise _overlap(f"{name}: {count} faces with texture pass through others, some near ({at}) mm", body)
+
+
+def crossings(body: Body) -> str:
+    """How many faces pass through one another and near which point, for a person; empty if none do."""
+    pairs = self_intersections(body)
+    count = f"{'at least ' * (pairs >= MOST)}{pairs} pairs of faces"
+    return f"passes through itself: {count}, some near ({shown_place(body)}) mm" if pairs else ""
+
+
+def shown_place(body: Body) -> str:
+    """A place of a crossing, mm."""
+    return ", ".join(f"{place:.4g}" for place in crossing_place(body))
+
+
+def _overlap(fault: str, body: Body) -> InputError:
+    """The error that says what mends a body that overlaps itself."""
+    if components(body).any():
+        mend = "; unite its parts ({}), or " + MEND
+        return InputError(fault + mend.format("unite"), fault + mend.format("--unite"))
+    return InputError(f"{fault}; as it is one part, remesh it (Blender: Remesh, Voxel), or {MEND}")
+
+
+def outer_body(body: Body, name: object) -> tuple[Body, tuple[str, ...]]:
+    """The body that fingers meet, and what there is to say of it.
+
+    Args:
+        body: With one position per vertex.
+        name: Of the file, for messages.
+
+    Returns:
+        The same body and no lines if it is a solid. Else its shells as one, without hollows that lie inside,
+        and a line with the number of crossing pairs of faces and a place of one, mm.
+
+    Raises:
+        InputError: The body is open, turned inside out or without volume.
+    """
+    check_closed(body, name, repeated=True)
+    if twice := len(repeats(body.faces)):
+        return united(body), (f"{twice} faces lie there twice; its outside is felt",)
+    if line := crossings(body):
+        return united(body), (f"{line}; its outside is felt",)
+    if within := parts_within_others(body, name):
+        return united(body), (f"{within} of its parts lie within others; its outside is felt",)
+    return body, ()
 
 
 def _volumes(body: Body) -> Array:

@@ -62,6 +62,9 @@ class Layout:
         """
         uv = np.einsum("nc,nkcd->nkd", share, self.uv[face])
         weight = np.einsum("nc,nkc->nk", share, self.weight[face])
+        # A corner that no patch of its triangle reaches takes the coordinates of the others.
+        bare = ~weight.any(axis=1)
+        weight[bare] = self.weight[face[bare]].sum(axis=2)
         weight = weight**SHARPNESS
         weight[weight < 1e-6 * weight.max(axis=1, keepdims=True)] = 0.0
         total = weight.sum(axis=1, keepdims=True)

@@ -9,9 +9,11 @@ from scipy.spatial import cKDTree
 from relief.body import Body
 from relief.common.arrays import Array, smooth_step
 from relief.common.errors import InputError
-from relief.meshes.refining import Refined, expected_faces, refined
-from relief.wrapping.clearance import smooth_normals
-from relief.wrapping.flipping import even_triangles
+from relief.mending.holes import Holes
+from relief.meshes.refining import Refined
+from relief.meshes.solid import check_apart
+from relief.remeshing.even_mesh import even_mesh, vertex_normals
+from relief.remeshing.smooth_surface import raised
 from relief.wrapping.masks import Points, Regions, mask_at
 from relief.wrapping.patches import Layout
 from relief.wrapping.tiles import Tile
@@ -21,12 +23,17 @@ BASE_EDGE_MM = 1.0
 DRAFT_EDGE_MM = 2.0
 """The same for a draft, mm. With 1 mm patches take 12 s of the processor on a frog and 7 s on a cylinder of
 40 mm, with 2 mm 4 s and 3 s."""
+EVEN_AREA = 0.4
+"""Mean area of even triangles, in the square of the edge wanted."""
 LEAST_BASE_EDGES = 24
 """Edges at least along the longest side of a small object."""
 FALLOFF_MM = 2.0
 """Width over which the texture ends at masks and at a flat bottom, mm, where no other is given."""
 MOST_FACES = 1_000_000
-"""Triangles at most, where no other number is given: a 3MF file of about 25 MB."""
+"""Triangles at most, where no other number is given: a 3MF file of about 21 MB."""
+ENOUGH_MM2 = 0.0035
+"""Mean area of the textured triangles, mm², where nothing is asked for: smaller ones change the feel of
+gravel, grass and leather by less than 0.1 JND (docs/evidence/objects.md)."""
 BOTTOM = 0.002
 """Height above the lowest point within which a triangle that points down is the bottom, mm."""
 LEAST_BOTTOM_MM2 = 4.0
@@ -50,10 +57,12 @@ class Settings:
             on the surface), to 1, its highest (the relief is cut into the surface).
         falloff_mm: Width over which the texture ends, mm.
         keep_bottom: Whether a flat bottom, the lowest triangles that point down, stays as it is.
-        edge_mm: Longest edge of the textured triangles, mm; None: that of the samples, or what `faces` allow.
-        faces: Triangles at most, about; for `edge_mm` None.
+        edge_mm: Longest edge of the textured triangles, mm; None: what `faces` allow, or that of the samples.
+        faces: Triangles at most, about; None: as many as the feel needs, `MOST_FACES` at most.
         draft: Whether the body is to be looked at and not to be printed: patches, normals and clearance are
-            computed on triangles of `DRAFT_EDGE_MM`.
+            computed on triangles of `DRAFT_EDGE_MM`, and crossing triangles stay.
+        holes: That stay without texture; None: no hole does.
+        crosses: Whether the body passes through itself somewhere, which is refused where texture would lie.
     """
 
     mask: str | None = None
@@ -61,8 +70,10 @@ class Settings:
     falloff_mm: float = FALLOFF_MM
     keep_bottom: bool = True
     edge_mm: float | None = None
-    faces: int = MOST_FACES
+    faces: int | None = None
     draft: bool = False
+    holes: Holes | None = None
+    crosses: bool = False
 
 
 class BaseSurface:
@@ -72,6 +83,7 @@ class BaseSurface:
         body: The finer body.
         uv: (faces, 3, 2) texture coordinates, or None.
         bottom: (faces,) those of a flat bottom that stays.
+        bed_mm: Its height, mm, below which nothing goes; without a bottom minus infinity.
         normals: (vertices, 3) outward unit normals.
         carried: (vertices,) how much of any texture each vertex carries.
         regions: Regions that masks may name.
@@ -80,23 +92,52 @@ class BaseSurface:
     def __init__(self, body: Body, uv: Array | None, regions: Regions, settings: Settings) -> None:
         longest = float(np.ptp(body.vertices, axis=0).max())
         edge = min(DRAFT_EDGE_MM if settings.draft else BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
-        check_count(expected_faces(body, edge, np.ones(len(body.faces), bool)), settings)
-        self.uv: Array | None = None
-        if uv is None:
-            self.body = even_triangles(body, edge)
-        else:
-            # Flips would cross the seams of the coordinates.
-            finer = refined(body, edge)
-            self.body = finer.body
-            self.uv = np.einsum("fcb,fbd->fcd", finer.corners.astype(np.float64), uv[finer.parent])
-        self.bottom = _bottom(self.body) if settings.keep_bottom else np.zeros(len(self.body.faces), bool)
+        check_count(int(body.areas.sum() / (EVEN_AREA * edge**2)), settings)
+        bottom = _bottom(body) if settings.keep_bottom else np.zeros(len(body.faces), bool)
+        self.mesh = even_mesh(body, edge, uv, bottom)
+        self.body, self.uv, self.bottom = self.mesh.body, self.mesh.uv, bottom[self.mesh.origin]
+        self.bed_mm = float(body.vertices[:, 2].min()) if self.bottom.any() else -np.inf
+        self._flatten()
         self.regions = regions
-        self.normals = smooth_normals(self.body, self.bottom)
+        self.normals = vertex_normals(self.mesh, self.bottom)
         points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions)
-        self.carried = np.ones(len(self.body.vertices))
+        self.carried = self.carried_at(points, self.body.faces[self.bottom], settings)
+        if settings.crosses:
+            check_apart(self.body, self.textured, "mesh")
+
+    @property
+    def textured(self) -> NDArray[np.bool_]:
+        """(faces,) whether any texture lies there."""
+        return np.asarray((self.carried > 0.0)[self.body.faces].any(axis=1))
+
+    def _flatten(self) -> None:
+        """Bring the bottom into its plane: not a rounding error above or below the bed of a printer."""
+        faces = self.body.faces
+        on_bottom = np.zeros(len(self.body.vertices), bool)
+        on_bottom[faces[self.bottom]] = True
+        self.body.vertices[on_bottom, 2] = self.bed_mm
+        self.body.vertices[:, 2] = np.maximum(self.body.vertices[:, 2], self.bed_mm)
+        level = self.bottom[:, None] | (on_bottom[faces] & on_bottom[np.roll(faces, -1, axis=1)])
+        self.mesh.bulges[level, 2] = 0.0
+
+    def carried_at(self, points: Points, bottom: NDArray[np.intp], settings: Settings) -> Array:
+        """How much of any texture each point carries, 0 to 1.
+
+        Args:
+            points: Of the surface.
+            bottom: (k,) or (k, 3) numbers of those on the bottom.
+            settings: With the mask and the falloff.
+        """
+        carried = np.ones(len(points.places))
         if settings.mask is not None:
-            self.carried = mask_at(settings.mask, points, settings.falloff_mm)
-        self.carried[self.body.faces[self.bottom]] = 0.0
+            carried = mask_at(settings.mask, points, settings.falloff_mm)
+        if self.bottom.any():
+            far, _ = cKDTree(self.rim()).query(points.places, distance_upper_bound=settings.falloff_mm)
+            carried *= smooth_step(np.minimum(far, settings.falloff_mm) / settings.falloff_mm)
+            carried[bottom] = 0.0
+        if settings.holes is not None:
+            carried *= settings.holes.share(points.places, settings.falloff_mm)
+        return carried
 
     def _vertex_uv(self) -> Array | None:
         if self.uv is None:
@@ -122,13 +163,22 @@ class FineSurface:
     """The fine body by the numbers of the base: attributes at its vertices, and their coordinates."""
 
     def __init__(self, base: BaseSurface, fine: Refined, layout: Layout) -> None:
-        self.base, self.fine, self.layout = base, fine, layout
         leading = layout.weight.sum(axis=(1, 2)) > 0.0
         self.parent, self.share = fine.vertex_parents(leading)
+        places = fine.body.vertices + raised(base.mesh.bulges, self.parent, self.share)
+        places[:, 2] = np.maximum(places[:, 2], base.bed_mm)
+        fine = Refined(Body(places, fine.body.faces), fine.parent, fine.corners)
+        self.base, self.fine, self.layout = base, fine, layout
         normals = self.of_vertices(base.normals)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         uv = None if base.uv is None else self.of_corners(base.uv[self.parent])
         self.points = Points(fine.body.vertices, normals, uv, base.regions)
+
+    def to_bed(self) -> Array:
+        """Ways (fine vertices,) along the normals down to the plane of the bottom, mm; infinite upward."""
+        down = -self.points.normals[:, 2]
+        way = np.full(len(down), np.inf)
+        return np.divide(self.points.places[:, 2] - self.base.bed_mm, down, out=way, where=down > 0.0)
 
     def of_vertices(self, values: Array) -> Array:
         """Values (fine vertices, ...) between those at the base's vertices."""
@@ -140,15 +190,8 @@ class FineSurface:
 
     def carried(self, settings: Settings) -> Array:
         """How much of any texture each fine vertex carries, 0 to 1."""
-        carried = np.ones(len(self.parent))
-        if settings.mask is not None:
-            carried = mask_at(settings.mask, self.points, settings.falloff_mm)
-        if self.base.bottom.any():
-            tree = cKDTree(self.base.rim())
-            far, _ = tree.query(self.points.places, distance_upper_bound=settings.falloff_mm)
-            carried *= smooth_step(np.minimum(far, settings.falloff_mm) / settings.falloff_mm)
-            carried[self.fine.body.faces[self.base.bottom[self.fine.parent]]] = 0.0
-        return carried
+        bottom = self.fine.body.faces[self.base.bottom[self.fine.parent]]
+        return self.base.carried_at(self.points, bottom, settings)
 
     def heights(self, tile: Tile, chosen: NDArray[np.bool_]) -> Array:
         """Heights (fine vertices,) of a tile with which the triangles come near it, mm; 0 where not chosen.
@@ -177,7 +220,7 @@ class FineSurface:
 
 def check_count(count: int, settings: Settings) -> None:
     """Refuse more triangles than memory holds with ease."""
-    most = max(10 * MOST_FACES, settings.faces)
+    most = max(10 * MOST_FACES, settings.faces or 0)
     if count > most:
         raise InputError(
             f"edges: about {count:,} triangles would be needed, more than {most:,}; "

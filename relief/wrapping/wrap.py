@@ -1,30 +1,42 @@
 """Wrapping: a body displaced along its normals by a tile that has its size in mm everywhere."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from relief.body import Body
-from relief.common.arrays import Array
+from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
-from relief.common.lengths import shown
 from relief.common.progress import say, stage
-from relief.meshes.refining import AREA_PER_FACE, expected_faces, refined
-from relief.wrapping.clearance import clearance_factor
-from relief.wrapping.masks import Regions, check_mask, mask_at
-from relief.wrapping.patches import lay_out
-from relief.wrapping.surfaces import MOST_FACES, BaseSurface, FineSurface, Settings, check_count
+from relief.meshes.intersections import crossing_faces
+from relief.meshes.refining import edge_for, expected_faces, refined
+from relief.wrapping.checks import check_area, check_choices, check_size, lowered_part
+from relief.wrapping.clearance import clearance_factor, evened
+from relief.wrapping.masks import Regions, mask_at
+from relief.wrapping.patches import Layout, lay_out
+from relief.wrapping.surfaces import (
+    ENOUGH_MM2,
+    MOST_FACES,
+    BaseSurface,
+    FineSurface,
+    Settings,
+    check_count,
+)
 from relief.wrapping.texture_coordinates import by_texture_coordinates
 from relief.wrapping.tiles import Tile
 
+BYTES_A_FACE = 21.0
+"""Size of a 3MF file for a triangle, bytes: 20.5 on a capsule and 20.8 on a knob, in gravel."""
 BLEND_MM = 2.0
 """Width of the strip on which neighbouring patches share the surface, mm."""
-FEW_SAMPLES = 4
-"""Side, in samples of the texture, of the least square that may carry the texture."""
-MOST_LOWERED = 0.5
-"""Largest part of the textured area on which the relief may be lowered; beyond, the relief does not fit."""
+MENDINGS = 6
+"""Times that the relief is lowered where triangles pass through one another; two are usual."""
+MENDED = 0.5
+"""Factor of the heights there, each time."""
+LEAST_FACTOR = 0.05
+"""Factor below which heights are 0, as then nothing passes through anything."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +91,7 @@ def wrap(
     settings: Settings | None = None,
     uv: Array | None = None,
     regions: Regions | None = None,
+    written: Callable[[Body], Body] = lambda body: body,
 ) -> Wrapped:
     """Lay tiles over a body.
 
@@ -89,35 +102,31 @@ def wrap(
         uv: (faces, 3, 2) texture coordinates of the corners. They place the texture where they keep its size;
             else, and without them, patches do.
         regions: Regions of the object that masks may name.
+        written: What the coordinates of a body become in the file that it is for.
 
     Returns:
-        The wrapped body: closed as the body was, with every vertex once.
+        The wrapped body as written: closed as the body was, with every vertex once, and nowhere through
+        itself.
 
     Raises:
         InputError: A mask is none or leaves nothing, a number is out of range, the triangles would be too
-            many, or the relief is too high for the curvature.
+            many, or there is no room for the relief.
     """
     settings, regions = settings or Settings(), regions or {}
     check_choices(settings, [covering.mask for covering in coverings], regions, uv is not None)
     tallest = max(float(covering.tile.heights.max()) for covering in coverings)
-    _check_size(body, tallest)
+    check_size(body, tallest)
     base = BaseSurface(body, uv, regions, settings)
     needed = base.carried > 0.0
-    where = np.asarray(needed[base.body.faces].any(axis=1))
-    _check_room(base.body, base.carried, coverings[0])
+    where = base.textured
+    check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
     edge_mm = _edge(base.body, where, coverings, settings)
-    factor = clearance_factor(
-        base.body, base.normals, (1.0 - settings.level) * tallest, settings.level * tallest
-    )
+    with stage("room"):
+        out_mm, in_mm = (1.0 - settings.level) * tallest, settings.level * tallest
+        factor = clearance_factor(base.mesh, base.carried, out_mm, in_mm, settings.falloff_mm)
     factor = np.where(needed, factor, 1.0)
-    lowered = _lowered(base.body, where, factor, tallest)
-    around = np.zeros(len(needed), bool)
-    around[base.body.faces[where]] = True
-    layout = by_texture_coordinates(base.body, base.uv, where)
-    by_patches = layout is None
-    if layout is None:
-        with stage("flat coordinates", 1.0, at_most=True):
-            layout = lay_out(base.body, around, BLEND_MM, base.normals)
+    lowered_part(base.body, where, factor, tallest)
+    layout, coordinates = _laid_out(base, where)
     with stage("dividing triangles"):
         fine = refined(base.body, edge_mm, where)
     with stage("displacing"):
@@ -125,49 +134,78 @@ def wrap(
         textured = surface.carried(settings)
         uv, weight = layout.at(surface.parent, surface.share)
         height = _heights(coverings, surface, np.asarray(weight.any(axis=1)), settings, textured)
-        offset = height - settings.level * tallest
-        moved = offset * textured * surface.of_vertices(factor)
-        vertices = fine.body.vertices + moved[:, None] * surface.points.normals
+        offset = np.minimum((height - settings.level * tallest) * textured, surface.to_bed())
+    wrapped, factor = _displaced(surface, offset, factor, settings, written)
     areas, seams = base.body.areas, _unfit(uv, weight)
     return Wrapped(
-        body=Body(vertices, fine.body.faces),
-        original=fine.body,
+        body=wrapped,
+        original=surface.fine.body,
         textured=textured,
         seams=seams,
         area_mm2=float(areas[where].sum()),
         edge_mm=edge_mm,
-        coordinates="patches" if by_patches else "texture coordinates",
+        coordinates=coordinates,
         patches=layout.patches,
         blended=float(seams[textured > 0.0].mean()),
-        lowered=lowered,
+        lowered=lowered_part(base.body, where, factor, tallest),
         lowest_factor=float(factor.min()),
     )
 
 
-def check_choices(settings: Settings, masks: Sequence[str | None], regions: Regions, with_uv: bool) -> None:
-    """Refuse what is wrong whatever the surface: numbers out of range, and masks that are none.
+def _laid_out(base: BaseSurface, where: NDArray[np.bool_]) -> tuple[Layout, str]:
+    """Flat coordinates of the triangles (faces,) that carry texture, and by what: as in `Wrapped`."""
+    layout = by_texture_coordinates(base.body, base.uv, where)
+    if layout is not None:
+        return layout, "texture coordinates"
+    around = np.zeros(len(base.body.vertices), bool)
+    around[base.body.faces[where]] = True
+    with stage("flat coordinates", 1.0, at_most=True):
+        return lay_out(base.body, around, BLEND_MM, base.normals), "patches"
+
+
+def _displaced(
+    surface: FineSurface, offset: Array, factor: Array, settings: Settings, written: Callable[[Body], Body]
+) -> tuple[Body, Array]:
+    """The body with its vertices moved, and the factors, lowered where triangles pass through one another.
 
     Args:
-        settings: As for `wrap`.
-        masks: Of the coverings.
-        regions: As for `wrap`.
-        with_uv: Whether the mesh has texture coordinates, or may have.
+        surface: The fine body.
+        offset: (fine vertices,) displacements, mm.
+        factor: (base vertices,) by which they are lowered where there is too little room.
+        settings: How the body is wrapped.
+        written: What the coordinates become in the file.
 
     Raises:
-        InputError: The line names the field.
+        InputError: Triangles pass through one another however low the relief is.
     """
-    ranges = {
-        "level": (settings.level, 0.0, 1.0),
-        "falloff_mm": (settings.falloff_mm, 0.05, 100.0),
-        "edge_mm": (settings.edge_mm, 0.01, 10.0),
-        "faces": (settings.faces, 1000, 20 * MOST_FACES),
-    }
-    for name, (value, low, high) in ranges.items():
-        if value is not None and not low <= value <= high:
-            raise InputError(f"{name}: {value:g} is outside [{low:g}, {high:g}]")
-    for mask in (settings.mask, *masks):
-        if mask is not None:
-            check_mask(mask, regions, with_uv)
+    body, faces = surface.fine.body, surface.base.body.faces
+    for _ in range(MENDINGS):
+        moved = offset * surface.of_vertices(factor)
+        wrapped = written(Body(body.vertices + moved[:, None] * surface.points.normals, body.faces))
+        crossing = _crossing(surface, wrapped, settings)
+        if not len(crossing):
+            return wrapped, factor
+        tight = np.unique(faces[surface.fine.parent[crossing]])
+        lower = factor.copy()
+        lower[tight] *= MENDED
+        lower[lower < LEAST_FACTOR] = 0.0
+        factor = evened(surface.base.body, lower, settings.falloff_mm)
+        say(f"{len(crossing):,} triangles pass through others; the relief is lowered there")
+    place = ", ".join(f"{value:.1f}" for value in wrapped.vertices[wrapped.faces[crossing[0]]].mean(axis=0))
+    raise InputError(
+        f"relief: {len(crossing):,} triangles pass through others around ({place}) mm, however low the "
+        "relief is there; leave that place out (--mask), take smaller triangles (--faces) or a lower relief "
+        "(--relief-mm)"
+    )
+
+
+def _crossing(surface: FineSurface, wrapped: Body, settings: Settings) -> Index:
+    """Numbers of the triangles that pass through others and may not."""
+    if settings.draft:
+        return np.zeros(0, np.intp)
+    crossing = crossing_faces(wrapped)
+    # Where a body passes through itself without texture, it is as it was read.
+    return crossing[surface.base.textured[surface.fine.parent[crossing]]] if settings.crosses else crossing
 
 
 def _heights(
@@ -186,32 +224,9 @@ def _heights(
         share = covered.astype(float)
         if covering.mask is not None:
             share *= mask_at(covering.mask, surface.points, settings.falloff_mm)
-            _check_room(surface.fine.body, share * textured, covering)
+            check_area(surface.fine.body, share * textured, covering.tile.pitch_mm, covering.mask)
         height += share * (surface.heights(covering.tile, share > 0.0) - height)
     return height
-
-
-def _check_size(body: Body, tallest: float) -> None:
-    """Refuse a body that is smaller than the relief is tall, which would be but a speck in it."""
-    longest = float(np.ptp(body.vertices, axis=0).max())
-    if longest < tallest:
-        fault = f"size: {longest:.3g} mm is less than the {tallest:.3g} mm of the relief"
-        raise InputError(
-            f"{fault}; state the unit of the mesh (units), or take a lower relief (relief_mm)",
-            f"{fault}; state the unit of the mesh (--units), or take a lower relief (--relief-mm)",
-        )
-
-
-def _check_room(body: Body, carried: Array, covering: Covering) -> None:
-    """Refuse a texture that is carried by less than a few of its samples, by how much each vertex carries."""
-    area = float((body.areas * carried[body.faces].mean(axis=1)).sum())
-    least = (FEW_SAMPLES * covering.tile.pitch_mm) ** 2
-    if area < least:
-        mask = "mask" if covering.mask is None else f"mask: {shown(covering.mask)}"
-        raise InputError(
-            f"{mask}: leaves nothing of the surface to the texture, or {area:.2g} mm², where it needs "
-            f"{least:.2g} mm² at least; take a wider mask or a smaller falloff"
-        )
 
 
 def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings) -> float:
@@ -219,29 +234,15 @@ def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], s
     pitch = min(covering.tile.pitch_mm for covering in coverings)
     edge = settings.edge_mm
     if edge is None:
-        others = float(np.count_nonzero(~where))
-        area = float(body.areas[where].sum())
-        edge = max(pitch, np.sqrt(area / (AREA_PER_FACE * max(settings.faces - others, 1.0))))
+        enough = int(body.areas[where].sum() / ENOUGH_MM2) + int(np.count_nonzero(~where))
+        edge = max(pitch, edge_for(body, where, settings.faces or min(enough, MOST_FACES)))
     count = expected_faces(body, edge, where)
     if settings.edge_mm is not None:
         check_count(count, settings)
     coarser = "" if edge <= 1.01 * pitch else f" (the texture has samples every {pitch:.3g} mm)"
-    say(f"about {count:,} triangles with edges of {edge:.3g} mm{coarser}")
+    megabytes = max(BYTES_A_FACE * count / 1e6, 0.1)
+    say(f"about {count:,} triangles with edges of {edge:.3g} mm{coarser}, {megabytes:.2g} MB as 3MF")
     return float(edge)
-
-
-def _lowered(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float) -> float:
-    """Part of the textured area where the relief is lowered. Raises InputError if that is most of it."""
-    areas = body.areas[where]
-    part = float((areas * (factor[body.faces[where]].min(axis=1) < 0.99)).sum() / areas.sum())
-    if part > MOST_LOWERED:
-        room_mm = float(np.median(factor[body.faces[where]])) * tallest
-        raise InputError(
-            f"relief: {tallest:.3g} mm is too high for this object: on {100 * part:.0f} % of the area its "
-            f"curvature or thickness leaves less, {room_mm:.2g} mm in the middle; take a lower relief "
-            "(--relief-mm) or a larger object"
-        )
-    return part
 
 
 def _unfit(uv: Array, weight: Array) -> NDArray[np.bool_]:

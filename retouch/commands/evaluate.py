@@ -59,10 +59,11 @@ its pictures in the scene change by 2 % of white, the limit of the paper; on the
 comes out within a tenth of that of whole runs. That takes about ten seconds for 128 x 128 samples in the
 studio, and minutes where the fast look cannot show the scene. Without --reach nothing is rendered.
 
-A print file ({", ".join(MESHES)}) must be a solid. Fingers press on it at
+A print file ({", ".join(MESHES)}) must be closed. Fingers press on it at
 most {MOST_PLACES} times, 2.5 mm apart, along the outward axis of each place; the flat side that lies on the
-printer's bed is left out. Roughness is the mean over the places whose 10 mm patch reaches over no edge. The
-object's own curvature is part of it unless --object names the object without texture.
+printer's bed is left out. Roughness is the mean over the places whose 10 mm patch reaches over no edge, and
+that of the texture alone: the object's own curvature is taken out, by --object, the object without texture,
+or as each patch tells it. Parts that pass through one another are felt from outside.
 """
 EPILOG = """\
 examples:

@@ -28,8 +28,8 @@ def add_meshes(parser: argparse.ArgumentParser) -> None:
         "--object",
         type=Path,
         metavar="FILE",
-        help="the object without texture, a file or one that comes with Retouch: its own curvature is taken "
-        "out, so that the texture alone is felt",
+        help="the object without texture, a file or one that comes with Retouch: its curvature is taken out "
+        "exactly, which else is told from each patch",
     )
     group.add_argument(
         "-o",
@@ -81,8 +81,10 @@ def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:
                 f"{felt}, {where}, where a finger feels the shape (of a plate as small as a finger, "
                 "evaluate the height map or the folder of its run)"
             )
-        own = f"The object's own curvature is {entry['curvature']}."
-        lines.append(f"{name} ({sides} mm): {places}. {own}")
+        own = f"The object's own curvature is {entry['curvature']}"
+        if entry["curvature"] == "estimated and taken out":
+            own += f"; with it roughness is {number(entry['as_pressed']['roughness'])}"
+        lines.append(f"{name} ({sides} mm): {places}. {own}.")
         if "files" in entry:
             lines.append(f"Roughness in colours: {', '.join(entry['files'])}")
     return lines

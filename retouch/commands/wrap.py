@@ -59,6 +59,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--units", choices=tuple(UNITS), help="unit of the mesh (default: the file's, else mm)"
     )
+    parser.add_argument(
+        "--unite",
+        action="store_true",
+        help="make parts one that overlap, lie within others or lie there twice",
+    )
+    parser.add_argument(
+        "--close-holes",
+        dest="close_holes_mm",
+        type=float,
+        metavar="MM",
+        help="size up to which holes in an open mesh are closed (default: 0.5)",
+    )
     where = parser.add_argument_group("where and how")
     where.add_argument(
         "--mask", metavar="MASK", help="part of the surface that carries texture (default: all)"
@@ -83,14 +95,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument(
         "--no-bottom", dest="keep_bottom", action="store_false", help="texture a flat bottom too"
     )
+    where.add_argument(
+        "--keep-holes",
+        dest="keep_holes_mm",
+        type=float,
+        metavar="MM",
+        help="leave round holes up to this diameter without texture, through and blind ones: texture narrows "
+        "a hole, so that shafts and screws no longer fit",
+    )
     fine = where.add_mutually_exclusive_group()
     fine.add_argument(
         "--edge-mm",
         type=float,
         metavar="MM",
-        help="longest edge of the triangles (default: that of the texture's samples, or what --faces allow)",
+        help="longest edge of the triangles (default: what --faces allow, or that of the texture's samples)",
     )
-    fine.add_argument("--faces", type=int, metavar="N", help="triangles at most, about (default: 1000000)")
+    fine.add_argument(
+        "--faces",
+        type=int,
+        metavar="N",
+        help="triangles at most, about (default: as many as the feel needs, 1000000 at most)",
+    )
     add_talk(parser, "file, size and what was done")
 
 
@@ -101,6 +126,7 @@ def run(arguments: argparse.Namespace) -> int:
         "regions": [_region(text) for text in arguments.region],
         **given(arguments, "units", *LENGTHS),
         **given(arguments, "mask", "level", "falloff_mm", "keep_bottom", "edge_mm", "faces"),
+        **given(arguments, "unite", "close_holes_mm", "keep_holes_mm"),
     }
     told: dict[str, Any] = {}
     lines: list[str] = []

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self, Unpack
 
@@ -20,7 +20,8 @@ from relief.common.formats import MESHES
 from relief.common.lengths import Lengths
 from relief.common.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
 from relief.common.progress import Progress, say, stage
-from relief.meshes import Mesh, check_solid, read_mesh
+from relief.mending.repair import mended
+from relief.meshes import Mesh, outer_body, read_mesh
 from relief.objects.table import OBJECTS
 from relief.patches import Patches
 from relief.places import centres_mm, places
@@ -176,7 +177,8 @@ def evaluate(
         repeats: whether a file or an array is a tile, along both axes, "x" or "y"; None: as the header says.
         printer: name of a printer, or a printer, whose print of the relief is pressed.
         units: of a print file, as in `read_solid`.
-        without_texture: the solid before its texture, whose own curvature is then no part of what is felt.
+        without_texture: the solid before its texture, whose own curvature is then known and taken out;
+            without it, each patch tells its own.
         model: of touch.
         skin: of the finger, or its name or file.
         reach: estimate how much rougher and smoother the relief can be made before its pictures in this scene
@@ -214,21 +216,27 @@ def evaluate(
 def read_solid(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh:
     """Read a print file, which must be a solid, or make an object that comes with Retouch.
 
+    Where its faces pass through one another, or parts lie within others, the outer surface is taken: a finger
+    meets nothing else. Cracks are closed, and slivers and repeated faces dropped. Lines say so.
+
     Args:
         path: STL, OBJ, PLY, GLB or 3MF, or the name of a bundled object.
         units: of the file, where it does not state its own or a wrong one: "um", "mm", "cm", "m", "in" or
             "ft".
 
     Raises:
-        InputError: the file cannot be read, or its mesh is no solid.
+        InputError: the file cannot be read, or its mesh is open, inverted or without volume.
     """
     path = Path(path)
     if (thing := OBJECTS.get(str(path))) is not None:
         return Mesh(thing.make(), None, path)
     mesh = read_mesh(path, units=units)
+    work = mended(mesh.body, path)
+    body, crossings = outer_body(work.body, path)
+    lines = (*mesh.warnings, *work.lines, *crossings)
+    mesh = replace(mesh, body=body, uv=None, warnings=lines, folded=bool(crossings))
     for line in mesh.warnings:
         say(f"{path}: {line}")
-    check_solid(mesh.body, path)
     return mesh
 
 

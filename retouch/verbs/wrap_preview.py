@@ -7,31 +7,24 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, Unpack
 
-import manifold3d
 import numpy as np
 
-from relief.body import Body
 from relief.common.errors import InputError, naming
 from relief.common.files import permitted
 from relief.common.lengths import Lengths
 from relief.common.progress import Progress, listening, stage
+from relief.mending.repair import HOLE_MM
 from relief.meshes.refining import AREA_PER_FACE
 from relief.relief import Relief
-from relief.wrapping.surfaces import FALLOFF_MM, MOST_FACES, Settings
-from relief.wrapping.wrap import Covering, Wrapped, wrap
+from relief.wrapping.surfaces import ENOUGH_MM2, FALLOFF_MM, MOST_FACES, Settings
+from relief.wrapping.wrap import BYTES_A_FACE, Covering, Wrapped, wrap
 from retouch.pages.objects.wrap_page import Preview, write_wrap_page
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
-from retouch.verbs.wrapping import Task, task_of
+from retouch.verbs.wrapping import Repair, Task, task_of
 
-SHOWN_FACES = 110_000
-"""Triangles that are asked for. `wrap` makes 150,000 to 260,000 of these, more where the object's own are
-thin; a page takes 2.7 to 3.3 MB."""
-TOLERANCE_MM = 0.05
-"""Farthest that the object's own surface is simplified, mm, so that small triangles cost no time: less than a
-tenth of what the eye sees of the object in the page."""
-BYTES_PER_FACE = 19.0
-"""Bytes of a triangle in a 3MF file of gravel: 16 to 19 on three objects."""
+SHOWN_FACES = 180_000
+"""Triangles that are shown, about."""
 SECONDS_PER_FACE = 1.6e-5
 """Time of `wrap` for each triangle, s, on the processor on which previews wrap a frog in 5 s."""
 LONGER = 2.0
@@ -84,7 +77,10 @@ def preview_wrap(
     level: float = 0.0,
     keep_bottom: bool = True,
     edge_mm: float | None = None,
-    faces: int = MOST_FACES,
+    faces: int | None = None,
+    unite: bool = False,
+    close_holes_mm: float = HOLE_MM,
+    keep_holes_mm: float | None = None,
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
     **lengths: Unpack[Lengths],
@@ -101,7 +97,8 @@ def preview_wrap(
     check_page(page)
     with followed(progress, quiet), stage("preview"):
         settings = Settings(mask, level, falloff_mm, keep_bottom, edge_mm, faces)
-        task = task_of(texture, mesh, settings, regions, units, lengths)
+        repair = Repair(unite, close_holes_mm, keep_holes_mm)
+        task = task_of(texture, mesh, settings, regions, units, lengths, repair)
         with naming(mesh):
             preview = _preview(f"{_name(texture)} on {Path(mesh).stem}", task)
         with permitted(page):
@@ -129,11 +126,10 @@ def _preview(title: str, task: Task) -> Preview:
     few = replace(settings, faces=SHOWN_FACES, edge_mm=None, draft=True)
     # Nobody is to hear of the triangles of the preview as if they were those of the file.
     with listening(None):
-        coarse = body if uv is not None else simplified(body, TOLERANCE_MM)
-        shown = wrap(coarse, coverings, few, uv, regions)
+        shown = wrap(body, coverings, few, uv, regions)
     edge_mm, faces = _expected(shown, coverings, settings)
     seconds = LONGER * (perf_counter() - begun) + SECONDS_PER_FACE * faces
-    return Preview(title, shown, edge_mm, faces, round(BYTES_PER_FACE * faces), seconds)
+    return Preview(title, shown, edge_mm, faces, round(BYTES_A_FACE * faces), seconds)
 
 
 def _expected(shown: Wrapped, coverings: Sequence[Covering], settings: Settings) -> tuple[float, int]:
@@ -142,22 +138,10 @@ def _expected(shown: Wrapped, coverings: Sequence[Covering], settings: Settings)
     edge_mm = settings.edge_mm
     if edge_mm is None:
         finest_mm = min(covering.tile.pitch_mm for covering in coverings)
-        allowed = max(settings.faces - untextured, 1)
+        enough = min(round(shown.area_mm2 / ENOUGH_MM2) + untextured, MOST_FACES)
+        allowed = max((settings.faces or enough) - untextured, 1)
         edge_mm = max(finest_mm, float(np.sqrt(shown.area_mm2 / (AREA_PER_FACE * allowed))))
     return edge_mm, untextured + round(shown.area_mm2 / (AREA_PER_FACE * edge_mm**2))
-
-
-def simplified(body: Body, tolerance_mm: float) -> Body:
-    """A body without the vertices that stand out by less than a tolerance, mm.
-
-    What is no solid for `manifold3d` stays as it is.
-    """
-    mesh = manifold3d.Mesh(body.vertices.astype(np.float32), body.faces.astype(np.uint32))
-    solid = manifold3d.Manifold(mesh).simplify(tolerance_mm)
-    if solid.status() != manifold3d.Error.NoError or solid.is_empty():
-        return body
-    fewer = solid.to_mesh()
-    return Body(np.asarray(fewer.vert_properties[:, :3], np.float64), np.asarray(fewer.tri_verts, np.intp))
 
 
 def _name(texture: Source) -> str:

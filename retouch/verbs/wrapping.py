@@ -2,8 +2,9 @@
 
 import logging
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Unpack
 
@@ -19,19 +20,26 @@ from relief.common.lengths import Lengths
 from relief.common.progress import Progress
 from relief.export.parts import as_written, write_parts
 from relief.heightmap import check_scales
-from relief.meshes import check_solid, read_mesh
+from relief.mending.holes import round_holes
+from relief.mending.repair import HOLE_MM, mended, united_parts
+from relief.meshes import Mesh, check_solid, read_mesh
+from relief.meshes.shells import parts_within_others
+from relief.meshes.solid import check_closed, crossings
 from relief.objects.table import OBJECTS, BundledObject
 from relief.seam import check_seams
+from relief.wrapping.checks import check_choices
 from relief.wrapping.masks import Regions
-from relief.wrapping.surfaces import FALLOFF_MM, MOST_FACES, Settings
+from relief.wrapping.surfaces import FALLOFF_MM, Settings
 from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import Covering, Wrapped, check_choices
+from relief.wrapping.wrap import Covering, Wrapped
 from relief.wrapping.wrap import wrap as wrapped_by
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source, relief_of
 
 _log = logging.getLogger(__name__)
 
+LARGEST_HOLE_MM = 100.0
+"""Largest hole that is closed or left without texture, mm: wider ones are no bores but shapes."""
 WITH_UV = (".obj", ".ply", ".glb")
 """Suffixes of files whose meshes may have texture coordinates."""
 
@@ -43,7 +51,7 @@ class WrappedObject:
     Attributes:
         file: that was written.
         wrapped: the body, and how the texture lies on it.
-        warnings: lines about tiles that are larger than the object.
+        warnings: lines about what may not be meant, and what was mended.
     """
 
     file: Path
@@ -76,7 +84,10 @@ def wrap(
     level: float = 0.0,
     keep_bottom: bool = True,
     edge_mm: float | None = None,
-    faces: int = MOST_FACES,
+    faces: int | None = None,
+    unite: bool = False,
+    close_holes_mm: float = HOLE_MM,
+    keep_holes_mm: float | None = None,
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
     **lengths: Unpack[Lengths],
@@ -97,8 +108,11 @@ def wrap(
         level: height of the object's own surface in the relief, from 0, the relief stands on the surface, to
             1, the relief is cut into it.
         keep_bottom: whether a flat bottom stays flat.
-        edge_mm: longest edge of the triangles, mm; None: that of the samples, or what `faces` allow.
-        faces: triangles at most, about.
+        edge_mm: longest edge of the triangles, mm; None: what `faces` allow, or that of the samples.
+        faces: triangles at most, about; None: as many as the feel needs, a million at most.
+        unite: whether parts of the mesh that overlap are made one.
+        close_holes_mm: size, mm, up to which holes in an open mesh are closed.
+        keep_holes_mm: diameter, mm, up to which round holes stay without texture; None textures them.
         quiet, progress: as in `optimize`.
 
     Raises:
@@ -111,15 +125,26 @@ def wrap(
         raise InputError(f"{out}: {fault}", f"{out}: -o: {fault}")
     check_file_to_write(out)
     with followed(progress, quiet):
+        repair = Repair(unite, close_holes_mm, keep_holes_mm)
         settings = Settings(mask, level, falloff_mm, keep_bottom, edge_mm, faces)
-        task = task_of(texture, mesh, settings, regions, units, lengths)
+        task = task_of(texture, mesh, settings, regions, units, lengths, repair)
         with naming(mesh):
-            wrapped = wrapped_by(*task.arguments)
-            wrapped = replace(wrapped, body=as_written(wrapped.body, out.suffix.lower()))
-            check_solid(wrapped.body, "the wrapped object")
+            wrapped = wrapped_by(*task.arguments, partial(as_written, suffix=out.suffix.lower()))
+            if task.folded:
+                check_closed(wrapped.body, "the wrapped object")
+            else:
+                check_solid(wrapped.body, "the wrapped object", apart=True)
         with permitted(out):
             write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
     return WrappedObject(out, wrapped, task.warnings)
+
+
+class Repair(NamedTuple):
+    """What is done to a mesh before it is wrapped; as of `wrap`."""
+
+    unite: bool = False
+    close_holes_mm: float = HOLE_MM
+    keep_holes_mm: float | None = None
 
 
 class Task(NamedTuple):
@@ -128,11 +153,13 @@ class Task(NamedTuple):
     Attributes:
         arguments: body, coverings, settings, texture coordinates and regions, as `relief.wrapping.wrap.wrap`
             takes them.
-        warnings: lines about tiles that are larger than the object.
+        warnings: lines about the mesh and what was mended of it.
+        folded: whether the mesh passes through itself, where no texture may lie.
     """
 
     arguments: tuple[Body, list[Covering], Settings, Array | None, Regions]
     warnings: tuple[str, ...]
+    folded: bool
 
 
 def task_of(
@@ -142,18 +169,28 @@ def task_of(
     regions: Sequence[tuple[str, Source]],
     units: str | None,
     lengths: Lengths,
+    repair: Repair,
 ) -> Task:
     """Read the files of a wrapping, and check its options; arguments as of `wrap`. Raises InputError."""
     thing = _bundled(Path(mesh), units)
+    named_regions = thing.regions if thing else {}
+    _check_sizes({"close_holes_mm": repair.close_holes_mm, "keep_holes_mm": repair.keep_holes_mm})
     masks = [where for where, _ in regions]
     with naming(mesh):
-        check_choices(settings, masks, thing.regions if thing else {}, Path(mesh).suffix.lower() in WITH_UV)
+        check_choices(settings, masks, named_regions, Path(mesh).suffix.lower() in WITH_UV)
     coverings = _coverings([(texture, None), *((tile, where) for where, tile in regions)], lengths)
-    body, uv, named_regions = (thing.make(), None, thing.regions) if thing else _solid(Path(mesh), units)
-    warnings = _misfits(coverings, body)
+    if thing:
+        solid = Mesh(thing.make(), None, Path(mesh))
+    else:
+        solid = _solid(Path(mesh), units, repair.unite, repair.close_holes_mm)
+    _check_period(coverings, solid)
+    settings, warnings = replace(settings, crosses=solid.folded), solid.warnings
+    if repair.keep_holes_mm is not None:
+        settings, line = _with_holes(settings, solid.body, repair.keep_holes_mm)
+        warnings = (*warnings, line)
     for line in warnings:
-        _log.warning("%s", line)
-    return Task((body, coverings, settings, uv, named_regions), warnings)
+        _log.warning("%s: %s", mesh, line)
+    return Task((solid.body, coverings, settings, solid.uv, named_regions), warnings, solid.folded)
 
 
 def _coverings(textures: Sequence[tuple[Source, str | None]], lengths: Lengths) -> list[Covering]:
@@ -183,21 +220,53 @@ def _bundled(path: Path, units: str | None) -> BundledObject | None:
     return thing
 
 
-def _solid(path: Path, units: str | None) -> tuple[Body, Array | None, Regions]:
-    """The body of a file, its texture coordinates, and no regions. Raises InputError."""
+def _solid(path: Path, units: str | None, unite: bool, close_holes_mm: float) -> Mesh:
+    """The mesh of a file, mended; folded if it passes through itself. Raises InputError."""
     mesh = read_mesh(path, units=units)
-    for line in mesh.warnings:
-        _log.warning("%s: %s", path, line)
-    check_solid(mesh.body, path)
-    return mesh.body, mesh.uv, {}
+    work = mended(mesh.body, path, close_holes_mm)
+    if unite:
+        work = united_parts(work, path)
+    check_closed(work.body, path)
+    lines, line = [*mesh.warnings, *work.lines], crossings(work.body)
+    uv = None
+    if mesh.uv is not None:
+        if (work.origin >= 0).all():
+            uv = mesh.uv[work.origin]
+        else:
+            lines.append("is mended, so that its texture coordinates are left out")
+    if line:
+        lines.append(f"{line}; no texture may lie there")
+    elif parts_within_others(work.body, path):
+        check_solid(work.body, path)
+    return Mesh(work.body, uv, path, tuple(lines), bool(line))
 
 
-def _misfits(coverings: Sequence[Covering], body: Body) -> tuple[str, ...]:
-    """Lines about tiles that are larger than the object."""
-    longest = float(np.ptp(body.vertices, axis=0).max())
-    return tuple(
-        f"a tile of {max(covering.tile.size_mm):.3g} mm is larger than the object, {longest:.3g} mm; "
-        "--size-mm sets its size"
-        for covering in coverings
-        if max(covering.tile.size_mm) > longest
-    )
+def _with_holes(settings: Settings, body: Body, most_mm: float) -> tuple[Settings, str]:
+    """Settings with the round holes up to a diameter, mm, and a line about them."""
+    holes = round_holes(body, most_mm)
+    if holes is None:
+        return settings, f"has no round hole of {most_mm:g} mm or less"
+    low, high = (f"{end:.3g}" for end in (holes.diameters_mm.min(), holes.diameters_mm.max()))
+    sizes = low if low == high else f"{low} to {high}"
+    line = f"keeps {len(holes.diameters_mm)} round holes of {sizes} mm without texture"
+    return replace(settings, holes=holes), line
+
+
+def _check_sizes(sizes: Mapping[str, float | None]) -> None:
+    """Refuse sizes of holes that are none. Raises InputError."""
+    for name, size in sizes.items():
+        if size is not None and not 0.0 <= size <= LARGEST_HOLE_MM:
+            fault = f"{size:g} is outside [0, {LARGEST_HOLE_MM:g}]"
+            raise InputError(f"{name}: {fault}", f"--{name.removesuffix('_mm').replace('_', '-')}: {fault}")
+
+
+def _check_period(coverings: Sequence[Covering], mesh: Mesh) -> None:
+    """Refuse an object on which no tile has room once. Raises InputError."""
+    longest = float(np.ptp(mesh.body.vertices, axis=0).max())
+    period = max(max(covering.tile.size_mm) for covering in coverings)
+    if longest < period:
+        fault = f"{mesh.path}: {longest:.3g} mm is less than the period of the texture, {period:.3g} mm"
+        raise InputError(
+            f"{fault}; state the unit of the mesh (units), or take a smaller tile (size_mm)",
+            f"{fault}; state the unit of the mesh (--units), or take a smaller tile (--size-mm)",
+        )

@@ -12,9 +12,10 @@ from relief.meshes.solid import check_solid
 from relief.objects.implicit import body_of
 from relief.objects.smooth import ball
 from relief.objects.swept import cylinder
+from relief.remeshing.even_mesh import even_mesh
 from relief.wrapping import surfaces
-from relief.wrapping.clearance import clearance, smooth_normals
-from relief.wrapping.flipping import even_triangles
+from relief.wrapping import wrap as wrapping
+from relief.wrapping.clearance import smooth_normals
 from relief.wrapping.masks import Points, mask_at
 from relief.wrapping.patches import lay_out, singular_values
 from relief.wrapping.surfaces import Settings
@@ -57,41 +58,13 @@ def test_refinement_keeps_the_surface_and_knows_where_corners_lie():
     assert 0.7 * count < len(fine.body.faces) < 1.4 * count
 
 
-def test_even_triangles_leave_few_thin_ones_of_a_plate_of_needles():
-    body = cylinder(10.0, 4.0, 1.0)
-    mesh = mesh_of(even_triangles(body, 1.0))
-    assert mesh.is_watertight
-    assert mesh.volume == pytest.approx(mesh_of(body).volume, rel=1e-4)
-    thin = np.degrees(mesh.face_angles.min(axis=1)) < 15.0
-    assert mesh.area_faces[thin].sum() < 0.05 * mesh.area
-
-
-def test_the_clearance_of_a_slot_is_half_its_width_and_of_a_bowl_its_radius():
-    slot = trimesh.boolean.difference(
-        [
-            trimesh.creation.box((20, 20, 10)),
-            trimesh.creation.box((30, 2, 30)).apply_translation((0, 0, 14.0)),
-        ]
-    )
-    body = even_triangles(Body(np.array(slot.vertices), np.array(slot.faces)), 0.5)
-    normals = smooth_normals(body)
-    radii = clearance(body, normals, 4.0)
-    wall = (np.abs(np.abs(body.vertices[:, 1]) - 1.0) < 1e-9) & (np.abs(body.vertices[:, 2] - 2.0) < 1.0)
-    wall &= np.abs(body.vertices[:, 0]) < 9.0
-    assert wall.sum() > 20
-    assert radii[wall] == pytest.approx(1.0, abs=0.1)
-    shell = ball(6.0, 0.7)
-    inside = clearance(shell, -smooth_normals(shell), 20.0)
-    assert np.median(inside) == pytest.approx(6.0, rel=0.15)
-
-
 def cover(body):
     normals = smooth_normals(body)
     return lay_out(body, np.ones(len(body.vertices), bool), 2.0, normals)
 
 
 def test_patches_of_a_cylinder_fit_and_keep_lengths():
-    body = even_triangles(cylinder(12.0, 30.0, 1.5), 1.5)
+    body = even_mesh(cylinder(12.0, 30.0, 1.5), 1.5).body
     layout = cover(body)
     corners = body.vertices[body.faces]
     side = (np.abs(np.linalg.norm(corners[:, :, :2].mean(axis=1), axis=1) - 12.0) < 0.2) & (
@@ -241,15 +214,15 @@ def test_a_mask_leaves_the_rest_as_it_was():
 
 
 def test_a_level_of_one_cuts_into_the_object():
-    wrapped = wrap(ball(8.0, 1.0), [Covering(waves())], Settings(level=1.0, edge_mm=0.4))
-    assert np.linalg.norm(wrapped.body.vertices, axis=1).max() <= 8.0 + 1e-6
+    wrapped = wrap(ball(5.0, 0.8), [Covering(waves())], Settings(level=1.0, edge_mm=0.4))
+    assert np.linalg.norm(wrapped.body.vertices, axis=1).max() <= 5.0 + 1e-3
     check_solid(wrapped.body, "ball")
 
 
 def test_a_later_texture_lies_on_top_of_the_first():
     flat = Tile(np.full((16, 16), 0.2), 0.3)
     wrapped = wrap(
-        ball(8.0, 1.0),
+        ball(5.0, 0.8),
         [Covering(flat), Covering(Tile(flat.heights * 0.0 + 0.4, 0.3), "x>0")],
         Settings(edge_mm=0.5),
     )
@@ -290,13 +263,26 @@ def test_a_deep_relief_stands_on_a_ball_whole_and_is_refused_in_it():
     check_solid(wrapped.body, "ball")
     assert wrapped.lowered < 0.02
     assert np.linalg.norm(wrapped.body.vertices, axis=1).max() == pytest.approx(18.0, abs=0.1)
-    with pytest.raises(InputError, match=r"relief: 7.99 mm is too high .* take a lower relief"):
-        wrap(ball(10.0, 1.0), [deep], Settings(edge_mm=0.6, level=1.0))
+
+
+def test_a_relief_is_cut_as_deep_as_there_is_room(monkeypatch):
+    monkeypatch.setattr(surfaces, "LEAST_BASE_EDGES", 10)
+    wrapped = wrap(ball(5.0, 0.8), [Covering(waves(12.0, 40, 4.0))], Settings(edge_mm=1.0, level=1.0))
+    assert wrapped.lowered > 0.9 and wrapped.lowest_factor == pytest.approx(0.7 * 5.0 / 4.0, rel=0.02)
+    check_solid(wrapped.body, "ball")
 
 
 def test_a_relief_that_fits_nowhere_is_refused():
-    with pytest.raises(InputError, match="relief: 3 mm is too high"):
-        wrap(ball(3.0, 0.5), [Covering(Tile(np.full((16, 16), 3.0), 0.3))], Settings(level=1.0))
+    with pytest.raises(InputError, match=r"relief: 8 mm is too high .* take a lower relief"):
+        wrap(box(12.0, 9.0, 1.0), [Covering(Tile(np.full((16, 16), 8.0), 0.3))], Settings(level=1.0))
+
+
+def test_what_passes_through_itself_is_lowered_until_nothing_does(monkeypatch):
+    # Without any look at the room the relief of 1.5 mm passes through itself in the groove.
+    monkeypatch.setattr(wrapping, "clearance_factor", lambda mesh, *_: np.ones(len(mesh.body.vertices)))
+    wrapped = wrap(dumbbell(), [Covering(Tile(np.full((16, 16), 1.5), 0.3))], Settings(edge_mm=0.8))
+    assert self_intersections(wrapped.body) == 0
+    assert 0.0 < wrapped.lowered < 0.6
 
 
 @pytest.mark.parametrize(

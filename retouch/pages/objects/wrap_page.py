@@ -111,7 +111,6 @@ def _notes(preview: Preview) -> list[str]:
     notes = [
         f"The relief is that of the file, on triangles with edges of {shown.edge_mm:.2g} mm; the file's are "
         f"{preview.edge_mm:.2g} mm long. Finer grains than the triangles shown are missing here.",
-        "The object's own surface is simplified by 0.05 mm at most.",
     ]
     if shown.coordinates == "patches":
         notes.append(

@@ -12,7 +12,7 @@ from relief.body import Body
 from relief.common.errors import InputError
 from relief.export.plate import plate_mesh
 from relief.heightmap import load_heights
-from relief.meshes import Mesh, read_mesh
+from relief.meshes import Mesh, outer_body, read_mesh
 from relief.relief import Relief
 from retouch.pages.objects.mesh_colouring import (
     BAR_PIXELS,
@@ -25,6 +25,7 @@ from retouch.pages.objects.mesh_colouring import (
 from tactile import jnd_apart
 from tactile.measures import measure_touch
 from tactile.skin import Skin
+from tests.relief.meshes.bodies import cube, joined
 from tests.relief.meshes.rolled import rolled
 
 SIZE_MM, SIDE = 16.0, 160
@@ -99,10 +100,12 @@ def test_on_a_tube_the_tile_is_felt_where_the_curvature_is_taken_out() -> None:
     textured, base = (Mesh(body, None, Path("tube.stl")) for body in rolled(tile, 10.0, 10, 2))
     expected = measure_touch(Relief(tile, 10.0, (True, True)), Skin(), "layer").means["roughness"]
     out = feel_of(textured, Skin(), most=8, without_texture=base)
-    within = feel_of(textured, Skin(), most=8)
+    alone = feel_of(textured, Skin(), most=8)
     assert out.details()["curvature"] == "taken out" and not out.crops[0].on_edge
-    assert abs(jnd_apart(out.means["roughness"], expected)) < 0.25
-    assert jnd_apart(within.means["roughness"], expected) > 1.0
+    assert alone.details()["curvature"] == "estimated and taken out"
+    for found in (out, alone):
+        assert abs(jnd_apart(found.means["roughness"], expected)) < 0.25
+    assert jnd_apart(alone.details()["as_pressed"]["roughness"], expected) > 1.0
 
 
 def test_an_object_elsewhere_is_refused(gravel: np.ndarray) -> None:
@@ -111,6 +114,30 @@ def test_an_object_elsewhere_is_refused(gravel: np.ndarray) -> None:
     other = Mesh(Body(flat.vertices + np.array([0.0, 0.0, 20.0]), flat.faces), None, Path("other.stl"))
     with pytest.raises(InputError, match=r"other.stl: lies up to .* mm from plate.stl"):
         feel_of(plate, Skin(), without_texture=other)
+
+
+def test_a_peg_stuck_into_a_plate_changes_nothing_away_from_it() -> None:
+    """Bumps that feel the same everywhere, and a peg in a corner that nobody has united with the plate."""
+    at = np.sin(2 * np.pi * np.arange(120) / 10)
+    plate = plate_mesh(0.2 + 0.2 * at[:, None] * at, 18.0)
+    peg = trimesh.creation.cylinder(radius=1.0, height=6.0, sections=24)
+    peg = Body(np.add(peg.vertices, (7.5, 7.5, 2.0)), np.array(peg.faces))
+    body, lines = outer_body(joined(plate, peg), "plate.stl")
+    alone, both = (
+        feel_of(Mesh(of, None, Path("plate.stl"), folded=of is body), Skin(), most=2) for of in (plate, body)
+    )
+    assert lines[0].startswith("passes through itself: ")
+    assert both.means["roughness"] == pytest.approx(alone.means["roughness"], rel=0.01)
+
+
+def test_no_finger_is_put_inside() -> None:
+    """A block stands in a plate: beneath it the plate's top, and the block's end, lie inside."""
+    plate, peg = Body(cube().vertices * (1.0, 1.0, 0.2), cube().faces), cube(12.0, (4.0, 4.0, 2.0))
+    body = joined(plate, peg)
+    found = feel_of(Mesh(body, None, Path("plate.stl"), folded=True), Skin(), most=40)
+    at = np.array([crop.frame.at for crop in found.crops])
+    inside = (at > (4.0, 4.0, 0.0)).all(axis=1) & (at < (16.0, 16.0, 4.1)).all(axis=1)
+    assert len(at) > 2 and not inside.any()
 
 
 TILES = sorted(path.stem for path in find_texture("gravel-tile").parent.glob("*-tile.png"))

@@ -15,7 +15,7 @@ from relief.wrapping.tiles import Tile
 from relief.wrapping.wrap import Covering, wrap
 from retouch.commands.main import main
 from retouch.commands.mesh_entries import mesh_lines
-from tests.relief.meshes.bodies import CUBE, cube
+from tests.relief.meshes.bodies import CUBE, cube, joined
 
 
 @pytest.fixture
@@ -35,7 +35,8 @@ def test_meshes_and_textures_are_told_in_one_list(
     texture, mesh = json.loads(capsys.readouterr().out)
     assert abs(mesh["jnd_from_first"]) < 0.2 and texture["roughness"] > 0.0
     assert mesh["size_mm"] == pytest.approx(15.0) and mesh["sides_mm"][2] == pytest.approx(2.8, abs=0.01)
-    assert mesh["curvature"] == "part of the roughness" and mesh["on_edge"] > 0
+    assert mesh["curvature"] == "estimated and taken out" and mesh["on_edge"] > 0
+    assert mesh["as_pressed"]["roughness"] == pytest.approx(mesh["roughness"])
     assert mesh["roughness"] == pytest.approx(np.mean([touch["roughness"] for touch in mesh["touches"]]))
     assert np.linalg.norm(mesh["touches"][0]["axis"]) == pytest.approx(1.0)
 
@@ -69,6 +70,18 @@ def test_finite_elements_press_on_meshes_as_on_textures(
         assert abs(found[1]["jnd_from_first"]) < 0.2
         values[model] = found[1]["roughness"]
     assert 0.0 < abs(values["fem"] - values["layer"]) < 0.05 * values["layer"]
+
+
+def test_parts_that_cross_are_felt_from_outside_with_a_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("retouch.verbs.evaluation.MOST_MESH_PLACES", 2)
+    Path("part.stl").write_bytes(stl(joined(cube(), cube(10.0, (5.0, 6.0, 15.0)))))
+    assert main(["evaluate", "part.stl", "--json"]) == 0
+    told = capsys.readouterr()
+    assert "part.stl: passes through itself: 10 pairs of faces, some near (" in told.err
+    assert json.loads(told.out)[0]["warnings"][0].endswith("mm; its outside is felt")
 
 
 def test_one_place_is_no_mean() -> None:
@@ -119,6 +132,6 @@ def test_a_bundled_object_is_taken_out_by_its_name(
     told = json.loads(capsys.readouterr().out)[0]
     assert told["curvature"] == "taken out" and len(told["touches"]) == 3
     assert main(["evaluate", "part.stl", "--json"]) == 0
-    with_curvature = json.loads(capsys.readouterr().out)[0]
+    alone = json.loads(capsys.readouterr().out)[0]
     # On a ball the finger rests on fewer bumps.
-    assert with_curvature["roughness"] > 1.1 * told["roughness"]
+    assert alone["as_pressed"]["roughness"] > 1.1 * told["roughness"] > alone["roughness"] / 1.1

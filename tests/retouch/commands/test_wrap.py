@@ -7,13 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from manifold3d import Manifold
 
 import retouch
+from relief.body import stl
 from relief.heightmap import save_heights_exr
 from relief.meshes import read_mesh
 from relief.objects.table import OBJECTS
 from retouch.commands.main import BAD_INPUT, main
 from retouch.commands.wrap import OBJECTS as NAMED
+from tests.relief.meshes.test_outer import solid
 
 FEW = ("--edge-mm", "0.8")
 
@@ -31,6 +34,15 @@ def _files(tmp_path, monkeypatch):
     box.copy().apply_scale(1e-3).export("metres.stl")
     trimesh.Trimesh(box.vertices, box.faces[:-1]).export("open.stl")
     trimesh.Trimesh(box.vertices, box.faces[:, ::-1]).export("inverted.stl")
+    trimesh.Trimesh(box.vertices * (1.0, 1.0, 0.0), box.faces).export("sheet.stl")
+    trimesh.Trimesh(box.vertices * (1.0, 1.0, 0.005), box.faces).export("thin.stl")
+    (tmp_path / "billion.stl").write_bytes(bytes(80) + (10**9).to_bytes(4, "little"))
+    # A peg through the bottom of the box, and a box of which one corner is pulled through the opposite side.
+    peg = trimesh.creation.box((4.0, 4.0, 6.0), trimesh.transformations.translation_matrix((0.0, 0.0, -4.0)))
+    (box + peg).export("pegged.stl")
+    folded = box.vertices.copy()
+    folded[folded.argmin(axis=0)[0]] += (25.0, 9.0, 3.0)
+    trimesh.Trimesh(folded, box.faces, process=False).export("folded.stl")
 
 
 def refused(capsys, *argv):
@@ -67,17 +79,58 @@ def test_regions_carry_other_textures(capsys, tmp_path):
     assert np.ptp(left[:, 2]) < 0.06 and np.ptp(right[:, 2]) > 0.2
 
 
-def test_a_tile_larger_than_the_object_is_told(capsys):
-    argv = ["wrap", "waves.exr", "box.stl", "--size-mm", "30", "-o", "out.stl", *FEW, "--json"]
-    assert main(argv) == 0
-    assert "larger than the object" in json.loads(capsys.readouterr().out)["warnings"][0]
+def test_parts_that_cross_are_wrapped_where_no_texture_crosses_or_united(capsys, tmp_path):
+    argv = ["wrap", "waves.exr", "pegged.stl", *FEW, "--json", "-o", "out.stl", "--no-bottom", "--mask"]
+    assert main([*argv, "z>1"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert re.search(
+        r"passes through itself: .* near \(.*\) mm; no texture may lie there", told["warnings"][0]
+    )
+    assert trimesh.load_mesh(tmp_path / "out.stl").body_count == 2
+    assert main([*argv, "z<1"]) == BAD_INPUT
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert re.search(
+        r"with texture pass through others, some near \(.*, -3\) mm; unite its parts \(--unite\)", line
+    )
+    assert main([*argv, "z>1", "--unite"]) == 0
+    assert json.loads(capsys.readouterr().out)["warnings"] == ["unites parts: 1 where there were 2"]
+    assert trimesh.load_mesh(tmp_path / "out.stl").body_count == 1
+
+
+@pytest.mark.parametrize(("most", "says"), [("5", "keeps 1 round holes of 4 mm"), ("3", "no round hole")])
+def test_round_holes_are_kept_without_texture(capsys, tmp_path, most, says):
+    bore = Manifold.cylinder(20.0, 2.0, 2.0, 16).translate((4.5, 3.5, -10.0))
+    (tmp_path / "bored.stl").write_bytes(stl(solid(Manifold.cube((16.0, 14.0, 6.0), True) - bore)))
+    argv = ["wrap", "flat.exr", "bored.stl", *FEW, "--json", "-o", "out.stl", "--falloff-mm", "0.5"]
+    assert main([*argv, "--mask", "z>1.5 & x>4", "--keep-holes", most]) == 0
+    assert says in json.loads(capsys.readouterr().out)["warnings"][0]
+    points = trimesh.load_mesh(tmp_path / "out.stl").vertices
+    assert points[:, 2].max() > 3.09
+    # What has grown into the bore.
+    narrow = np.linalg.norm(points[:, :2] - (4.5, 3.5), axis=1).min()
+    assert narrow > 1.96 if most == "5" else narrow < 1.9
 
 
 @pytest.mark.parametrize(
     ("argv", "says"),
     [
         (("slope.exr", "box.stl"), "the sides do not fit along x"),
-        (("waves.exr", "open.stl"), "is open"),
+        (("waves.exr", "open.stl"), r"open.stl: is open: 3 edges .* holes of 0.5 mm .* \(--close-holes\)"),
+        (("waves.exr", "billion.stl"), "the header tells 1000000000 triangles, the file holds 0"),
+        (("waves.exr", "sheet.stl"), "encloses no volume; give the surface a thickness"),
+        (("waves.exr", "folded.stl"), "pass through others, some near .*; as it is one part, remesh it"),
+        (("waves.exr", "thin.stl", "--level", "1", "--no-bottom"), r"0.4 mm is too high .*\(--relief-mm\)"),
+        (
+            ("waves.exr", "inches.stl"),
+            r"0.63 mm is less than the period .* 6 mm; state the unit .*\(--units\)",
+        ),
+        (("waves.exr", "box.stl", "--size-mm", "30"), r"less than the period .*\(--size-mm\)"),
+        (
+            ("waves.exr", "box.stl", "--size-mm", "12", "--edge-mm", "0.01"),
+            "triangles would be needed, more than",
+        ),
+        (("waves.exr", "box.stl", "--close-holes", "-1"), "--close-holes: -1 is outside"),
+        (("waves.exr", "box.stl", "--keep-holes", "nan"), "--keep-holes: nan is outside"),
         (("waves.exr", "inverted.stl"), "inside out"),
         (("waves.exr", "no.stl"), "no such file|No such file"),
         (("waves.exr", "nothing"), "objects that come with Retouch are starfish"),
@@ -88,7 +141,7 @@ def test_a_tile_larger_than_the_object_is_told(capsys):
         (("waves.exr", "box.stl", "--level", "3"), "level: 3 is outside"),
         (
             ("waves.exr", "metres.stl"),
-            r"0.016 mm is less than the 0.4 mm of the relief; state the unit of the mesh \(--units\)",
+            r"0.016 mm is less than the period of the texture, 6 mm; state the unit of the mesh \(--units\)",
         ),
         (("waves.exr", "box.stl", "--mask", "z>500"), "leaves nothing of the surface to the texture"),
         (("waves.exr", "box.stl", "--mask", "angle<0.01"), "leaves nothing .* take a wider mask"),

@@ -1,0 +1,147 @@
+"""How well `retouch evaluate` tells a texture from the shape under it without the object before its texture.
+
+python -m benchmarks.objects.own_shapes [--texture TILE] [NAME ...]
+
+At 20 places of each bundled object in gravel or another tile, the roughness of the texture against the
+patch's own smooth shape (`optimize.verification.own_shape`) beside that over the unrolled object, as with
+`--object`. And the roughness of smooth bodies, as pressed and of the texture alone, of which they have none.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from scipy.spatial import cKDTree
+
+from benchmarks.objects.bundled import TEXTURE, roughness, tile_of
+from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from optimize.settings.skins import load_skin
+from optimize.verification.mesh_feel import feel_of, textures_alone
+from relief.body import Body
+from relief.common.arrays import Array
+from relief.meshes.crops import Cropper
+from relief.meshes.mesh import Mesh
+from relief.meshes.places import frames, surface_points
+from relief.objects.table import OBJECTS
+from relief.wrapping.surfaces import Settings
+from relief.wrapping.wrap import Covering, wrap
+from tactile.jnd import ROUGHNESS_JND
+
+PLACES, FACES = 20, 400_000
+RESULT, COMMAND = "own_shapes", "benchmarks.objects.own_shapes"
+
+
+def rounded_box(radius_mm: float) -> Body:
+    """A box of 34 x 28 x 22 mm whose edges are rounded."""
+    half = np.array([17.0, 14.0, 11.0])
+    box = trimesh.creation.box(extents=2.0 * half)
+    vertices, faces = trimesh.remesh.subdivide_to_size(box.vertices, box.faces, 0.35, max_iter=20)
+    fine = trimesh.Trimesh(vertices, faces)
+    fine.merge_vertices()
+    core = np.clip(fine.vertices, radius_mm - half, half - radius_mm)
+    away = fine.vertices - core
+    away *= radius_mm / np.linalg.norm(away, axis=1, keepdims=True)
+    return Body(np.array(core + away), np.array(fine.faces))
+
+
+def smooth_bodies() -> dict[str, Body]:
+    """Bodies without a texture."""
+    ball = trimesh.creation.icosphere(subdivisions=7, radius=15.0)
+    ring = trimesh.creation.torus(20.0, 6.0, major_sections=600, minor_sections=200)
+    round_things = {"ball, 30 mm": ball, "torus, 52 mm, tube 12 mm": ring}
+    bodies = {name: Body(np.array(of.vertices), np.array(of.faces)) for name, of in round_things.items()}
+    bodies["cylinder"] = OBJECTS["cylinder"].make()
+    return bodies | {f"box, edges of {radius} mm": rounded_box(radius) for radius in (2, 4, 6)}
+
+
+def bare(body: Body) -> dict[str, Any]:
+    """Roughness of a smooth body, as pressed and of its texture."""
+    felt = feel_of(Mesh(body, None, Path("body")), load_skin("paper"), most=PLACES)
+    alone = felt.values["roughness"]
+    pressed = float(felt.as_pressed["roughness"].mean())
+    return {
+        "pressed": pressed,
+        "alone": float(alone.mean()),
+        "most": float(alone.max()),
+        "places": len(alone),
+    }
+
+
+def compared(name: str, texture: str) -> dict[str, Any]:
+    """Roughness of a tile at places of an object: over the object, over its own shape, as pressed."""
+    thing = OBJECTS[name]
+    made = thing.make()
+    body = wrap(made, [Covering(tile_of(texture))], Settings(faces=FACES), regions=thing.regions).body
+    with_texture, without = (Mesh(of, None, Path(name)) for of in (body, made))
+    felt = feel_of(with_texture, load_skin("paper"), "layer", PLACES, without)
+    points = surface_points(body)
+    numbers = cKDTree(points.at).query([crop.frame.at for crop in felt.crops])[1]
+    cropper = Cropper(body)
+    crops = [cropper.crop(frame) for frame in frames(points, numbers)]
+    alone = textures_alone(body, crops)
+    patches = np.stack([alone.get(number, crop.heights) for number, crop in enumerate(crops)])
+    known = np.array([not crop.on_edge for crop in crops])
+    if not known.any():
+        return {"places": 0}
+    over = felt.values["roughness"][known]
+    own, pressed = roughness(patches[known]), roughness(np.stack([crop.heights for crop in crops])[known])
+    error = _jnd(own, over)
+    return {
+        "object": float(over.mean()),
+        "alone": float(own.mean()),
+        "jnd": float(np.log(own.mean() / over.mean()) / np.log(ROUGHNESS_JND)),
+        "spread_jnd": float(error.std()),
+        "pressed_jnd": float(np.log(pressed.mean() / over.mean()) / np.log(ROUGHNESS_JND)),
+        "places": len(over),
+    }
+
+
+def _jnd(values: Array, reference: Array) -> Array:
+    return np.asarray(np.log(values / reference) / np.log(ROUGHNESS_JND))
+
+
+def tables(content: dict[str, Any]) -> str:
+    """Both tables of the page."""
+    heads = ["object", "V over the object", "V over its own shape", "off, JND", "spread, JND"]
+    heads += ["as pressed, JND", "places"]
+    rows = [
+        (name, *(f"{row[key]:{how}}" if key in row else None for key, how in FORMATS), row["places"])
+        for name, row in content["objects"].items()
+    ]
+    smooth = [
+        (name, *(f"{row[key]:.4f}" for key in ("pressed", "alone", "most")))
+        for name, row in content["smooth"].items()
+    ]
+    ends = ("smooth body", "V as pressed", "V of the texture", "most at a place")
+    return f"{table(heads, rows)}\n\n{table(ends, smooth)}\n"
+
+
+FORMATS = (
+    ("object", ".4f"),
+    ("alone", ".4f"),
+    ("jnd", "+.2f"),
+    ("spread_jnd", ".2f"),
+    ("pressed_jnd", "+.1f"),
+)
+"""Keys and formats of the numbers of an object."""
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(OBJECTS))
+    parser.add_argument("--texture", default=TEXTURE, metavar="TILE", help=f"default: {TEXTURE}")
+    arguments = parser.parse_args()
+    content = {"machine": machine(), "objects": load(RESULT).get("objects", {})}
+    content["smooth"] = {name: bare(body) for name, body in smooth_bodies().items()}
+    for name in arguments.names or list(OBJECTS):
+        key = name if arguments.texture == TEXTURE else f"{name} in {arguments.texture}"
+        content["objects"][key] = compared(name, arguments.texture)
+        save(RESULT, content)
+        print(key, content["objects"][key], flush=True)
+    put(DOCS / "evidence" / "objects.md", "own shapes", COMMAND, tables(content))
+    print(tables(content))
+
+
+if __name__ == "__main__":
+    main()

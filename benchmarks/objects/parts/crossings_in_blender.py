@@ -1,0 +1,27 @@
+"""Pairs of triangles of a mesh that cross one another, as Blender finds them: by a Python that has `bpy`.
+
+python -m benchmarks.objects.parts.crossings_in_blender FILE.stl
+
+Blender's search skips pairs that share an edge, takes single precision, and has no least depth.
+"""
+
+import sys
+
+import bpy
+import numpy as np
+from mathutils.bvhtree import BVHTree
+
+from relief.body import TRIANGLE
+
+
+def main() -> None:
+    # Blender's own modules can be imported only after it has started.
+    assert bpy.app.version_string
+    corners = np.fromfile(sys.argv[1], TRIANGLE, offset=84)["corners"].reshape(-1, 3)
+    points, faces = np.unique(corners, axis=0, return_inverse=True)
+    tree = BVHTree.FromPolygons(points.tolist(), faces.reshape(-1, 3).tolist(), all_triangles=True)
+    print("RESULT", sum(one < other for one, other in tree.overlap(tree)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Mending of bodies that files bring, and the round holes of bodies."""

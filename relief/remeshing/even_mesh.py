@@ -1,0 +1,241 @@
+"""Even triangles on the smooth surface that is meant, whatever triangles the body came with."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.body import Body
+from relief.common.arrays import Array, Index
+from relief.common.progress import stage, this_stage
+from relief.meshes.neighbourhood import edge_pairs
+from relief.remeshing.features import held_lines, regions
+from relief.remeshing.nearest import NearestPoints
+from relief.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface, units
+from relief.remeshing.triangles import Triangles
+
+ARC = 0.35
+"""Angle over which an edge of the even mesh spans, rad, where the surface bends: parabolas over its triangles
+are then within 1 um of a circle of 4 mm radius."""
+LEAST_PART = 0.15
+"""Shortest edges wanted where the surface bends, in those of the rest."""
+GROWTH = 0.5
+"""By how much edges may grow from one to the next, as a part of them."""
+COARSE = 4.0
+"""Edges on a flat side that stays, in those of the rest: it needs few triangles, but no slivers."""
+ROUNDS = 3
+"""Rounds of splitting, collapsing, flipping and relaxing; ten change little more."""
+MOST_PASSES = 40
+"""Passes of collapses in a round; each removes a tenth of what there is to remove."""
+COARSER = (8.0, 2.0, 1.0)
+"""Edges, in those wanted, to which triangles are divided at first: flips between keep them from becoming
+slivers."""
+ENOUGH = 0.03
+"""Changes in a pass, as a part of those of the first, up to which no other pass follows."""
+STIR = 0.3
+"""Part of their edges by which vertices move by chance at first. Squares would stay squares, and divided all
+at once the number of triangles would jump by a half."""
+STEP = 0.8
+"""Part of the way to the middle of its triangles that a vertex moves."""
+UPRIGHT = 0.3
+"""Cosine of the angle by which relaxing may turn a triangle."""
+SHRUNK = 0.1
+"""Least part of its area that relaxing may leave of a triangle."""
+INWARD = 0.05
+"""Part of the way from a corner to the middle of its triangle where the side of a crease is looked up."""
+
+
+@dataclass(frozen=True)
+class EvenMesh:
+    """Even triangles whose vertices lie on a smooth surface.
+
+    Attributes:
+        body: The triangles.
+        normals: (faces, 3, 3) outward unit normals of the surface at the corners.
+        bulges: (faces, 3, 3) as in `SmoothSurface`, mm.
+        uv: (faces, 3, 2) texture coordinates of the corners, or None.
+        origin: (faces,) a face of the input that each face lies on or near.
+    """
+
+    body: Body
+    normals: Array
+    bulges: Array
+    uv: Array | None
+    origin: Index
+
+
+def even_mesh(
+    body: Body, edge_mm: float, uv: Array | None = None, side: NDArray[np.bool_] | None = None
+) -> EvenMesh:
+    """Even triangles on the smooth surface behind a body's facets.
+
+    Edges of the part and seams of texture coordinates are held within `HELD_MM`.
+
+    Args:
+        body: A closed body, each vertex once.
+        edge_mm: Edges wanted where the surface is flat; elsewhere they are shorter.
+        uv: (faces, 3, 2) texture coordinates of the corners, or None.
+        side: (faces,) facets of a flat side, whose rim is held and which stays coarse, or None.
+    """
+    with stage("normals"):
+        surface = smooth_surface(body, side)
+    with stage("even triangles", float(ROUNDS)) as advance:
+        remesher = _Remesher(surface, edge_mm, uv, np.zeros(len(body.faces), bool) if side is None else side)
+        for number in range(ROUNDS):
+            remesher.round(STIR if number == 0 else 0.0)
+            advance()
+        return remesher.result(uv)
+
+
+class _Remesher:
+    """The triangles so far, and the surface that they lie on."""
+
+    def __init__(
+        self, surface: SmoothSurface, edge_mm: float, uv: Array | None, side: NDArray[np.bool_]
+    ) -> None:
+        self.surface, self.edge_mm = surface, edge_mm
+        body = surface.body
+        held, corner = held_lines(surface, uv, side)
+        self.region = regions(body, held)
+        self.nearest = NearestPoints(body, held, self.region, edge_mm)
+        self.size = np.where(side, COARSE * edge_mm, _sizes(surface, edge_mm))
+        self.triangles = Triangles(body, held, corner)
+
+    def round(self, stir: float) -> None:
+        """Bring the edges nearer to their wanted lengths, and the triangles to even shape.
+
+        Args:
+            stir: Part of their edges by which vertices are moved by chance.
+        """
+        triangles = self.triangles
+        self._collapse()
+        for coarser in COARSER:
+            self._repeat(triangles.flip)
+            while triangles.split(coarser * self._wanted()):
+                self._repeat(triangles.flip)
+        self._collapse()
+        for _ in range(3):
+            self._repeat(triangles.flip)
+            self._relax(stir)
+
+    def _collapse(self) -> None:
+        wanted = self._wanted()
+        self._repeat(lambda: self.triangles.collapse(wanted))
+        self.triangles.drop_unused()
+
+    def _repeat(self, step: Callable[[], int]) -> None:
+        first = 0
+        for _ in range(MOST_PASSES):
+            count = step()
+            this_stage()(0)
+            first = max(first, count)
+            if count <= ENOUGH * first:
+                break
+
+    def _wanted(self) -> Array:
+        """(vertices,) lengths of edges wanted, mm."""
+        triangles = self.triangles
+        count = len(triangles.vertices)
+        wanted = np.full(count, COARSE * self.edge_mm)
+        np.minimum.at(wanted, triangles.faces, self.size[triangles.origin][:, None])
+        one, other = triangles.faces.ravel(), np.roll(triangles.faces, -1, axis=1).ravel()
+        length = GROWTH * np.linalg.norm(triangles.vertices[one] - triangles.vertices[other], axis=1)
+        for _ in range(4):
+            np.minimum.at(wanted, one, wanted[other] + length)
+            np.minimum.at(wanted, other, wanted[one] + length)
+        return wanted
+
+    def _relax(self, stir: float) -> None:
+        """Move free vertices towards the middle of their triangles, along the surface, and by chance."""
+        triangles = self.triangles
+        vertices, faces = triangles.vertices, triangles.faces
+        rows = np.flatnonzero(~triangles.corner & (triangles.held_count() == 0))
+        face, share = self._project(vertices[rows] + STEP * self._ways(stir)[rows], rows)
+        moved, place = vertices.copy(), np.full(len(vertices), -1)
+        moved[rows], place[rows] = np.einsum("nc,ncd->nd", share, self.nearest.corners[face]), face
+        while len(turned := self._turned(moved)):
+            moved[turned], place[turned] = vertices[turned], -1
+        triangles.vertices = moved
+        best = place[faces].max(axis=1)
+        triangles.origin = np.where(best >= 0, best, triangles.origin)
+
+    def _ways(self, stir: float) -> Array:
+        """(vertices, 3) ways along the surface to the middles of the triangles around, and by chance, mm."""
+        vertices, faces = self.triangles.vertices, self.triangles.faces
+        body, count, corners = Body(vertices, faces), len(vertices), faces.ravel()
+        wanted = self._wanted()
+        weight = body.areas / wanted[faces].mean(axis=1) ** 2
+        middles = weight[:, None] * vertices[faces].mean(axis=1)
+        middle, normal = (
+            np.stack([np.bincount(corners, np.repeat(of[:, k], 3), count) for k in range(3)], axis=1)
+            for of in (middles, body.normals)
+        )
+        total = np.maximum(np.bincount(corners, np.repeat(weight, 3), count), 1e-30)
+        way = middle / total[:, None] - vertices
+        way += stir * wanted[:, None] * np.random.default_rng(count).uniform(-1.0, 1.0, way.shape)
+        unit = units(np.asarray(normal, np.float64))
+        return np.asarray(way - (way * unit).sum(axis=1, keepdims=True) * unit)
+
+    def _turned(self, moved: Array) -> Index:
+        """Moved vertices at triangles that would turn over or lose nearly all of their area."""
+        vertices, faces = self.triangles.vertices, self.triangles.faces
+        before, after = Body(vertices, faces).normals, Body(moved, faces).normals
+        old, new = np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1)
+        around = np.unique(faces[((after * before).sum(axis=1) < UPRIGHT * old * new) | (new < SHRUNK * old)])
+        return around[(moved[around] != vertices[around]).any(axis=1)]
+
+    def _project(self, points: Array, rows: Index) -> tuple[Index, Array]:
+        """Nearest faces of the input and coordinates there, for points at vertices."""
+        start = np.zeros(len(self.triangles.vertices), np.int64)
+        start[self.triangles.faces] = self.triangles.origin[:, None]
+        return self.nearest.at(points, self.region[start[rows]], start[rows])
+
+    def result(self, uv: Array | None) -> EvenMesh:
+        """The mesh with the normals of the surface, its vertices on the smooth surface."""
+        triangles, surface = self.triangles, self.surface
+        faces = triangles.faces
+        free = ~triangles.corner & (triangles.held_count() == 0)
+        rows = np.flatnonzero(free)
+        face, share = self._project(triangles.vertices[rows], rows)
+        vertices = triangles.vertices.copy()
+        vertices[rows] = surface.places_at(face, share)
+        at, shares = np.zeros(len(vertices), np.int64), np.zeros((len(vertices), 3))
+        at[rows], shares[rows] = face, share
+        at, shares = at[faces], shares[faces]
+        held = ~free[faces]
+        number, corner = np.nonzero(held)
+        place = triangles.vertices[faces[number, corner]]
+        inner = place + INWARD * (triangles.vertices[faces[number]].mean(axis=1) - place)
+        start = triangles.origin[number]
+        side, _ = self.nearest.at(inner, self.region[start], start)
+        at[held], shares[held] = self.nearest.from_(place, side)
+        normals = surface.normals_at(at.ravel(), shares.reshape(-1, 3)).reshape(-1, 3, 3)
+        body = Body(vertices, faces)
+        pairs = edge_pairs(faces, len(vertices))
+        creases = triangles.is_held(triangles.keys()).reshape(-1, 3)
+        corners_uv = None if uv is None else np.einsum("fkc,fkcd->fkd", shares, uv[at])
+        return EvenMesh(body, normals, bulges(body, pairs, creases, normals), corners_uv, triangles.origin)
+
+
+def _sizes(surface: SmoothSurface, edge_mm: float) -> Array:
+    """(faces,) lengths of edges wanted by how the surface bends, mm."""
+    corners, normals = surface.body.vertices[surface.body.faces], surface.normals
+    turn = np.linalg.norm(np.roll(normals, -1, axis=1) - normals, axis=2)
+    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    bend = np.maximum(turn - 0.01, 0.0) / np.maximum(length, 0.02 * edge_mm)
+    return np.clip(ARC / np.maximum(bend.max(axis=1), 1e-9), LEAST_PART * edge_mm, edge_mm)
+
+
+def vertex_normals(mesh: EvenMesh, ignored: NDArray[np.bool_]) -> Array:
+    """Normals at the vertices, (n, 3): on creases means over the triangles around, by their angles.
+
+    Args:
+        mesh: The mesh.
+        ignored: (faces,) triangles that count only where a vertex has no others: those of a flat bottom.
+    """
+    angle = corner_angles(mesh.body)
+    angle[ignored] *= 1e-9
+    corners, count = mesh.body.faces.ravel(), len(mesh.body.vertices)
+    sums = [np.bincount(corners, (angle * mesh.normals[:, :, k]).ravel(), count) for k in range(3)]
+    return units(np.stack(sums, axis=1))

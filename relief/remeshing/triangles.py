@@ -1,0 +1,278 @@
+"""Steps of remeshing on triangles with held edges: split, collapse, flip, relax (Botsch and Kobbelt 2004).
+
+Each step is taken at many places at once, which share no vertex.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.body import Body
+from relief.common.arrays import Array, Index
+from relief.meshes.neighbourhood import BITS, MASK, among, edge_keys, edge_pairs
+from relief.meshes.refining import divided
+
+LONG, SHORT = 4.0 / 3.0, 4.0 / 5.0
+"""Lengths of edges, in those wanted, from which they are split and up to which they are collapsed."""
+HELD_MM = 0.005
+"""Farthest that a held line may be moved by collapses along it, mm."""
+MOST_AROUND = 40
+"""Triangles around a vertex up to which it may be removed."""
+TURN = np.cos(np.radians(40.0))
+"""Cosine of the angle by which a collapse or a flip may turn a triangle."""
+LONGER = 1.1
+"""Factor by which a collapse may lengthen an edge that is too long already and will be split."""
+THIN = 0.02
+"""Twice the area of a triangle, in the square of its longest edge, below which it is a sliver."""
+LEAST_GAIN = 1e-7
+"""Least gain of a flip, in sines: flips between equal pairs would never end."""
+
+
+class Triangles:
+    """Triangles under change.
+
+    Attributes:
+        vertices: (n, 3) mm.
+        faces: (m, 3).
+        origin: (m,) a triangle of the first mesh in the region of each triangle, and near it.
+        held: (k,) sorted keys of held edges.
+        corner: (n,) vertices that stay.
+        moved: (n,) how far held lines have been moved at a vertex, mm.
+    """
+
+    def __init__(self, body: Body, held: NDArray[np.bool_], corner: NDArray[np.bool_]) -> None:
+        self.vertices, self.faces = body.vertices.copy(), np.asarray(body.faces, np.int64).copy()
+        self.origin = np.arange(len(self.faces))
+        self.held = np.unique(self.keys()[held.ravel()])
+        self.corner, self.moved = corner.copy(), np.zeros(len(self.vertices))
+        self._far = self.moved
+        self._refused = np.empty(0, np.int64)
+
+    def keys(self) -> Index:
+        """(m * 3,) keys of the edges from corner k to k + 1."""
+        return edge_keys(self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel())
+
+    def edges(self) -> Index:
+        """Sorted keys of the edges; of an edge of four triangles twice."""
+        one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        once = one < other
+        return np.sort((one[once] << BITS) | other[once])
+
+    def held_count(self) -> Index:
+        """(n,) number of held edges at each vertex."""
+        ends = np.concatenate([self.held >> BITS, self.held & MASK])
+        return np.bincount(ends, minlength=len(self.vertices))
+
+    def is_held(self, keys: Index) -> NDArray[np.bool_]:
+        """Whether edges are held, by their keys."""
+        return among(keys, self.held)
+
+    def split(self, size: Array) -> int:
+        """Divide the edges that are longer than wanted at their middles; returns how many.
+
+        Args:
+            size: (n,) length of edges wanted at the vertices, mm.
+        """
+        one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        length = np.linalg.norm(self.vertices[one] - self.vertices[other], axis=1)
+        # Keys of edges are the same from both sides, and so is what is long.
+        chosen = np.unique(self.keys()[length > LONG * 0.5 * (size[one] + size[other])])
+        if not len(chosen):
+            return 0
+        keys, first = self.keys(), len(self.vertices)
+        at = np.minimum(np.searchsorted(chosen, keys), len(chosen) - 1)
+        middles = np.where(chosen[at] == keys, first + at, -1).reshape(-1, 3)
+        ends = np.stack([chosen >> BITS, chosen & MASK])
+        self.vertices = np.concatenate([self.vertices, self.vertices[ends].mean(axis=0)])
+        self.corner = np.concatenate([self.corner, np.zeros(len(chosen), bool)])
+        self.moved = np.concatenate([self.moved, self.moved[ends].max(axis=0)])
+        number = first + np.arange(len(chosen))
+        parts = self.is_held(chosen)
+        halves = [edge_keys(end[parts], number[parts]) for end in ends]
+        self.held = np.unique(np.concatenate([self.held[~among(self.held, chosen)], *halves]))
+        nothing = np.empty((len(self.faces), 3, 0))
+        self.faces, parent, _ = divided(self.vertices, self.faces, middles, nothing)
+        self.origin = self.origin[parent]
+        return len(chosen)
+
+    def collapse(self, size: Array) -> int:
+        """Remove vertices at the ends of edges that are shorter than wanted; returns how many.
+
+        Vertices keep their numbers until `drop_unused`.
+
+        Args:
+            size: (n,) length of edges wanted at the vertices, mm.
+        """
+        gone, stays = self._apart(*self._short_edges(size))
+        if not len(gone):
+            return 0
+        corner_face = np.argsort(self.faces.ravel(), kind="stable") // 3
+        count = np.bincount(self.faces.ravel(), minlength=len(self.vertices))
+        first = np.cumsum(count) - count
+        number = np.repeat(np.arange(len(gone)), count[gone])
+        within = np.arange(len(number)) - np.repeat(np.cumsum(count[gone]) - count[gone], count[gone])
+        sound = self._sound(gone, stays, size, number, corner_face[first[gone][number] + within])
+        refused = (gone[~sound] << BITS) | stays[~sound]
+        self._refused = np.sort(np.concatenate([self._refused, refused]))
+        self._merge(gone[sound], stays[sound])
+        return int(sound.sum())
+
+    def drop_unused(self) -> None:
+        """Number the vertices that are left anew."""
+        used = np.zeros(len(self.vertices), bool)
+        used[self.faces] = True
+        renumber = np.cumsum(used) - 1
+        self.faces = renumber[self.faces]
+        self.vertices, self.corner, self.moved = self.vertices[used], self.corner[used], self.moved[used]
+        self.held = np.unique(edge_keys(renumber[self.held >> BITS], renumber[self.held & MASK]))
+        self._refused = np.empty(0, np.int64)
+
+    def _short_edges(self, size: Array) -> tuple[Index, Index]:
+        """Vertices that may be removed, and those they are moved to, the shortest edges first."""
+        keys = self.edges()
+        one, other = keys >> BITS, keys & MASK
+        length = np.linalg.norm(self.vertices[one] - self.vertices[other], axis=1)
+        length /= 0.5 * (size[one] + size[other])
+        short = length < SHORT
+        keys, one, other, length = keys[short], one[short], other[short], length[short]
+        lines, around = self.held_count(), np.bincount(self.faces.ravel(), minlength=len(self.vertices))
+        held = self.is_held(keys)
+        free = ~self.corner & (around <= MOST_AROUND)
+        ways = []
+        for gone, stays in ((one, other), (other, one)):
+            may = free[gone] & ((lines[gone] == 0) | (held & (lines[gone] == 2)))
+            may &= ~among((gone << BITS) | stays, self._refused)
+            ways.append(np.stack([gone[may], stays[may], np.flatnonzero(may)]))
+        gone, stays, edge = np.concatenate(ways, axis=1)
+        order = np.argsort(length[edge], kind="stable")
+        return gone[order], stays[order]
+
+    def _apart(self, gone: Index, stays: Index) -> tuple[Index, Index]:
+        """Those of the vertices to be removed, the first at each, that have no neighbour in common."""
+        gone, first = np.unique(gone, return_index=True)
+        stays = stays[first]
+        # Vertices in any order: with that of their lengths few would be first among their neighbours.
+        rank = np.random.default_rng(len(gone)).permutation(len(gone))
+        best = np.full(len(self.vertices), len(gone))
+        best[gone] = rank
+        one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        for _ in range(2):
+            around = best.copy()
+            np.minimum.at(around, one, best[other])
+            np.minimum.at(around, other, best[one])
+            best = around
+        chosen = best[gone] == rank
+        return gone[chosen], stays[chosen]
+
+    def _sound(self, gone: Index, stays: Index, size: Array, number: Index, face: Index) -> NDArray[np.bool_]:
+        """(k,) whether removals keep the surface whole, its triangles upright, and held lines in place."""
+        corners = self.faces[face]
+        around = corners.ravel()
+        rank = np.repeat(number, 3)
+        beside = (around != gone[rank]) & (around != stays[rank])
+        joined = among(edge_keys(around[beside], stays[rank[beside]]), self.edges())
+        sound = np.bincount(rank[beside][joined], minlength=len(gone)) == 4
+        moved = ~(corners == stays[number][:, None]).any(axis=1)
+        number, corners = number[moved], corners[moved]
+        old = self.vertices[corners]
+        new = np.where(
+            (corners == gone[number][:, None])[:, :, None], self.vertices[stays[number]][:, None], old
+        )
+        before, after = (np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]) for t in (old, new))
+        areas = [np.linalg.norm(normal, axis=1) for normal in (before, after)]
+        longest = [((np.roll(t, -1, axis=1) - t) ** 2).sum(axis=2).max(axis=1) for t in (old, new)]
+        thin = [area / np.maximum(length, 1e-30) for area, length in zip(areas, longest, strict=True)]
+        upright = np.where(thin[0] < THIN, 0.0, TURN)
+        bad = (before * after).sum(axis=1) < upright * areas[0] * areas[1]
+        bad |= (thin[1] < THIN) & (thin[1] < thin[0])
+        bad |= longest[1] > np.maximum((LONG * size[gone[number]]) ** 2, LONGER**2 * longest[0])
+        sound[number[bad]] = False
+        return sound & self._in_line(gone, stays)
+
+    def _in_line(self, gone: Index, stays: Index) -> NDArray[np.bool_]:
+        """(k,) whether removals leave held lines where they are."""
+        lines = self.held_count()
+        held = np.flatnonzero(lines[gone] > 0)
+        sound = np.ones(len(gone), bool)
+        self._far = np.zeros(len(self.vertices))
+        if not len(held):
+            return sound
+        one, other = self.held >> BITS, self.held & MASK
+        total = np.zeros(len(self.vertices), np.int64)
+        np.add.at(total, one, other)
+        np.add.at(total, other, one)
+        vertex, near = gone[held], stays[held]
+        beyond = self.vertices[total[vertex] - near]
+        start, point = self.vertices[near], self.vertices[vertex]
+        way = beyond - start
+        t = ((point - start) * way).sum(1) / np.maximum((way * way).sum(1), 1e-30)
+        far = np.linalg.norm(start + np.clip(t, 0.0, 1.0)[:, None] * way - point, axis=1)
+        sound[held] = far + self.moved[vertex] <= HELD_MM
+        self._far[vertex] = far
+        return sound
+
+    def _merge(self, gone: Index, stays: Index) -> None:
+        """Move vertices to others, and leave out what has no area then."""
+        target = np.arange(len(self.vertices))
+        target[gone] = stays
+        lines = self.held_count()[gone] > 0
+        for vertex in (gone[lines], stays[lines]):
+            far = self.moved[gone[lines]] + self._far[gone[lines]]
+            self.moved[vertex] = np.maximum(self.moved[vertex], far)
+        one, other = target[self.held >> BITS], target[self.held & MASK]
+        faces = target[self.faces]
+        kept = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+        self.faces, self.origin = faces[kept], self.origin[kept]
+        apart = one != other
+        self.held = np.unique(edge_keys(one[apart], other[apart]))
+
+    def flip(self) -> int:
+        """Flip edges towards Delaunay's triangles where the surface turns little; returns how many."""
+        pairs = edge_pairs(self.faces, len(self.vertices))
+        pairs = pairs[~self.is_held(self.keys()[pairs[:, 0]])]
+        one, other = pairs[:, 0] // 3, pairs[:, 1] // 3
+        a, b = self.faces.ravel()[pairs[:, 0]], self.faces[one, (pairs[:, 0] + 1) % 3]
+        c, d = self.faces[one, (pairs[:, 0] + 2) % 3], self.faces[other, (pairs[:, 1] + 2) % 3]
+        gain = _beyond_delaunay(self.vertices, a, b, c, d)
+        rows = np.flatnonzero(gain > LEAST_GAIN)
+        gain = gain[rows]
+        one, other, a, b, c, d = (values[rows] for values in (one, other, a, b, c, d))
+        before = self._unit(a, b, c), self._unit(b, a, d)
+        after = self._unit(a, d, c), self._unit(d, b, c)
+        middle = before[0] + before[1]
+        length = np.linalg.norm(middle, axis=1)
+        sound = ((before[0] * before[1]).sum(1) > TURN) | (length == 0.0)
+        for normal in after:
+            sound &= (normal * middle).sum(1) > TURN * np.maximum(length, 1e-12)
+        new = edge_keys(c, d)
+        sound &= ~among(new, self.edges()) & (c != d)
+        order = np.flatnonzero(sound)
+        order = order[np.argsort(-gain[order], kind="stable")]
+        # One flip for the four triangles' vertices each, so that no two make one edge.
+        best = np.full(len(self.faces), len(order))
+        rank = np.arange(len(order))
+        for face in (one[order], other[order]):
+            np.minimum.at(best, face, rank)
+        order = order[(best[one[order]] == rank) & (best[other[order]] == rank)]
+        order = order[np.sort(np.unique(new[order], return_index=True)[1])]
+        self.faces[one[order]] = np.stack([a, d, c], axis=1)[order]
+        self.faces[other[order]] = np.stack([d, b, c], axis=1)[order]
+        return len(order)
+
+    def _unit(self, a: Index, b: Index, c: Index) -> Array:
+        """Unit normals (n, 3) of triangles by their corners; 0 where they have no area."""
+        normal = np.cross(self.vertices[b] - self.vertices[a], self.vertices[c] - self.vertices[a])
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+
+
+def _beyond_delaunay(vertices: Array, a: Index, b: Index, c: Index, d: Index) -> Array:
+    """Negative sine of the sum of the angles at c and d, opposite to an edge a-b; above 0: not Delaunay's."""
+
+    def angle(at: Index) -> tuple[Array, Array]:
+        one, two = vertices[a] - vertices[at], vertices[b] - vertices[at]
+        scale = np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
+        scale = np.where(scale > 0.0, scale, 1.0)
+        return (one * two).sum(axis=1) / scale, np.linalg.norm(np.cross(one, two), axis=1) / scale
+
+    (cos_c, sin_c), (cos_d, sin_d) = angle(c), angle(d)
+    return np.asarray(-(sin_c * cos_d + cos_c * sin_d))
