@@ -1,12 +1,13 @@
 """Tiles steered for the measured finger, felt by finer elements and by tetrahedra of the same finger.
 
 retouch study benchmarks/surfaces/fingers_crossed.toml -o runs/crossed
-python -m benchmarks.surfaces.steered_truth runs/crossed   # presses three of the tiles; JSON and table
+python -m benchmarks.surfaces.steered_truth runs/crossed   # by every way that is not in the results yet
+python -m benchmarks.surfaces.steered_truth                # prints the table
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import torch
 
 from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
 from benchmarks.shared.studies import Row, folder_of, rows_in
-from benchmarks.skin.operators import PITCH_MM, felt
+from benchmarks.skin.operators import felt
 from benchmarks.skin.round_truth import TETRAHEDRA, TETRAHEDRA_PITCH_MM, TRUTH
 from benchmarks.touch.round_tetrahedra import round_tetrahedra
 from optimize.run_directory.key import SETTINGS
@@ -25,7 +26,7 @@ from relief.common.arrays import Array
 from relief.common.formats import RUN_HEIGHTS
 from relief.common.progress import say
 from relief.heightmap import load_heights
-from relief.patches import Patches
+from relief.patches import Patches, samples_of
 from relief.places import places
 from relief.relief import Relief
 from tactile.elements.round_pad import round_pad_operator
@@ -37,6 +38,8 @@ COMMAND = "benchmarks.surfaces.steered_truth FOLDER"
 TILES = ("gravel-tile", "knit-tile", "leather-tile")
 TILE_MM = 10.0
 SKIN = load_skin("measured")
+VERIFIED_MM = TILE_MM / 128
+"""Pitch of the samples of the tiles, by which runs are verified."""
 PLACES = 4
 """Places of a tile, evenly taken, at which every method presses."""
 WAYS = (
@@ -54,29 +57,33 @@ def main() -> None:
     if study is not None:
         rows = [row for row in rows_in(study) if row["texture"] in TILES and row["touch.skin"] == "measured"]
         reliefs = {f"{row['texture']} {row['touch.jnd']:+g}": _sides(study, row) for row in rows}
-        jnds: dict[str, dict[str, list[float]]] = {name: {} for name in reliefs}
-        for way, pitch, operator in operators():
+        jnds: dict[str, dict[str, list[float]]] = load("steered_truth").get("jnd", {})
+        for way, pitch, build in operators():
+            if all(way in jnds.get(name, {}) for name in reliefs):
+                continue
+            operator = build()
             for name, sides in reliefs.items():
                 say(f"{name} by {way}")
                 first, then = (
                     felt(operator, SKIN, torch.as_tensor(_patches(side, pitch))).roughness for side in sides
                 )
-                jnds[name][way] = [jnd_apart(b, a) for a, b in zip(first, then, strict=True)]
-        save("steered_truth", {"jnd": jnds, "machine": machine()})
+                each = [jnd_apart(b, a) for a, b in zip(first, then, strict=True)]
+                jnds.setdefault(name, {})[way] = each
+            save("steered_truth", {"jnd": jnds, "machine": machine()})
     text = as_text(load("steered_truth")["jnd"])
     print(text)
     put(PAGE, "truth", COMMAND, f"{text}\n")
 
 
-def operators() -> Iterator[tuple[str, float, SkinOperator]]:
+def operators() -> Iterator[tuple[str, float, Callable[[], SkinOperator]]]:
     """Name, pitch of the samples, mm, and operator of each way to press."""
     assert SKIN.patch_mm is not None
     size = SKIN.patch_mm
-    fine, coarse = round(size / PITCH_MM), round(size / TETRAHEDRA_PITCH_MM)
-    yield WAYS[0], PITCH_MM, round_pad_operator(SKIN, fine, size)
-    yield WAYS[1], PITCH_MM, round_pad_operator(SKIN, fine, size, mesh=TRUTH)
-    yield WAYS[2], TETRAHEDRA_PITCH_MM, round_pad_operator(SKIN, coarse, size)
-    yield WAYS[3], TETRAHEDRA_PITCH_MM, round_tetrahedra(SKIN, coarse, size, TETRAHEDRA)
+    fine, coarse = samples_of(size, VERIFIED_MM), round(size / TETRAHEDRA_PITCH_MM)
+    yield WAYS[0], VERIFIED_MM, lambda: round_pad_operator(SKIN, fine, size)
+    yield WAYS[1], VERIFIED_MM, lambda: round_pad_operator(SKIN, fine, size, mesh=TRUTH)
+    yield WAYS[2], TETRAHEDRA_PITCH_MM, lambda: round_pad_operator(SKIN, coarse, size)
+    yield WAYS[3], TETRAHEDRA_PITCH_MM, lambda: round_tetrahedra(SKIN, coarse, size, TETRAHEDRA)
 
 
 def _sides(study: Path, row: Row) -> tuple[Relief, Relief]:
@@ -93,7 +100,7 @@ def _patches(relief: Relief, pitch_mm: float) -> Array:
     at = places(relief.surface)
     some = at[np.linspace(0, len(at) - 1, PLACES).round().astype(int)]
     assert SKIN.patch_mm is not None
-    patches = Patches(relief.surface, some, round(SKIN.patch_mm / pitch_mm), SKIN.patch_mm)
+    patches = Patches(relief.surface, some, samples_of(SKIN.patch_mm, pitch_mm), SKIN.patch_mm)
     return np.asarray(patches.within_reach(relief.heights))
 
 
@@ -101,7 +108,8 @@ def as_text(jnds: dict[str, dict[str, list[float]]]) -> str:
     """Mean and range of JND over the places by each way, and the largest distance of two ways at a place."""
     lines: list[list[Any]] = []
     for name, by_way in jnds.items():
-        means = [f"{np.mean(each):+.2f} ({min(each):+.2f} to {max(each):+.2f})" for each in by_way.values()]
+        every = [by_way[way] for way in WAYS]
+        means = [f"{np.mean(each):+.2f} ({min(each):+.2f} to {max(each):+.2f})" for each in every]
         apart = [
             float(np.abs(np.subtract(by_way[one], by_way[other])).max())
             for one, other in ((WAYS[0], WAYS[1]), (WAYS[2], WAYS[3]))
