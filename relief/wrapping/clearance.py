@@ -15,6 +15,9 @@ SAFE = 0.7
 """Part of the radius of the empty ball that a displacement may use; the rest is for the facets of a mesh."""
 SPACING = 0.2
 """Distance of the samples of the surface, in the radius that is large enough."""
+LEAST_SPACING_MM = 0.1
+"""Least distance of the samples, mm: under a relief of 0.1 mm a fifth of the radius is 0.03 mm, and takes
+ten seconds of a processor on a box of 16 mm."""
 MOST_SAMPLES = 1_000_000
 """Samples at most, which bounds the memory."""
 SAME_SHEET = np.cos(np.radians(15.0))
@@ -61,7 +64,9 @@ class Room:
             most_mm: Radius that is large enough.
         """
         self.mesh, self.most_mm = mesh, most_mm
-        spacing = max(SPACING * most_mm, float(np.sqrt(mesh.body.areas.sum() / MOST_SAMPLES)))
+        spacing = max(
+            SPACING * most_mm, LEAST_SPACING_MM, float(np.sqrt(mesh.body.areas.sum() / MOST_SAMPLES))
+        )
         fine = refined(mesh.body, 1.5 * spacing)
         share = fine.corners.mean(axis=1).astype(np.float64)
         flat = fine.body.vertices[fine.body.faces].mean(axis=1)

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from relief.body import Body
 from relief.common.arrays import Array
+from relief.common.errors import InputError
 from relief.common.progress import this_stage
 from relief.meshes.neighbourhood import connected_around
 
@@ -143,8 +144,13 @@ class _Cover:
         renumber = np.full(len(around), -1)
         renumber[used] = np.arange(len(used))
         faces = renumber[faces]
-        solver = potpourri3d.MeshVectorHeatSolver(self.body.vertices[around[used]], faces)
-        uv = np.asarray(solver.compute_log_map(int(renumber[number[seed]])))
+        try:
+            solver = potpourri3d.MeshVectorHeatSolver(self.body.vertices[around[used]], faces)
+            uv = np.asarray(solver.compute_log_map(int(renumber[number[seed]])))
+        except RuntimeError as error:
+            place = ", ".join(f"{value:.1f}" for value in self.body.vertices[seed])
+            fault = f"mesh: has triangles around ({place}) mm that are too thin for flat coordinates"
+            raise InputError(f"{fault}; remesh that place, or leave it out (mask)") from error
         return around[used], uv, faces
 
     def _expected_radius(self, seed: int) -> float:

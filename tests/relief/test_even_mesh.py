@@ -8,7 +8,7 @@ import trimesh
 from relief.body import Body
 from relief.meshes.intersections import self_intersections
 from relief.meshes.refining import edge_for, expected_faces, refined
-from relief.remeshing.even_mesh import even_mesh
+from relief.remeshing.even_mesh import _part, even_mesh
 from relief.remeshing.nearest import nearest_in
 from relief.remeshing.smooth_surface import raised, smooth_surface, units
 from relief.wrapping.clearance import Room, clearance_factor, evened
@@ -265,3 +265,12 @@ def test_without_a_number_triangles_are_as_many_as_the_feel_needs():
     enough = body.areas[where].sum() / ENOUGH_MM2 + np.count_nonzero(~where)
     assert expected_faces(body, edge, where) == pytest.approx(enough, rel=0.05)
     assert _edge(body, where, [Covering(Tile(np.ones((16, 16)), 0.2))], Settings()) == 0.2
+
+
+def test_vertices_on_one_place_are_moved_apart() -> None:
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 1]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 4, 3], [1, 2, 4], [2, 0, 3], [2, 3, 4]])
+    _part(vertices, faces, np.array([False] * 4 + [True]))
+    assert Body(vertices, faces).areas.min() > 0.0
+    assert np.linalg.norm(vertices[4] - (0, 0, 1)) < 0.02
+    assert (vertices[3] == (0, 0, 1)).all()
