@@ -1,7 +1,5 @@
 """Change of the skin's surface by bands of wavelength: reported, not steered."""
 
-from dataclasses import asdict
-
 import numpy as np
 import torch
 
@@ -33,7 +31,7 @@ def skin_bands(touch: FeltPlaces, skin: tactile.Skin, size_mm: float) -> tuple[S
         return None
     some = np.linspace(0, len(touch.places) - 1, min(len(touch.places), MOST_PLACES)).round().astype(int)
     first, then = (_surface(side, some, skin, size_mm) for side in (before, after))
-    return tuple(SurfaceBand(**asdict(band)) for band in surface_bands(first, then, size_mm))
+    return surface_bands(first, then, size_mm)
 
 
 @one_torch_thread()

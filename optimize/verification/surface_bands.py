@@ -13,10 +13,10 @@ millimetres a few percent of the power count in the neighbouring band.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from optimize.verification.verification import SurfaceBand
 from relief.common.arrays import Array
 
 BANDS_MM = ((0.1, 0.2), (0.2, 0.4), (0.4, 0.8), (0.8, 1.6), (1.6, 3.2), (3.2, 6.4))
@@ -29,28 +29,7 @@ MOST_SAMPLED = 256
 """Frequencies along an axis by which the share of a band that a grid holds is counted."""
 
 
-@dataclass(frozen=True)
-class Band:
-    """A band of wavelengths of the skin's surface, and the change of a relief in it.
-
-    Attributes:
-        least_mm, most_mm: its wavelengths.
-        held: share of its frequencies that the grid holds, 0 to 1.
-        initial_um, final_um: rms of the skin's displacement by the original and by the result, um.
-        change_um: rms of the difference of the two, um, which is no difference of rms.
-        threshold_um: rms of a wave as high as the lowest dot that people detect on a smooth plate, um.
-    """
-
-    least_mm: float
-    most_mm: float
-    held: float
-    initial_um: float
-    final_um: float
-    change_um: float
-    threshold_um: float
-
-
-def surface_bands(before: Array, after: Array, size_mm: float) -> tuple[Band, ...]:
+def surface_bands(before: Array, after: Array, size_mm: float) -> tuple[SurfaceBand, ...]:
     """Bands of the skin's surface on patches of the original and of the result.
 
     Args:
@@ -64,7 +43,15 @@ def surface_bands(before: Array, after: Array, size_mm: float) -> tuple[Band, ..
     bands = [band for band in BANDS_MM if band[1] > 2.0 * pitch / math.sqrt(2.0) and band[1] <= size_mm]
     initial, final, change = (_rms_um(fields, size_mm, bands) for fields in (before, after, after - before))
     return tuple(
-        Band(*band, held_share(band, pitch), initial[i], final[i], change[i], threshold_um(band))
+        SurfaceBand(
+            least_mm=band[0],
+            most_mm=band[1],
+            held=held_share(band, pitch),
+            initial_um=initial[i],
+            final_um=final[i],
+            change_um=change[i],
+            threshold_um=threshold_um(band),
+        )
         for i, band in enumerate(bands)
     )
 

@@ -94,7 +94,7 @@ class Measured(Spread):
 
 
 class SurfaceBand(Section):
-    """Change of the skin's surface in a band of wavelength (`optimize.verification.surface_bands.Band`).
+    """Change of the skin's surface in a band of wavelength (`optimize.verification.surface_bands`).
 
     Attributes:
         least_mm, most_mm: wavelengths of the band.

@@ -130,7 +130,7 @@ def wrap(
         task = task_of(texture, mesh, settings, regions, units, lengths, repair)
         with naming(mesh):
             wrapped = wrapped_by(*task.arguments, partial(as_written, suffix=out.suffix.lower()))
-            if task.folded:
+            if task.settings.crosses:
                 check_closed(wrapped.body, "the wrapped object")
             else:
                 check_solid(wrapped.body, "the wrapped object", apart=True)
@@ -154,12 +154,15 @@ class Task(NamedTuple):
         arguments: body, coverings, settings, texture coordinates and regions, as `relief.wrapping.wrap.wrap`
             takes them.
         warnings: lines about the mesh and what was mended of it.
-        folded: whether the mesh passes through itself, where no texture may lie.
     """
 
     arguments: tuple[Body, list[Covering], Settings, Array | None, Regions]
     warnings: tuple[str, ...]
-    folded: bool
+
+    @property
+    def settings(self) -> Settings:
+        """How the body is wrapped."""
+        return self.arguments[2]
 
 
 def task_of(
@@ -190,7 +193,7 @@ def task_of(
         warnings = (*warnings, line)
     for line in warnings:
         _log.warning("%s: %s", mesh, line)
-    return Task((solid.body, coverings, settings, solid.uv, named_regions), warnings, solid.folded)
+    return Task((solid.body, coverings, settings, solid.uv, named_regions), warnings)
 
 
 def _coverings(textures: Sequence[tuple[Source, str | None]], lengths: Lengths) -> list[Covering]:

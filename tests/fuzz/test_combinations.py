@@ -1,4 +1,4 @@
-"""Sixty whole runs with random settings: each key has an effect, or is refused in one line.
+"""A hundred whole runs with random settings: each key has an effect, or is refused in one line.
 
 `python -m tests.fuzz.combinations` makes as many more as are wanted. The combinations are always the same.
 """
@@ -11,8 +11,7 @@ import pytest
 from tests.fuzz.combinations import combination, runs, verdict, write_inputs
 
 SEED = 26
-RUNS = 60
-"""Whole runs, of which each takes one to two seconds of a processor: a tenth of the time of all tests."""
+RUNS = 100
 
 
 @pytest.mark.slow

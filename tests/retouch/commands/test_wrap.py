@@ -66,10 +66,8 @@ def test_a_mesh_of_a_file_is_wrapped_and_told(capsys, tmp_path):
 
 
 def test_units_make_inches_millimetres(capsys):
-    # A texture on the top alone takes a fifth of the time.
-    argv = ["wrap", "flat.exr", "inches.stl", "--units", "in", "-o", "out.stl", *FEW, "--mask", "z>2.5"]
-    assert main([*argv, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["size_mm"] == pytest.approx([16.1, 14.1, 6.1], abs=0.11)
+    assert main(["wrap", "flat.exr", "inches.stl", "--units", "in", "-o", "out.stl", *FEW, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["size_mm"] == pytest.approx([16.2, 14.2, 6.1], abs=0.02)
 
 
 def test_regions_carry_other_textures(capsys, tmp_path):

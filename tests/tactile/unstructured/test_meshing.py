@@ -42,14 +42,18 @@ def test_flat_faces_stay_flat(block: Tetrahedra) -> None:
 
 
 def test_edges_follow_the_sizing_from_face_to_bone() -> None:
-    mesh = tetrahedralise(block_surface(5.0, 2.5), Sizing(0.35, 1.0))
-    faces = mesh.boundary()
-    side = mesh.vertices[faces]
-    edge = np.linalg.norm(side - np.roll(side, 1, axis=1), axis=2).mean(axis=1)
-    low, high = ((mesh.vertices[faces, 2] == z).all(axis=1) for z in (0.0, 2.5))
-    assert edge[low].mean() == pytest.approx(0.35, rel=0.25)
-    # fTetWild refines a few edges at the bone more or less, by the rounding of the machine: 0.65 to 0.75 mm.
-    assert 0.6 < edge[high].mean() < 1.35
+    # fTetWild makes another mesh each time, and a mean over one bone's few triangles varies by a tenth.
+    at_face, at_bone = [], []
+    for side_mm in (4.9, 5.0, 5.1):
+        mesh = tetrahedralise(block_surface(side_mm, 2.5), Sizing(0.35, 1.0))
+        faces = mesh.boundary()
+        side = mesh.vertices[faces]
+        edge = np.linalg.norm(side - np.roll(side, 1, axis=1), axis=2).mean(axis=1)
+        low, high = ((mesh.vertices[faces, 2] == z).all(axis=1) for z in (0.0, 2.5))
+        at_face.append(edge[low].mean())
+        at_bone.append(edge[high].mean())
+    assert np.mean(at_face) == pytest.approx(0.35, rel=0.25)
+    assert np.mean(at_bone) == pytest.approx(1.0, rel=0.35)
 
 
 @pytest.mark.slow
