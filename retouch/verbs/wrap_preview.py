@@ -29,7 +29,7 @@ SECONDS_PER_FACE = 1.6e-5
 """Time of `wrap` for each triangle, s, on the processor on which previews wrap a frog in 5 s."""
 LONGER = 2.0
 """Time of `wrap` without that of its fine triangles, in that of the preview. With both numbers the time of
-five objects comes out within a third."""
+six objects comes out within a third (`benchmarks.objects.previews`)."""
 
 
 @dataclass(frozen=True, eq=False)
