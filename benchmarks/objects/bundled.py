@@ -165,7 +165,7 @@ def measured(name: str, plate: Array) -> dict[str, Any]:
         "size_error_mm": None if thing.size_mm is None else float(np.abs(size - thing.size_mm).max()),
         "patches": wrapped.patches,
         "blended_percent": 100.0 * wrapped.blended,
-        "lowered_percent": 100.0 * wrapped.lowered,
+        "lowered_percent": 100.0 * wrapped.lowering.part,
         "edge_mm": wrapped.edge_mm,
         "places": len(found),
         "roughness": float(found.mean()),

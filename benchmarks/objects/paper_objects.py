@@ -189,7 +189,7 @@ def felt(case: Case) -> dict[str, Any]:
         "object": case.bare,
         "faces": len(textured.body.faces),
         "edge_mm": textured.edge_mm,
-        "lowered_percent": 100.0 * textured.lowered,
+        "lowered_percent": 100.0 * textured.lowering.part,
         "groups": groups,
         "at_mm": np.round(at, 2).tolist(),
         "roughness": np.round(values, 5).tolist(),

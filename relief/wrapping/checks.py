@@ -69,8 +69,15 @@ def check_area(body: Body, carried: Array, pitch_mm: float, mask: str | None) ->
         )
 
 
-def lowered_part(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float) -> float:
-    """Part of the textured area where the relief is lowered. Raises InputError if nothing is left of most."""
+def check_room(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float) -> None:
+    """Refuse a relief of which nothing is left on most of the textured area.
+
+    Args:
+        body: The surface.
+        where: (faces,) triangles that carry texture.
+        factor: (vertices,) factors of the heights.
+        tallest: Height of the relief, mm.
+    """
     areas, least = body.areas[where], factor[body.faces[where]].min(axis=1)
     bare = float(areas[least < BARE].sum() / areas.sum())
     if bare > MOST_LEFT_BARE:
@@ -79,4 +86,3 @@ def lowered_part(body: Body, where: NDArray[np.bool_], factor: Array, tallest: f
             "curvature or thickness leaves less than a tenth; take a lower relief (--relief-mm) or a larger "
             "object"
         )
-    return float(areas[least < 0.99].sum() / areas.sum())

@@ -12,8 +12,9 @@ from relief.common.errors import InputError
 from relief.common.progress import say, stage
 from relief.meshes.intersections import crossing_faces
 from relief.meshes.refining import edge_for, expected_faces, refined
-from relief.wrapping.checks import check_area, check_choices, check_size, lowered_part
+from relief.wrapping.checks import check_area, check_choices, check_room, check_size
 from relief.wrapping.clearance import clearance_factor, evened
+from relief.wrapping.lowering import Lowering, lowering
 from relief.wrapping.masks import Regions, mask_at
 from relief.wrapping.patches import Layout, lay_out
 from relief.wrapping.surfaces import (
@@ -67,8 +68,8 @@ class Wrapped:
         patches: Number of patches.
         blended: Part of the textured vertices, about that of the area, at which patches that do not fit are
             blended.
-        lowered: Part of the textured area on which the relief is lowered, so that it does not meet itself.
-        lowest_factor: Least factor of the heights there.
+        factor: (vertices,) by which the heights are lowered there, so that the relief does not meet itself.
+        lowering: On what part of the textured area that is, how far and where.
     """
 
     body: Body
@@ -80,8 +81,8 @@ class Wrapped:
     coordinates: str
     patches: int
     blended: float
-    lowered: float
-    lowest_factor: float
+    factor: Array
+    lowering: Lowering
 
 
 @stage("wrapping")
@@ -125,7 +126,7 @@ def wrap(
         out_mm, in_mm = (1.0 - settings.level) * tallest, settings.level * tallest
         factor = clearance_factor(base.mesh, base.carried, out_mm, in_mm, settings.falloff_mm)
     factor = np.where(needed, factor, 1.0)
-    lowered_part(base.body, where, factor, tallest)
+    check_room(base.body, where, factor, tallest)
     layout, coordinates = _laid_out(base, where)
     with stage("dividing triangles"):
         fine = refined(base.body, edge_mm, where)
@@ -136,19 +137,20 @@ def wrap(
         height = _heights(coverings, surface, np.asarray(weight.any(axis=1)), settings, textured)
         offset = np.minimum((height - settings.level * tallest) * textured, surface.to_bed())
     wrapped, factor = _displaced(surface, offset, factor, settings, written)
-    areas, seams = base.body.areas, _unfit(uv, weight)
+    check_room(base.body, where, factor, tallest)
+    seams = _unfit(uv, weight)
     return Wrapped(
         body=wrapped,
         original=surface.fine.body,
         textured=textured,
         seams=seams,
-        area_mm2=float(areas[where].sum()),
+        area_mm2=float(base.body.areas[where].sum()),
         edge_mm=edge_mm,
         coordinates=coordinates,
         patches=layout.patches,
         blended=float(seams[textured > 0.0].mean()),
-        lowered=lowered_part(base.body, where, factor, tallest),
-        lowest_factor=float(factor.min()),
+        factor=surface.of_vertices(factor),
+        lowering=lowering(base.body, where, factor),
     )
 
 

@@ -177,8 +177,19 @@ def _lines(told: Mapping[str, Any]) -> list[str]:
         + f"; patches are blended on {100 * told['blended']:.0f} % of it.",
     ]
     if told["lowered"] > 0.0:
-        lines.append(
-            f"On {100 * told['lowered']:.1f} % the relief is lowered, to {told['lowest_factor']:.2f} of its "
-            "height at least, where the object bends too tightly or is too thin."
-        )
+        lines.append(_lowered_line(told))
     return lines
+
+
+def _lowered_line(told: Mapping[str, Any]) -> str:
+    """On what part of the texture the relief is lowered, how far and where, for a person."""
+    line = (
+        f"On {100 * told['lowered']:.1f} % the relief is lowered, to {told['median_factor']:.2f} of its height "
+        f"in the median and {told['lowest_factor']:.2f} at least, where the object bends too tightly or is "
+        "too thin"
+    )
+    if places := told["lowered_places"]:
+        largest = places[0]
+        at = ", ".join(f"{value:.1f}" for value in largest["at_mm"])
+        line += f"; the largest such place, {largest['area_mm2']:.3g} mm², is around ({at}) mm"
+    return line + "."

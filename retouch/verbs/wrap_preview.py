@@ -21,7 +21,7 @@ from relief.wrapping.wrap import BYTES_A_FACE, Covering, Wrapped, wrap
 from retouch.pages.objects.wrap_page import Preview, write_wrap_page
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
-from retouch.verbs.wrapping import Repair, Task, task_of
+from retouch.verbs.wrapping import Repair, Task, lowering_told, task_of
 
 SHOWN_FACES = 180_000
 """Triangles that are shown, about."""
@@ -60,7 +60,7 @@ class WrapPreview:
             "edge_mm": self.preview.edge_mm,
             "shown_edge_mm": shown.edge_mm,
             "coordinates": shown.coordinates,
-            "lowered": shown.lowered,
+            **lowering_told(shown),
             "warnings": list(self.warnings),
         }
 

@@ -3,7 +3,7 @@
 import logging
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Unpack
@@ -60,13 +60,14 @@ class WrappedObject:
 
     def as_json(self) -> dict[str, Any]:
         """What `retouch wrap --json` prints."""
-        names = {field.name for field in fields(self.wrapped)} - {"body", "original", "textured"}
+        names = ("area_mm2", "edge_mm", "coordinates", "patches", "blended")
         return {
             "file": str(self.file),
             "size_mm": np.ptp(self.wrapped.body.vertices, axis=0).tolist(),
             "faces": len(self.wrapped.body.faces),
             "self_intersections": 0,
-            **{name: value for name, value in vars(self.wrapped).items() if name in names},
+            **{name: getattr(self.wrapped, name) for name in names},
+            **lowering_told(self.wrapped),
             "warnings": list(self.warnings),
             "bytes": self.file.stat().st_size,
         }
@@ -137,6 +138,17 @@ def wrap(
         with permitted(out):
             write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
     return WrappedObject(out, wrapped, task.warnings)
+
+
+def lowering_told(wrapped: Wrapped) -> dict[str, Any]:
+    """Where the relief is lowered and how far, for JSON."""
+    lowering = wrapped.lowering
+    return {
+        "lowered": lowering.part,
+        "lowest_factor": lowering.lowest_factor,
+        "median_factor": lowering.median_factor,
+        "lowered_places": [place._asdict() for place in lowering.places],
+    }
 
 
 class Repair(NamedTuple):

@@ -221,7 +221,13 @@ def test_a_part_with_a_fillet_under_the_relief_comes_out_lowered():
     bracket = rounded(1.0, 8)
     wrapped = wrap(bracket, [Covering(Tile(np.full((16, 16), 1.2), 0.3))], Settings(faces=15_000))
     assert self_intersections(wrapped.body) == 0
-    assert 0.0 < wrapped.lowered < 0.3 and wrapped.lowest_factor == pytest.approx(0.7 / 1.2, rel=0.1)
+    low = wrapped.lowering
+    assert 0.0 < low.part < 0.3 and low.lowest_factor == pytest.approx(0.7 / 1.2, rel=0.1)
+    assert low.lowest_factor <= low.median_factor < 0.8
+    (place,) = low.places
+    # The fillet's arc is a quarter of a circle of 1 mm, and the heights rise over the falloff beside it.
+    assert place.lowest_factor == low.lowest_factor
+    assert place.area_mm2 == pytest.approx(low.part * wrapped.area_mm2)
     assert len(wrapped.body.faces) == pytest.approx(15_000, rel=0.1)
 
 

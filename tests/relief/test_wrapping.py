@@ -250,7 +250,7 @@ def dumbbell():
 def test_a_relief_is_lowered_where_it_would_meet_itself():
     body, tile = dumbbell(), Tile(np.full((16, 16), 1.5), 0.3)
     wrapped = wrap(body, [Covering(tile)], Settings(edge_mm=0.4))
-    assert wrapped.lowered > 0.0 and wrapped.lowest_factor < 0.5
+    assert wrapped.lowering.part > 0.0 and wrapped.lowering.lowest_factor < 0.5
     assert self_intersections(wrapped.body) == 0
     normals = smooth_normals(wrapped.original)
     unbound = Body(wrapped.original.vertices + 1.5 * normals, wrapped.original.faces)
@@ -261,14 +261,15 @@ def test_a_deep_relief_stands_on_a_ball_whole_and_is_refused_in_it():
     deep = Covering(waves(12.0, 40, 8.0))
     wrapped = wrap(ball(10.0, 1.0), [deep], Settings(edge_mm=0.6))
     check_solid(wrapped.body, "ball")
-    assert wrapped.lowered < 0.02
+    assert wrapped.lowering.part < 0.02
     assert np.linalg.norm(wrapped.body.vertices, axis=1).max() == pytest.approx(18.0, abs=0.1)
 
 
 def test_a_relief_is_cut_as_deep_as_there_is_room(monkeypatch):
     monkeypatch.setattr(surfaces, "LEAST_BASE_EDGES", 10)
     wrapped = wrap(ball(5.0, 0.8), [Covering(waves(12.0, 40, 4.0))], Settings(edge_mm=1.0, level=1.0))
-    assert wrapped.lowered > 0.9 and wrapped.lowest_factor == pytest.approx(0.7 * 5.0 / 4.0, rel=0.02)
+    assert wrapped.lowering.part > 0.9
+    assert wrapped.lowering.lowest_factor == pytest.approx(0.7 * 5.0 / 4.0, rel=0.02)
     check_solid(wrapped.body, "ball")
 
 
@@ -282,7 +283,7 @@ def test_what_passes_through_itself_is_lowered_until_nothing_does(monkeypatch):
     monkeypatch.setattr(wrapping, "clearance_factor", lambda mesh, *_: np.ones(len(mesh.body.vertices)))
     wrapped = wrap(dumbbell(), [Covering(Tile(np.full((16, 16), 1.5), 0.3))], Settings(edge_mm=0.8))
     assert self_intersections(wrapped.body) == 0
-    assert 0.0 < wrapped.lowered < 0.6
+    assert 0.0 < wrapped.lowering.part < 0.6
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,9 @@ from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.viewer.figure import key, viewer_figure
 from retouch.pages.viewer.models import Layer, Model
 
-BARE, TEXTURED, SEAM = "#d8d3ca", "#2f7f96", "#c2560f"
-"""Colours of what carries no texture, of what does, and of what patches that do not fit share."""
+BARE, TEXTURED, SEAM, LOWERED = "#d8d3ca", "#2f7f96", "#c2560f", "#8a3ffc"
+"""Colours of what carries no texture, of what does, of what patches that do not fit share, and of where
+nothing is left of the relief."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +60,14 @@ def write_wrap_page(path: Path, preview: Preview) -> Path:
             key((SEAM, "patches that do not fit one another are blended")),
         )
         layers.append(seams)
+    if shown.lowering.part > 0.0:
+        layers.append(
+            Layer(
+                "Lowered",
+                _mixed((1.0 - shown.factor) * (shown.textured > 0.0), LOWERED),
+                key((BARE, "full height"), (LOWERED, "nothing is left of the relief; paler colours: less")),
+            )
+        )
     before = Model("before", Body(shown.original.vertices, shown.body.faces), layers)
     figure = viewer_figure(f"{preview.title}, before and after", before, Model("after", shown.body, layers))
     return write_object_page(
@@ -119,10 +128,11 @@ def _notes(preview: Preview) -> list[str]:
         )
     else:
         notes.append("The texture lies by the texture coordinates of the mesh, as in the file.")
-    if shown.lowered > 0.0:
+    if shown.lowering.part > 0.0:
         notes.append(
-            f"On {percent(100.0 * shown.lowered)} of the texture the relief is lowered, to "
-            f"{shown.lowest_factor:.2f} of its height at least, where the object bends tightly or is thin."
+            f"On {percent(100.0 * shown.lowering.part)} of the texture the relief is lowered, to "
+            f"{shown.lowering.median_factor:.2f} of its height in the median and "
+            f"{shown.lowering.lowest_factor:.2f} at least, where the object bends tightly or is thin."
         )
     notes.append("Whether the surface passes through itself is found out by retouch wrap alone.")
     return notes
