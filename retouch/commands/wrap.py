@@ -184,9 +184,9 @@ def _lines(told: Mapping[str, Any]) -> list[str]:
 def _lowered_line(told: Mapping[str, Any]) -> str:
     """On what part of the texture the relief is lowered, how far and where, for a person."""
     line = (
-        f"On {100 * told['lowered']:.1f} % the relief is lowered, to {told['median_factor']:.2f} of its height "
-        f"in the median and {told['lowest_factor']:.2f} at least, where the object bends too tightly or is "
-        "too thin"
+        f"On {100 * told['lowered']:.1f} % the relief is lowered, to {told['median_factor']:.2f} of its "
+        f"height in the median and {told['lowest_factor']:.2f} at least, where the object bends too tightly "
+        "or is too thin"
     )
     if places := told["lowered_places"]:
         largest = places[0]
