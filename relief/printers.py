@@ -104,6 +104,9 @@ PRINTERS: Mapping[str, Printer] = {
 """Printers by name: a kind, and its pixel or layer in um, with the numbers that makers and print services
 state for the kind. Any other printer is described by its own numbers."""
 
+DRAWING = ("laser-85", "laser-140", "filament", "filament-fine")
+"""Printers that draw outlines with a spot or a strand, which lie on no grid of pixels."""
+
 WITH_SUPPORT = ("polyjet-16", "polyjet-32")
 """Printers that jet a support under whatever hangs, of their own accord."""
 
