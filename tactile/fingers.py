@@ -105,7 +105,7 @@ def roughness_by_finger(heights: ArrayLike, skin: Skin, size_mm: float = PATCH_S
         strain = press.felt(pressures[press.load])
         # Pairs of receptors that a round finger touches on a flat plate, with the plate below.
         flat = pressures[press.load][-1]
-        receptors = None if press.radii_mm is None else (flat > 0.0) * there
+        receptors = None if skin.shape == "flat" else (flat > 0.0) * there
         value = roughness(strain[:-1] - strain[-1], size_mm, "thinned", receptors)
         rows.append(value.double().numpy())
     return np.stack(rows)

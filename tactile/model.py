@@ -52,7 +52,8 @@ class TouchModel:
     Attributes:
         skin: parameters of the skin.
         operator: displacements and strains of the skin, at unit modulus.
-        flat_strain: (n, n) principal strain under a flat plate, to be subtracted.
+        flat_strain: (n, n) principal strain under a flat plate, or on the curved object without a relief, to
+            be subtracted.
         solve: solver of the contact.
         gradient_tolerance: relative residual of the gradient's linear solve; None for the default of the
             precision.
@@ -110,8 +111,9 @@ def check_model(skin: Skin, samples: int, size_mm: float, model: ModelName, mesh
     """
     if model not in MODELS:
         raise InputError(f'touch.model: "{model}" is not one of {", ".join(MODELS)}')
-    if skin.shape == "round" and model == "net":
-        raise InputError('touch.model: the net is trained for a flat finger; use "layer"')
+    if skin.curvatures is not None and model == "net":
+        on = "finger" if skin.shape == "round" else "object"
+        raise InputError(f'touch.model: the net is trained for a flat {on}; use "layer"')
     if not MIN_SAMPLES <= samples <= MAX_SAMPLES:
         where = f"{samples} samples a side of the {size_mm:g} mm under a finger"
         remedy = "more samples, or a smaller size_mm, are needed"
@@ -182,7 +184,7 @@ def touch_model(
 def _in_double(
     skin: Skin, samples: int, size_mm: float, model: ModelName, mesh: int
 ) -> tuple[_Operator, Tensor, Tensor | None]:
-    """Operator, principal strain under a flat plate and receptors that count, for models of any precision."""
+    """Operator, strain on the object without relief and receptors that count, for models of any precision."""
     operator: _Operator
     if model == "fem" and skin.shape == "round":
         operator = round_pad_operator(skin, samples, size_mm)

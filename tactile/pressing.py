@@ -36,7 +36,7 @@ class Press:
     """A finger on a batch of patches; every model of touch and every other finger presses by it.
 
     A round finger presses on a relief as a flat one does on what is left of the relief less the finger's own
-    rise, in small-strain theory and with vertical pressure.
+    rise, in small-strain theory and with vertical pressure; so does any finger on a curved object.
 
     Attributes:
         operator: displacements of the skin, and its strain at the depth of the receptors, at unit modulus.
@@ -44,14 +44,14 @@ class Press:
         solve: solver of the contact.
         gradient_tolerance: relative residual of the gradient's linear solve; None for the default of the
             precision.
-        radii_mm: of a round finger, along and across; None of a flat one.
+        curvatures: of the finger and the object together, along y and x, 1/mm; None where both are flat.
     """
 
     operator: SkinOperator
     load: float
     solve: Solver = solve_contact
     gradient_tolerance: float | None = None
-    radii_mm: tuple[float, float] | None = None
+    curvatures: tuple[float, float] | None = None
 
     @classmethod
     def of(
@@ -63,7 +63,7 @@ class Press:
     ) -> Self:
         """The press of a skin, with its force on the operator's patch."""
         load = skin.mean_pressure_mpa(operator.size_mm) / skin.young_modulus_mpa
-        return cls(operator, load, solve, gradient_tolerance, skin.radii_mm)
+        return cls(operator, load, solve, gradient_tolerance, skin.curvatures)
 
     def contact(self, heights: Tensor, start: Tensor | None = None) -> tuple[Tensor, Tensor, Tensor]:
         """Pressure (units of E), gap and approach (mm) on patches (..., n, n) mm, differentiable by them.
@@ -83,25 +83,25 @@ class Press:
 
     def _met(self, heights: Tensor) -> Tensor:
         """Heights (..., n, n) mm that a flat finger would have to meet to be pressed as this one is."""
-        if self.radii_mm is None:
+        if self.curvatures is None:
             return heights
         lowest = heights.detach().amax((-2, -1), keepdim=True) - OUT_OF_REACH_MM
-        return torch.maximum(heights, lowest) - rise_mm(self.radii_mm, heights, self.operator.size_mm)
+        return torch.maximum(heights, lowest) - rise_mm(self.curvatures, heights, self.operator.size_mm)
 
     def felt(self, pressure: Tensor) -> Tensor:
         """Principal strain (..., n, n) at the receptors under a pressure (..., n, n) in units of E."""
         return principal_strain(self.operator, pressure)
 
 
-def rise_mm(radii_mm: tuple[float, float], like: Tensor, size_mm: float) -> Tensor:
+def rise_mm(curvatures: tuple[float, float], like: Tensor, size_mm: float) -> Tensor:
     """(n, n) rise of a round finger over its lowest point, mm, at the samples of maps (..., n, n).
 
     Args:
-        radii_mm: along the rows' axis and across it.
+        curvatures: along y, the rows' axis, and along x, 1/mm.
         like: of the shape and the precision wanted.
         size_mm: side of the patch, in whose middle the finger is lowest.
     """
     n = like.shape[-1]
     away = (torch.arange(n, dtype=like.dtype) - 0.5 * (n - 1)) * (size_mm / n)
-    along, across = (away.square() / (2.0 * radius) for radius in radii_mm)
+    along, across = (0.5 * curvature * away.square() for curvature in curvatures)
     return along[:, None] + across

@@ -18,6 +18,9 @@ THINNEST_LAYER_MM = 0.02
 MODULUS_RATIO = 1000.0
 """Largest ratio, either way, of a layer's modulus to the base's: up to here the elements are measured."""
 
+LEAST_CURVED_MM, LARGEST_CURVED_MM = 3.0, 1e4
+"""Least and largest radius of a curved object under the finger, mm: a rod as thin as a pencil, and flat."""
+
 LEAST_RADIUS_MM, LARGEST_RADIUS_MM = 3.0, 100.0
 """Least and largest radius of a round finger, mm: less than a child's fingertip, and nearly flat."""
 
@@ -56,6 +59,9 @@ class Skin:
             surface rises as a paraboloid of two radii.
         radius_mm: radius along the finger, which lies along the rows' axis, y; 3 to 100. Of round ones only.
         across_mm: radius across it, along x; None: as along.
+        curved_x_mm: radius of the object that carries the texture, along x: positive where it bulges towards
+            the finger, as a ball does, negative where it is hollow; None where it is straight.
+        curved_y_mm: the same along y.
 
     Raises:
         InputError: a value is not finite or out of range.
@@ -70,6 +76,8 @@ class Skin:
     shape: Shape = "flat"
     radius_mm: float | None = None
     across_mm: float | None = None
+    curved_x_mm: float | None = None
+    curved_y_mm: float | None = None
 
     def __post_init__(self) -> None:
         for name, value in self.numbers().items():
@@ -136,11 +144,40 @@ class Skin:
                 raise InputError(
                     f"skin.{name}: {radius:g} is outside [{LEAST_RADIUS_MM:g}, {LARGEST_RADIUS_MM:g}]"
                 )
+        self._check_object()
         if self.patch_mm is not None and self.patch_mm > WIDEST_PATCH_MM:
             raise InputError(
                 f"skin.force_n: {self.force_n:g} N may flatten a finger of this radius and modulus to more "
                 f"than {WIDEST_PATCH_MM - BESIDE_MM:g} mm"
             )
+
+    def _check_object(self) -> None:
+        fingers = self.radii_mm or (math.inf, math.inf)
+        for name, finger in zip(("curved_y_mm", "curved_x_mm"), fingers, strict=True):
+            radius = getattr(self, name)
+            if radius is None:
+                continue
+            if not LEAST_CURVED_MM <= abs(radius) <= LARGEST_CURVED_MM:
+                raise InputError(
+                    f"skin.{name}: {radius:g} is neither in [{LEAST_CURVED_MM:g}, {LARGEST_CURVED_MM:g}] nor "
+                    "minus that, for a hollow"
+                )
+            if finger < math.inf and -finger <= radius < 0.0:
+                raise InputError(f"skin.{name}: no room for the finger in a hollow of {-radius:g} mm")
+
+    @property
+    def curvatures(self) -> tuple[float, float] | None:
+        """Curvature of the finger and of the object together, along y and x, 1/mm; None where both are flat.
+
+        In the theory of small strains a finger on a curved object presses as a rounder one on a plate.
+        """
+        if self.radius_mm is None and self.curved_x_mm is None and self.curved_y_mm is None:
+            return None
+        along, across = (math.inf, math.inf) if self.radii_mm is None else self.radii_mm
+        return (
+            1.0 / along + 1.0 / (self.curved_y_mm or math.inf),
+            1.0 / across + 1.0 / (self.curved_x_mm or math.inf),
+        )
 
     @property
     def radii_mm(self) -> tuple[float, float] | None:
@@ -155,10 +192,12 @@ class Skin:
 
         The contact is at most as wide as Hertz's of the base alone, which layers and the bone only stiffen.
         """
-        if self.radii_mm is None:
+        if self.radii_mm is None or self.curvatures is None:
             return None
+        # A hollow fits the finger, which is then touched more widely; on a ball the patch is wide enough.
+        radius = max(*self.radii_mm, 1.0 / min(self.curvatures))
         modulus = self.young_modulus_mpa / (1.0 - self.poisson_ratio**2)
-        half = (0.75 * self.force_n * max(self.radii_mm) / modulus) ** (1.0 / 3.0)
+        half = (0.75 * self.force_n * radius / modulus) ** (1.0 / 3.0)
         # Few sides serve many forces, as elements are kept for each.
         needed = max(ROUND_PATCH_MM, 2.0 * half + BESIDE_MM)
         return PATCH_STEP_MM * math.ceil(needed / PATCH_STEP_MM - 1e-9)
@@ -194,7 +233,7 @@ class Skin:
 
     def at_unit_modulus(self) -> "Skin":
         """The skin that has the same operators: the one of unit modulus and force."""
-        flat = replace(self, shape="flat", radius_mm=None, across_mm=None)
+        flat = replace(self, shape="flat", radius_mm=None, across_mm=None, curved_x_mm=None, curved_y_mm=None)
         return replace(flat, young_modulus_mpa=1.0, force_n=1.0, layers=self.stack)
 
     def mean_pressure_mpa(self, size_mm: float) -> float:

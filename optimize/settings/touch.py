@@ -1,5 +1,6 @@
 """Section `[touch]` of a run file: the feel to reach, the model of touch that steers, and the skin."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 
@@ -21,6 +22,7 @@ from tactile.quantities import (
     goal_keys,
     mapped_quantities,
 )
+from tactile.skin import Skin
 
 MOST_REGIONS = 256
 """Most regions of a surface."""
@@ -29,6 +31,8 @@ FEEL_OF_KEYS = ("feel_of", "feel_of_relief_mm", "feel_of_repeats", "feel_of_quan
 FEEL_OF_QUANTITIES = feel_of_quantities()
 GOAL_KEYS = goal_keys()
 MAPPED = mapped_quantities()
+CurvedMm = Annotated[float, Field(allow_inf_nan=False)]
+"""Radius of an object, mm, whose range `Skin` checks."""
 
 
 def _stating(quantity: Quantity) -> list[tuple[str, ...]]:
@@ -158,6 +162,9 @@ class _TouchModel(SkinKeys):
             difference of the other fingers from that change.
         skin: name or file whose values the keys of `SkinKeys` have that are not given; "own" where one of
             those that are given differs.
+        curved_x_mm: radius, mm, of the object that will carry the texture, along x: positive where it bulges,
+            negative where it is hollow; None: straight, as a plate is.
+        curved_y_mm: the same along y.
         axis: "x", from left to right, unless it is "y", from top to bottom.
         region: parts of the surface with a feel of their own; the rest keeps the original's.
         feel_of: height map whose feel is the goal; absolute once loaded, and a file where it named a run.
@@ -173,12 +180,19 @@ class _TouchModel(SkinKeys):
     fingers: Literal["one", "range"] = "one"
     fingers_weight: Annotated[float, Field(gt=0, le=LARGEST_FINGERS_WEIGHT)] = 20.0
     skin: Annotated[str, Field(min_length=1)] = DEFAULT_SKIN
+    curved_x_mm: CurvedMm | None = None
+    curved_y_mm: CurvedMm | None = None
     axis: Literal["x", "y"] | None = None
     region: Annotated[tuple[Region, ...], Field(strict=False, max_length=MOST_REGIONS)] = ()
     feel_of: Annotated[Path, Field(strict=False)] | None = None
     feel_of_relief_mm: Annotated[float, Field(ge=SMALLEST_RELIEF_MM, le=LARGEST_RELIEF_MM)] | None = None
     feel_of_repeats: Repeats | None = None
     feel_of_quantity: Annotated[str, one_of(FEEL_OF_QUANTITIES)] | None = None
+
+    @property
+    def finger(self) -> Skin:
+        """The finger on the object."""
+        return replace(super().finger, curved_x_mm=self.curved_x_mm, curved_y_mm=self.curved_y_mm)
 
     def goals(self) -> Goals:
         """The goals that are numbers, each with its quantity and its key."""

@@ -18,8 +18,10 @@ from relief.printers import PRINTERS
 from relief.surface import Repeats, repeats_along
 from retouch.commands.mesh_entries import add_meshes, check_mesh_options, is_mesh, mesh_lines
 from retouch.commands.options import (
+    CURVED,
     LENGTHS,
     TEXTURE,
+    add_curved,
     add_mitsuba,
     add_plate,
     add_printer,
@@ -100,6 +102,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for name, (metavar, quantity) in SKIN.items():
         flag, text = f"--{name.replace('_', '-')}", f"{quantity} (default: the skin's)"
         skin.add_argument(flag, type=float, metavar=metavar, help=text)
+    add_curved(skin, "straight")
     add_meshes(parser)
     far = parser.add_argument_group("how far it goes")
     far.add_argument("--reach", action="store_true", help="estimate how many JND each way are possible")
@@ -186,7 +189,7 @@ def _skin(arguments: argparse.Namespace) -> "Skin | str":
     name = DEFAULT_SKIN if arguments.skin is None else arguments.skin
     named = retouch.load_skin(name)
     with naming("evaluate"):
-        skin = replace(named, **given(arguments, *SKIN))
+        skin = replace(named, **given(arguments, *SKIN, *CURVED))
     return name if skin == named else skin
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from relief.common.errors import InputError
 from relief.common.formats import MESHES, UNITS
 from relief.common.formatting import number
-from retouch.commands.options import LENGTHS
+from retouch.commands.options import CURVED, LENGTHS
 
 
 def is_mesh(path: Path) -> bool:
@@ -56,6 +56,7 @@ def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) 
         "--reach": arguments.reach,
         "--no-repeats" if arguments.repeats is False else "--repeats": arguments.repeats is not None,
         "--printer": arguments.printer,
+        **{f"--{name.replace('_', '-')}": getattr(arguments, name) is not None for name in CURVED},
     }.items():
         if stated and meshes:
             raise InputError(f"{flag}: is for height maps; a print file is felt as it is")

@@ -16,7 +16,9 @@ from optimize.settings.fast_models import FAST_MODELS
 from relief.common.errors import InputError
 from relief.common.formats import HEIGHT_MAPS, RUN_CHECKPOINT
 from retouch.commands.options import (
+    CURVED,
     TEXTURE,
+    add_curved,
     add_distance,
     add_mitsuba,
     add_plate,
@@ -70,6 +72,7 @@ the pictures before and after, and result.json with every number; -v prints more
 _SETTINGS = {
     **{name: name for name in ("size_mm", "relief_mm", "height_scale", "seed")},
     "distance_cm": "verify.distance_cm",
+    **{name: f"touch.{name}" for name in CURVED},
 }
 """Key in the run file of each option that takes a number."""
 
@@ -115,6 +118,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     finger = parser.add_argument_group("the finger")
     add_skin(finger, "the run file's, or ")
+    add_curved(finger, "the run file's, or straight")
     add_printer(
         plate,
         "compare the prints of original and result, and give a relief that this printer makes",

@@ -199,6 +199,25 @@ def add_skin(parser: argparse._ActionsContainer, first: str = "") -> None:
     )
 
 
+CURVED = {
+    "curved_x_mm": "radius of the object that carries the texture, along x, mm; minus it in a hollow",
+    "curved_y_mm": "the same along y, mm",
+}
+"""Keys of `[touch]` for the object's curvature, and what the help says of them."""
+
+
+def add_curved(parser: argparse._ActionsContainer, first: str) -> None:
+    """Add the options of the curvature of the object, None where not given.
+
+    Args:
+        parser: of the verb.
+        first: what it is without them, for the help.
+    """
+    for name, text in CURVED.items():
+        flag = f"--{name.replace('_', '-')}"
+        parser.add_argument(flag, type=float, metavar="MM", help=f"{text} (default: {first})")
+
+
 def add_printer(parser: argparse._ActionsContainer, what: str, first: str = "none") -> None:
     """Add `--printer`, None where not given.
 

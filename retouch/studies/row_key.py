@@ -33,6 +33,8 @@ INTRODUCED: Mapping[str, Any] = {
     "touch.shape": "flat",
     "touch.radius_mm": None,
     "touch.across_mm": None,
+    "touch.curved_x_mm": None,
+    "touch.curved_y_mm": None,
     "touch.roughness": None,
     "touch.jnd": None,
     "touch.contact_area_mm2": None,

@@ -52,6 +52,28 @@ def test_a_small_contact_is_that_of_hertz(across: float | None) -> None:
     assert (rows < columns) if across else (rows == columns)
 
 
+def test_a_finger_on_a_ball_is_a_rounder_one_on_a_plate() -> None:
+    heights = torch.as_tensor(waves())
+    # 1/8 + 1/24 = 1/6.
+    on_ball = tactile.press(heights, 16.0, dataclasses.replace(ROUND, curved_x_mm=24.0, curved_y_mm=24.0))
+    rounder = tactile.press(heights, 16.0, dataclasses.replace(ROUND, radius_mm=6.0))
+    torch.testing.assert_close(on_ball.strain, rounder.strain, rtol=1e-6, atol=1e-9)
+    torch.testing.assert_close(on_ball.contact_fraction, rounder.contact_fraction)
+
+
+def test_a_smooth_object_is_touched_by_its_shape_and_is_not_rough() -> None:
+    plate, smooth = Skin(force_n=2.0), torch.zeros(N, N, dtype=torch.float64)
+    for finger in (plate, ROUND):
+        side = finger.patch_mm or 10.0
+        along_x = tactile.press(smooth, side, dataclasses.replace(finger, curved_x_mm=12.0))
+        rows, columns = (int((along_x.pressure > 0.0).any(axis).sum()) for axis in (1, 0))
+        assert columns < rows
+        assert float(along_x.strain.abs().max()) < 1e-6
+        hollow = tactile.press(smooth, side, dataclasses.replace(finger, curved_x_mm=-40.0))
+        bulging = tactile.press(smooth, side, dataclasses.replace(finger, curved_x_mm=40.0))
+        assert float(hollow.contact_fraction) > float(bulging.contact_fraction)
+
+
 def test_roughness_is_the_mean_over_pairs_whose_ends_both_count() -> None:
     generator = torch.Generator().manual_seed(0)
     strain = torch.rand(2, 24, 24, generator=generator, dtype=torch.float64)
@@ -173,6 +195,10 @@ def test_the_models_agree_on_a_round_finger() -> None:
         ({"across_mm": 1e4}, r"skin.across_mm: 10000 is outside \[3, 100\]"),
         ({"across_mm": math.nan}, "skin.across_mm: nan is not a finite number"),
         ({"force_n": 60.0}, "skin.force_n: 60 N may flatten a finger"),
+        ({"curved_x_mm": 1.0}, r"skin.curved_x_mm: 1 is neither in \[3, 10000\] nor minus that"),
+        ({"curved_y_mm": math.nan}, "skin.curved_y_mm: nan is not a finite number"),
+        ({"curved_x_mm": -7.0}, "skin.curved_x_mm: no room for the finger in a hollow of 7 mm"),
+        ({"curved_y_mm": -8.1}, "skin.force_n: 1 N may flatten a finger"),
     ],
 )
 def test_unfit_shapes_are_refused(change: dict[str, Any], line: str) -> None:
@@ -186,6 +212,8 @@ def test_contacts_without_pairs_of_receptors_and_unfit_models_are_refused() -> N
         tactile.press(heights, 10.0, dataclasses.replace(ROUND, force_n=0.01))
     with pytest.raises(InputError, match="the net is trained for a flat finger"):
         tactile.press(heights, 10.0, ROUND, "net")
+    with pytest.raises(InputError, match="the net is trained for a flat object"):
+        tactile.press(heights, 10.0, Skin(curved_x_mm=20.0), "net")
     with pytest.raises(InputError, match="heights: not every value is finite"):
         tactile.press(heights + math.inf, 10.0, ROUND)
 
