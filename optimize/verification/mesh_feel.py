@@ -115,6 +115,7 @@ def feel_of(
     model: ModelName = "layer",
     most: int = MOST_MESH_PLACES,
     without_texture: Mesh | None = None,
+    as_printed: Body | None = None,
 ) -> MeshFeel:
     """Press the skin on places 2.5 mm apart, or as many as there may be, all over a mesh.
 
@@ -133,20 +134,27 @@ def feel_of(
             heights of the texture over the unrolled object, so that the object's own curvature is no part of
             what is felt; places whose patch is not textured all over are left out. Without it the texture is
             also told from the patch's own smooth shape, and its feel is what is headed by.
+        as_printed: The surface that a printer makes of the mesh, which is pressed in the mesh's stead at the
+            places that the mesh tells.
 
     Raises:
         InputError: The object without texture is another one, or its faces are too large.
         ContactError: A contact does not converge.
     """
     cropped: Iterator[Crop]
+    body = mesh.body if as_printed is None else as_printed
     if without_texture is None:
         points = surface_points(mesh.body)
         candidates = spread(points.at, MOST_TRIED)
         if mesh.folded:
             candidates = candidates[outside(points.at[candidates], points.normals[candidates], mesh.body)]
         cropped = map(Cropper(mesh.body, side_mm=skin.patch_mm).crop, frames(points, candidates))
+        if as_printed is not None:
+            # Steps of a print are meant: their triangles are no samples of a smooth surface.
+            cropper = Cropper(as_printed, fine_mm=0.0, side_mm=skin.patch_mm)
+            cropped = (_of_print(crop, cropper) for crop in cropped)
     else:
-        unroller = _unroller(mesh, without_texture)
+        unroller = _unroller(replace(mesh, body=body), without_texture)
         points = surface_points(unroller.object)
         candidates = spread(points.at, MOST_TRIED)
         cropped = (_unrolled_crop(unroller, at, skin.patch_mm) for at in points.at[candidates])
@@ -167,15 +175,13 @@ def feel_of(
     plain = 0 if chosen[0].flat else len(flat)
     as_pressed, curvature = values, PART if without_texture is None else TAKEN_OUT
     if without_texture is None and not (chosen[0].on_edge or chosen[0].flat):
-        alone, curvature = textures_alone(mesh.body, chosen), ESTIMATED
+        alone, curvature = textures_alone(body, chosen), ESTIMATED
         if alone:
             found, shares = pressed(np.stack([*alone.values()]), skin, model, size_mm=chosen[0].side_mm)
             numbers = list(alone)
             values = {name: _replaced(values[name], numbers, found[name]) for name in values}
             fractions = _replaced(fractions, numbers, shares)
-    return MeshFeel(
-        mesh.body, chosen, values, fractions, edges, plain, points.area_mm2, curvature, as_pressed
-    )
+    return MeshFeel(body, chosen, values, fractions, edges, plain, points.area_mm2, curvature, as_pressed)
 
 
 def textures_alone(body: Body, crops: Sequence[Crop]) -> dict[int, Array]:
@@ -196,6 +202,13 @@ def textures_alone(body: Body, crops: Sequence[Crop]) -> dict[int, Array]:
                 alone[number] = heights
             advance()
     return alone
+
+
+def _of_print(crop: Crop, cropper: Cropper) -> Crop:
+    """What the print has at a place that the mesh tells; edges and planes are those of the mesh."""
+    if crop.on_edge or crop.flat:
+        return crop
+    return replace(cropper.crop(crop.frame), on_edge=False)
 
 
 def _replaced(values: Array, numbers: Sequence[int], others: Array) -> Array:

@@ -134,7 +134,9 @@ def run(arguments: argparse.Namespace) -> int:
     evaluations: list[Evaluation] = []
     with stage("evaluating", len(arguments.textures)) as advance:
         for texture in arguments.textures:
-            of_solid = {"without_texture": bare, "colours": arguments.out} if is_mesh(texture) else {}
+            of_solid = {}
+            if is_mesh(texture):
+                of_solid = {"without_texture": bare, "colours": arguments.out, "printer": printer}
             with contact_errors_name(texture):
                 reach = None
                 if scene is not None:

@@ -55,7 +55,6 @@ def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) 
     for flag, stated in {
         "--reach": arguments.reach,
         "--no-repeats" if arguments.repeats is False else "--repeats": arguments.repeats is not None,
-        "--printer": arguments.printer,
         **{f"--{name.replace('_', '-')}": getattr(arguments, name) is not None for name in CURVED},
     }.items():
         if stated and meshes:
@@ -86,6 +85,16 @@ def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:
         if entry["curvature"] == "estimated and taken out":
             own += f"; with it roughness is {number(entry['as_pressed']['roughness'])}"
         lines.append(f"{name} ({sides} mm): {places}. {own}.")
+        if entry["printer"]:
+            lines.append(_print_line(entry))
         if "files" in entry:
             lines.append(f"Roughness in colours: {', '.join(entry['files'])}")
     return lines
+
+
+def _print_line(entry: Mapping[str, Any]) -> str:
+    """How far the print of a part is from its file, for a person."""
+    line = f"The print lies {number(1000.0 * entry['print_rms_mm'], 2)} µm (rms) from the surface of the file"
+    if entry["print_lost"] >= 0.001:
+        line += f"; {100.0 * entry['print_lost']:.1f} % of the surface is too thin to be printed"
+    return line + ". Layers lie across z of the file."

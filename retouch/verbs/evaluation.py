@@ -25,7 +25,8 @@ from relief.meshes import Mesh, outer_body, read_mesh
 from relief.objects.table import OBJECTS
 from relief.patches import Patches
 from relief.places import centres_mm, places
-from relief.printers import Printer
+from relief.printed_parts import PrintedPart, print_part
+from relief.printers import Printer, find_printer
 from relief.relief import Relief
 from relief.surface import Repeats
 from retouch.pages.objects.mesh_colouring import write_coloured
@@ -68,6 +69,8 @@ class Evaluation:
         reach: how far the feel can be changed before the pictures visibly change; None if not asked for.
         scene: file of the scene of these pictures.
         files: written to show the feel of a solid.
+        printer: whose print was touched; None: what the file holds.
+        printed: what the printer makes of a solid.
     """
 
     relief: Relief | Mesh
@@ -78,6 +81,8 @@ class Evaluation:
     reach: Reach | None = None
     scene: Path | None = None
     files: tuple[Path, ...] = ()
+    printer: Printer | None = None
+    printed: PrintedPart | None = None
 
     @property
     def name(self) -> str:
@@ -141,13 +146,14 @@ class Evaluation:
             entry["jnd_from_first"] = self.jnd_from(first)
         if self.reach is not None:
             entry["reach"] = {"scene": str(self.scene), **self.reach.as_json()}
-        printer = None
+        printer = self.printer
         if isinstance(self.relief, Mesh):
             entry |= {"size_mm": entry["sides_mm"][0], "warnings": list(self.relief.warnings)}
             entry |= {"files": [str(file) for file in self.files]} if self.files else {}
+            if self.printed is not None:
+                entry |= {"print_rms_mm": self.printed.rms_mm, "print_lost": self.printed.lost}
         else:
             entry["size_mm"] = self.relief.width_mm
-            printer = self.relief.printer
         of_skin = described_skin(self.skin, self.skin_name)
         return entry | {"skin": of_skin, "model": self.model, "printer": printer and printer.name}
 
@@ -175,7 +181,7 @@ def evaluate(
         lengths: `size_mm`, `relief_mm` and `height_scale` of a file, as in `Relief.read`; `size_mm` also
             of an array.
         repeats: whether a file or an array is a tile, along both axes, "x" or "y"; None: as the header says.
-        printer: name of a printer, or a printer, whose print of the relief is pressed.
+        printer: name of a printer, or a printer, whose print of the relief or the solid is pressed.
         units: of a print file, as in `read_solid`.
         without_texture: the solid before its texture, whose own curvature is then known and taken out;
             without it, each patch tells its own.
@@ -195,22 +201,24 @@ def evaluate(
     if isinstance(relief, str | os.PathLike) and Path(relief).suffix.lower() in MESHES:
         relief = read_solid(relief, units=units)
     if isinstance(relief, Mesh):
-        of_reliefs = {**lengths, "repeats": repeats, "printer": printer, "reach": reach}
+        of_reliefs = {**lengths, "repeats": repeats, "reach": reach}
         refuse("height maps; a print file is felt as it is", of_reliefs)
         if not isinstance(without_texture, Mesh | None):
             without_texture = read_solid(without_texture, units=units)
         with followed(progress, quiet):
-            return _of_solid(relief, without_texture, model, finger, name, colours)
+            made_by = find_printer(printer) if isinstance(printer, str) else printer
+            return _of_solid(relief, without_texture, model, finger, name, colours, made_by)
     refuse("print files", {"units": units, "without_texture": without_texture, "colours": colours})
     felt = relief_of(relief, **lengths, repeats=repeats, printer=printer)
     with followed(progress, quiet), naming(felt.name):
         touch = measure_touch(felt, finger, model)
         if reach is None:
-            return Evaluation(felt, touch, model, finger, name)
+            return Evaluation(felt, touch, model, finger, name, printer=felt.printer)
         with stage(f"reach of {Path(felt.name).name}"):
             if not isinstance(reach, Scene):
                 reach = load_scene(find_file(reach, ".xml"), relief=felt)
-            return Evaluation(felt, touch, model, finger, name, reach_of(reach, finger), reach.file)
+            found = reach_of(reach, finger)
+            return Evaluation(felt, touch, model, finger, name, found, reach.file, printer=felt.printer)
 
 
 def read_solid(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh:
@@ -247,10 +255,12 @@ def _of_solid(
     skin: Skin,
     skin_name: str,
     colours: str | os.PathLike[str] | None,
+    printer: Printer | None,
 ) -> Evaluation:
     files: tuple[Path, ...] = ()
     with naming(mesh.path), stage(f"feeling {mesh.path.name}"):
-        feel = feel_of(mesh, skin, model, MOST_MESH_PLACES, without_texture)
+        made = None if printer is None else print_part(mesh.body, printer)
+        feel = feel_of(mesh, skin, model, MOST_MESH_PLACES, without_texture, made.body if made else None)
     if colours is not None:
         files = write_coloured(Path(colours), mesh.path.stem, feel, Path(skin_name).stem)
-    return Evaluation(mesh, feel, model, skin, skin_name, files=files)
+    return Evaluation(mesh, feel, model, skin, skin_name, files=files, printer=printer, printed=made)
