@@ -120,7 +120,7 @@ def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) ->
     laid, flat = [], []
     for number, points in places.items():
         laid.append(as_laid(tile, layout, base, points))
-        unrolled = unroller.unrolled(*unroller.frame(felt.crops[number].frame.at))
+        unrolled = unroller.unrolled(unroller.flat(*unroller.frame(felt.crops[number].frame.at)))
         flat.append(Cropper(unrolled, fine_mm=0.0).crop(Frame(np.zeros(3), np.eye(3))).heights)
     on_object, on_plate = (np.stack(of) for of in zip(*laid, strict=True))
     return {

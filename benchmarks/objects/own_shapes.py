@@ -17,7 +17,8 @@ from scipy.spatial import cKDTree
 from benchmarks.objects.bundled import TEXTURE, roughness, tile_of
 from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
 from optimize.settings.skins import load_skin
-from optimize.verification.mesh_feel import feel_of, textures_alone
+from optimize.verification.mesh_feel import feel_of
+from optimize.verification.own_shape import textures_alone
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.meshes.crops import Cropper
@@ -79,7 +80,7 @@ def compared(name: str, texture: str) -> dict[str, Any]:
     numbers = cKDTree(points.at).query([crop.frame.at for crop in felt.crops])[1]
     cropper = Cropper(body)
     crops = [cropper.crop(frame) for frame in frames(points, numbers)]
-    alone = textures_alone(body, crops)
+    alone = textures_alone(crops, cropper.around)
     patches = np.stack([alone.get(number, crop.heights) for number, crop in enumerate(crops)])
     known = np.array([not crop.on_edge for crop in crops])
     if not known.any():

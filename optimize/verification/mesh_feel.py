@@ -2,14 +2,14 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import torch
-from scipy.spatial import cKDTree
 
 import tactile
-from optimize.verification.own_shape import texture_alone
+from optimize.verification.own_shape import textures_alone
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.errors import InputError
@@ -19,7 +19,7 @@ from relief.meshes.crops import Crop, Cropper
 from relief.meshes.mesh import Mesh
 from relief.meshes.places import Frame, frames, spread, surface_points
 from relief.meshes.shells import outside
-from relief.meshes.unrolling import Unroller, fine_enough
+from relief.meshes.unrolling import TEXTURED_MM, Unroller, fine_enough
 from tactile.measures import BATCH_SAMPLES, each
 from tactile.model import ModelName
 from tactile.quantities import QUANTITIES, means
@@ -32,8 +32,10 @@ PART, ESTIMATED, TAKEN_OUT = "part of the roughness", "estimated and taken out",
 taken by their own smooth shapes, or by the object without texture."""
 FARTHEST_OBJECT_MM = 2.0 * HEIGHT_LIMIT_MM
 """Largest distance of a textured mesh from its object without texture, mm."""
-TEXTURED_MM = 1e-3
-"""Least height over the object, mm, that is texture and no rounding."""
+GROWTH_MM = 2.0
+"""Width beside a patch, mm, in which the object must not be bare: as wide as a texture grows by default."""
+LEAST_WAY = 0.8
+"""Least way over an unrolled surface, in that of the straight one, that is no error of the map."""
 RIM_MM = 1.875
 """Width of the strips along the sides of a patch that have to be textured."""
 LEAST_TEXTURE = 0.4
@@ -148,24 +150,21 @@ def feel_of(
         candidates = spread(points.at, MOST_TRIED)
         if mesh.folded:
             candidates = candidates[outside(points.at[candidates], points.normals[candidates], mesh.body)]
-        cropped = map(Cropper(mesh.body, side_mm=skin.patch_mm).crop, frames(points, candidates))
+        cropper = Cropper(mesh.body, side_mm=skin.patch_mm)
+        cropped = map(cropper.crop, frames(points, candidates))
         if as_printed is not None:
             # Steps of a print are meant: their triangles are no samples of a smooth surface.
             cropper = Cropper(as_printed, fine_mm=0.0, side_mm=skin.patch_mm)
-            cropped = (_of_print(crop, cropper) for crop in cropped)
+            cropped = map(partial(_of_print, cropper=cropper), cropped)
+        crops = _looked_at(cropped, len(candidates), most)
     else:
         unroller = _unroller(replace(mesh, body=body), without_texture)
         points = surface_points(unroller.object)
-        candidates = spread(points.at, MOST_TRIED)
-        cropped = (_unrolled_crop(unroller, at, skin.patch_mm) for at in points.at[candidates])
-    crops: list[Crop] = []
-    left = most
-    with stage("looking at places", len(candidates), at_most=True) as advance:
-        for crop in cropped:
-            crops.append(crop)
-            advance()
-            left -= not (crop.on_edge or crop.flat)
-            if left == 0:
+        places = points.at[spread(points.at, MOST_TRIED)]
+        for whole in (True, False):
+            cropped = (over_object(unroller, at, skin.patch_mm, whole) for at in places)
+            crops = _looked_at(cropped, len(places), most)
+            if not all(crop.on_edge for crop in crops):
                 break
     on_edge, flat = ([one for one in crops if one.on_edge], [one for one in crops if one.flat])
     chosen = [one for one in crops if not (one.on_edge or one.flat)] or (flat or on_edge)[:most]
@@ -175,33 +174,13 @@ def feel_of(
     plain = 0 if chosen[0].flat else len(flat)
     as_pressed, curvature = values, PART if without_texture is None else TAKEN_OUT
     if without_texture is None and not (chosen[0].on_edge or chosen[0].flat):
-        alone, curvature = textures_alone(body, chosen), ESTIMATED
+        alone, curvature = textures_alone(chosen, cropper.around), ESTIMATED
         if alone:
             found, shares = pressed(np.stack([*alone.values()]), skin, model, size_mm=chosen[0].side_mm)
             numbers = list(alone)
             values = {name: _replaced(values[name], numbers, found[name]) for name in values}
             fractions = _replaced(fractions, numbers, shares)
     return MeshFeel(body, chosen, values, fractions, edges, plain, points.area_mm2, curvature, as_pressed)
-
-
-def textures_alone(body: Body, crops: Sequence[Crop]) -> dict[int, Array]:
-    """Heights (n, n) mm over their own smooth shapes of those crops that are curved, by their numbers."""
-    tree = cKDTree(body.vertices)
-    fewer = np.zeros(len(body.vertices), bool)
-    reach = 0.75 * np.sqrt(2.0) * crops[0].side_mm
-    alone = {}
-    with stage("telling textures from shapes", len(crops)) as advance:
-        for number, crop in enumerate(crops):
-            near = tree.query_ball_point(crop.frame.at, reach)
-            fewer[near] = True
-            corners = np.flatnonzero(fewer[body.faces].any(axis=1))
-            fewer[near] = False
-            used, faces = np.unique(body.faces[corners], return_inverse=True)
-            around = Body(crop.frame.local(body.vertices[used]), faces.reshape(-1, 3))
-            if (heights := texture_alone(crop, around)) is not None:
-                alone[number] = heights
-            advance()
-    return alone
 
 
 def _of_print(crop: Crop, cropper: Cropper) -> Crop:
@@ -229,15 +208,50 @@ def _unroller(mesh: Mesh, without_texture: Mesh) -> Unroller:
     return unroller
 
 
-def _unrolled_crop(unroller: Unroller, near: Array, side_mm: float | None) -> Crop:
-    """The crop of the texture over the unrolled object; one that is not textured all over counts as edge."""
+def _looked_at(cropped: Iterator[Crop], count: int, most: int) -> list[Crop]:
+    """Crops until as many as are wanted are neither on edges nor flat."""
+    crops: list[Crop] = []
+    left = most
+    with stage("looking at places", count, at_most=True) as advance:
+        for crop in cropped:
+            crops.append(crop)
+            advance()
+            left -= not (crop.on_edge or crop.flat)
+            if left == 0:
+                break
+    return crops
+
+
+def over_object(unroller: Unroller, near: Array, side_mm: float | None, whole: bool) -> Crop:
+    """The crop of the texture over the unrolled object near a point (3,) mm.
+
+    One that is not textured all over counts as on an edge, and, where `whole` is asked for, one beside which
+    the texture ends, or that has a sharp edge.
+    """
     vertex, frame = unroller.frame(near)
-    flat = unroller.unrolled(vertex, frame)
+    places = unroller.flat(vertex, frame)
+    flat = unroller.unrolled(places)
     crop = Cropper(flat, side_mm=side_mm).crop(Frame(np.zeros(3), np.eye(3)))
     inside = (np.abs(flat.vertices[:, :2]) < 0.5 * PATCH_SIDE_MM).all(axis=1)
     # The highest point of a crop is at the limit.
     over = crop.middle - HEIGHT_LIMIT_MM + flat.vertices[inside, 2].max(initial=0.0)
-    return replace(crop, frame=frame, on_edge=crop.on_edge or not textured(over))
+    on_edge = crop.on_edge or not textured(over) or (whole and ends(unroller, places, frame.at))
+    return replace(crop, frame=frame, on_edge=bool(on_edge))
+
+
+def ends(unroller: Unroller, places: Array, at: Array) -> bool:
+    """Whether the object is bare on a patch or up to 2 mm beside it, or has a sharp edge on the patch.
+
+    Args:
+        unroller: With the object.
+        places: (vertices, 2) mm, as `Unroller.flat` gives them.
+        at: (3,) the place, mm.
+    """
+    away = np.abs(places).max(axis=1) - 0.5 * PATCH_SIDE_MM
+    # No way over the surface is shorter than the straight one: behind a rim the map has errors.
+    straight = np.linalg.norm(unroller.object.vertices - at, axis=1)
+    away[np.linalg.norm(places, axis=1) < LEAST_WAY * straight] = np.inf
+    return bool((away[unroller.bare] < GROWTH_MM).any() or (away[unroller.sharp] < 0.0).any())
 
 
 def textured(over: Array) -> bool:

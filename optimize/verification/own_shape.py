@@ -1,33 +1,58 @@
-"""The texture of a patch of a mesh alone, against the patch's own smooth shape.
+"""The texture of patches of a mesh alone, against the patches' own smooth shapes.
 
 Nobody calls a ball rough. Without the object as it was before its texture, its shape has to be told from the
-patch itself. The shape is, at first, a part of a torus, which has two curvatures that are nearly constant: a
-ball, a cylinder and a saddle are such parts. It is laid under the texture, as textures stand on objects, and
-the mesh is unrolled over it: heights are taken along its normals, lengths along its sections. A polynomial
-that is left in the unrolled heights belongs to the shape where it is larger than the texture's own waves
-would make it. Where there are no short waves at all, as on a bare part with fillets, the shape is whatever is
-longer than 2 mm. Long waves of a texture cannot be told from a shape of the same length.
+mesh. Around each place a part of a torus is fitted, which reaches farther than the patch, as the waves of a
+texture average out on a wider disc. The torus is laid under the texture, as textures stand on objects, and
+the mesh is unrolled over it. What is left of third to sixth order on the disc belongs to the shape where it
+is larger than what the texture's own waves give. These are told from higher orders, at all places of the
+object together, as a texture is the same all over it. Not all of such an order is taken away, so that the
+roughness keeps a part of the texture's long waves. Where there are no short waves at all, as on a bare part
+with fillets, the shape is whatever is longer than 2 mm.
 """
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy.optimize import least_squares
 
+from optimize.verification.torus import REACH_MM, fitted, over, raised, unrolled, unrolled_body
 from relief.body import Body
-from relief.common.arrays import Array
+from relief.common.arrays import Array, Index
 from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
+from relief.common.progress import stage
 from relief.meshes.crops import Crop, Cropper
-from relief.meshes.places import Frame
+from relief.meshes.places import FACING, Frame
 
 CURVED_MM = 0.09
 """Root mean square of the second order of a patch, mm, from which it is curved: that of a ball of 56 mm.
 The tiles that come with Retouch have up to 0.089 (leather)."""
-CURVED, SIGNIFICANT = 25.0, 4.0
-"""Power of second order, and of higher orders, in units of what the texture's own waves give, from which it
-is the object's. On the tiles second order has up to 20 (leather)."""
-MOST_ORDER = 6
-"""Highest order of the polynomial that may belong to the shape: waves of about 4 mm in 10."""
+CURVED = 25.0
+"""Power of second order, in units of what the texture's own waves give, from which it is the object's. On the
+tiles it has up to 20 (leather)."""
+WIDE_MM, DISC_MM = 9.0, 7.0
+"""Radii of the discs around a place that a shape is fitted to, mm: textures are told better on the wide one,
+which reaches round the sides of narrow objects; the other reaches to the corners of a patch."""
+POINTS, EVERY = 4096, 4
+"""Points on the wide disc, and every so many that a torus is fitted to. Four on a mm² are too few: what waves
+shorter than their distance give a polynomial is as much as its own."""
+SHAPE_ORDER, MOST_ORDER = 6, 10
+"""Highest order that may belong to the shape, waves of about 5 mm on the disc, and the highest one that tells
+of the texture."""
+SIMPLE = 7.0
+"""Power of a polynomial of third to fifth order on the wide disc, in units of that of higher orders on the
+other, up to which the torus of the wide disc is shape enough: leather on a ball has 2.7 to 6.9, gravel on the
+slider, which is 14 mm wide, 14 and more."""
+STEEPEST = 3.0
+"""Largest power of the order by which the texture's share of an order falls: leather has 2.6."""
+KEPT = 0.75
+"""Power of the texture's share of an order by which the order is kept. With 1 the error of the shape is
+least; with 0.5 the order keeps the power that the texture gives it, in the form of the shape."""
+FARTHER = 1.05
+"""Factor by which heights over the torus of the wide disc may vary more on the patch than over the other."""
+WORSE = 1.5
+"""Factor by which heights over the torus of the disc may vary more on the patch than over one that is fitted
+to the patch alone; beyond that the disc holds another surface."""
 SHORT_MM = 2.0
 """Wavelength, mm, of which a low pass keeps half, and the waves below which are always texture."""
 SMOOTH_MM, TEXTURED_MM = 0.010, 0.015
@@ -35,69 +60,157 @@ SMOOTH_MM, TEXTURED_MM = 0.010, 0.015
 Parts with fillets of 2 mm and more have up to 0.010; the tiles have 0.040 (terrain) to 0.46."""
 FOOT = 5.0
 """Percentile of the heights over the fitted shape at which the texture stands."""
-STEP = 6
-"""Every so many samples along a side are fitted."""
-REACH_MM = 9.0
-"""Distance from the place, along each axis, up to which the mesh is unrolled, mm."""
-NODES, WEIGHTS = (np.polynomial.legendre.leggauss(8)[n] for n in (0, 1))
-"""Nodes and weights of the quadrature along sections of the shape, from -1 to 1."""
+MARGIN_MM = 1.5
+"""Margin around a patch, mm, within which faces may come to lie on it when it is unrolled."""
 
 
-def texture_alone(crop: Crop, around: Body) -> Array | None:
-    """Heights of the texture of a patch over the patch's own smooth shape.
+@dataclass(frozen=True)
+class OwnShape:
+    """The smooth shape around a place, and what is left over it on the disc.
+
+    Attributes:
+        torus: (6,) parameters in the axes of the place.
+        radius_mm: Of the disc.
+        terms: (k, k) mm, by the terms of polynomials; each column is a polynomial, orthogonal to the others.
+        power: (`MOST_ORDER` + 1,) mm² of each order.
+    """
+
+    torus: Array
+    radius_mm: float
+    terms: Array
+    power: Array
+
+
+def textures_alone(crops: Sequence[Crop], around: Callable[[Frame, float], Body]) -> dict[int, Array]:
+    """Heights of the texture alone of those patches that have a shape of their own.
 
     Args:
-        crop: Of the mesh; not on an edge.
-        around: The mesh around the place in the axes of the place, mm.
+        crops: Of a mesh; none on an edge.
+        around: The mesh in the axes of a place within a distance along x and y, mm.
 
     Returns:
-        (n, n) mm of the size of the crop; None where the patch is textured and not curved, so that its
+        (n, n) mm by the numbers of the crops. Left out are patches that are textured and not curved: their
         heights are those of the texture.
     """
-    middle = crop.middle
-    short = _short_waves(crop.heights, crop.side_mm)
-    if (share := _textured(short)) == 0.0:
-        return short
-    if not _curved(middle):
-        return None
-    shape = _fitted(middle)
-    x, y = _lattice(len(middle))
-    over = (middle - _torus(shape, x, y)) / np.sqrt(1.0 + sum(slope**2 for slope in _slopes(shape, x, y)))
-    foot = float(np.percentile(over, FOOT))
-    shape[0] += foot + crop.level_mm
-    shape[4:] /= 1.0 + foot * shape[4:]
+    alone: dict[int, Array] = {}
+    shapes: dict[int, tuple[OwnShape, ...]] = {}
+    with stage("telling textures from shapes", 2 * len(crops)) as advance:
+        for number, crop in enumerate(crops):
+            short = short_waves(crop.heights, crop.side_mm)
+            if _textured(short) == 0.0:
+                alone[number] = short
+            elif _curved(crop.middle):
+                alone[number] = short
+                shapes[number] = _own_shapes(crop, around(crop.frame, WIDE_MM))
+            advance()
+        own = [_own_power(same) for same in zip(*shapes.values(), strict=True)]
+        for number, crop in enumerate(crops):
+            if number in shapes:
+                body = around(crop.frame, 0.5 * crop.side_mm + MARGIN_MM)
+                wide = _simple(*shapes[number])
+                heights = _over_shape(crop, body, shapes[number][not wide], own[not wide])
+                short = alone[number]
+                alone[number] = short + _textured(short) * (heights - short)
+            advance()
+    return alone
+
+
+def _own_shapes(crop: Crop, around: Body) -> tuple[OwnShape, OwnShape]:
+    """Shapes around a place, by the wide disc and by the other; by the patch where they do not fit."""
+    points = _points(around)
+    depth = points[:, 2] - crop.level_mm
+    points = points[(depth > -HEIGHT_LIMIT_MM) & (depth < 2.0 * HEIGHT_LIMIT_MM)]
+    near = points[np.linalg.norm(points, axis=1) < DISC_MM]
+    on_patch = points[np.abs(points[:, :2]).max(axis=1) < 0.5 * PATCH_SIDE_MM]
+    patch = fitted(on_patch[::EVERY])
+    disc = _better(fitted(near[::EVERY]), patch, on_patch, WORSE)
+    if disc is patch:
+        near = on_patch
+    wide = _better(fitted(points[::EVERY]), disc, on_patch, FARTHER)
+    if wide is disc:
+        points = near
+    return _own_shape(wide, points, WIDE_MM, on_patch), _own_shape(disc, near, DISC_MM, on_patch)
+
+
+def _simple(wide: OwnShape, disc: OwnShape) -> bool:
+    """Whether nothing but a torus is needed on the wide disc."""
+    one, other = (shape.power / (np.arange(MOST_ORDER + 1) + 1.0) for shape in (wide, disc))
+    return bool(one[3:SHAPE_ORDER].mean() < SIMPLE * np.median(other[SHAPE_ORDER + 1 :]))
+
+
+def _better(one: Array, other: Array, on_patch: Array, worse: float) -> Array:
+    """One torus, or the other where points on the patch vary less over it by more than a factor."""
+    spreads = [float(over(shape, *on_patch.T).std()) for shape in (one, other)]
+    return one if spreads[0] < worse * spreads[1] else other
+
+
+def _own_shape(shape: Array, points: Array, radius_mm: float, on_patch: Array) -> OwnShape:
+    """The shape by a torus that was fitted to points (k, 3) mm, and what they have over it."""
+    shape = raised(shape, float(np.percentile(over(shape, *on_patch.T), FOOT)))
+    flat = unrolled(points, shape)
+    flat = flat[np.abs(flat[:, :2]).max(axis=1) < REACH_MM]
+    terms, order = _terms(flat[:, 0], flat[:, 1], radius_mm)
+    basis, to_shares = np.linalg.qr(terms)
+    shares = basis.T @ flat[:, 2]
+    power = np.bincount(order, shares**2) / len(flat)
+    return OwnShape(shape, radius_mm, np.linalg.solve(to_shares, np.diag(shares)), power)
+
+
+def _points(around: Body) -> Array:
+    """Points (k, 3) of a mesh within the wide disc, as many on equal areas, that face the finger, mm."""
+    normals = around.normals
+    double = np.linalg.norm(normals, axis=1)
+    middles = around.vertices[around.faces].mean(axis=1)
+    seen = (normals[:, 2] > FACING * double) & (np.linalg.norm(middles, axis=1) < WIDE_MM)
+    area = np.cumsum(double[seen])
+    at = (np.arange(POINTS) + 0.5) / POINTS * area[-1]
+    face = np.flatnonzero(seen)[np.searchsorted(area, at)]
+    share = np.random.default_rng(0).dirichlet(np.ones(3), POINTS)
+    return np.asarray(np.einsum("nc,ncd->nd", share, around.vertices[around.faces[face]]))
+
+
+def _own_power(shapes: Sequence[OwnShape]) -> Array:
+    """Power (`MOST_ORDER` + 1,) that the texture gives each order at a place, mm².
+
+    Medians over the places of what a polynomial of a higher order has, carried on to lower orders as a power
+    of the order.
+    """
+    number = np.arange(MOST_ORDER + 1) + 1.0
+    level = np.log(np.median([of.power for of in shapes], axis=0) / number + 1e-18)
+    high = np.arange(SHAPE_ORDER, MOST_ORDER + 1)
+    rise = float(np.clip(np.polyfit(np.log(high), level[high], 1)[0], -STEEPEST, 0.0))
+    middle = float((level[high] - rise * np.log(high)).mean())
+    return np.asarray(number * np.exp(middle + rise * np.log(np.maximum(number - 1.0, 1.0))))
+
+
+def _over_shape(crop: Crop, around: Body, shape: OwnShape, own: Array) -> Array:
+    """Heights (n, n) of the mesh over the shape of a place, mm; `own` is the power of the texture."""
     side = None if crop.side_mm == PATCH_SIDE_MM else crop.side_mm
-    flat = Cropper(_unrolled(around, shape), side_mm=side).crop(Frame(np.zeros(3), np.eye(3)))
-    heights = over if flat.on_edge and side is None else flat.heights
-    heights = _without_polynomial(heights) if side is None else heights
-    return short + share * (heights - short)
+    flat = Cropper(unrolled_body(around, shape.torus), side_mm=side).crop(Frame(np.zeros(3), np.eye(3)))
+    x, y = _lattice(len(crop.middle))
+    heights = flat.heights
+    if side is not None:
+        return heights
+    if flat.on_edge:
+        heights = over(shape.torus, x, y, crop.middle + crop.level_mm)
+    taken = np.zeros(MOST_ORDER + 1)
+    taken[1] = 1.0
+    for order in range(3, SHAPE_ORDER + 1):
+        taken[order] = 1.0 - min(1.0, own[order] / shape.power[order]) ** KEPT
+    terms, orders = _terms(x.ravel(), y.ravel(), shape.radius_mm)
+    return np.asarray(heights - (terms @ (shape.terms @ taken[orders])).reshape(heights.shape))
 
 
 def _curved(heights: Array) -> bool:
     """Whether a patch (n, n) has more of second order than its texture gives it."""
-    basis, degree = _basis(len(heights))
+    basis, second = _second_order(len(heights))
     shares = basis.T @ heights.ravel()
-    power = float((shares[degree == 2] ** 2).sum()) / heights.size
+    power = float((shares[second] ** 2).sum()) / heights.size
     rest = heights - (basis @ shares).reshape(heights.shape)
-    return power > CURVED_MM**2 or power > CURVED * 3.0 * float(_expected(rest, np.array([2.0]))[0])
+    return power > CURVED_MM**2 or power > CURVED * 3.0 * _expected(rest)
 
 
-def _without_polynomial(heights: Array) -> Array:
-    """A patch (n, n) less the plane, the second order, and orders that are more than the texture gives."""
-    basis, degree = _basis(len(heights))
-    shares = basis.T @ heights.ravel()
-    power = shares**2 / heights.size
-    expected = _expected(heights - (basis @ shares).reshape(heights.shape), degree.clip(min=1))
-    kept = 2
-    for order in range(3, MOST_ORDER + 1):
-        more = (degree > kept) & (degree <= order)
-        if power[more].sum() > SIGNIFICANT * expected[more].sum():
-            kept = order
-    low = degree <= kept
-    return np.asarray(heights - (basis[:, low] @ shares[low]).reshape(heights.shape))
-
-
-def _short_waves(heights: Array, side_mm: float) -> Array:
+def short_waves(heights: Array, side_mm: float) -> Array:
     """A patch (n, n) without waves longer than 2 mm."""
     low_pass = _low_pass(len(heights), side_mm)
     return np.asarray(heights - low_pass @ heights @ low_pass.T)
@@ -110,15 +223,14 @@ def _textured(short: Array) -> float:
     return float(np.clip((spread - SMOOTH_MM) / (TEXTURED_MM - SMOOTH_MM), 0.0, 1.0))
 
 
-def _expected(rest: Array, degree: Array) -> Array:
-    """Power that a texture gives a polynomial of a degree, mm², by its waves of 1 to 3 mm.
+def _expected(rest: Array) -> float:
+    """Power that a texture gives a polynomial of second order, mm², by its waves of 1 to 3 mm.
 
     The spectrum is carried on to longer waves as a power of the wavelength, or flat where it would fall. A
-    polynomial of degree d has about 0.4 d waves along the patch.
+    polynomial of second order has about 0.8 waves along the patch.
 
     Args:
-        rest: (n, n) heights without polynomials up to the highest order, mm.
-        degree: (k,) degrees, 1 or more.
+        rest: (n, n) heights without polynomials up to sixth order, mm.
     """
     waves = np.fft.fftfreq(len(rest), 1.0 / len(rest))
     number = np.hypot(waves[:, None], waves)
@@ -127,17 +239,24 @@ def _expected(rest: Array, degree: Array) -> Array:
     levels = np.array([power[np.abs(number - ring) < 0.5].mean() for ring in rings]) + 1e-18
     rise, level = np.polyfit(np.log(rings), np.log(levels), 1)
     flat = float(power[np.abs(number - 3.5) < 1.0].mean())
-    return np.maximum(flat, np.exp(level + rise * np.log(0.4 * degree)))
+    return float(max(flat, np.exp(level + rise * np.log(0.8))))
+
+
+def _terms(x: Array, y: Array, radius_mm: float) -> tuple[Array, Index]:
+    """Products of powers of x and y, in radii, at (k,) points, mm, (k, terms), and their orders."""
+    by_x, by_y = (np.vander(each / radius_mm, MOST_ORDER + 1, increasing=True) for each in (x, y))
+    pairs = [(i, total - i) for total in range(MOST_ORDER + 1) for i in range(total + 1)]
+    first, second = np.array(pairs).T
+    return by_x[:, first] * by_y[:, second], first + second
 
 
 @cache
-def _basis(samples: int) -> tuple[Array, Array]:
-    """Orthonormal polynomials (samples², k) on a patch, and their degrees (k,), rising."""
-    at = (np.arange(samples) + 0.5) / samples * 2.0 - 1.0
-    values = np.polynomial.legendre.legvander(at, MOST_ORDER)
-    pairs = [(i, total - i) for total in range(MOST_ORDER + 1) for i in range(total + 1)]
-    products = np.stack([np.outer(values[:, j], values[:, i]).ravel() for i, j in pairs], axis=1)
-    return np.linalg.qr(products)[0], np.array([i + j for i, j in pairs])
+def _second_order(samples: int) -> tuple[Array, Array]:
+    """Orthonormal polynomials (samples², k) up to sixth order on a patch, and which are of second (k,)."""
+    x, y = _lattice(samples)
+    terms, order = _terms(x.ravel(), y.ravel(), DISC_MM)
+    low = order <= SHAPE_ORDER
+    return np.linalg.qr(terms[:, low])[0], order[low] == 2
 
 
 @cache
@@ -152,68 +271,9 @@ def _low_pass(samples: int, side_mm: float) -> Array:
     return np.asarray((weighted @ np.linalg.solve(weighted.swapaxes(1, 2) @ terms, first))[..., 0])
 
 
+@cache
 def _lattice(samples: int) -> tuple[Array, Array]:
     """x and y (samples, samples) of a patch of 10 mm, mm, row 0 at +y."""
     at = ((np.arange(samples) + 0.5) / samples - 0.5) * PATCH_SIDE_MM
     x, y = np.meshgrid(at, at[::-1])
     return x, y
-
-
-def _fitted(heights: Array) -> Array:
-    """Parameters (6,) of the torus nearest to heights (n, n), mm, as in `_torus`."""
-    x, y = (each[::STEP, ::STEP].ravel() for each in _lattice(len(heights)))
-    z = heights[::STEP, ::STEP].ravel()
-    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
-    level, by_x, by_y, xx, xy, yy = np.linalg.lstsq(terms, z, rcond=None)[0]
-    curvatures, directions = np.linalg.eigh(-np.array([[2.0 * xx, xy], [xy, 2.0 * yy]]))
-    fits = []
-    # Either curvature may be that of the tube.
-    for one, other in ((0, 1), (1, 0)):
-        turn = np.arctan2(directions[1, one], directions[0, one])
-        start = np.array([level, by_x, by_y, turn, curvatures[one], curvatures[other]])
-        fits.append(least_squares(lambda of: _torus(of, x, y) - z, start, method="lm", max_nfev=60))
-    return np.array(min(fits, key=lambda fit: fit.cost).x)
-
-
-def _torus(shape: Array, x: Array, y: Array) -> Array:
-    """Heights of a torus near the top of its tube, mm.
-
-    Args:
-        shape: level (mm), slopes along x and y, direction of the tube's section (rad), its curvature and that
-            of the ring, 1/mm.
-        x, y: of any shape, mm.
-    """
-    level, by_x, by_y, turn, tube, ring = shape
-    across = np.cos(turn) * x + np.sin(turn) * y
-    along = np.cos(turn) * y - np.sin(turn) * x
-    down = tube * across**2 / (1.0 + np.sqrt(np.maximum(1.0 - (tube * across) ** 2, 1e-3)))
-    root = np.sqrt(np.maximum((1.0 - ring * down) ** 2 - (ring * along) ** 2, 1e-3))
-    fall = (2.0 * down - ring * down**2 + ring * along**2) / (1.0 + root)
-    return np.asarray(level + by_x * x + by_y * y - fall)
-
-
-def _slopes(shape: Array, x: Array, y: Array, step: float = 1e-4) -> tuple[Array, Array]:
-    """Derivatives of the heights of a torus along x and y."""
-    along_x = _torus(shape, x + step, y) - _torus(shape, x - step, y)
-    along_y = _torus(shape, x, y + step) - _torus(shape, x, y - step)
-    return along_x / (2.0 * step), along_y / (2.0 * step)
-
-
-def _unrolled(around: Body, shape: Array) -> Body:
-    """A mesh over a torus as heights over a plane: along its normals, at lengths along its sections, mm."""
-    at = around.vertices
-    x, y = at[:, 0].copy(), at[:, 1].copy()
-    for _ in range(6):
-        by_x, by_y = _slopes(shape, x, y)
-        length = np.sqrt(1.0 + by_x**2 + by_y**2)
-        height = (at[:, 2] - _torus(shape, x, y) - (at[:, 0] - x) * by_x - (at[:, 1] - y) * by_y) / length
-        x = np.clip(at[:, 0] + height / length * by_x, -REACH_MM, REACH_MM)
-        y = np.clip(at[:, 1] + height / length * by_y, -REACH_MM, REACH_MM)
-    radius = np.maximum(np.hypot(x, y), 1e-12)
-    stretch = np.zeros_like(x)
-    for node, weight in zip(0.5 + 0.5 * NODES, 0.5 * WEIGHTS, strict=True):
-        along = _slopes(shape, node * x, node * y)
-        stretch += weight * np.sqrt(1.0 + ((along[0] * x + along[1] * y) / radius) ** 2)
-    there = (np.abs(height) < HEIGHT_LIMIT_MM) & (np.maximum(np.abs(x), np.abs(y)) < REACH_MM)
-    faces = around.faces[there[around.faces].all(axis=1)]
-    return Body(np.stack([x * stretch, y * stretch, height], axis=1), faces)

@@ -6,8 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from relief.body import Body
-from relief.common.arrays import Array
+from relief.common.arrays import Array, Index
 from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
+from relief.meshes.near import NearFaces
 from relief.meshes.places import Frame, vertex_normals
 from relief.meshes.raster import rasterise
 from relief.patches import samples_of
@@ -87,13 +88,13 @@ class Cropper:
     def __init__(
         self, body: Body, samples: int = SAMPLES, fine_mm: float = FINE_MM, side_mm: float | None = None
     ) -> None:
-        self._faces = body.faces
+        self._body, self._faces = body, body.faces
         self._corners = body.vertices[body.faces]
         self._normals = body.normals
         edges = np.linalg.norm(self._corners - np.roll(self._corners, 1, axis=1), axis=2)
         self._fine = edges.max(axis=1) <= fine_mm
         self._vertex_normals = vertex_normals(body)
-        self._low, self._high = self._corners.min(axis=1), self._corners.max(axis=1)
+        self._near = NearFaces(self._corners)
         self._side = side_mm or PATCH_SIDE_MM
         self._samples = samples if side_mm is None else samples_of(side_mm, PATCH_SIDE_MM / samples)
 
@@ -102,10 +103,8 @@ class Cropper:
 
         Surfaces that face away from the finger are not seen; of several one above the other the highest is.
         """
-        # The box that holds the turned patch and what lies 3 mm below or above it.
-        half = np.abs(frame.axes).T @ (0.5 * self._side, 0.5 * self._side, HEIGHT_LIMIT_MM)
-        near = ((self._low <= frame.at + half) & (self._high >= frame.at - half)).all(axis=1)
-        seen = np.flatnonzero(near & (self._normals @ frame.axes[2] > 0.0))
+        near = self._around(frame, 0.5 * self._side, HEIGHT_LIMIT_MM)
+        seen = near[self._normals[near] @ frame.axes[2] > 0.0]
         slopes = np.repeat(_slopes(self._normals[seen] @ frame.axes.T)[:, None], 3, axis=1)
         at_corners = self._vertex_normals[self._faces[seen]] @ frame.axes.T
         curved = _slopes(at_corners)
@@ -116,6 +115,20 @@ class Cropper:
         top = float(in_the_middle(heights, self._side).max())
         level = top - HEIGHT_LIMIT_MM if np.isfinite(top) else 0.0
         return Crop(frame, *reachable(heights, self._side), self._side, level)
+
+    def around(self, frame: Frame, reach_mm: float) -> Body:
+        """The body in the axes of a place, mm: its faces within a reach along x and y, 6 mm down and up."""
+        near = self._around(frame, reach_mm, 2.0 * HEIGHT_LIMIT_MM)
+        used, faces = np.unique(self._faces[near], return_inverse=True)
+        at = frame.local(self._body.vertices[used])
+        faces = faces.reshape(-1, 3)
+        low, high = (end(at[faces, :2], axis=1) for end in (np.min, np.max))
+        return Body(at, faces[((low < reach_mm) & (high > -reach_mm)).all(axis=1)])
+
+    def _around(self, frame: Frame, reach_mm: float, depth_mm: float) -> Index:
+        """Faces near the box that holds a turned patch and what lies below or above it."""
+        half = np.abs(frame.axes).T @ (reach_mm, reach_mm, depth_mm)
+        return self._near.within(frame.at - half, frame.at + half)
 
 
 def _slopes(normals: Array) -> Array:

@@ -13,7 +13,7 @@ from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.common.errors import naming
 from relief.common.progress import stage
-from relief.meshes.neighbourhood import connected_around
+from relief.meshes.neighbourhood import connected_around, edge_pairs
 from relief.meshes.places import Frame, frame_along, vertex_normals
 from relief.meshes.refining import refined
 
@@ -25,6 +25,12 @@ REACH_MM = 9.0
 """Distance from a place up to which the object is unrolled, mm: the corners of a patch and a margin."""
 CANDIDATES = 16
 """Faces of the object, the nearest by their middles, among which a foot is looked for."""
+TEXTURED_MM = 1e-3
+"""Least height over the object, mm, that is texture and no rounding."""
+BARE_MM = 1.25
+"""Distance from any texture, mm, from which the object is bare: gaps in a tile of dots reach 1.05 mm."""
+SHARP = np.cos(np.radians(40.0))
+"""Cosine between the normals of two faces, below which the edge between them is sharp."""
 
 
 def fine_enough(body: Body, name: object) -> Body:
@@ -43,6 +49,8 @@ class Unroller:
     Attributes:
         object: The object, fine enough.
         farthest_mm: Largest distance of the textured mesh from the object, mm.
+        bare: (vertices,) whether no texture is near a vertex of the object.
+        sharp: (vertices,) whether a vertex of the object lies on a sharp edge.
     """
 
     @stage("measuring the distance from the object")
@@ -57,14 +65,26 @@ class Unroller:
         self._heights = np.linalg.norm(away, axis=1) * np.sign(np.einsum("nd,nd->n", away, normal))
         self.farthest_mm = float(np.abs(self._heights).max())
         self._tree = cKDTree(base.vertices)
+        self.bare = np.ones(len(base.vertices), bool)
+        if len(feet_of_texture := foot[np.abs(self._heights) > TEXTURED_MM]):
+            self.bare = cKDTree(feet_of_texture).query(base.vertices)[0] > BARE_MM
+        pairs = edge_pairs(base.faces, len(base.vertices))
+        units = base.normals / np.maximum(np.linalg.norm(base.normals, axis=1, keepdims=True), 1e-30)
+        turned = pairs[np.einsum("nd,nd->n", *units[pairs.T // 3]) < SHARP, 0]
+        self.sharp = np.zeros(len(base.vertices), bool)
+        for corner in (turned % 3, (turned + 1) % 3):
+            self.sharp[base.faces[turned // 3, corner]] = True
 
     def frame(self, near: Array) -> tuple[int, Frame]:
         """Number and frame of the object's vertex nearest to a point."""
         vertex = int(self._tree.query(near)[1])
         return vertex, frame_along(self.object.vertices[vertex], self._normals[vertex])
 
-    def unrolled(self, vertex: int, frame: Frame) -> Body:
-        """The textured mesh around a vertex of the object: (x, y, height) in the axes of its frame, mm."""
+    def flat(self, vertex: int, frame: Frame) -> Array:
+        """Places (vertices, 2) of the object's vertices around one of them in the axes of its frame, mm.
+
+        NaN where they are farther away than `REACH_MM` or not connected.
+        """
         numbers, faces = self._around(vertex, frame)
         solver = potpourri3d.MeshVectorHeatSolver(self.object.vertices[numbers], faces)
         start = int(np.searchsorted(numbers, vertex))
@@ -73,12 +93,26 @@ class Unroller:
         flat = np.full((len(self.object.vertices), 2), np.nan)
         flat[numbers] = solver.compute_log_map(start) @ basis
         flat[numbers[np.linalg.norm(flat[numbers], axis=1) > REACH_MM]] = np.nan
+        return flat
+
+    def laid(self, flat: Array) -> tuple[Index, Array, Index]:
+        """Where the vertices of the textured mesh come to lie, by the places of the object's vertices.
+
+        Returns:
+            (k,) numbers of the vertices, their (k, 2) places, mm, and the (m, 3) faces between them, by their
+            places among the k.
+        """
         # Coordinates are worked out only where there are any: a textured mesh may have a million faces.
-        mapped = np.isfinite(flat).all(axis=1)[self.object.faces].all(axis=1)
-        kept = mapped[self._face][self._textured.faces].all(axis=1)
+        mapped = np.asarray(np.isfinite(flat).all(axis=1))[self.object.faces].all(axis=1)
+        kept = np.asarray(mapped)[self._face][self._textured.faces].all(axis=1)
         used, inverse = np.unique(self._textured.faces[kept], return_inverse=True)
         at = np.einsum("nc,ncd->nd", self._shares[used], flat[self.object.faces[self._face[used]]])
-        return Body(np.column_stack([at, self._heights[used]]), inverse.reshape(-1, 3))
+        return used, at, inverse.reshape(-1, 3)
+
+    def unrolled(self, flat: Array) -> Body:
+        """The textured mesh as (x, y, height) by the places of the object's vertices, mm."""
+        used, at, faces = self.laid(flat)
+        return Body(np.column_stack([at, self._heights[used]]), faces)
 
     def _around(self, vertex: int, frame: Frame) -> tuple[Index, Index]:
         """Vertices of the object around one of them, rising, and the faces between them, by their places."""

@@ -7,12 +7,13 @@ import pytest
 import trimesh
 
 from mitsuba_scenes import find_texture
-from optimize.verification.mesh_feel import MeshFeel, feel_of, textured
+from optimize.verification.mesh_feel import MeshFeel, feel_of, over_object, textured
 from relief.body import Body
 from relief.common.errors import InputError
 from relief.export.plate import plate_mesh
 from relief.heightmap import load_heights
 from relief.meshes import Mesh, outer_body, read_mesh
+from relief.meshes.unrolling import Unroller, fine_enough
 from relief.relief import Relief
 from retouch.pages.objects.mesh_colouring import (
     BAR_PIXELS,
@@ -106,6 +107,19 @@ def test_on_a_tube_the_tile_is_felt_where_the_curvature_is_taken_out() -> None:
     for found in (out, alone):
         assert abs(jnd_apart(found.means["roughness"], expected)) < 0.25
     assert jnd_apart(alone.details()["as_pressed"]["roughness"], expected) > 1.0
+
+
+def test_places_beside_which_the_texture_ends_count_as_edges() -> None:
+    """A plate of 40 mm with bumps on its left half."""
+    x = (np.arange(100) - 49.5) * 0.4
+    bumps = 0.3 + 0.2 * np.sin(np.pi * x)[:, None] * np.sin(np.pi * x)
+    base = fine_enough(plate_mesh(np.full((100, 100), 1e-6), 40.0), "plate")
+    half = Unroller(plate_mesh(np.where(x < 0.0, bumps, 1e-6), 40.0), base)
+    found = [over_object(half, np.array([-10.0, 0.0, 0.0]), None, whole=True)]
+    found += [over_object(half, np.array([-5.2, 0.0, 0.0]), None, whole) for whole in (False, True)]
+    assert [crop.on_edge for crop in found] == [False, False, True]
+    rim = np.abs(half.object.vertices[half.sharp][:, :2]).max(axis=1)
+    assert len(rim) > 100 and rim.min() > 19.9
 
 
 def test_an_object_elsewhere_is_refused(gravel: np.ndarray) -> None:

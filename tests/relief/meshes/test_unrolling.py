@@ -26,7 +26,7 @@ def test_a_tube_of_tiles_unrolls_to_the_tile(around: int) -> None:
     textured, base = rolled(waves(64), 10.0, around, 3)
     unroller = Unroller(textured, base)
     vertex, frame = unroller.frame(np.array([20.0, 0.5, 15.0]))
-    crop = Cropper(unroller.unrolled(vertex, frame), 64).crop(Frame(np.zeros(3), np.eye(3)))
+    crop = Cropper(unroller.unrolled(unroller.flat(vertex, frame)), 64).crop(Frame(np.zeros(3), np.eye(3)))
     assert not crop.on_edge
     # Around the tube and along it from the first sample, in samples of the tile.
     radius = around * 10.0 / (2 * np.pi)
