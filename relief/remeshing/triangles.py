@@ -37,13 +37,14 @@ class Triangles:
         held: (k,) sorted keys of held edges.
         corner: (n,) vertices that stay.
         moved: (n,) how far held lines have been moved at a vertex, mm.
+        size: (n,) length of edges that the surface at each vertex allows, mm.
     """
 
-    def __init__(self, body: Body, held: NDArray[np.bool_], corner: NDArray[np.bool_]) -> None:
+    def __init__(self, body: Body, held: NDArray[np.bool_], corner: NDArray[np.bool_], size: Array) -> None:
         self.vertices, self.faces = body.vertices.copy(), np.asarray(body.faces, np.int64).copy()
         self.origin = np.arange(len(self.faces))
         self.held = np.unique(self.keys()[held.ravel()])
-        self.corner, self.moved = corner.copy(), np.zeros(len(self.vertices))
+        self.corner, self.moved, self.size = corner.copy(), np.zeros(len(self.vertices)), size
         self._far = self.moved
         self._refused = np.empty(0, np.int64)
 
@@ -85,6 +86,7 @@ class Triangles:
         self.vertices = np.concatenate([self.vertices, self.vertices[ends].mean(axis=0)])
         self.corner = np.concatenate([self.corner, np.zeros(len(chosen), bool)])
         self.moved = np.concatenate([self.moved, self.moved[ends].max(axis=0)])
+        self.size = np.concatenate([self.size, self.size[ends].max(axis=0)])
         number = first + np.arange(len(chosen))
         parts = self.is_held(chosen)
         halves = [edge_keys(end[parts], number[parts]) for end in ends]
@@ -122,7 +124,8 @@ class Triangles:
         used[self.faces] = True
         renumber = np.cumsum(used) - 1
         self.faces = renumber[self.faces]
-        self.vertices, self.corner, self.moved = self.vertices[used], self.corner[used], self.moved[used]
+        self.vertices, self.corner = self.vertices[used], self.corner[used]
+        self.moved, self.size = self.moved[used], self.size[used]
         self.held = np.unique(edge_keys(renumber[self.held >> BITS], renumber[self.held & MASK]))
         self._refused = np.empty(0, np.int64)
 
