@@ -27,6 +27,8 @@ WIDE = 3.0
 """Width of a plane against that of the facets beside it, from which the plane has the normal of both."""
 POWER = 2.0
 """Power of the length by which edges count less: the sums are perpendicular up to its third power."""
+SLIVER = 4.0
+"""Length of an edge, in the shortest of its triangle, from which it belongs to a sliver."""
 NEAR = 1e-3
 """Weight of staying near the guess, in that of the shortest edges of triangles: long thin ones, which fulfil
 little, then turn nothing."""
@@ -35,8 +37,8 @@ STEPS = 60
 LARGEST_BULGE = 0.12
 """Largest bulge over an edge, as a part of its length: over an arc of 55 degrees."""
 SLIVER_BULGE = 0.5
-"""Largest bulge over an edge of the input, in the height of the wider triangle beside: a facet is no narrower
-than what it leaves out, and along slivers a normal that leans by a degree would be 0.1 mm."""
+"""Largest bulge over an edge of a facet, in the height of the wider facet beside: facets are no narrower than
+what they leave out, and along a sliver a normal that leans by a degree would be 0.1 mm."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None) -> SmoothS
     normals = _fulfilled(body, group, _guess(body, pairs[~creases.ravel()[pairs[:, 0]]], group))[
         group
     ].reshape(-1, 3, 3)
-    return SmoothSurface(body, creases, normals, bulges(body, pairs, creases, normals, flatter=True))
+    return SmoothSurface(body, creases, normals, bulges(body, pairs, creases, normals, facets=True))
 
 
 def corner_angles(body: Body) -> Array:
@@ -162,6 +164,10 @@ def _fulfilled(body: Body, group: Index, guess: Array) -> Array:
     weight = (shortest[used] / length[used])[:, None] ** POWER
     values = np.concatenate([weight * way[used]] * 2, axis=1).ravel()
     matrix = sp.csr_matrix((values, (rows, columns)), (int(used.sum()), guess.size))
+    # Along slivers normals turn as in the guess: else the short edges at their ends would make them lean.
+    sliver = np.clip(1.0 - SLIVER * shortest[used] / length[used], 0.0, None)[:, None]
+    leaning = np.concatenate([sliver * way[used], -sliver * way[used]], axis=1).ravel()
+    along = sp.csr_matrix((leaning, (rows, columns)), matrix.shape)
     # Turned alone: normals that may grow shorter would fulfil everything at 0.
     across = units(np.cross(guess, np.eye(3)[np.argmin(np.abs(guess), axis=1)]))
     turns = np.stack([across, np.cross(guess, across)], axis=2)
@@ -171,26 +177,25 @@ def _fulfilled(body: Body, group: Index, guess: Array) -> Array:
         (turns.ravel(), (np.repeat(number, 2), places.ravel())), (guess.size, 2 * len(guess))
     )
     by_turns = matrix @ tangents
-    square = by_turns.T @ by_turns + NEAR * sp.eye_array(2 * len(guess))
+    lean = along @ tangents
+    square = by_turns.T @ by_turns + lean.T @ lean + NEAR * sp.eye_array(2 * len(guess))
     change, _ = cg(square, -(by_turns.T @ (matrix @ guess.ravel())), rtol=1e-4, maxiter=STEPS)
     return units(guess + (tangents @ change).reshape(-1, 3))
 
 
 def bulges(
-    body: Body, pairs: Index, creases: NDArray[np.bool_], normals: Array, flatter: bool = False
+    body: Body, pairs: Index, creases: NDArray[np.bool_], normals: Array, facets: bool = False
 ) -> Array:
     """(faces, 3, 3) as in `SmoothSurface`: by the normals at the ends, on creases by those of both sides."""
     faces = body.faces
     corners = body.vertices[faces]
     way = np.roll(corners, -1, axis=1) - corners
     ahead = np.roll(normals, -1, axis=1)
-    # Half of the quadratic surface through both tangent planes (Boubekeur and Alexa 2008). Where the planes
-    # ask for different arcs the flatter one is taken: one end lies beside an edge of the part.
-    start, end = -(way * normals).sum(axis=2, keepdims=True), (way * ahead).sum(axis=2, keepdims=True)
-    if flatter:
-        least = np.where(start * end > 0.0, np.sign(end) * np.minimum(np.abs(start), np.abs(end)), 0.0)
-        start = end = least
-    bulge = 0.5 * (end * ahead + start * normals)
+    # Half of the quadratic surface through both tangent planes (Boubekeur and Alexa 2008).
+    bulge = 0.5 * (
+        (way * ahead).sum(axis=2, keepdims=True) * ahead
+        - (way * normals).sum(axis=2, keepdims=True) * normals
+    )
     flat, mean = bulge.reshape(-1, 3), units(normals + ahead).reshape(-1, 3)
     sharp = pairs[creases.ravel()[pairs[:, 0]]]
     one, other = sharp.T
@@ -201,7 +206,7 @@ def bulges(
     flat[one] = flat[other] = solved
     sides = np.linalg.norm(way, axis=2)
     length, limit = np.linalg.norm(flat, axis=1), 4.0 * LARGEST_BULGE * sides.ravel()
-    if flatter:
+    if facets:
         height = np.repeat(2.0 * body.areas / np.maximum(sides.max(axis=1), 1e-12), 3)
         height[pairs] = height[pairs].max(axis=1)[:, None]
         limit = np.minimum(limit, 4.0 * SLIVER_BULGE * height)
