@@ -148,13 +148,13 @@ class _Remesher:
 
     def _collapse(self) -> None:
         wanted = self._wanted()
-        self._repeat(lambda: self.triangles.collapse(wanted))
+        self._repeat(lambda again: self.triangles.collapse(wanted))
         self.triangles.drop_unused()
 
-    def _repeat(self, step: Callable[[], int]) -> None:
+    def _repeat(self, step: Callable[[bool], int]) -> None:
         first = 0
-        for _ in range(MOST_PASSES):
-            count = step()
+        for number in range(MOST_PASSES):
+            count = step(number > 0)
             this_stage()(0)
             first = max(first, count)
             if count <= ENOUGH * first:

@@ -16,6 +16,8 @@ FEW_SAMPLES = 4
 """Side, in samples of the texture, of the least square that may carry the texture."""
 MOST_LEFT_BARE = 0.5
 """Largest part of the textured area that may be left with nothing; beyond, the relief does not fit."""
+LOWERED = 0.99
+"""Factor of the heights up to which a relief counts as lowered."""
 BARE = 0.1
 """Factor of the heights up to which nothing is left of a relief."""
 
@@ -69,8 +71,11 @@ def check_area(body: Body, carried: Array, pitch_mm: float, mask: str | None) ->
         )
 
 
-def lowered_part(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float) -> float:
-    """Part of the textured area where the relief is lowered. Raises InputError if nothing is left of most."""
+def lowered_part(body: Body, where: NDArray[np.bool_], factor: Array, tallest: float) -> tuple[float, float]:
+    """Part of the textured area where the relief is lowered, and the median of the factors there, by area.
+
+    Raises InputError if nothing is left of most.
+    """
     areas, least = body.areas[where], factor[body.faces[where]].min(axis=1)
     bare = float(areas[least < BARE].sum() / areas.sum())
     if bare > MOST_LEFT_BARE:
@@ -79,4 +84,9 @@ def lowered_part(body: Body, where: NDArray[np.bool_], factor: Array, tallest: f
             "curvature or thickness leaves less than a tenth; take a lower relief (--relief-mm) or a larger "
             "object"
         )
-    return float(areas[least < 0.99].sum() / areas.sum())
+    lowered = np.flatnonzero(least < LOWERED)
+    if not len(lowered):
+        return 0.0, 1.0
+    order = lowered[np.argsort(least[lowered])]
+    below = np.cumsum(areas[order])
+    return float(below[-1] / areas.sum()), float(least[order[np.searchsorted(below, 0.5 * below[-1])]])

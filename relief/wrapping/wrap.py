@@ -69,6 +69,7 @@ class Wrapped:
         blended: Part of the textured vertices, about that of the area, at which patches that do not fit are
             blended.
         lowered: Part of the textured area on which the relief is lowered, so that it does not meet itself.
+        median_factor: Factor of the heights in the middle of that part, by its area; 1 where there is none.
         lowest_factor: Least factor of the heights there.
     """
 
@@ -82,6 +83,7 @@ class Wrapped:
     patches: int
     blended: float
     lowered: float
+    median_factor: float
     lowest_factor: float
 
 
@@ -138,6 +140,7 @@ def wrap(
         offset = np.minimum((height - settings.level * tallest) * textured, surface.to_bed())
     wrapped, factor = _displaced(surface, offset, factor, settings, written)
     areas, seams = base.body.areas, _unfit(uv, weight)
+    lowered, median_factor = lowered_part(base.body, where, factor, tallest)
     return Wrapped(
         body=wrapped,
         original=surface.fine.body,
@@ -148,7 +151,8 @@ def wrap(
         coordinates=coordinates,
         patches=layout.patches,
         blended=float(seams[textured > 0.0].mean()),
-        lowered=lowered_part(base.body, where, factor, tallest),
+        lowered=lowered,
+        median_factor=median_factor,
         lowest_factor=float(factor.min()),
     )
 
@@ -205,9 +209,7 @@ def _displaced(
     )
 
 
-def _crossing(
-    surface: FineSurface, wrapped: Body, settings: Settings, changed: NDArray[np.bool_]
-) -> Index:
+def _crossing(surface: FineSurface, wrapped: Body, settings: Settings, changed: NDArray[np.bool_]) -> Index:
     """Numbers of the triangles, those that changed or meet such, that pass through others and may not."""
     if settings.draft:
         return np.zeros(0, np.intp)

@@ -178,7 +178,8 @@ def _lines(told: Mapping[str, Any]) -> list[str]:
     ]
     if told["lowered"] > 0.0:
         lines.append(
-            f"On {100 * told['lowered']:.1f} % the relief is lowered, to {told['lowest_factor']:.2f} of its "
-            "height at least, where the object bends too tightly or is too thin."
+            f"On {100 * told['lowered']:.1f} % the relief is lowered, to {told['median_factor']:.2f} of its "
+            f"height on half of that and {told['lowest_factor']:.2f} at least, where the object bends too "
+            "tightly or is too thin."
         )
     return lines

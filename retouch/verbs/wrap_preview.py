@@ -61,6 +61,8 @@ class WrapPreview:
             "shown_edge_mm": shown.edge_mm,
             "coordinates": shown.coordinates,
             "lowered": shown.lowered,
+            "median_factor": shown.median_factor,
+            "lowest_factor": shown.lowest_factor,
             "warnings": list(self.warnings),
         }
 

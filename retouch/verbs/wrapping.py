@@ -60,7 +60,7 @@ class WrappedObject:
 
     def as_json(self) -> dict[str, Any]:
         """What `retouch wrap --json` prints."""
-        names = {field.name for field in fields(self.wrapped)} - {"body", "original", "textured"}
+        names = {field.name for field in fields(self.wrapped)} - {"body", "original", "textured", "seams"}
         return {
             "file": str(self.file),
             "size_mm": np.ptp(self.wrapped.body.vertices, axis=0).tolist(),

@@ -277,6 +277,7 @@ def test_a_part_with_a_fillet_under_the_relief_comes_out_lowered():
     bracket = rounded(1.0, 8)
     wrapped = wrap(bracket, [Covering(Tile(np.full((16, 16), 1.2), 0.3))], Settings(faces=15_000))
     assert self_intersections(wrapped.body) == 0
+    assert wrapped.lowest_factor <= wrapped.median_factor < 1.0
     assert 0.0 < wrapped.lowered < 0.3 and wrapped.lowest_factor == pytest.approx(0.7 / 1.2, rel=0.1)
     assert len(wrapped.body.faces) == pytest.approx(15_000, rel=0.1)
 

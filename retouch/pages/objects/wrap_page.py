@@ -122,7 +122,8 @@ def _notes(preview: Preview) -> list[str]:
     if shown.lowered > 0.0:
         notes.append(
             f"On {percent(100.0 * shown.lowered)} of the texture the relief is lowered, to "
-            f"{shown.lowest_factor:.2f} of its height at least, where the object bends tightly or is thin."
+            f"{shown.median_factor:.2f} of its height on half of that, {shown.lowest_factor:.2f} at least, "
+            "where the object bends tightly or is thin."
         )
     notes.append("Whether the surface passes through itself is found out by retouch wrap alone.")
     return notes
