@@ -5,6 +5,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+CELLS = 256
+"""Cells at most along the longest side of a body in which faces near others are looked up."""
 BITS = 32
 """Bits of a vertex in the key of an edge."""
 MASK = (1 << BITS) - 1
@@ -39,6 +41,36 @@ def edge_pairs(faces: NDArray[np.intp], vertices: int) -> NDArray[np.intp]:
     again = np.concatenate([[False], same]) & np.concatenate([same, [False]])
     first = np.flatnonzero(same & ~again[:-1] & ~again[1:])
     return np.stack([order[first], order[first + 1]], axis=1)
+
+
+def near_faces(
+    vertices: NDArray[np.float64], faces: NDArray[np.intp], chosen: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """(m,) whether faces may touch chosen ones: also some that lie farther off, but all that touch them.
+
+    Args:
+        vertices: (n, 3).
+        faces: (m, 3).
+        chosen: (m,) bool.
+    """
+    corners = vertices[faces]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    if not chosen.any():
+        return chosen
+    origin, span = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
+    side = (high - low).max(axis=1)
+    cell = max(float(side[chosen].max()), span / CELLS)
+    # A box no longer than a cell lies in the cells of its eight corners.
+    ends = [np.floor((end - origin) / cell).astype(np.int64) for end in (low, high)]
+    shape = ends[1].max(axis=0) + 1
+    full = np.zeros(shape, bool)
+    eight = [[ends[k][:, axis] for axis, k in enumerate(pick)] for pick in np.ndindex(2, 2, 2)]
+    for x, y, z in eight:
+        full[x[chosen], y[chosen], z[chosen]] = True
+    near = side > cell
+    for x, y, z in eight:
+        near |= full[x, y, z]
+    return np.asarray(near)
 
 
 def connected_around(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[np.intp]:

@@ -1,6 +1,6 @@
 """Even triangles on the smooth surface that is meant, whatever triangles the body came with."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,13 +24,13 @@ GROWTH = 0.5
 """By how much edges may grow from one to the next, as a part of them."""
 COARSE = 4.0
 """Edges on a flat side that stays, in those of the rest: it needs few triangles, but no slivers."""
-ROUNDS = 3
-"""Rounds of splitting, collapsing, flipping and relaxing; ten change little more."""
+ROUNDS = 4
+"""Rounds of splitting, collapsing, flipping and relaxing; five change little more."""
 MOST_PASSES = 40
 """Passes of collapses in a round; each removes a tenth of what there is to remove."""
-COARSER = (8.0, 2.0, 1.0)
-"""Edges, in those wanted, to which triangles are divided at first: flips between keep them from becoming
-slivers."""
+COARSER = (128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0)
+"""Edges, in those wanted, to which triangles are divided at first: flips and collapses between keep them from
+becoming slivers, whose number would double with each halving, also across."""
 ENOUGH = 0.03
 """Changes in a pass, as a part of those of the first, up to which no other pass follows."""
 STIR = 0.3
@@ -86,7 +86,7 @@ def even_mesh(
     with stage("even triangles", float(ROUNDS)) as advance:
         remesher = _Remesher(surface, edge_mm, uv, np.zeros(len(body.faces), bool) if side is None else side)
         for number in range(ROUNDS):
-            remesher.round(STIR if number == 0 else 0.0)
+            remesher.round(COARSER if number == 0 else COARSER[-1:], STIR if number == 0 else 0.0)
             advance()
         return remesher.result(uv)
 
@@ -103,34 +103,58 @@ class _Remesher:
         self.region = regions(body, held)
         self.nearest = NearestPoints(body, held, self.region, edge_mm)
         self.size = np.where(side, COARSE * edge_mm, _sizes(surface, edge_mm))
-        self.triangles = Triangles(body, held, corner)
+        size = np.full(len(body.vertices), COARSE * edge_mm)
+        np.minimum.at(size, body.faces, self.size[:, None])
+        self.triangles = Triangles(body, held, corner, size)
 
-    def round(self, stir: float) -> None:
+    def round(self, coarser: Sequence[float], stir: float) -> None:
         """Bring the edges nearer to their wanted lengths, and the triangles to even shape.
 
         Args:
+            coarser: Edges to which triangles are divided one after another, in those wanted.
             stir: Part of their edges by which vertices are moved by chance.
         """
         triangles = self.triangles
         self._collapse()
-        for coarser in COARSER:
+        for factor in coarser:
             self._repeat(triangles.flip)
-            while triangles.split(coarser * self._wanted()):
+            while self._split(factor):
                 self._repeat(triangles.flip)
-        self._collapse()
+            self._collapse()
         for _ in range(3):
             self._repeat(triangles.flip)
             self._relax(stir)
 
+    def _split(self, coarser: float) -> int:
+        """Divide the edges that are too long, and bring their middles to the surface; returns how many."""
+        triangles = self.triangles
+        first = len(triangles.vertices)
+        count = triangles.split(coarser * self._wanted())
+        if count:
+            # The triangles around tell the region alone: flips have carried their places away.
+            corner, start = triangles.faces.ravel(), np.repeat(triangles.origin, 3)
+            own = np.flatnonzero(corner >= first)
+            vertex, start = corner[own], start[own]
+            rows = np.unique(np.stack([vertex, self.region[start]]), axis=1, return_index=True)[1]
+            vertex, start = vertex[rows], start[rows]
+            face, share = self.nearest.at(triangles.vertices[vertex], self.region[start], start)
+            triangles.size[first:] = COARSE * self.edge_mm
+            np.minimum.at(triangles.size, vertex, self.size[face])
+            moved = triangles.vertices.copy()
+            free = triangles.held_count()[vertex] == 0
+            moved[vertex[free]] = self.nearest.places(face[free], share[free])
+            self._move(moved)
+        return count
+
     def _collapse(self) -> None:
         wanted = self._wanted()
-        self._repeat(lambda: self.triangles.collapse(wanted))
+        self._repeat(lambda again: self.triangles.collapse(wanted))
         self.triangles.drop_unused()
 
-    def _repeat(self, step: Callable[[], int]) -> None:
+    def _repeat(self, step: Callable[[bool], int]) -> None:
         first = 0
-        for _ in range(MOST_PASSES):
-            count = step()
+        for number in range(MOST_PASSES):
+            count = step(number > 0)
             this_stage()(0)
             first = max(first, count)
             if count <= ENOUGH * first:
@@ -139,9 +163,7 @@ class _Remesher:
     def _wanted(self) -> Array:
         """(vertices,) lengths of edges wanted, mm."""
         triangles = self.triangles
-        count = len(triangles.vertices)
-        wanted = np.full(count, COARSE * self.edge_mm)
-        np.minimum.at(wanted, triangles.faces, self.size[triangles.origin][:, None])
+        wanted = triangles.size.copy()
         one, other = triangles.faces.ravel(), np.roll(triangles.faces, -1, axis=1).ravel()
         length = GROWTH * np.linalg.norm(triangles.vertices[one] - triangles.vertices[other], axis=1)
         for _ in range(4):
@@ -156,12 +178,19 @@ class _Remesher:
         rows = np.flatnonzero(~triangles.corner & (triangles.held_count() == 0))
         face, share = self._project(vertices[rows] + STEP * self._ways(stir)[rows], rows)
         moved, place = vertices.copy(), np.full(len(vertices), -1)
-        moved[rows], place[rows] = np.einsum("nc,ncd->nd", share, self.nearest.corners[face]), face
-        while len(turned := self._turned(moved)):
-            moved[turned], place[turned] = vertices[turned], -1
-        triangles.vertices = moved
+        moved[rows], place[rows] = self.nearest.places(face, share), face
+        place[self._move(moved)] = -1
+        triangles.size[place >= 0] = self.size[place[place >= 0]]
         best = place[faces].max(axis=1)
         triangles.origin = np.where(best >= 0, best, triangles.origin)
+
+    def _move(self, moved: Array) -> NDArray[np.bool_]:
+        """Move vertices to other places (vertices, 3), but (vertices,) those at triangles that would turn."""
+        triangles, stayed = self.triangles, np.zeros(len(moved), bool)
+        while len(turned := self._turned(moved)):
+            moved[turned], stayed[turned] = triangles.vertices[turned], True
+        triangles.vertices = moved
+        return stayed
 
     def _ways(self, stir: float) -> Array:
         """(vertices, 3) ways along the surface to the middles of the triangles around, and by chance, mm."""

@@ -12,6 +12,8 @@ GUESSES = 6
 """Samples near a point whose faces are tried first; slivers side by side have their samples side by side."""
 MOST_STEPS = 100
 """Triangles that are crossed at most."""
+CORNER = 1e-6
+"""Distance from a corner, as a part of a triangle, up to which a point lies at it."""
 AT_ONCE = 1 << 16
 """Points looked at together, which bounds the memory."""
 
@@ -34,6 +36,9 @@ class NearestPoints:
         pairs = pairs[~held.ravel()[pairs[:, 0]]]
         twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
         self._twin = twin.reshape(-1, 3)
+        self._vertices = body.faces
+        self._around = np.argsort(body.faces.ravel(), kind="stable") // 3
+        self._last = np.cumsum(np.bincount(body.faces.ravel(), minlength=len(body.vertices)))
         self._sampled, points = _samples(self.corners, spacing_mm)
         self._tree = cKDTree(points)
 
@@ -51,6 +56,10 @@ class NearestPoints:
             found[rows], shares[rows] = self._some(points[rows], region[rows], face[rows])
         return found, shares
 
+    def places(self, face: Index, share: Array) -> Array:
+        """Points (n, 3) at barycentric coordinates (n, 3) in faces (n,), mm."""
+        return np.einsum("nc,ncd->nd", share, self.corners[face])
+
     def _some(self, points: Array, region: Index, face: Index) -> tuple[Index, Array]:
         _, samples = self._tree.query(points, GUESSES)
         best, share = face.copy(), np.empty((len(points), 3))
@@ -58,19 +67,38 @@ class NearestPoints:
         for guess in self._sampled[samples].T:
             own = np.flatnonzero((self.region[guess] == region) & (guess != best))
             self._better(own, guess[own], points, best, share, square)
-        self._walk(points, best, share, square)
+        active = np.arange(len(points))
+        while len(active):
+            self._walk(points, best, share, square, active)
+            active = self._around_corners(points, best, share, square, active)
         return best, share
+
+    def _around_corners(
+        self, points: Array, best: Index, share: Array, square: Array, active: Index
+    ) -> Index:
+        """Go on around corners that are nearest so far: no triangle beside need be nearer, but one beyond."""
+        active = active[share[active].max(axis=1) > 1.0 - CORNER]
+        vertex = self._vertices[best[active], np.argmax(share[active], axis=1)]
+        count = np.diff(self._last, prepend=0)[vertex]
+        first = np.cumsum(count) - count
+        own = np.repeat(active, count)
+        guess = self._around[np.repeat(self._last[vertex] - count - first, count) + np.arange(len(own))]
+        same = self.region[guess] == self.region[best[own]]
+        own, guess = own[same], guess[same]
+        distance = nearest_in(points[own], self.corners[guess])[1]
+        order = np.lexsort((distance, own))
+        order = order[np.diff(own[order], prepend=-1) > 0]
+        return self._better(own[order], guess[order], points, best, share, square)
 
     def from_(self, points: Array, face: Index) -> tuple[Index, Array]:
         """The same by triangles across edges from a face alone, which stays on its side of held edges."""
         best = face.copy()
         share, square = nearest_in(points, self.corners[face])
-        self._walk(points, best, share, square)
+        self._walk(points, best, share, square, np.arange(len(points)))
         return best, share
 
-    def _walk(self, points: Array, best: Index, share: Array, square: Array) -> None:
+    def _walk(self, points: Array, best: Index, share: Array, square: Array, active: Index) -> None:
         """Go on to neighbours that are nearer."""
-        active = np.arange(len(points))
         for _ in range(MOST_STEPS):
             moved = np.zeros(len(points), bool)
             beside = self._twin[best[active]]

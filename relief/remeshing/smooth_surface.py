@@ -17,29 +17,18 @@ from scipy.sparse.linalg import cg
 from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.meshes.neighbourhood import edge_pairs
+from relief.remeshing.creases import crease_edges, directions, turns_at, units
 
-SHARPEST = np.radians(40.0)
-"""Angle between two facets, rad, from which their edge is one of the part: coarse files have facets of 30
-degrees."""
-SMOOTHEST = np.radians(2.0)
-"""Angle between two facets, rad, up to which their edge is none of the part."""
 RIM = np.radians(10.0)
 """Angle, rad, from which the rim of a flat side that stays is an edge of the part; a fillet may end there."""
-SUPPORT = 2.5
-"""Angle at an edge of the part against those at the edges beside, from which facets do not explain it. In the
-middle of a fillet of two facets the angle is twice that beside."""
-PARALLEL = np.cos(np.radians(35.0))
-"""Cosine of the widest angle between an edge and those beside it that explain it."""
-BESIDE = 4
-"""Triangles away that edges may lie to explain one: facets of a strip or a cell are one to three."""
-AT_ONCE = 1 << 15
-"""Edges looked at together, which bounds the memory."""
 COPLANAR = np.radians(0.05)
 """Angle between facets of one plane, rad: rounding of files in single precision leaves less."""
 WIDE = 3.0
 """Width of a plane against that of the facets beside it, from which the plane has the normal of both."""
 POWER = 2.0
 """Power of the length by which edges count less: the sums are perpendicular up to its third power."""
+SLIVER = 4.0
+"""Length of an edge, in the shortest of its triangle, from which it belongs to a sliver."""
 NEAR = 1e-3
 """Weight of staying near the guess, in that of the shortest edges of triangles: long thin ones, which fulfil
 little, then turn nothing."""
@@ -47,6 +36,9 @@ STEPS = 60
 """Steps of conjugate gradients; the guess is off at few places, and near."""
 LARGEST_BULGE = 0.12
 """Largest bulge over an edge, as a part of its length: over an arc of 55 degrees."""
+SLIVER_BULGE = 0.5
+"""Largest bulge over an edge of a facet, in the height of the wider facet beside: facets are no narrower than
+what they leave out, and along a sliver a normal that leans by a degree would be 0.1 mm."""
 
 
 @dataclass(frozen=True)
@@ -90,19 +82,13 @@ def smooth_surface(body: Body, side: NDArray[np.bool_] | None = None) -> SmoothS
     pairs = edge_pairs(body.faces, len(body.vertices))
     creases = crease_edges(body, pairs)
     if side is not None:
-        rim = pairs[(side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]) & (_turns(body, pairs) > RIM)]
+        rim = pairs[(side[pairs[:, 0] // 3] != side[pairs[:, 1] // 3]) & (turns_at(body, pairs) > RIM)]
         creases.reshape(-1)[rim.ravel()] = True
     group = corner_groups(body, pairs, creases)
     normals = _fulfilled(body, group, _guess(body, pairs[~creases.ravel()[pairs[:, 0]]], group))[
         group
     ].reshape(-1, 3, 3)
-    return SmoothSurface(body, creases, normals, bulges(body, pairs, creases, normals))
-
-
-def units(vectors: Array) -> Array:
-    """Vectors (..., 3) of length 1; 0 where they have none."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
+    return SmoothSurface(body, creases, normals, bulges(body, pairs, creases, normals, facets=True))
 
 
 def corner_angles(body: Body) -> Array:
@@ -110,20 +96,6 @@ def corner_angles(body: Body) -> Array:
     corners = body.vertices[body.faces]
     ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     return np.arctan2(np.linalg.norm(np.cross(ahead, behind), axis=2), (ahead * behind).sum(axis=2))
-
-
-def _turns(body: Body, pairs: Index) -> Array:
-    """(n,) angles between the facets on both sides of edges, rad."""
-    unit = units(body.normals)
-    one, other = unit[pairs[:, 0] // 3], unit[pairs[:, 1] // 3]
-    return np.arctan2(np.linalg.norm(np.cross(one, other), axis=1), (one * other).sum(axis=1))
-
-
-def _directions(body: Body, halves: Index) -> tuple[Array, Array]:
-    """Unit vectors (n, 3) along half-edges, and their lengths (n,), mm."""
-    faces = body.faces
-    way = body.vertices[faces[halves // 3, (halves + 1) % 3]] - body.vertices[faces.ravel()[halves]]
-    return units(way), np.linalg.norm(way, axis=1)
 
 
 def _planes(body: Body, pairs: Index, turns: Array) -> tuple[Index, Array]:
@@ -134,48 +106,9 @@ def _planes(body: Body, pairs: Index, turns: Array) -> tuple[Index, Array]:
     number, plane = connected_components(graph, directed=False)
     area = np.bincount(plane, body.areas, number)
     rim = pairs[turns >= COPLANAR]
-    length = _directions(body, rim[:, 0])[1]
+    length = directions(body, rim[:, 0])[1]
     around = sum(np.bincount(plane[side // 3], length, number) for side in rim.T)
     return plane, 2.0 * area / np.maximum(around, 1e-12)
-
-
-def crease_edges(body: Body, pairs: Index) -> NDArray[np.bool_]:
-    """(faces, 3) edges of the part: sharp ones, and those whose angle no edge beside them explains."""
-    turns = _turns(body, pairs)
-    sharp = turns >= SHARPEST
-    doubtful = np.flatnonzero((turns > SMOOTHEST) & ~sharp)
-    for start in range(0, len(doubtful), AT_ONCE):
-        part = doubtful[start : start + AT_ONCE]
-        sharp[part] = turns[part] > SUPPORT * _support(body, pairs, turns, part)
-    creases = np.zeros(3 * len(body.faces), bool)
-    creases[pairs[sharp].ravel()] = True
-    return creases.reshape(-1, 3)
-
-
-def _support(body: Body, pairs: Index, turns: Array, chosen: Index) -> Array:
-    """(n,) greatest angle at the edges beside chosen ones: parallel, and a few triangles away."""
-    flat = body.faces.ravel()
-    twin, turn = np.full(len(flat), -1), np.zeros(len(flat))
-    twin[pairs[:, 0]], twin[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
-    turn[pairs] = np.where(turns < SHARPEST, turns, 0.0)[:, None]
-    way = _directions(body, pairs[chosen, 0])[0]
-    ends = flat[pairs[chosen]]
-    support = np.zeros(len(chosen))
-    number = np.tile(np.arange(len(chosen)), 2)
-    half = pairs[chosen].T.ravel()
-    for step in range(BESIDE):
-        number = np.tile(number, 2)
-        half = np.concatenate([half - half % 3 + (half + add) % 3 for add in (1, 2)])
-        parallel = np.abs((_directions(body, half)[0] * way[number]).sum(axis=1)) > PARALLEL
-        if step > 0:
-            # Edges that go on in the same line have the same angle and explain nothing.
-            ahead = half - half % 3 + (half + 1) % 3
-            parallel &= ~(flat[half][:, None] == ends[number]).any(axis=1)
-            parallel &= ~(flat[ahead][:, None] == ends[number]).any(axis=1)
-        np.maximum.at(support, number[parallel], turn[half[parallel]])
-        half = twin[half]
-        number, half = number[half >= 0], half[half >= 0]
-    return support
 
 
 def corner_groups(body: Body, pairs: Index, creases: NDArray[np.bool_]) -> Index:
@@ -196,12 +129,12 @@ def _guess(body: Body, pairs: Index, group: Index) -> Array:
         pairs: (n, 2) half-edges on both sides of the edges that are no creases.
         group: As of `_groups`.
     """
-    plane, width = _planes(body, pairs, _turns(body, pairs))
+    plane, width = _planes(body, pairs, turns_at(body, pairs))
     unit, weight = units(body.normals), corner_angles(body).ravel()
     count, planes = int(group.max()) + 1, len(width)
     own = group * planes + np.repeat(plane, 3)
     height = (
-        2.0 * np.repeat(body.areas, 3) / np.maximum(_directions(body, np.arange(3 * len(plane)))[1], 1e-12)
+        2.0 * np.repeat(body.areas, 3) / np.maximum(directions(body, np.arange(3 * len(plane)))[1], 1e-12)
     )
     wide = []
     rim = pairs[plane[pairs[:, 0] // 3] != plane[pairs[:, 1] // 3]]
@@ -220,7 +153,7 @@ def _fulfilled(body: Body, group: Index, guess: Array) -> Array:
     """Normals (groups, 3) near a guess whose sums at both ends of edges are perpendicular to the edges."""
     halves = np.arange(len(group))
     ahead = halves - halves % 3 + (halves + 1) % 3
-    way, length = _directions(body, halves)
+    way, length = directions(body, halves)
     one, other = group[halves], group[ahead]
     used = length > 0.0
     rows = np.repeat(np.arange(used.sum()), 6)
@@ -231,6 +164,10 @@ def _fulfilled(body: Body, group: Index, guess: Array) -> Array:
     weight = (shortest[used] / length[used])[:, None] ** POWER
     values = np.concatenate([weight * way[used]] * 2, axis=1).ravel()
     matrix = sp.csr_matrix((values, (rows, columns)), (int(used.sum()), guess.size))
+    # Along slivers normals turn as in the guess: else the short edges at their ends would make them lean.
+    sliver = np.clip(1.0 - SLIVER * shortest[used] / length[used], 0.0, None)[:, None]
+    leaning = np.concatenate([sliver * way[used], -sliver * way[used]], axis=1).ravel()
+    along = sp.csr_matrix((leaning, (rows, columns)), matrix.shape)
     # Turned alone: normals that may grow shorter would fulfil everything at 0.
     across = units(np.cross(guess, np.eye(3)[np.argmin(np.abs(guess), axis=1)]))
     turns = np.stack([across, np.cross(guess, across)], axis=2)
@@ -240,12 +177,15 @@ def _fulfilled(body: Body, group: Index, guess: Array) -> Array:
         (turns.ravel(), (np.repeat(number, 2), places.ravel())), (guess.size, 2 * len(guess))
     )
     by_turns = matrix @ tangents
-    square = by_turns.T @ by_turns + NEAR * sp.eye_array(2 * len(guess))
+    lean = along @ tangents
+    square = by_turns.T @ by_turns + lean.T @ lean + NEAR * sp.eye_array(2 * len(guess))
     change, _ = cg(square, -(by_turns.T @ (matrix @ guess.ravel())), rtol=1e-4, maxiter=STEPS)
     return units(guess + (tangents @ change).reshape(-1, 3))
 
 
-def bulges(body: Body, pairs: Index, creases: NDArray[np.bool_], normals: Array) -> Array:
+def bulges(
+    body: Body, pairs: Index, creases: NDArray[np.bool_], normals: Array, facets: bool = False
+) -> Array:
     """(faces, 3, 3) as in `SmoothSurface`: by the normals at the ends, on creases by those of both sides."""
     faces = body.faces
     corners = body.vertices[faces]
@@ -264,6 +204,11 @@ def bulges(body: Body, pairs: Index, creases: NDArray[np.bool_], normals: Array)
     both = np.stack([mean[one], mean[other]], axis=1)
     solved = np.einsum("nij,nj->ni", np.linalg.pinv(both, rcond=0.2), heights)
     flat[one] = flat[other] = solved
-    length, limit = np.linalg.norm(flat, axis=1), 4.0 * LARGEST_BULGE * np.linalg.norm(way, axis=2).ravel()
+    sides = np.linalg.norm(way, axis=2)
+    length, limit = np.linalg.norm(flat, axis=1), 4.0 * LARGEST_BULGE * sides.ravel()
+    if facets:
+        height = np.repeat(2.0 * body.areas / np.maximum(sides.max(axis=1), 1e-12), 3)
+        height[pairs] = height[pairs].max(axis=1)[:, None]
+        limit = np.minimum(limit, 4.0 * SLIVER_BULGE * height)
     flat *= np.minimum(1.0, limit / np.maximum(length, 1e-12))[:, None]
     return flat.reshape(-1, 3, 3)

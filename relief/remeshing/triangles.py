@@ -37,25 +37,26 @@ class Triangles:
         held: (k,) sorted keys of held edges.
         corner: (n,) vertices that stay.
         moved: (n,) how far held lines have been moved at a vertex, mm.
+        size: (n,) length of edges that the surface at each vertex allows, mm.
     """
 
-    def __init__(self, body: Body, held: NDArray[np.bool_], corner: NDArray[np.bool_]) -> None:
+    def __init__(self, body: Body, held: NDArray[np.bool_], corner: NDArray[np.bool_], size: Array) -> None:
         self.vertices, self.faces = body.vertices.copy(), np.asarray(body.faces, np.int64).copy()
         self.origin = np.arange(len(self.faces))
         self.held = np.unique(self.keys()[held.ravel()])
-        self.corner, self.moved = corner.copy(), np.zeros(len(self.vertices))
+        self.corner, self.moved, self.size = corner.copy(), np.zeros(len(self.vertices)), size
         self._far = self.moved
         self._refused = np.empty(0, np.int64)
+        self._turned = np.ones(len(self.faces), bool)
 
     def keys(self) -> Index:
         """(m * 3,) keys of the edges from corner k to k + 1."""
         return edge_keys(self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel())
 
-    def edges(self) -> Index:
-        """Sorted keys of the edges; of an edge of four triangles twice."""
-        one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
-        once = one < other
-        return np.sort((one[once] << BITS) | other[once])
+    @staticmethod
+    def edges(faces: Index) -> Index:
+        """Sorted keys of the edges of triangles (k, 3), those between two of them twice."""
+        return np.sort(edge_keys(faces.ravel(), np.roll(faces, -1, axis=1).ravel()))
 
     def held_count(self) -> Index:
         """(n,) number of held edges at each vertex."""
@@ -85,6 +86,7 @@ class Triangles:
         self.vertices = np.concatenate([self.vertices, self.vertices[ends].mean(axis=0)])
         self.corner = np.concatenate([self.corner, np.zeros(len(chosen), bool)])
         self.moved = np.concatenate([self.moved, self.moved[ends].max(axis=0)])
+        self.size = np.concatenate([self.size, self.size[ends].max(axis=0)])
         number = first + np.arange(len(chosen))
         parts = self.is_held(chosen)
         halves = [edge_keys(end[parts], number[parts]) for end in ends]
@@ -102,15 +104,21 @@ class Triangles:
         Args:
             size: (n,) length of edges wanted at the vertices, mm.
         """
-        gone, stays = self._apart(*self._short_edges(size))
+        gone, stays = self._short_edges(size)
+        ends = np.zeros(len(self.vertices), bool)
+        ends[gone] = ends[stays] = True
+        some = np.flatnonzero(self._count(ends) > 0)
+        gone, stays = self._apart(gone, stays, self.faces[some])
         if not len(gone):
             return 0
-        corner_face = np.argsort(self.faces.ravel(), kind="stable") // 3
-        count = np.bincount(self.faces.ravel(), minlength=len(self.vertices))
+        around = self.faces[some].ravel()
+        corner_face = some[np.argsort(around, kind="stable") // 3]
+        count = np.bincount(around, minlength=len(self.vertices))
         first = np.cumsum(count) - count
         number = np.repeat(np.arange(len(gone)), count[gone])
         within = np.arange(len(number)) - np.repeat(np.cumsum(count[gone]) - count[gone], count[gone])
-        sound = self._sound(gone, stays, size, number, corner_face[first[gone][number] + within])
+        face = corner_face[first[gone][number] + within]
+        sound = self._sound(gone, stays, size, number, face, self.edges(self.faces[some]))
         refused = (gone[~sound] << BITS) | stays[~sound]
         self._refused = np.sort(np.concatenate([self._refused, refused]))
         self._merge(gone[sound], stays[sound])
@@ -122,18 +130,23 @@ class Triangles:
         used[self.faces] = True
         renumber = np.cumsum(used) - 1
         self.faces = renumber[self.faces]
-        self.vertices, self.corner, self.moved = self.vertices[used], self.corner[used], self.moved[used]
+        self.vertices, self.corner = self.vertices[used], self.corner[used]
+        self.moved, self.size = self.moved[used], self.size[used]
         self.held = np.unique(edge_keys(renumber[self.held >> BITS], renumber[self.held & MASK]))
         self._refused = np.empty(0, np.int64)
 
     def _short_edges(self, size: Array) -> tuple[Index, Index]:
         """Vertices that may be removed, and those they are moved to, the shortest edges first."""
-        keys = self.edges()
-        one, other = keys >> BITS, keys & MASK
+        one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        once = one < other
+        one, other = one[once], other[once]
         length = np.linalg.norm(self.vertices[one] - self.vertices[other], axis=1)
         length /= 0.5 * (size[one] + size[other])
-        short = length < SHORT
-        keys, one, other, length = keys[short], one[short], other[short], length[short]
+        short = np.flatnonzero(length < SHORT)
+        keys = (one[short] << BITS) | other[short]
+        order = np.argsort(keys)
+        keys, length = keys[order], length[short][order]
+        one, other = keys >> BITS, keys & MASK
         lines, around = self.held_count(), np.bincount(self.faces.ravel(), minlength=len(self.vertices))
         held = self.is_held(keys)
         free = ~self.corner & (around <= MOST_AROUND)
@@ -146,15 +159,21 @@ class Triangles:
         order = np.argsort(length[edge], kind="stable")
         return gone[order], stays[order]
 
-    def _apart(self, gone: Index, stays: Index) -> tuple[Index, Index]:
-        """Those of the vertices to be removed, the first at each, that have no neighbour in common."""
+    def _apart(self, gone: Index, stays: Index, faces: Index) -> tuple[Index, Index]:
+        """Those of the vertices to be removed, the first at each, that have no neighbour in common.
+
+        Args:
+            gone: (k,) vertices to be removed.
+            stays: (k,) those they are moved to.
+            faces: (m, 3) all triangles around them.
+        """
         gone, first = np.unique(gone, return_index=True)
         stays = stays[first]
         # Vertices in any order: with that of their lengths few would be first among their neighbours.
         rank = np.random.default_rng(len(gone)).permutation(len(gone))
         best = np.full(len(self.vertices), len(gone))
         best[gone] = rank
-        one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        one, other = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
         for _ in range(2):
             around = best.copy()
             np.minimum.at(around, one, best[other])
@@ -163,13 +182,15 @@ class Triangles:
         chosen = best[gone] == rank
         return gone[chosen], stays[chosen]
 
-    def _sound(self, gone: Index, stays: Index, size: Array, number: Index, face: Index) -> NDArray[np.bool_]:
+    def _sound(
+        self, gone: Index, stays: Index, size: Array, number: Index, face: Index, edges: Index
+    ) -> NDArray[np.bool_]:
         """(k,) whether removals keep the surface whole, its triangles upright, and held lines in place."""
         corners = self.faces[face]
         around = corners.ravel()
         rank = np.repeat(number, 3)
         beside = (around != gone[rank]) & (around != stays[rank])
-        joined = among(edge_keys(around[beside], stays[rank[beside]]), self.edges())
+        joined = among(edge_keys(around[beside], stays[rank[beside]]), edges)
         sound = np.bincount(rank[beside][joined], minlength=len(gone)) == 4
         moved = ~(corners == stays[number][:, None]).any(axis=1)
         number, corners = number[moved], corners[moved]
@@ -225,10 +246,14 @@ class Triangles:
         apart = one != other
         self.held = np.unique(edge_keys(one[apart], other[apart]))
 
-    def flip(self) -> int:
-        """Flip edges towards Delaunay's triangles where the surface turns little; returns how many."""
-        pairs = edge_pairs(self.faces, len(self.vertices))
-        pairs = pairs[~self.is_held(self.keys()[pairs[:, 0]])]
+    def flip(self, again: bool) -> int:
+        """Flip edges towards Delaunay's triangles where the surface turns little; returns how many.
+
+        Args:
+            again: Whether only flips have followed the last call: then only edges are looked at whose
+                triangles were flipped, or could not be, as others were beside them.
+        """
+        pairs, edges = self._flippable(again)
         one, other = pairs[:, 0] // 3, pairs[:, 1] // 3
         a, b = self.faces.ravel()[pairs[:, 0]], self.faces[one, (pairs[:, 0] + 1) % 3]
         c, d = self.faces[one, (pairs[:, 0] + 2) % 3], self.faces[other, (pairs[:, 1] + 2) % 3]
@@ -244,8 +269,10 @@ class Triangles:
         for normal in after:
             sound &= (normal * middle).sum(1) > TURN * np.maximum(length, 1e-12)
         new = edge_keys(c, d)
-        sound &= ~among(new, self.edges()) & (c != d)
+        sound &= ~among(new, edges) & (c != d)
         order = np.flatnonzero(sound)
+        self._turned = np.zeros(len(self.faces), bool)
+        self._turned[one[order]] = self._turned[other[order]] = True
         order = order[np.argsort(-gain[order], kind="stable")]
         # One flip for the four triangles' vertices each, so that no two make one edge.
         best = np.full(len(self.faces), len(order))
@@ -257,6 +284,27 @@ class Triangles:
         self.faces[one[order]] = np.stack([a, d, c], axis=1)[order]
         self.faces[other[order]] = np.stack([d, b, c], axis=1)[order]
         return len(order)
+
+    def _flippable(self, again: bool) -> tuple[Index, Index]:
+        """Half-edges (k, 2) on both sides of edges that may be flipped, and keys of all edges near them."""
+        some, turned = np.arange(len(self.faces)), np.ones(len(self.faces), bool)
+        if again:
+            turned = self._turned
+            for least in (2, 1):
+                ends = np.zeros(len(self.vertices), bool)
+                ends[self.faces[turned if least == 2 else some]] = True
+                some = np.flatnonzero(self._count(ends) >= least)
+        faces = self.faces[some]
+        pairs = edge_pairs(faces, len(self.vertices))
+        keys = edge_keys(faces.ravel(), np.roll(faces, -1, axis=1).ravel())
+        kept = ~self.is_held(keys[pairs[:, 0]])
+        pairs = 3 * some[pairs[kept] // 3] + pairs[kept] % 3
+        return pairs[turned[pairs[:, 0] // 3] | turned[pairs[:, 1] // 3]], np.sort(keys)
+
+    def _count(self, chosen: NDArray[np.bool_]) -> NDArray[np.int8]:
+        """(m,) number of corners of each triangle among chosen vertices."""
+        one, two, three = (chosen[self.faces[:, k]].view(np.int8) for k in range(3))
+        return np.asarray(one + two + three)
 
     def _unit(self, a: Index, b: Index, c: Index) -> Array:
         """Unit normals (n, 3) of triangles by their corners; 0 where they have no area."""

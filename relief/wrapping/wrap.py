@@ -11,6 +11,7 @@ from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
 from relief.common.progress import say, stage
 from relief.meshes.intersections import crossing_faces
+from relief.meshes.neighbourhood import near_faces
 from relief.meshes.refining import edge_for, expected_faces, refined
 from relief.wrapping.checks import check_area, check_choices, check_room, check_size
 from relief.wrapping.clearance import clearance_factor, evened
@@ -181,12 +182,17 @@ def _displaced(
         InputError: Triangles pass through one another however low the relief is.
     """
     body, faces = surface.fine.body, surface.base.body.faces
+    before, changed = body.vertices, np.ones(len(body.faces), bool)
     for _ in range(MENDINGS):
         moved = offset * surface.of_vertices(factor)
         wrapped = written(Body(body.vertices + moved[:, None] * surface.points.normals, body.faces))
-        crossing = _crossing(surface, wrapped, settings)
+        # What has not been lowered since the last search is sound, and so are pairs of it.
+        changed |= (wrapped.vertices != before).any(axis=1)[body.faces].any(axis=1)
+        crossing = _crossing(surface, wrapped, settings, changed)
         if not len(crossing):
             return wrapped, factor
+        before, changed = wrapped.vertices, np.zeros(len(body.faces), bool)
+        changed[crossing] = True
         tight = np.unique(faces[surface.fine.parent[crossing]])
         lower = factor.copy()
         lower[tight] *= MENDED
@@ -201,11 +207,16 @@ def _displaced(
     )
 
 
-def _crossing(surface: FineSurface, wrapped: Body, settings: Settings) -> Index:
-    """Numbers of the triangles that pass through others and may not."""
+def _crossing(surface: FineSurface, wrapped: Body, settings: Settings, changed: NDArray[np.bool_]) -> Index:
+    """Numbers of the triangles, those that changed or meet such, that pass through others and may not."""
     if settings.draft:
         return np.zeros(0, np.intp)
-    crossing = crossing_faces(wrapped)
+    if changed.all():
+        crossing = crossing_faces(wrapped)
+    else:
+        near = np.flatnonzero(near_faces(wrapped.vertices, wrapped.faces, changed))
+        used, faces = np.unique(wrapped.faces[near], return_inverse=True)
+        crossing = near[crossing_faces(Body(wrapped.vertices[used], faces.reshape(-1, 3)))]
     # Where a body passes through itself without texture, it is as it was read.
     return crossing[surface.base.textured[surface.fine.parent[crossing]]] if settings.crosses else crossing
 

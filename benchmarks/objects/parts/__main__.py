@@ -34,7 +34,9 @@ RESULT, COMMAND = "wrapped_parts", "benchmarks.objects.parts"
 MOST_CPU_S, MOST_GB = 180, 6
 """CPU seconds and memory, GB, after which a wrap is ended."""
 TOLD = re.compile(r"about ([\d,]+) triangles")
-HEAD = ["part", "its triangles", "told", "written", "CPU s", "GB", "closed", "crossings", "lowered, %"]
+KEPT = ("faces", "edge_mm", "lowered", "median_factor", "lowest_factor")
+"""Numbers that `retouch wrap --json` tells and the table keeps."""
+HEAD = ["part", "its triangles", "told", "written", "CPU s", "GB", "closed", "crossings", "lowered, %", "to"]
 HEAD += ["V", "from the tile, JND", "PrusaSlicer"]
 """Columns of the table."""
 
@@ -66,7 +68,7 @@ def wrapped(name: str, out: Path, code: Path) -> dict[str, Any]:
         }
         if child.returncode == 0:
             numbers = json.loads(answer.read())
-            return row | {key: numbers[key] for key in ("faces", "edge_mm", "lowered", "lowest_factor")}
+            return row | {key: numbers[key] for key in KEPT}
         if child.returncode < 0:
             return row | {"failure": f"ended after {MOST_CPU_S} CPU s"}
         if "MemoryError" in lines or "allocate" in lines:
@@ -92,10 +94,11 @@ def _line(name: str, row: Mapping[str, Any]) -> tuple[Any, ...]:
     counts = [f"{row[key]:,}" if row.get(key) else None for key in ("faces_before", "told", "faces")]
     closed = {True: "yes", False: "no"}.get(row.get("closed"))  # type: ignore[arg-type]
     lowered = f"{100.0 * row['lowered']:.1f}" if "lowered" in row else None
+    factor = f"{row['median_factor']:.2f}" if row.get("lowered") and "median_factor" in row else None
     felt = [f"{row[key]:{how}}" if key in row else None for key, how in FELT.items()]
     last = _reason(row["failure"]) if "failure" in row else row.get("slicer")
     cost = f"{row['cpu_s']:.0f}", f"{row['peak_gb']:.1f}"
-    return name, *counts, *cost, closed, row.get("crossings"), lowered, *felt, last
+    return name, *counts, *cost, closed, row.get("crossings"), lowered, factor, *felt, last
 
 
 FELT = {"roughness": ".4f", "jnd_from_tile": "+.2f"}
