@@ -14,8 +14,8 @@ from relief.meshes.refining import Refined
 from relief.meshes.solid import check_apart
 from relief.remeshing.even_mesh import even_mesh, vertex_normals
 from relief.remeshing.smooth_surface import raised
+from relief.wrapping.layout import Layout
 from relief.wrapping.masks import Points, Regions, mask_at
-from relief.wrapping.patches import Layout
 from relief.wrapping.tiles import Tile
 
 BASE_EDGE_MM = 1.0
@@ -86,6 +86,8 @@ class BaseSurface:
         bed_mm: Its height, mm, below which nothing goes; without a bottom minus infinity.
         normals: (vertices, 3) outward unit normals.
         carried: (vertices,) how much of any texture each vertex carries.
+        points: The vertices, as masks take them.
+        masked: Whether a mask leaves anything out.
         regions: Regions that masks may name.
     """
 
@@ -100,8 +102,9 @@ class BaseSurface:
         self._flatten()
         self.regions = regions
         self.normals = vertex_normals(self.mesh, self.bottom)
-        points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions)
-        self.carried = self.carried_at(points, self.body.faces[self.bottom], settings)
+        self.points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions)
+        self.masked = settings.mask is not None
+        self.carried = self.carried_at(self.points, self.body.faces[self.bottom], settings)
         if settings.crosses:
             check_apart(self.body, self.textured, "mesh")
 
@@ -162,13 +165,12 @@ class BaseSurface:
 class FineSurface:
     """The fine body by the numbers of the base: attributes at its vertices, and their coordinates."""
 
-    def __init__(self, base: BaseSurface, fine: Refined, layout: Layout) -> None:
-        leading = layout.weight.sum(axis=(1, 2)) > 0.0
-        self.parent, self.share = fine.vertex_parents(leading)
+    def __init__(self, base: BaseSurface, fine: Refined, covered: NDArray[np.bool_]) -> None:
+        self.parent, self.share = fine.vertex_parents(covered)
         places = fine.body.vertices + raised(base.mesh.bulges, self.parent, self.share)
         places[:, 2] = np.maximum(places[:, 2], base.bed_mm)
         fine = Refined(Body(places, fine.body.faces), fine.parent, fine.corners)
-        self.base, self.fine, self.layout = base, fine, layout
+        self.base, self.fine = base, fine
         normals = self.of_vertices(base.normals)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         uv = None if base.uv is None else self.of_corners(base.uv[self.parent])
@@ -193,7 +195,7 @@ class FineSurface:
         bottom = self.fine.body.faces[self.base.bottom[self.fine.parent]]
         return self.base.carried_at(self.points, bottom, settings)
 
-    def heights(self, tile: Tile, chosen: NDArray[np.bool_]) -> Array:
+    def heights(self, tile: Tile, layout: Layout, chosen: NDArray[np.bool_]) -> Array:
         """Heights (fine vertices,) of a tile with which the triangles come near it, mm; 0 where not chosen.
 
         The tile's own heights at the vertices would be too low on tops and too high in hollows, as triangles
@@ -202,13 +204,13 @@ class FineSurface:
         """
         fine = self.fine
         heights = np.zeros(len(chosen))
-        heights[chosen] = tile.blended(*self.layout.at(self.parent[chosen], self.share[chosen]))
+        heights[chosen] = tile.blended(*layout.at(self.parent[chosen], self.share[chosen]))
         faces = np.flatnonzero(chosen[fine.body.faces].all(axis=1))
         area = Body(fine.body.vertices, fine.body.faces[faces]).areas
         missed = np.empty(len(faces))
         for start in range(0, len(faces), FACES_AT_ONCE):
             part = faces[start : start + FACES_AT_ONCE]
-            middle = tile.blended(*self.layout.at(fine.parent[part], fine.corners[part].mean(axis=1)))
+            middle = tile.blended(*layout.at(fine.parent[part], fine.corners[part].mean(axis=1)))
             missed[start : start + FACES_AT_ONCE] = middle - heights[fine.body.faces[part]].mean(axis=1)
         corners = fine.body.faces[faces].ravel()
         total, weight = (

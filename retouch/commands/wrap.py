@@ -14,11 +14,19 @@ from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_talk, give
 OBJECTS = "starfish, bracelet, slider, frog, curved, ball, cylinder"
 """Names of the bundled objects, as the help lists them."""
 
+LEAST_TOLD = 0.005
+"""Part of the area from which on it is told that lengths are off there."""
+PROJECTIONS = ("auto", "cylinder", "sphere", "plane", "uv", "patches")
+"""What may flatten the surface, as the help lists it."""
+PLACING = ("projection", "along", "turn_deg", "offset_mm", "at")
+"""Options of direction and place, by the names of arguments."""
+
 HELP = "lay a tile over an object"
 DESCRIPTION = f"""\
 Displaces the surface of a mesh by a texture that repeats, along the normals, with the same size in mm
-everywhere: by the mesh's texture coordinates where they keep sizes, else by flat patches that are turned to
-fit one another and blended where they cannot. A solid comes out as a solid; a flat bottom stays flat.
+everywhere: by the mesh's texture coordinates where they keep sizes, around a cylinder without a seam, else by
+flat patches that are turned to fit one another and blended where they cannot. A texture whose sides do not
+fit is placed once. A solid comes out as a solid; a flat bottom stays flat.
 
 meshes: STL, OBJ, PLY, GLB, 3MF, or an object that comes with Retouch by its name:
   {OBJECTS}
@@ -36,6 +44,8 @@ examples:
   retouch wrap gravel-tile part.stl --mask "z>2 & angle<80" --size-mm 8 -o part.3mf
   retouch wrap gravel-tile bracelet --region odd=runs/rougher -o bracelet.3mf
   retouch wrap gravel-tile frog --preview frog.html
+  retouch wrap bark-tile handle.stl --along z -o handle.3mf
+  retouch wrap logo.png part.stl --at 0,0,20 --size-mm 12 --relief-mm 0.6 -o part.3mf
   retouch wrap leather-tile grip.obj --units in --relief-mm 0.4 --level 0.5 -o grip.glb
 """
 
@@ -103,6 +113,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="leave round holes up to this diameter without texture, through and blind ones: texture narrows "
         "a hole, so that shafts and screws no longer fit",
     )
+    _add_placing(parser.add_argument_group("direction and place"))
     fine = where.add_mutually_exclusive_group()
     fine.add_argument(
         "--edge-mm",
@@ -119,6 +130,41 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_talk(parser, "file, size and what was done")
 
 
+def _add_placing(group: argparse._ArgumentGroup) -> None:
+    """Add the options of `relief.wrapping.placement.placement_of`."""
+    group.add_argument(
+        "--projection",
+        choices=PROJECTIONS,
+        help="what flattens the surface: a shape, the mesh's texture coordinates, or patches (default: auto, "
+        "the coordinates or a cylinder where they keep sizes, else patches)",
+    )
+    group.add_argument(
+        "--along",
+        metavar="AXIS",
+        help="where the top of the texture points: x, y, z, -x, -y, -z or a direction as 1,1,0; of a "
+        "cylinder and a sphere also the axis (default: the axis that is found)",
+    )
+    group.add_argument(
+        "--turn",
+        dest="turn_deg",
+        type=float,
+        metavar="DEGREES",
+        help="turn the texture in the surface, counter-clockwise seen from outside",
+    )
+    group.add_argument(
+        "--offset",
+        dest="offset_mm",
+        metavar="MM",
+        help="move the texture in the surface: to its right, or as 2.5,-1 to its right and to its top",
+    )
+    group.add_argument(
+        "--at",
+        metavar="X,Y,Z",
+        help="place the texture once, around this point of the surface, mm (default: textures repeat; one "
+        "whose sides do not fit lies in the middle of the mask, or at the top)",
+    )
+
+
 def run(arguments: argparse.Namespace) -> int:
     if arguments.out is None and arguments.preview is None:
         raise InputError("-o: missing; or --preview for a page alone")
@@ -126,6 +172,7 @@ def run(arguments: argparse.Namespace) -> int:
         "regions": [_region(text) for text in arguments.region],
         **given(arguments, "units", *LENGTHS),
         **given(arguments, "mask", "level", "falloff_mm", "keep_bottom", "edge_mm", "faces"),
+        **given(arguments, *PLACING),
         **given(arguments, "unite", "close_holes_mm", "keep_holes_mm"),
     }
     told: dict[str, Any] = {}
@@ -175,7 +222,13 @@ def _lines(told: Mapping[str, Any]) -> list[str]:
         f"Texture on {told['area_mm2']:.0f} mm² with edges of {told['edge_mm']:.2g} mm, by "
         + (f"{told['patches']} patches" if told["coordinates"] == "patches" else told["coordinates"])
         + f"; patches are blended on {100 * told['blended']:.0f} % of it.",
+        *(f"{note[0].upper()}{note[1:]}." for note in told["notes"]),
     ]
+    if told["off_size"] >= LEAST_TOLD:
+        lines.append(
+            f"On {100 * told['off_size']:.0f} % of it lengths in the texture are off by more than 10 %, by "
+            f"up to {100 * told['stretch']:.0f} %."
+        )
     if told["lowered"] > 0.0:
         lines.append(
             f"On {100 * told['lowered']:.1f} % the relief is lowered, to {told['lowest_factor']:.2f} of its "
