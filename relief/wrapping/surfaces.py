@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from relief.body import Body
-from relief.common.arrays import Array, smooth_step
+from relief.common.arrays import Array, FloatArray, smooth_step
 from relief.common.errors import InputError
 from relief.mending.holes import Holes
 from relief.meshes.refining import Refined
 from relief.meshes.solid import check_apart
-from relief.remeshing.even_mesh import even_mesh, vertex_normals
+from relief.meshes.unrolling import nearest_shares
+from relief.remeshing.even_mesh import EvenMesh, even_mesh, vertex_normals
 from relief.remeshing.smooth_surface import raised
 from relief.wrapping.layout import Layout
 from relief.wrapping.masks import Points, Regions, mask_at
@@ -91,7 +92,14 @@ class BaseSurface:
         regions: Regions that masks may name.
     """
 
-    def __init__(self, body: Body, uv: Array | None, regions: Regions, settings: Settings) -> None:
+    def __init__(
+        self,
+        body: Body,
+        uv: Array | None,
+        regions: Regions,
+        settings: Settings,
+        colours: FloatArray | None = None,
+    ) -> None:
         longest = float(np.ptp(body.vertices, axis=0).max())
         edge = min(DRAFT_EDGE_MM if settings.draft else BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
         check_count(int(body.areas.sum() / (EVEN_AREA * edge**2)), settings)
@@ -102,7 +110,8 @@ class BaseSurface:
         self._flatten()
         self.regions = regions
         self.normals = vertex_normals(self.mesh, self.bottom)
-        self.points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions)
+        painted = None if colours is None else _vertex_colours(self.mesh, body, colours)
+        self.points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions, painted)
         self.masked = settings.mask is not None
         self.carried = self.carried_at(self.points, self.body.faces[self.bottom], settings)
         if settings.crosses:
@@ -174,7 +183,9 @@ class FineSurface:
         normals = self.of_vertices(base.normals)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         uv = None if base.uv is None else self.of_corners(base.uv[self.parent])
-        self.points = Points(fine.body.vertices, normals, uv, base.regions)
+        colours = base.points.colours
+        painted = None if colours is None else self.of_vertices(colours)
+        self.points = Points(fine.body.vertices, normals, uv, base.regions, painted)
 
     def to_bed(self) -> Array:
         """Ways (fine vertices,) along the normals down to the plane of the bottom, mm; infinite upward."""
@@ -218,6 +229,17 @@ class FineSurface:
         )
         heights += CATCHING_UP * np.divide(total, weight, out=np.zeros(len(chosen)), where=weight > 0.0)
         return np.clip(heights, min(0.0, tile.heights.min()), tile.heights.max())
+
+
+def _vertex_colours(mesh: EvenMesh, body: Body, colours: FloatArray) -> Array:
+    """Colours (vertices, 3) of an even mesh, means over its triangles, of those (m, 3, 3) of the body."""
+    faces, origin = mesh.body.faces, mesh.origin
+    triangles = np.repeat(body.vertices[body.faces[origin]], 3, axis=0)
+    share = nearest_shares(mesh.body.vertices[faces.ravel()], triangles)
+    at_corners = np.einsum("nc,ncd->nd", share, np.repeat(colours[origin], 3, axis=0))
+    count = np.bincount(faces.ravel(), minlength=len(mesh.body.vertices))
+    sums = [np.bincount(faces.ravel(), of, len(count)) for of in at_corners.T]
+    return np.asarray(np.stack(sums, axis=1) / np.maximum(count, 1)[:, None])
 
 
 def check_count(count: int, settings: Settings) -> None:

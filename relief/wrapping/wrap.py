@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.body import Body
-from relief.common.arrays import Array, Index
+from relief.common.arrays import Array, FloatArray, Index
 from relief.common.errors import InputError
 from relief.common.progress import say, stage
 from relief.meshes.intersections import crossing_faces
@@ -84,6 +84,7 @@ def wrap(
     regions: Regions | None = None,
     written: Callable[[Body], Body] = lambda body: body,
     placement: Placement | None = None,
+    colours: FloatArray | None = None,
 ) -> Wrapped:
     """Lay tiles over a body.
 
@@ -96,6 +97,7 @@ def wrap(
         regions: Regions of the object that masks may name.
         written: What the coordinates of a body become in the file that it is for.
         placement: Where and in what direction textures lie; None: the defaults.
+        colours: (faces, 3, 3) of the corners, in sRGB from 0 to 1, for masks; None: the body has none.
 
     Returns:
         The wrapped body as written: closed as the body was, with every vertex once, and nowhere through
@@ -106,10 +108,12 @@ def wrap(
             many, the placement does not go with the body, or there is no room for the relief.
     """
     settings, regions = settings or Settings(), regions or {}
-    check_choices(settings, [covering.mask for covering in coverings], regions, uv is not None)
+    check_choices(
+        settings, [covering.mask for covering in coverings], regions, uv is not None, colours is not None
+    )
     tallest = max(float(covering.tile.heights.max()) for covering in coverings)
     check_size(body, tallest)
-    base = BaseSurface(body, uv, regions, settings)
+    base = BaseSurface(body, uv, regions, settings, colours)
     layer = Layer(base, placement or Placement(), settings.falloff_mm)
     check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
     laid = layer.laid(coverings) if any(covering.once for covering in coverings) else []

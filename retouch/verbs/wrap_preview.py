@@ -114,7 +114,7 @@ def _preview(title: str, task: Task) -> Preview:
     few = replace(settings, faces=SHOWN_FACES, edge_mm=None, draft=True)
     # Nobody is to hear of the triangles of the preview as if they were those of the file.
     with listening(None):
-        shown = wrap(body, coverings, few, uv, regions, placement=task.placement)
+        shown = wrap(body, coverings, few, uv, regions, placement=task.placement, colours=task.colours)
     edge_mm, faces = _expected(shown, coverings, settings)
     seconds = LONGER * (perf_counter() - begun) + SECONDS_PER_FACE * faces
     return Preview(title, shown, edge_mm, faces, round(BYTES_A_FACE * faces), seconds)

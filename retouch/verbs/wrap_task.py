@@ -11,7 +11,7 @@ import numpy as np
 
 from mitsuba_scenes import find_texture
 from relief.body import Body
-from relief.common.arrays import Array
+from relief.common.arrays import Array, FloatArray
 from relief.common.errors import InputError, naming
 from relief.common.lengths import Lengths
 from relief.heightmap import check_scales
@@ -37,6 +37,8 @@ PLACING = ("projection", "along", "turn_deg", "offset_mm", "at")
 """Options that place textures, as `placement_of` takes them."""
 WITH_UV = (".obj", ".ply", ".glb")
 """Suffixes of files whose meshes may have texture coordinates."""
+WITH_COLOURS = (".obj", ".ply", ".glb")
+"""Suffixes of files whose meshes may have colours."""
 
 
 class WrapOptions(Lengths, total=False):
@@ -100,11 +102,13 @@ class Task(NamedTuple):
         arguments: body, coverings, settings, texture coordinates and regions, as `relief.wrapping.wrap.wrap`
             takes them.
         placement: where and in what direction textures lie.
+        colours: of the corners of the mesh, or None.
         warnings: lines about the mesh and what was mended of it, and about textures that do not repeat.
     """
 
     arguments: tuple[Body, list[Covering], Settings, Array | None, Regions]
     placement: Placement
+    colours: FloatArray | None
     warnings: tuple[str, ...]
 
     @property
@@ -135,9 +139,9 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
     placed = {name: value for name, value in options.items() if name in PLACING}
     with naming(mesh):
         placement = placement_of(**cast("dict[str, Any]", placed))
-        check_choices(
-            settings, [where for where, _ in regions], named_regions, Path(mesh).suffix.lower() in WITH_UV
-        )
+        suffix = Path(mesh).suffix.lower()
+        masks = [where for where, _ in regions]
+        check_choices(settings, masks, named_regions, suffix in WITH_UV, suffix in WITH_COLOURS)
     textures = [(texture, None), *((tile, where) for where, tile in regions)]
     coverings, warnings = _coverings(textures, cast("Lengths", lengths), placement)
     if thing:
@@ -153,7 +157,8 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
         _log.warning("%s: %s", mesh, line)
     for line in warnings:
         _log.warning("%s", line)
-    return Task((solid.body, coverings, settings, solid.uv, named_regions), placement, (*lines, *warnings))
+    arguments = (solid.body, coverings, settings, solid.uv, named_regions)
+    return Task(arguments, placement, solid.colours, (*lines, *warnings))
 
 
 def _coverings(
@@ -200,17 +205,18 @@ def _solid(path: Path, units: str | None, unite: bool, close_holes_mm: float) ->
         work = united_parts(work, path)
     check_closed(work.body, path)
     lines, line = [*mesh.warnings, *work.lines], crossings(work.body)
-    uv = None
-    if mesh.uv is not None:
-        if (work.origin >= 0).all():
-            uv = mesh.uv[work.origin]
-        else:
-            lines.append("is mended, so that its texture coordinates are left out")
+    uv, colours = mesh.uv, mesh.colours
+    if (work.origin >= 0).all():
+        uv = None if uv is None else uv[work.origin]
+        colours = None if colours is None else colours[work.origin]
+    elif uv is not None or colours is not None:
+        uv = colours = None
+        lines.append("is mended, so that its texture coordinates and colours are left out")
     if line:
         lines.append(f"{line}; no texture may lie there")
     elif parts_within_others(work.body, path):
         check_solid(work.body, path)
-    return Mesh(work.body, uv, path, tuple(lines), bool(line))
+    return Mesh(work.body, uv, path, tuple(lines), bool(line), colours)
 
 
 def _with_holes(settings: Settings, body: Body, most_mm: float) -> tuple[Settings, str]:

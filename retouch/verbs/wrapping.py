@@ -84,7 +84,7 @@ def wrap(
         task = task_of(texture, mesh, options)
         with naming(mesh):
             written = partial(as_written, suffix=out.suffix.lower())
-            wrapped = wrapped_by(*task.arguments, written, task.placement)
+            wrapped = wrapped_by(*task.arguments, written, task.placement, task.colours)
             if task.settings.crosses:
                 check_closed(wrapped.body, "the wrapped object")
             else:

@@ -290,6 +290,6 @@ def test_what_is_no_placement_is_refused(options, message):
 
 def test_directions_and_lengths_are_texts_or_numbers():
     assert placement_of(along="-Z").along == (-0.0, -0.0, -1.0)
-    assert placement_of(along=np.array([1.0, 2.0, 3.0])).along == (1.0, 2.0, 3.0)
+    assert placement_of(along=[1.0, 2.0, 3.0]).along == (1.0, 2.0, 3.0)
     assert placement_of(offset_mm=2).offset_mm == (2.0, 0.0)
     assert placement_of(offset_mm="2,-1").offset_mm == placement_of(offset_mm=(2, -1)).offset_mm

@@ -106,7 +106,7 @@ def test_one_list_of_options_is_that_of_command_preview_and_python():
     assert set(WrapOptions.__annotations__) == settings | placing | repair | lengths | {"units", "regions"}
     assert set(PLACING) == set(OF_COMMAND) == placing
     with pytest.raises(TypeError, match="unexpected keyword argument 'masks'"):
-        retouch.wrap("waves.exr", "box.stl", "out.stl", masks="z>0")
+        retouch.wrap("waves.exr", "box.stl", "out.stl", masks="z>0")  # type: ignore[call-arg]
 
 
 def test_regions_carry_other_textures(capsys, tmp_path):
