@@ -11,12 +11,12 @@ from relief.body import Body
 from relief.common.arrays import Array, smooth_step
 from relief.common.errors import InputError
 from relief.meshes.unrolling import feet
-from relief.wrapping.charts import ways_from
-from relief.wrapping.closing import closed, told
-from relief.wrapping.coordinates import OFF_SIZE, Coordinates, found_coordinates, shown_vector
-from relief.wrapping.layout import Layout
+from relief.wrapping.coordinates.charts import ways_from
+from relief.wrapping.coordinates.closing import closed, told
+from relief.wrapping.coordinates.found import OFF_SIZE, Coordinates, found_coordinates, shown_vector
+from relief.wrapping.coordinates.layout import Layout
+from relief.wrapping.coordinates.patches import lay_once
 from relief.wrapping.masks import mask_at
-from relief.wrapping.patches import lay_once
 from relief.wrapping.placement import Placement
 from relief.wrapping.surfaces import BaseSurface, FineSurface
 from relief.wrapping.tiles import Covering

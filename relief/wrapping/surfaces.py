@@ -15,7 +15,7 @@ from relief.meshes.solid import check_apart
 from relief.meshes.unrolling import nearest_shares
 from relief.remeshing.even_mesh import EvenMesh, even_mesh, vertex_normals
 from relief.remeshing.smooth_surface import raised
-from relief.wrapping.layout import Layout
+from relief.wrapping.coordinates.layout import Layout
 from relief.wrapping.masks import Points, Regions, mask_at
 from relief.wrapping.tiles import Tile
 

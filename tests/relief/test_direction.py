@@ -8,12 +8,12 @@ from relief.common.errors import InputError
 from relief.meshes.solid import check_solid
 from relief.objects.smooth import ball
 from relief.objects.swept import cylinder
-from relief.wrapping.charts import BELT
-from relief.wrapping.closing import closed, told
-from relief.wrapping.coordinates import found_coordinates
+from relief.wrapping.coordinates.charts import BELT
+from relief.wrapping.coordinates.closing import closed, told
+from relief.wrapping.coordinates.found import found_coordinates
+from relief.wrapping.coordinates.revolution import found_axis, found_centre
 from relief.wrapping.laying import Layer
 from relief.wrapping.placement import Placement, placement_of, turned
-from relief.wrapping.revolution import found_axis, found_centre
 from relief.wrapping.surfaces import BaseSurface, Settings
 from relief.wrapping.tiles import Covering, Tile
 from relief.wrapping.wrap import wrap

@@ -17,9 +17,9 @@ from relief.remeshing.even_mesh import even_mesh
 from relief.wrapping import surfaces
 from relief.wrapping import wrap as wrapping
 from relief.wrapping.clearance import smooth_normals
-from relief.wrapping.layout import singular_values
+from relief.wrapping.coordinates.layout import singular_values
+from relief.wrapping.coordinates.patches import lay_out
 from relief.wrapping.masks import Points, mask_at
-from relief.wrapping.patches import lay_out
 from relief.wrapping.surfaces import Settings
 from relief.wrapping.tiles import Tile
 from relief.wrapping.wrap import Covering, wrap

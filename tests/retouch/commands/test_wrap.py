@@ -22,7 +22,7 @@ from retouch.commands.main import BAD_INPUT, main
 from retouch.commands.wrap import OBJECTS as NAMED
 from retouch.commands.wrap import PLACING as OF_COMMAND
 from retouch.commands.wrap import PROJECTIONS as CHOICES
-from retouch.verbs.wrap_task import PLACING, Repair, WrapOptions
+from retouch.verbs.objects.wrap_task import PLACING, Repair, WrapOptions
 from tests.relief.meshes.test_outer import solid
 
 FEW = ("--edge-mm", "0.8")
@@ -224,7 +224,9 @@ def test_what_no_surface_can_mend_is_refused_before_there_is_one(capsys, monkeyp
     made = replace(OBJECTS["bracelet"], make=lambda: pytest.fail("the object is made"))
     monkeypatch.setitem(OBJECTS, "bracelet", made)
     monkeypatch.setitem(OBJECTS, "ball", made)
-    monkeypatch.setattr("retouch.verbs.wrap_task.read_mesh", lambda *_, **__: pytest.fail("the mesh is read"))
+    monkeypatch.setattr(
+        "retouch.verbs.objects.wrap_task.read_mesh", lambda *_, **__: pytest.fail("the mesh is read")
+    )
     assert re.search(says, refused(capsys, *argv))
 
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from relief.body import Body
 from relief.common.arrays import Array
-from relief.wrapping.layout import Layout, singular_values
+from relief.wrapping.coordinates.layout import Layout, singular_values
 
 STRETCH = 0.25
 """Largest change of a length that coordinates may have against their usual scale, as a part of it."""

@@ -20,7 +20,7 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.progress import this_stage
 from relief.meshes.neighbourhood import connected_around
-from relief.wrapping.layout import Layout, stretches
+from relief.wrapping.coordinates.layout import Layout, stretches
 
 STRETCH = 0.1
 """Largest change of a length inside a patch, as a part of it."""

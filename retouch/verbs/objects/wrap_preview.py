@@ -18,9 +18,9 @@ from relief.wrapping.surfaces import ENOUGH_MM2, MOST_FACES, Settings
 from relief.wrapping.tiles import Covering
 from relief.wrapping.wrap import BYTES_A_FACE, Wrapped, wrap
 from retouch.pages.objects.wrap_page import Preview, write_wrap_page
+from retouch.verbs.objects.wrap_task import Task, WrapOptions, task_of
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
-from retouch.verbs.wrap_task import Task, WrapOptions, task_of
 
 SHOWN_FACES = 180_000
 """Triangles that are shown, about."""

@@ -8,14 +8,14 @@ import numpy as np
 from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.progress import stage
-from relief.wrapping.charts import Chart, by_charts, cylinder_charts, plane_charts, sphere_charts
-from relief.wrapping.closing import closed
-from relief.wrapping.layout import Layout
-from relief.wrapping.patches import lay_out
+from relief.wrapping.coordinates.charts import Chart, by_charts, cylinder_charts, plane_charts, sphere_charts
+from relief.wrapping.coordinates.closing import closed
+from relief.wrapping.coordinates.layout import Layout
+from relief.wrapping.coordinates.patches import lay_out
+from relief.wrapping.coordinates.revolution import Axis, axis_along, found_axis, found_centre
+from relief.wrapping.coordinates.texture_coordinates import by_texture_coordinates
 from relief.wrapping.placement import Placement
-from relief.wrapping.revolution import Axis, axis_along, found_axis, found_centre
 from relief.wrapping.surfaces import BaseSurface
-from relief.wrapping.texture_coordinates import by_texture_coordinates
 from relief.wrapping.tiles import Tile
 
 OFF_SIZE = 0.1

@@ -14,8 +14,8 @@ from scipy.sparse import csgraph
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.errors import InputError
-from relief.wrapping.layout import Layout, stretches
-from relief.wrapping.revolution import Axis, axis_along
+from relief.wrapping.coordinates.layout import Layout, stretches
+from relief.wrapping.coordinates.revolution import Axis, axis_along
 
 END = 0.8
 """Cosine between a normal and the axis from which on a triangle is of an end: 37 degrees, which few chamfers

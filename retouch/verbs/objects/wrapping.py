@@ -19,9 +19,9 @@ from relief.meshes import check_solid
 from relief.meshes.solid import check_closed
 from relief.wrapping.wrap import Wrapped
 from relief.wrapping.wrap import wrap as wrapped_by
+from retouch.verbs.objects.wrap_task import WrapOptions, task_of
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
-from retouch.verbs.wrap_task import WrapOptions, task_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ def wrap(
             name of a bundled one, or the folder of a run.
         mesh: file of a solid (STL, OBJ, PLY, GLB, 3MF), or the name of an object that comes with Retouch.
         out: file to write: .3mf, .stl, .obj, .glb or .ply.
-        options: keywords that state what is done, listed with `retouch.verbs.wrap_task.WrapOptions`.
+        options: keywords that state what is done, listed with `retouch.verbs.objects.wrap_task.WrapOptions`.
         quiet, progress: as in `optimize`.
 
     Raises:
