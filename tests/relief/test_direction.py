@@ -8,6 +8,7 @@ from relief.common.errors import InputError
 from relief.meshes.solid import check_solid
 from relief.objects.smooth import ball
 from relief.objects.swept import cylinder
+from relief.wrapping import surfaces
 from relief.wrapping.coordinates.charts import BELT
 from relief.wrapping.coordinates.closing import closed, told
 from relief.wrapping.coordinates.found import found_coordinates
@@ -18,6 +19,13 @@ from relief.wrapping.surfaces import BaseSurface, Settings
 from relief.wrapping.tiles import Covering, Tile
 from relief.wrapping.wrap import wrap
 from tests.relief.test_wrapping import box, uv_box, waves
+
+
+@pytest.fixture(autouse=True)
+def _coarse(monkeypatch):
+    """Small bodies on few triangles."""
+    monkeypatch.setattr(surfaces, "LEAST_BASE_EDGES", 12)
+
 
 DRAFT = Settings(draft=True, edge_mm=0.6, keep_bottom=False)
 
@@ -261,6 +269,12 @@ def test_texture_coordinates_are_taken_however_they_stretch_where_stated():
     assert coordinates(kept, along="x") == "patches"
     with pytest.raises(InputError, match="projection: uv: the mesh has no texture coordinates"):
         coordinates(base_of(body), projection="uv")
+
+
+def test_a_direction_that_lies_nowhere_in_the_surface_is_refused():
+    base = base_of(box(12.0, 12.0, 4.0), settings=Settings(mask="angle<10", draft=True))
+    with pytest.raises(InputError, match="along: 0, 0, 1 points out of the surface everywhere"):
+        found_coordinates(base, placement_of(along="z"), None, 2.0)
 
 
 @pytest.mark.parametrize(

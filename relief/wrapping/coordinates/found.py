@@ -28,6 +28,8 @@ MOST_CLOSING = 0.2
 """Change of the period, as a part of it, up to which a cylinder is taken by itself."""
 ROUND = 0.17
 """Largest cosine between a normal and the direction around an axis on a surface of revolution: 10 degrees."""
+OUTWARD = 0.93
+"""Cosine between a normal and a direction from which on no patch follows it: 20 degrees."""
 SAME_AXIS = 0.985
 """Cosine from which on a direction is that of an axis that was found: 10 degrees."""
 
@@ -84,12 +86,20 @@ class _Finder:
             yield self._sphere()
         if kind == "plane":
             yield self._plane()
+        self._check_direction()
         with stage("flat coordinates", 1.0, at_most=True):
             around = np.zeros(len(base.body.vertices), bool)
             around[base.body.faces[base.textured]] = True
             yield Coordinates(
                 "patches", lay_out(base.body, around, self.blend_mm, base.normals, placement.direction)
             )
+
+    def _check_direction(self) -> None:
+        """Refuse a direction that lies nowhere in the surface, where it would have no effect."""
+        along, where = self.placement.direction, self.base.textured
+        if along is not None and (np.abs(self._normals[where] @ along) > OUTWARD).all():
+            fault = f"along: {shown_vector(along)} points out of the surface everywhere"
+            raise InputError(f"{fault}; take a direction that lies in it")
 
     def _cylinder(self) -> Coordinates | None:
         base, stated, where = self.base, self.placement.projection == "cylinder", self.base.textured

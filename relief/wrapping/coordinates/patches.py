@@ -40,6 +40,8 @@ normal."""
 ROOM = 1.5
 """Radius of the map for a texture that is placed once, in half the diagonal of the texture. Maps are exact
 within 0.01 mm on a plane but for their rims, which with 1.1 are off by 0.6 mm."""
+LEAST_ROOM_MM = 4.0
+"""Width of these rims at least, mm: four triangles."""
 
 
 def lay_out(
@@ -71,7 +73,7 @@ def lay_once(body: Body, normals: Array, seed: int, reach_mm: float, along: Arra
         reach_mm: Half the diagonal of what is to lie there.
     """
     cover = _Cover(body, normals, along)
-    vertices, uv, _ = cover.map(seed, ROOM * reach_mm)
+    vertices, uv, _ = cover.map(seed, max(ROOM * reach_mm, reach_mm + LEAST_ROOM_MM))
     patch = _Patch(vertices, uv, np.linalg.norm(uv, axis=1), reach_mm)
     at = np.full((len(body.vertices), 2), np.nan)
     at[vertices] = cover.upright(patch, seed)[0]

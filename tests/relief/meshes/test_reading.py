@@ -267,6 +267,16 @@ def test_colours_of_vertices_and_faces_are_read(name: str, tmp_path: Path) -> No
         np.testing.assert_allclose(read.colours, expected, atol=2e-3)
 
 
+@pytest.mark.parametrize("more", ["nan 0 0", "a b c", "1 2"])
+def test_colours_that_are_none_are_left_out(more: str, tmp_path: Path) -> None:
+    path = tmp_path / "part.obj"
+    corners = "0 0 0", "20 0 0", "0 20 0", "0 0 20"
+    path.write_text(
+        "".join(f"v {corner} {more}\n" for corner in corners) + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+    )
+    assert read_mesh(path).colours is None
+
+
 @pytest.mark.parametrize(
     ("side", "told"),
     [

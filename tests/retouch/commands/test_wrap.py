@@ -81,7 +81,7 @@ def test_a_cylinder_is_told_how_the_period_was_fitted(capsys):
     trimesh.creation.cylinder(5.0, 14.0, sections=48).export("rod.stl")
     assert main(["wrap", "waves.exr", "rod.stl", "--along", "-z", "--turn", "5", *FEW, "-o", "out.stl"]) == 0
     text = capsys.readouterr().out
-    assert "by cylinder" in text and "Cylinder about the axis (0, 0, -1)" in text
+    assert "by a cylinder" in text and "Cylinder about the axis (0, 0, -1)" in text
     assert re.search(r"Side: period [\d.]+ mm instead of 6 and turned by .* degrees instead of 5, so", text)
 
 
