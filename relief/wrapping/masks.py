@@ -23,6 +23,7 @@ from scipy.spatial import cKDTree
 from relief.common.arrays import Array, smooth_step
 from relief.common.errors import InputError
 from relief.common.formats import HEIGHT_MAPS
+from relief.common.lengths import shown
 from relief.heightmap import load_field
 from relief.wrapping.mask_text import GRAMMAR, Mask, Part, mask_of
 
@@ -36,6 +37,8 @@ CONDITION = re.compile(
 """A comparison in a mask; two numbers are both ends of a ramp."""
 PICTURES = HEIGHT_MAPS
 """Suffixes of pictures that may be masks."""
+LARGEST = 1e6
+"""Largest number of a comparison: beyond the largest mesh, mm, and any angle."""
 COLOUR = re.compile(r"colou?rs?(?::\s*(\w+|#[0-9a-fA-F]{6}))?")
 """The colours of a file, or one of them."""
 COLOURS = {
@@ -154,6 +157,8 @@ def _compared(
 ) -> Array:
     values, width = _values(name, points), falloff_mm if name in "xyz" else FALLOFF_DEGREES
     low = float(first)
+    if max(abs(low), abs(float(second or 0.0))) > LARGEST:
+        raise InputError(f"mask: {name}{sign}{shown(first)}: a number is outside [-{LARGEST:g}, {LARGEST:g}]")
     if second is not None:
         high = float(second)
         if not low < high:

@@ -14,6 +14,8 @@ PROJECTIONS = ("auto", "cylinder", "sphere", "plane", "uv", "patches")
 """Kinds of flat coordinates: by an axis, a centre or a direction, those of the mesh, or patches."""
 FARTHEST_MM = 1000.0
 """Largest shift of a texture, mm: more than the width of any tile."""
+MIDDLE = "middle"
+"""The place in the middle of the mask, or at the top without a mask, in words."""
 LONGEST_TEXT = 100
 """Most characters of a vector."""
 
@@ -31,8 +33,8 @@ class Placement:
             of a cylinder and a sphere also their axis. None: the axis that is found, or as it comes.
         turn_deg: Angle by which the texture is turned in its surface, counter-clockwise seen from outside.
         offset_mm: (2,) by which it is moved in its surface, to its right and to its top, mm.
-        at: (3,) point next to which the texture is placed once, mm. None: textures repeat, but those whose
-            sides do not fit.
+        at: (3,) point next to which the texture is placed once, mm; None: none is stated.
+        once: Whether every texture is placed once; else those are whose sides do not fit.
     """
 
     projection: str = "auto"
@@ -40,6 +42,7 @@ class Placement:
     turn_deg: float = 0.0
     offset_mm: tuple[float, ...] = (0.0, 0.0)
     at: tuple[float, ...] | None = None
+    once: bool = False
 
     @property
     def direction(self) -> Array | None:
@@ -67,6 +70,8 @@ def placement_of(
 ) -> Placement:
     """The placement that options state; arguments as of `Placement`, vectors also as texts.
 
+    With `at`, a point or "middle", every texture is placed once.
+
     Raises:
         InputError: A value is out of range, no vector, or without effect; the line names the option.
     """
@@ -86,13 +91,15 @@ def placement_of(
             "at: does not go with --projection uv: texture coordinates have their own places; "
             "--offset moves the texture",
         )
+    in_middle = isinstance(at, str) and at.strip().lower() == MIDDLE
     shift = _numbers("offset_mm", offset_mm, (1, 2), "a length as 2.5, or two as 2.5,-1")
     return Placement(
         projection,
         None if along is None else _direction(along),
         float(turn_deg),
         shift if len(shift) == 2 else (shift[0], 0.0),
-        None if at is None else _numbers("at", at, (3,), "a point as 10,0,4.5, mm"),
+        None if at is None or in_middle else _numbers("at", at, (3,), "middle, or a point as 10,0,4.5, mm"),
+        at is not None,
     )
 
 

@@ -160,9 +160,9 @@ def _add_placing(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--at",
-        metavar="X,Y,Z",
-        help="place the texture once, around this point of the surface, mm (default: textures repeat; one "
-        "whose sides do not fit lies in the middle of the mask, or at the top)",
+        metavar="X,Y,Z|middle",
+        help="place the texture once, around this point of the surface, mm, or in the middle of the mask, "
+        "without one at the top (default: textures repeat; one whose sides do not fit lies in the middle)",
     )
 
 

@@ -246,7 +246,7 @@ def test_a_badge_lies_on_a_tile_whose_texture_stays_around_it():
 
 def test_a_badge_on_a_cylinder_lies_on_one_side_of_it():
     settings = Settings(edge_mm=0.6, draft=True)
-    placement = Placement("cylinder", at=(-9.0, 0.0, 15.0))
+    placement = placement_of("cylinder", at=(-9.0, 0.0, 15.0))
     wrapped = wrap(cylinder(9.0, 30.0, 1.5), [badge(10.0)], settings, placement=placement)
     moved = np.linalg.norm(wrapped.body.vertices - wrapped.original.vertices, axis=1) > 0.0
     places = wrapped.original.vertices[moved]
@@ -291,8 +291,8 @@ def test_a_direction_that_lies_nowhere_in_the_surface_is_refused():
         ({"turn_deg": 400.0}, "turn_deg: 400 is outside"),
         ({"offset_mm": "1,2,3"}, "offset_mm: '1,2,3': expected a length"),
         ({"offset_mm": 1e6}, "offset_mm: 1e.06|offset_mm: 1000000"),
-        ({"at": "1,2"}, "at: '1,2': expected a point"),
-        ({"at": [1.0, None, 2.0]}, "at: .* expected a point"),
+        ({"at": "1,2"}, "at: '1,2': expected middle, or a point"),
+        ({"at": [1.0, None, 2.0]}, "at: .* a point"),
         ({"projection": "uv", "along": "z"}, "along: does not go with the projection uv"),
         ({"projection": "uv", "at": "0,0,0"}, "at: does not go with the projection uv"),
     ],
@@ -305,5 +305,6 @@ def test_what_is_no_placement_is_refused(options, message):
 def test_directions_and_lengths_are_texts_or_numbers():
     assert placement_of(along="-Z").along == (-0.0, -0.0, -1.0)
     assert placement_of(along=[1.0, 2.0, 3.0]).along == (1.0, 2.0, 3.0)
+    assert placement_of(at="middle") == Placement(once=True)
     assert placement_of(offset_mm=2).offset_mm == (2.0, 0.0)
     assert placement_of(offset_mm="2,-1").offset_mm == placement_of(offset_mm=(2, -1)).offset_mm

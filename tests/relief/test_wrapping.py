@@ -192,6 +192,8 @@ def test_masks(text, carried):
         ("nowhere", "regions of this object: left"),
         ("mask.png", "the mesh has none"),
         ("z>2 & " * 300, "is no mask"),
+        ("z>1e400", "z>1e400: a number is outside"),
+        ("z<1..2e9", "z<1: a number is outside"),
         ("z>2 &", "a part is missing"),
         ("| z>2", "a part is missing"),
         ("()", "a part is missing"),

@@ -4,7 +4,7 @@ The logarithmic map of a point gives its surroundings the coordinates that they 
 from the point: lengths from the point are kept exactly, others nearly. Each patch reaches as far as lengths
 are kept within `STRETCH`. A patch is moved and turned until its coordinates agree with those of its
 neighbours; on a plane, a cylinder or a cone all agree, and no seam is left. Where a direction is stated it
-turns the patches, which are only moved.
+turns the patches, which may lean by a few degrees.
 """
 
 from dataclasses import dataclass
@@ -37,6 +37,9 @@ MOST_AT_A_FACE = 4
 DIRECTED = 0.35
 """Part of a direction that lies in the surface, from which on a patch follows it: 20 degrees off the
 normal."""
+LEAN = 0.07
+"""Angle by which a patch may leave its direction to fit its neighbours, rad: 4 degrees. On a cone seams then
+take 6.1 % of the area instead of 6.7, and their heights differ by 13 % less; twice the angle gains little."""
 ROOM = 1.5
 """Radius of the map for a texture that is placed once, in half the diagonal of the texture. Maps are exact
 within 0.01 mm on a plane but for their rims, which with 1.1 are off by 0.6 mm."""
@@ -173,7 +176,7 @@ class _Cover:
         everything = tuple(np.concatenate(part) for part in zip(*fits, strict=True))
         ways = (best, -best) if directed else (patch.uv,)
         for (at, goal, weight), uv in product((*fits, everything), ways):
-            moved = _shifted(uv, at, goal, weight) if directed else _moved(uv, uv[at], goal, weight)
+            moved = _moved(uv, uv[at], goal, weight, LEAN if directed else np.pi)
             miss = np.linalg.norm(moved[everything[0]] - everything[1], axis=1)
             cost = float((everything[2] * np.minimum(miss, FITTING_MM)).sum())
             if cost < best_cost:
@@ -242,16 +245,19 @@ def _reach(vertices: Array, uv: Array, faces: NDArray[np.intp]) -> float:
     return float(np.clip(beyond[0] if len(beyond) else MOST_MM, LEAST_MM, MOST_MM))
 
 
-def _shifted(uv: Array, at: NDArray[np.intp], goal: Array, weight: Array) -> Array:
-    """Coordinates after the shift that brings some of them nearest to a goal."""
-    return np.asarray(uv + (weight / weight.sum()) @ (goal - uv[at]))
+def _moved(uv: Array, start: Array, goal: Array, weight: Array, most: float) -> Array:
+    """Coordinates after the turn and the shift that bring some of them nearest to a goal (Procrustes).
 
-
-def _moved(uv: Array, start: Array, goal: Array, weight: Array) -> Array:
-    """Coordinates after the turn and the shift that bring some of them nearest to a goal (Procrustes)."""
+    Args:
+        uv: (n, 2) coordinates.
+        start, goal: (m, 2) what some of them are, and what they are to be.
+        weight: (m,) of these.
+        most: Largest turn, rad.
+    """
     share = weight / weight.sum()
     from_, to = share @ start, share @ goal
     product = (start - from_).T @ ((goal - to) * share[:, None])
     angle = np.arctan2(product[0, 1] - product[1, 0], product[0, 0] + product[1, 1])
+    angle = np.clip(angle, -most, most)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     return np.asarray((uv - from_) @ turn.T + to)

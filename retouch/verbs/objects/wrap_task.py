@@ -61,8 +61,8 @@ class WrapOptions(Lengths, total=False):
             sphere also the axis. None: the axis that is found, or as the patches come.
         turn_deg: angle by which the texture is turned in the surface, counter-clockwise from outside.
         offset_mm: by which it is moved in the surface: to its right, or a pair, to its right and to its top.
-        at: point, mm, next to which textures are placed once, in the middle; None: textures repeat, but those
-            whose sides do not fit.
+        at: place of textures that are placed once: a point, mm, or "middle", that of the mask, or the top
+            without one. None: textures repeat, but those whose sides do not fit.
         unite: whether parts of the mesh that overlap are made one.
         close_holes_mm: size, mm, up to which holes in an open mesh are closed; 0.5 if left out.
         keep_holes_mm: diameter, mm, up to which round holes stay without texture; None textures them.
@@ -176,11 +176,11 @@ def _coverings(
         fault = misfit(relief.heights)
         if placement.projection == "uv":
             check_seams(relief.heights, (True, True), relief.name)
-        if fault and placement.at is None:
+        if fault and not placement.once:
             lines.append(
                 f"{relief.name}: {fault}; placed once (retouch prepare --tile makes a tile that repeats)"
             )
-        once = fault is not None or placement.at is not None
+        once = fault is not None or placement.once
         coverings.append(Covering(Tile(relief.heights, relief.pitch_mm), mask, once))
     return coverings, lines
 

@@ -211,7 +211,7 @@ def test_bad_input_is_refused_in_one_line(capsys, tmp_path, argv, says):
         (("waves.exr", "box.stl", "--along", "up"), "--along: 'up': expected x, y, z"),
         (("waves.exr", "box.stl", "--turn", "400"), r"--turn: 400 is outside \[-360, 360\]"),
         (("waves.exr", "box.stl", "--offset", "-1,a"), "--offset: '-1,a': expected a length"),
-        (("waves.exr", "box.stl", "--at", "1,2"), "--at: '1,2': expected a point"),
+        (("waves.exr", "box.stl", "--at", "1,2"), "--at: '1,2': expected middle, or a point"),
         (
             ("waves.exr", "box.stl", "--projection", "uv", "--along", "-z"),
             "--along: does not go with --projection uv: .* --turn turns them",
