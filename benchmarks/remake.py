@@ -164,6 +164,7 @@ PARTS: Mapping[str, Part] = {
             "-m benchmarks.objects.paper_objects",
             "-m benchmarks.objects.curved_figure",
             "-m benchmarks.objects.figure",
+            "-m benchmarks.objects.direction",
             "-m benchmarks.touch.mesh_feel",
         ),
     ),

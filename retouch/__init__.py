@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from retouch.verbs.exporting import Exported, export
     from retouch.verbs.learning import DatasetMade, TrainedNet, dataset, train
     from retouch.verbs.machine import Diagnosis, doctor
+    from retouch.verbs.objects.wrap_preview import WrapPreview, preview_wrap
+    from retouch.verbs.objects.wrapping import WrappedObject, wrap
     from retouch.verbs.previews import save_preview
     from retouch.verbs.rendering import Rendering, explain, render
     from retouch.verbs.runs import forecast, optimize, resume
     from retouch.verbs.stimulus_plates import redraw_stimuli, stimuli
     from retouch.verbs.studying import StudyTables, list_studies, study
-    from retouch.verbs.wrap_preview import WrapPreview, preview_wrap
-    from retouch.verbs.wrapping import WrappedObject, wrap
     from surrogate.data.field_set import open_fieldset
     from tactile.area import contact_area
     from tactile.contact import ContactError

@@ -24,7 +24,7 @@ from retouch.commands.main import main, parse
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-GIVEN = ("stone.jpg", "my-study.toml", "~/materials")
+GIVEN = ("stone.jpg", "logo.png", "my-study.toml", "~/materials")
 """Files and folders that a user has before the first command of a page."""
 STONE = "runs/stone"
 """The run of the README, which other pages go on with."""

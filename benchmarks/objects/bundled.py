@@ -30,10 +30,12 @@ from relief.meshes.solid import volume_mm3
 from relief.meshes.unrolling import Unroller, feet, fine_enough
 from relief.objects.table import OBJECTS
 from relief.wrapping.clearance import smooth_normals
-from relief.wrapping.patches import Layout, lay_out
+from relief.wrapping.coordinates.layout import Layout
+from relief.wrapping.coordinates.patches import lay_out
+from relief.wrapping.laying import BLEND_MM
 from relief.wrapping.surfaces import BaseSurface, Settings
-from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import BLEND_MM, Covering, wrap
+from relief.wrapping.tiles import Covering, Tile
+from relief.wrapping.wrap import wrap
 
 SIDE_MM, SAMPLES = 10.0, 128
 """Side of the patch that is pressed, mm, and its samples."""

@@ -29,11 +29,13 @@ from relief.meshes.places import Frame, spread, surface_points
 from relief.meshes.refining import refined
 from relief.meshes.unrolling import Unroller, feet, fine_enough
 from relief.objects.table import OBJECTS
+from relief.wrapping.coordinates.layout import Layout
+from relief.wrapping.laying import Layer
 from relief.wrapping.masks import Regions
-from relief.wrapping.patches import Layout, lay_out
+from relief.wrapping.placement import Placement
 from relief.wrapping.surfaces import BaseSurface, FineSurface, Settings
-from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import BLEND_MM, Covering, Wrapped, wrap
+from relief.wrapping.tiles import Covering, Tile
+from relief.wrapping.wrap import Wrapped, wrap
 from tactile.jnd import ROUGHNESS_JND
 
 RESULT, COMMAND, TEXTURE = "feel_kept", "benchmarks.objects.feel_kept", "gravel-tile"
@@ -73,10 +75,9 @@ def laid(bare: Body, tile: Tile, regions: Regions, faces: int | None) -> Laid:
     settings = Settings(faces=faces)
     wrapped = wrap(bare, [Covering(tile)], settings, regions=regions)
     base = BaseSurface(bare, None, regions, settings)
-    around = np.zeros(len(base.body.vertices), bool)
-    around[base.body.faces[base.textured]] = True
-    layout = lay_out(base.body, around, BLEND_MM, base.normals)
-    surface = FineSurface(base, refined(base.body, wrapped.edge_mm, base.textured), layout)
+    layout = Layer(base, Placement(), settings.falloff_mm).laid([Covering(tile)])[0].layout
+    fine = refined(base.body, wrapped.edge_mm, base.textured)
+    surface = FineSurface(base, fine, layout.laid())
     if len(surface.fine.body.vertices) != len(wrapped.body.vertices):
         raise RuntimeError("the object was divided otherwise than by wrap")
     return Laid(tile, bare, wrapped, surface, layout)
@@ -93,7 +94,7 @@ class Stages:
         self.before = Unroller(of.wrapped.original, base)
         away = of.wrapped.body.vertices - of.wrapped.original.vertices
         self.moved = np.einsum("nd,nd->n", away, of.surface.points.normals)
-        heights = of.surface.heights(of.tile, np.ones(len(fine.body.vertices), bool))
+        heights = of.surface.heights(of.tile, of.layout, np.ones(len(fine.body.vertices), bool))
         share = np.divide(self.moved, heights, out=np.ones_like(heights), where=heights > HIGH_MM)
         self.kept = np.clip(share, 0.0, 1.0)
         keys = fine.body.faces[:, 0] * len(share) + fine.body.faces[:, 1]
@@ -179,8 +180,8 @@ def measured(name: str, texture: str, places: int) -> dict[str, Any]:
         rows.append({"at_mm": np.round(crop.frame.at, 2).tolist(), **measures})
         if sum(not row["ends_near"] for row in rows) == places:
             break
-    for key, heights in maps.items():
-        for row, value in zip(rows, roughness(np.stack(heights)), strict=True):
+    for key, patches in maps.items():
+        for row, value in zip(rows, roughness(np.stack(patches)), strict=True):
             row[key] = float(value)
     return {"faces": len(of.wrapped.body.faces), "edge_mm": of.wrapped.edge_mm, "places": rows}
 

@@ -8,12 +8,13 @@ import numpy as np
 
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
+from relief.common.srgb import srgb
 from relief.meshes.parsed import MOST_VERTICES, Parsed, check_count, check_numbers
 
 METRE_MM = 1000.0
 TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """Types of numbers by the codes of glTF."""
-WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """Row vectors (x, y, z) with y up times this are (x, -z, y), with z up."""
 TRIANGLES, STRIP, FAN = 4, 5, 6
@@ -56,6 +57,7 @@ class _Scene:
         self._vertices: list[Array] = []
         self._faces: list[Any] = []
         self._uv: list[Any] = []
+        self._colours: list[Any] = []
         self._nodes = self._primitives = self._count = self._points = 0
 
     def add(self, number: int, above: Array, depth: int) -> None:
@@ -86,6 +88,8 @@ class _Scene:
             return
         attributes = primitive["attributes"]
         vertices = self._numbers(attributes["POSITION"], 3)
+        if vertices.dtype.kind != "f" and self._item("accessors", attributes["POSITION"]).get("normalized"):
+            raise InputError(f"{self._path}: positions are normalized; save them as floats")
         corners = self._numbers(primitive["indices"], 1) if "indices" in primitive else None
         # Counted before anything is as long as that: files may show the same numbers ten thousand times.
         count = len(vertices if corners is None else corners)
@@ -100,10 +104,12 @@ class _Scene:
             self._uv.append(uv[faces] * (1.0, -1.0) + (0.0, 1.0))
         else:
             self._uv.append(None)
+        self._colours.append(self._coloured(attributes, faces))
         if np.linalg.det(place[:3, :3]) < 0.0:
             # A mirror image turns faces inside out.
             faces = faces[:, ::-1]
-            self._uv[-1] = None if self._uv[-1] is None else self._uv[-1][:, ::-1]
+            for of in (self._uv, self._colours):
+                of[-1] = None if of[-1] is None else of[-1][:, ::-1]
         if len(vertices) > 3 * len(faces):
             # Primitives may share vertices of which each needs a few.
             used, faces = np.unique(faces, return_inverse=True)
@@ -112,6 +118,23 @@ class _Scene:
         self._points += len(vertices)
         self._vertices.append((vertices.astype(np.float64) @ place[:3, :3].T + place[:3, 3]) @ Z_UP)
 
+    def _coloured(self, attributes: dict[str, Any], faces: Index) -> Any:
+        """Colours (m, 3, 3) of corners in sRGB, from 0 to 1; None if the primitive has none."""
+        if (index := attributes.get("COLOR_0")) is None:
+            return None
+        width = WIDTHS.get(self._item("accessors", index).get("type", ""), 0)
+        try:
+            values = self._numbers(index, width)
+            check_numbers(faces, len(values), "colours", self._path)
+        except InputError:
+            # A mesh is sound without colours.
+            return None
+        if width not in (3, 4):
+            return None
+        largest = np.iinfo(values.dtype).max if values.dtype.kind in "iu" else 1.0
+        # glTF states colours in linear light.
+        return srgb((values[:, :3] / largest).astype(np.float32), 1.0)[faces]
+
     def _numbers(self, index: int, width: int) -> Any:
         """Values (count, width) of an accessor, or (count,) of width 1."""
         accessor = self._item("accessors", index)
@@ -119,8 +142,6 @@ class _Scene:
         check_count(count, "values of an accessor", self._path, MOST_VERTICES)
         if WIDTHS.get(accessor["type"]) != width or "sparse" in accessor or "bufferView" not in accessor:
             raise InputError(f"{self._path}: accessor {index}: is sparse, empty or of an unknown type")
-        if accessor.get("normalized") and width == 3:
-            raise InputError(f"{self._path}: accessor {index}: positions are normalized; save them as floats")
         view = self._item("bufferViews", accessor["bufferView"])
         if view.get("buffer", 0) != 0 or "uri" in self._document.get("buffers", [{}])[0]:
             raise InputError(f"{self._path}: accessor {index}: lies in another file; save it all in one GLB")
@@ -133,11 +154,15 @@ class _Scene:
         return values[:, 0] if width == 1 else values
 
     def joined(self) -> Parsed:
-        """All meshes as one; texture coordinates only if all have them."""
+        """All meshes as one; texture coordinates and colours only if all have them."""
         if not self._faces:
             raise InputError(f"{self._path}: shows no triangles")
-        uv = None if any(each is None for each in self._uv) else np.concatenate(self._uv)
-        return Parsed(np.concatenate(self._vertices), np.concatenate(self._faces), uv, METRE_MM)
+        uv, colours = (
+            None if any(each is None for each in of) else np.concatenate(of)
+            for of in (self._uv, self._colours)
+        )
+        vertices, faces = np.concatenate(self._vertices), np.concatenate(self._faces)
+        return Parsed(vertices, faces, uv, METRE_MM, colours=colours)
 
 
 def _triangles(corners: Index, mode: int) -> Index:

@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relief.body import Body
-from relief.common.arrays import Array, Index
+from relief.common.arrays import Array, FloatArray, Index
 from relief.common.errors import InputError
 from relief.common.files import read_limited
 from relief.common.formats import MESHES, UNITS
@@ -35,6 +36,7 @@ class Mesh:
     Attributes:
         body: vertices (n, 3) mm, each position once, and faces (m, 3); parts of the file follow one another.
         uv: (m, 3, 2) texture coordinates of the corners of each face; None if the file has none.
+        colours: (m, 3, 3) red, green and blue of the corners in sRGB, from 0 to 1; None if the file has none.
         path: of the file.
         warnings: lines about what may not be meant, such as a size that suggests another unit.
         folded: whether faces may pass through one another, so that some lie inside.
@@ -45,6 +47,7 @@ class Mesh:
     path: Path
     warnings: tuple[str, ...] = ()
     folded: bool = False
+    colours: FloatArray | None = None
 
 
 @stage("reading a mesh")
@@ -75,8 +78,11 @@ def read_mesh(path: str | os.PathLike[str], *, units: str | None = None) -> Mesh
     with damage_named(path, f"a mesh in {suffix[1:].upper()}"):
         parsed = READERS[suffix](content, path)
     factor = parsed.unit_mm or 1.0 if units is None else UNITS[units]
-    body, uv = _welded(_checked(parsed, path), factor, path)
-    return Mesh(body, uv, path, (*parsed.warnings, *_doubts(body, parsed.unit_mm is None and units is None)))
+    parsed = _checked(parsed, path)
+    body, sound = _welded(parsed, factor, path)
+    lines = (*parsed.warnings, *_doubts(body, parsed.unit_mm is None and units is None))
+    uv, colours = (None if of is None else of[sound] for of in (parsed.uv, parsed.colours))
+    return Mesh(body, uv, path, lines, colours=colours)
 
 
 def _checked(parsed: Parsed, path: Path) -> Parsed:
@@ -96,11 +102,17 @@ def _checked(parsed: Parsed, path: Path) -> Parsed:
         uv = np.asarray(parsed.uv, dtype=np.float64)
         if uv.shape != (len(faces), 3, 2) or not np.isfinite(uv).all():
             raise InputError(f"{path}: texture coordinates are not finite or do not fit the faces")
-    return replace(parsed, vertices=vertices, faces=faces, uv=uv)
+    colours = None
+    if parsed.colours is not None:
+        # Colours that are none are left out: a mesh is sound without.
+        read = np.asarray(parsed.colours, dtype=np.float32)
+        if read.shape == (len(faces), 3, 3) and np.isfinite(read).all():
+            colours = np.clip(read, 0.0, 1.0)
+    return replace(parsed, vertices=vertices, faces=faces, uv=uv, colours=colours)
 
 
-def _welded(parsed: Parsed, factor: float, path: Path) -> tuple[Body, Array | None]:
-    """The body in mm with each position once, without faces that lack three positions. Raises InputError."""
+def _welded(parsed: Parsed, factor: float, path: Path) -> tuple[Body, NDArray[np.bool_]]:
+    """The body in mm with each position once, and which faces (m,) have three of them. Raises InputError."""
     # Scaled by half the span at a time, so that no difference of two numbers overflows.
     vertices = np.asarray(parsed.vertices, dtype=np.float64)
     longest = float(np.max(vertices.max(axis=0) / 2 - vertices.min(axis=0) / 2)) * 2 * factor
@@ -124,8 +136,7 @@ def _welded(parsed: Parsed, factor: float, path: Path) -> tuple[Body, Array | No
     if not sound.any():
         raise InputError(f"{path}: has no triangle with an area")
     used, faces = np.unique(faces[sound], return_inverse=True)
-    body = Body(vertices[first[order]][used], faces.reshape(-1, 3))
-    return body, None if parsed.uv is None else np.asarray(parsed.uv)[sound]
+    return Body(vertices[first[order]][used], faces.reshape(-1, 3)), sound
 
 
 def _doubts(body: Body, unit_unknown: bool) -> list[str]:

@@ -22,6 +22,7 @@ class Parsed:
         vertices: (n, 3) in the file's unit, z up.
         faces: (m, 3) numbers of vertices.
         uv: (m, 3, 2) texture coordinates of corners, or None.
+        colours: (m, 3, 3) red, green and blue of corners in sRGB, from 0 to 1, or None.
         unit_mm: mm of the file's unit; None where the format has none.
         warnings: lines about what was read otherwise than may be meant.
     """
@@ -31,6 +32,7 @@ class Parsed:
     uv: Any = None
     unit_mm: float | None = None
     warnings: tuple[str, ...] = ()
+    colours: Any = None
 
 
 def check_count(count: int, of: str, path: Path, most: int = MOST_FACES) -> None:

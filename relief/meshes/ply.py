@@ -33,7 +33,9 @@ MOST_LISTED, LONGEST_LIST = 3 * MOST_VERTICES, 1 << 20
 CORNERS = ("vertex_indices", "vertex_index")
 COORDINATES = (("texture_u", "texture_v"), ("u", "v"), ("s", "t"))
 """Names that programs give to the corners of faces, and to the texture coordinates of vertices."""
-READ = frozenset(("x", "y", "z", "texcoord", *CORNERS, *chain.from_iterable(COORDINATES)))
+COLOURS = ("red", "green", "blue")
+"""Names of the colours of vertices and faces; whole numbers count to 255, others to 1."""
+READ = frozenset(("x", "y", "z", "texcoord", *COLOURS, *CORNERS, *chain.from_iterable(COORDINATES)))
 """Names of the properties that are read; the others are passed over."""
 
 
@@ -47,11 +49,12 @@ class Property(NamedTuple):
 
 @dataclass
 class Element:
-    """An element of the header: how many there are, and their properties."""
+    """An element of the header: how many there are, their properties, and the types that are stated."""
 
     name: str
     count: int
     properties: list[Property] = field(default_factory=list)
+    stated: dict[str, str] = field(default_factory=dict)
 
 
 class Lists(NamedTuple):
@@ -94,7 +97,23 @@ def read_ply(content: bytes, path: Path) -> Parsed:
         uv = at_corners.numbers.reshape(-1, 2)[fans]
     elif pair is not None:
         uv = np.stack([vertices[name] for name in pair], axis=1)[triangles]
-    return Parsed(positions, triangles, uv)
+    colours: Array | None = None
+    if (of_vertices := _colours(elements, "vertex", vertices)) is not None:
+        colours = of_vertices[triangles]
+    elif (of_faces := _colours(elements, "face", faces)) is not None:
+        number = np.repeat(np.arange(len(corners.lengths)), np.maximum(corners.lengths - 2, 0))
+        colours = np.repeat(of_faces[number][:, None], 3, axis=1)
+    return Parsed(positions, triangles, uv, colours=colours)
+
+
+def _colours(elements: list[Element], name: str, values: dict[str, Any]) -> Array | None:
+    """Colours (n, 3) in sRGB, from 0 to 1, of vertices or faces; None if they have none."""
+    if not {*COLOURS} <= values.keys() or any(isinstance(values[of], Lists) for of in COLOURS):
+        return None
+    # Numbers of a text are read in double precision, whatever the header states.
+    types = next(element.stated for element in elements if element.name == name)
+    whole = types.get("red", "f") not in "fd"
+    return np.stack([values[of] for of in COLOURS], axis=1) / (255.0 if whole else 1.0)
 
 
 def _elements(header: str, path: Path) -> tuple[str, list[Element]]:
@@ -110,6 +129,7 @@ def _elements(header: str, path: Path) -> tuple[str, list[Element]]:
                 elements[-1].properties.append(Property(name, TYPES[type], TYPES[length]))
             case ["property", type, name]:
                 elements[-1].properties.append(Property(name, TYPES[type], ""))
+                elements[-1].stated[name] = TYPES[type]
     if order is None:
         raise InputError(f"{path}: damaged or not a PLY: format: is not one of {', '.join(ORDERS)}")
     for element in elements:
@@ -131,7 +151,7 @@ def _as_numbers(text: bytes, path: Path) -> memoryview:
 
 def _as_doubles(element: Element) -> Element:
     doubles = [Property(name, "d", "d" if length else "") for name, _, length in element.properties]
-    return Element(element.name, element.count, doubles)
+    return Element(element.name, element.count, doubles, element.stated)
 
 
 def _rows(element: Element, data: memoryview, at: int, order: str, path: Path) -> tuple[dict[str, Any], int]:

@@ -3,6 +3,7 @@
 import codecs
 import re
 from array import array
+from contextlib import suppress
 from itertools import chain, islice, pairwise
 from pathlib import Path
 
@@ -67,7 +68,7 @@ def _no_stl(content: bytes, text: bytes, count: int) -> str:
 
 
 def read_obj(content: bytes, path: Path) -> Parsed:
-    """Read an OBJ with its texture coordinates; what it says of materials and normals is passed over.
+    """Read an OBJ with texture coordinates and colours; what it says of materials and normals is passed over.
 
     Polygons become fans of triangles. Negative numbers count back from the last vertex before the face.
 
@@ -75,13 +76,19 @@ def read_obj(content: bytes, path: Path) -> Parsed:
         InputError: A line is too long or tells no vertex or face, or there is more than is read.
     """
     vertices, coordinates, faces, pairs = array("d"), array("d"), array("q"), array("q")
+    colours = array("f")
     for line in OBJ_LINE.finditer(_text(content, path).replace(b"\\\n", b" ")):
         word, rest = line.groups()
         if len(rest) > LONGEST_LINE:
             raise InputError(f"{path}: has a line of more than {LONGEST_LINE} bytes")
         if word in b"vV":
-            x, y, z, *_ = rest.split(None, 3)
+            x, y, z, *more = rest.split()
             vertices.extend((float(x), float(y), float(z)))
+            # Three more numbers are a colour, which programs write behind the position; one is a weight.
+            if len(more) >= 3:
+                with suppress(ValueError):
+                    red, green, blue = map(float, more[-3:])
+                    colours.extend((red, green, blue))
         elif word in b"fF":
             corners = rest.split()
             if b"/" in rest:
@@ -103,7 +110,12 @@ def read_obj(content: bytes, path: Path) -> Parsed:
         numbers = np.array(pairs).reshape(-1, 3)
         check_numbers(numbers, len(coordinates) // 2, "texture coordinates", path)
         uv = np.array(coordinates).reshape(-1, 2)[numbers]
-    return Parsed(np.array(vertices).reshape(-1, 3), np.array(faces).reshape(-1, 3), uv)
+    triangles = np.array(faces).reshape(-1, 3)
+    painted = None
+    if colours and len(colours) == len(vertices):
+        check_numbers(triangles, len(colours) // 3, "vertices", path)
+        painted = np.array(colours).reshape(-1, 3)[triangles]
+    return Parsed(np.array(vertices).reshape(-1, 3), triangles, uv, colours=painted)
 
 
 def _fan(numbers: list[int], count: int) -> list[int]:

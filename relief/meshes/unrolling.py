@@ -140,14 +140,14 @@ def feet(points: Array, body: Body) -> tuple[Index, Array]:
     best = np.full(len(points), np.inf)
     face, shares = np.zeros(len(points), dtype=np.int64), np.zeros((len(points), 3))
     for candidate in near.T:
-        nearest = _nearest(points, corners[candidate])
+        nearest = nearest_shares(points, corners[candidate])
         distance = np.linalg.norm(np.einsum("nc,ncd->nd", nearest, corners[candidate]) - points, axis=1)
         closer = distance < best
         best[closer], face[closer], shares[closer] = distance[closer], candidate[closer], nearest[closer]
     return face, shares
 
 
-def _nearest(points: Array, triangles: Array) -> Array:
+def nearest_shares(points: Array, triangles: Array) -> Array:
     """(n, 3) barycentric coordinates of the point of each triangle (n, 3, 3) nearest to a point (n, 3)."""
     a, b, c = np.moveaxis(triangles, 1, 0)
     along, across, to = b - a, c - a, points - a

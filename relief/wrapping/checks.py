@@ -20,7 +20,9 @@ BARE = 0.1
 """Factor of the heights up to which nothing is left of a relief."""
 
 
-def check_choices(settings: Settings, masks: Sequence[str | None], regions: Regions, with_uv: bool) -> None:
+def check_choices(
+    settings: Settings, masks: Sequence[str | None], regions: Regions, with_uv: bool, with_colours: bool
+) -> None:
     """Refuse what is wrong whatever the surface: numbers out of range, and masks that are none.
 
     Args:
@@ -28,6 +30,7 @@ def check_choices(settings: Settings, masks: Sequence[str | None], regions: Regi
         masks: Of the coverings.
         regions: As for `wrap`.
         with_uv: Whether the mesh has texture coordinates, or may have.
+        with_colours: Whether it has colours, or may have.
 
     Raises:
         InputError: The line names the field.
@@ -43,7 +46,7 @@ def check_choices(settings: Settings, masks: Sequence[str | None], regions: Regi
             raise InputError(f"{name}: {value:g} is outside [{low:g}, {high:g}]")
     for mask in (settings.mask, *masks):
         if mask is not None:
-            check_mask(mask, regions, with_uv)
+            check_mask(mask, regions, with_uv, with_colours)
 
 
 def check_size(body: Body, tallest: float) -> None:

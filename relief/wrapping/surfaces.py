@@ -7,15 +7,16 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from relief.body import Body
-from relief.common.arrays import Array, smooth_step
+from relief.common.arrays import Array, FloatArray, smooth_step
 from relief.common.errors import InputError
 from relief.mending.holes import Holes
 from relief.meshes.refining import Refined
 from relief.meshes.solid import check_apart
-from relief.remeshing.even_mesh import even_mesh, vertex_normals
+from relief.meshes.unrolling import nearest_shares
+from relief.remeshing.even_mesh import EvenMesh, even_mesh, vertex_normals
 from relief.remeshing.smooth_surface import raised
+from relief.wrapping.coordinates.layout import Layout
 from relief.wrapping.masks import Points, Regions, mask_at
-from relief.wrapping.patches import Layout
 from relief.wrapping.tiles import Tile
 
 BASE_EDGE_MM = 1.0
@@ -86,10 +87,19 @@ class BaseSurface:
         bed_mm: Its height, mm, below which nothing goes; without a bottom minus infinity.
         normals: (vertices, 3) outward unit normals.
         carried: (vertices,) how much of any texture each vertex carries.
+        points: The vertices, as masks take them.
+        masked: Whether a mask leaves anything out.
         regions: Regions that masks may name.
     """
 
-    def __init__(self, body: Body, uv: Array | None, regions: Regions, settings: Settings) -> None:
+    def __init__(
+        self,
+        body: Body,
+        uv: Array | None,
+        regions: Regions,
+        settings: Settings,
+        colours: FloatArray | None = None,
+    ) -> None:
         longest = float(np.ptp(body.vertices, axis=0).max())
         edge = min(DRAFT_EDGE_MM if settings.draft else BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
         check_count(int(body.areas.sum() / (EVEN_AREA * edge**2)), settings)
@@ -100,8 +110,10 @@ class BaseSurface:
         self._flatten()
         self.regions = regions
         self.normals = vertex_normals(self.mesh, self.bottom)
-        points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions)
-        self.carried = self.carried_at(points, self.body.faces[self.bottom], settings)
+        painted = None if colours is None else _vertex_colours(self.mesh, body, colours)
+        self.points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions, painted)
+        self.masked = settings.mask is not None
+        self.carried = self.carried_at(self.points, self.body.faces[self.bottom], settings)
         if settings.crosses:
             check_apart(self.body, self.textured, "mesh")
 
@@ -162,17 +174,18 @@ class BaseSurface:
 class FineSurface:
     """The fine body by the numbers of the base: attributes at its vertices, and their coordinates."""
 
-    def __init__(self, base: BaseSurface, fine: Refined, layout: Layout) -> None:
-        leading = layout.weight.sum(axis=(1, 2)) > 0.0
-        self.parent, self.share = fine.vertex_parents(leading)
+    def __init__(self, base: BaseSurface, fine: Refined, covered: NDArray[np.bool_]) -> None:
+        self.parent, self.share = fine.vertex_parents(covered)
         places = fine.body.vertices + raised(base.mesh.bulges, self.parent, self.share)
         places[:, 2] = np.maximum(places[:, 2], base.bed_mm)
         fine = Refined(Body(places, fine.body.faces), fine.parent, fine.corners)
-        self.base, self.fine, self.layout = base, fine, layout
+        self.base, self.fine = base, fine
         normals = self.of_vertices(base.normals)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         uv = None if base.uv is None else self.of_corners(base.uv[self.parent])
-        self.points = Points(fine.body.vertices, normals, uv, base.regions)
+        colours = base.points.colours
+        painted = None if colours is None else self.of_vertices(colours)
+        self.points = Points(fine.body.vertices, normals, uv, base.regions, painted)
 
     def to_bed(self) -> Array:
         """Ways (fine vertices,) along the normals down to the plane of the bottom, mm; infinite upward."""
@@ -193,7 +206,7 @@ class FineSurface:
         bottom = self.fine.body.faces[self.base.bottom[self.fine.parent]]
         return self.base.carried_at(self.points, bottom, settings)
 
-    def heights(self, tile: Tile, chosen: NDArray[np.bool_]) -> Array:
+    def heights(self, tile: Tile, layout: Layout, chosen: NDArray[np.bool_]) -> Array:
         """Heights (fine vertices,) of a tile with which the triangles come near it, mm; 0 where not chosen.
 
         The tile's own heights at the vertices would be too low on tops and too high in hollows, as triangles
@@ -202,13 +215,13 @@ class FineSurface:
         """
         fine = self.fine
         heights = np.zeros(len(chosen))
-        heights[chosen] = tile.blended(*self.layout.at(self.parent[chosen], self.share[chosen]))
+        heights[chosen] = tile.blended(*layout.at(self.parent[chosen], self.share[chosen]))
         faces = np.flatnonzero(chosen[fine.body.faces].all(axis=1))
         area = Body(fine.body.vertices, fine.body.faces[faces]).areas
         missed = np.empty(len(faces))
         for start in range(0, len(faces), FACES_AT_ONCE):
             part = faces[start : start + FACES_AT_ONCE]
-            middle = tile.blended(*self.layout.at(fine.parent[part], fine.corners[part].mean(axis=1)))
+            middle = tile.blended(*layout.at(fine.parent[part], fine.corners[part].mean(axis=1)))
             missed[start : start + FACES_AT_ONCE] = middle - heights[fine.body.faces[part]].mean(axis=1)
         corners = fine.body.faces[faces].ravel()
         total, weight = (
@@ -216,6 +229,17 @@ class FineSurface:
         )
         heights += CATCHING_UP * np.divide(total, weight, out=np.zeros(len(chosen)), where=weight > 0.0)
         return np.clip(heights, min(0.0, tile.heights.min()), tile.heights.max())
+
+
+def _vertex_colours(mesh: EvenMesh, body: Body, colours: FloatArray) -> Array:
+    """Colours (vertices, 3) of an even mesh, means over its triangles, of those (m, 3, 3) of the body."""
+    faces, origin = mesh.body.faces, mesh.origin
+    triangles = np.repeat(body.vertices[body.faces[origin]], 3, axis=0)
+    share = nearest_shares(mesh.body.vertices[faces.ravel()], triangles)
+    at_corners = np.einsum("nc,ncd->nd", share, np.repeat(colours[origin], 3, axis=0))
+    count = np.bincount(faces.ravel(), minlength=len(mesh.body.vertices))
+    sums = [np.bincount(faces.ravel(), of, len(count)) for of in at_corners.T]
+    return np.asarray(np.stack(sums, axis=1) / np.maximum(count, 1)[:, None])
 
 
 def check_count(count: int, settings: Settings) -> None:

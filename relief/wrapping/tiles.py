@@ -7,12 +7,12 @@ import numpy as np
 from scipy import ndimage
 from scipy.special import ndtri
 
-from relief.common.arrays import Array
+from relief.common.arrays import Array, smooth_step
 
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """A height map that repeats.
+    """A height map that repeats, or is placed once.
 
     Attributes:
         heights: (rows, cols) mm, row 0 at +v, column 0 at -u.
@@ -42,6 +42,13 @@ class Tile:
         places = np.stack([-uv[:, 1], uv[:, 0]]) / self.pitch_mm - 0.5
         heights = ndimage.map_coordinates(self._splines, places, order=3, mode="grid-wrap", prefilter=False)
         return np.clip(heights, self.heights.min(), self.heights.max())
+
+    def window(self, uv: Array, falloff_mm: float) -> Array:
+        """Share (...) of the tile at coordinates (..., 2), mm: 1 inside, falling to 0 at its own borders."""
+        rows, cols = self.size_mm
+        across = np.minimum(uv[..., 0], cols - uv[..., 0])
+        up = np.minimum(-uv[..., 1], uv[..., 1] + rows)
+        return smooth_step(np.minimum(across, up) / min(falloff_mm, 0.5 * min(rows, cols)))
 
     @cached_property
     def scores(self) -> tuple[Array, Array]:
@@ -95,3 +102,18 @@ class Tile:
             mixed = sums / np.sqrt(np.maximum(variance, least))
             heights[several] = np.interp(mixed, scores, levels)
         return heights
+
+
+@dataclass(frozen=True)
+class Covering:
+    """A texture and where it lies.
+
+    Attributes:
+        tile: Its heights.
+        mask: Text of `relief.wrapping.masks`; None: everywhere.
+        once: Whether it is placed once, as a badge, and does not repeat.
+    """
+
+    tile: Tile
+    mask: str | None = None
+    once: bool = False

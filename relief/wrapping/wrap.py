@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.body import Body
-from relief.common.arrays import Array, Index
+from relief.common.arrays import Array, FloatArray, Index
 from relief.common.errors import InputError
 from relief.common.progress import say, stage
 from relief.meshes.intersections import crossing_faces
@@ -15,9 +15,10 @@ from relief.meshes.neighbourhood import near_faces
 from relief.meshes.refining import edge_for, expected_faces, refined
 from relief.wrapping.checks import check_area, check_choices, check_room, check_size
 from relief.wrapping.clearance import clearance_factor, evened
+from relief.wrapping.laying import Laid, Layer, off_size
 from relief.wrapping.lowering import Lowering, lowering
-from relief.wrapping.masks import Regions, mask_at
-from relief.wrapping.patches import Layout, lay_out
+from relief.wrapping.masks import Regions
+from relief.wrapping.placement import Placement
 from relief.wrapping.surfaces import (
     ENOUGH_MM2,
     MOST_FACES,
@@ -26,32 +27,16 @@ from relief.wrapping.surfaces import (
     Settings,
     check_count,
 )
-from relief.wrapping.texture_coordinates import by_texture_coordinates
-from relief.wrapping.tiles import Tile
+from relief.wrapping.tiles import Covering
 
 BYTES_A_FACE = 21.0
 """Size of a 3MF file for a triangle, bytes: 20.5 on a capsule and 20.8 on a knob, in gravel."""
-BLEND_MM = 2.0
-"""Width of the strip on which neighbouring patches share the surface, mm."""
 MENDINGS = 6
 """Times that the relief is lowered where triangles pass through one another; two are usual."""
 MENDED = 0.5
 """Factor of the heights there, each time."""
 LEAST_FACTOR = 0.05
 """Factor below which heights are 0, as then nothing passes through anything."""
-
-
-@dataclass(frozen=True)
-class Covering:
-    """A texture and where it lies.
-
-    Attributes:
-        tile: Its heights.
-        mask: Text of `relief.wrapping.masks`; None: everywhere.
-    """
-
-    tile: Tile
-    mask: str | None = None
 
 
 @dataclass(frozen=True)
@@ -65,8 +50,11 @@ class Wrapped:
         seams: (vertices,) whether patches that do not fit are blended there.
         area_mm2: Area that carries texture.
         edge_mm: Longest edge of the textured triangles, mm.
-        coordinates: "texture coordinates" or "patches".
-        patches: Number of patches.
+        coordinates: "texture coordinates", "cylinder", "sphere", "plane" or "patches".
+        patches: Number of patches, or of charts of a cylinder, sphere or plane.
+        off_size: Part of the textured area on which lengths in the texture are off by a tenth or more.
+        stretch: Largest change of a length on 99 % of the area, as a part of it.
+        notes: Lines about how the texture was placed, and what was changed so that it fits.
         blended: Part of the textured vertices, about that of the area, at which patches that do not fit are
             blended.
         factor: (vertices,) by which the heights are lowered there, so that the relief does not meet itself.
@@ -81,6 +69,9 @@ class Wrapped:
     edge_mm: float
     coordinates: str
     patches: int
+    off_size: float
+    stretch: float
+    notes: tuple[str, ...]
     blended: float
     factor: Array
     lowering: Lowering
@@ -94,6 +85,8 @@ def wrap(
     uv: Array | None = None,
     regions: Regions | None = None,
     written: Callable[[Body], Body] = lambda body: body,
+    placement: Placement | None = None,
+    colours: FloatArray | None = None,
 ) -> Wrapped:
     """Lay tiles over a body.
 
@@ -102,9 +95,11 @@ def wrap(
         coverings: The first lies everywhere; each later one replaces the earlier ones where its mask is 1.
         settings: How; None: the defaults.
         uv: (faces, 3, 2) texture coordinates of the corners. They place the texture where they keep its size;
-            else, and without them, patches do.
+            else, and without them, a cylinder does, or patches.
         regions: Regions of the object that masks may name.
         written: What the coordinates of a body become in the file that it is for.
+        placement: Where and in what direction textures lie; None: the defaults.
+        colours: (faces, 3, 3) of the corners, in sRGB from 0 to 1, for masks; None: the body has none.
 
     Returns:
         The wrapped body as written: closed as the body was, with every vertex once, and nowhere through
@@ -112,34 +107,39 @@ def wrap(
 
     Raises:
         InputError: A mask is none or leaves nothing, a number is out of range, the triangles would be too
-            many, or there is no room for the relief.
+            many, the placement does not go with the body, or there is no room for the relief.
     """
     settings, regions = settings or Settings(), regions or {}
-    check_choices(settings, [covering.mask for covering in coverings], regions, uv is not None)
+    check_choices(
+        settings, [covering.mask for covering in coverings], regions, uv is not None, colours is not None
+    )
     tallest = max(float(covering.tile.heights.max()) for covering in coverings)
     check_size(body, tallest)
-    base = BaseSurface(body, uv, regions, settings)
-    needed = base.carried > 0.0
-    where = base.textured
+    base = BaseSurface(body, uv, regions, settings, colours)
+    layer = Layer(base, placement or Placement(), settings.falloff_mm)
     check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
+    laid = layer.laid(coverings) if any(covering.once for covering in coverings) else []
+    if laid:
+        base.carried = base.carried * _present([of.on_base(base, settings.falloff_mm) for of in laid])
+        check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
+    where = base.textured
     edge_mm = _edge(base.body, where, coverings, settings)
     with stage("room"):
         out_mm, in_mm = (1.0 - settings.level) * tallest, settings.level * tallest
         factor = clearance_factor(base.mesh, base.carried, out_mm, in_mm, settings.falloff_mm)
-    factor = np.where(needed, factor, 1.0)
+    factor = np.where(base.carried > 0.0, factor, 1.0)
     check_room(base.body, where, factor, tallest)
-    layout, coordinates = _laid_out(base, where)
+    laid = laid or layer.laid(coverings)
     with stage("dividing triangles"):
         fine = refined(base.body, edge_mm, where)
     with stage("displacing"):
-        surface = FineSurface(base, fine, layout)
-        textured = surface.carried(settings)
-        uv, weight = layout.at(surface.parent, surface.share)
-        height = _heights(coverings, surface, np.asarray(weight.any(axis=1)), settings, textured)
+        surface = FineSurface(base, fine, np.any([of.layout.laid() for of in laid], axis=0))
+        height, textured = _heights(laid, surface, settings)
         offset = np.minimum((height - settings.level * tallest) * textured, surface.to_bed())
     wrapped, factor = _displaced(surface, offset, factor, settings, written)
     check_room(base.body, where, factor, tallest)
-    seams = _unfit(uv, weight)
+    seams = _unfit(*laid[0].layout.at(surface.parent, surface.share))
+    off, stretch = off_size(laid[0], base.body.areas, where)
     return Wrapped(
         body=wrapped,
         original=surface.fine.body,
@@ -147,23 +147,20 @@ def wrap(
         seams=seams,
         area_mm2=float(base.body.areas[where].sum()),
         edge_mm=edge_mm,
-        coordinates=coordinates,
-        patches=layout.patches,
+        coordinates=layer.coordinates,
+        patches=laid[0].layout.patches,
+        off_size=off,
+        stretch=stretch,
+        notes=tuple(layer.notes),
         blended=float(seams[textured > 0.0].mean()),
         factor=surface.of_vertices(factor),
         lowering=lowering(base.body, where, factor),
     )
 
 
-def _laid_out(base: BaseSurface, where: NDArray[np.bool_]) -> tuple[Layout, str]:
-    """Flat coordinates of the triangles (faces,) that carry texture, and by what: as in `Wrapped`."""
-    layout = by_texture_coordinates(base.body, base.uv, where)
-    if layout is not None:
-        return layout, "texture coordinates"
-    around = np.zeros(len(base.body.vertices), bool)
-    around[base.body.faces[where]] = True
-    with stage("flat coordinates", 1.0, at_most=True):
-        return lay_out(base.body, around, BLEND_MM, base.normals), "patches"
+def _present(shares: Sequence[Array]) -> Array:
+    """How much of any texture there is, where later ones with shares (n,) lie on earlier ones."""
+    return np.asarray(1.0 - np.prod([1.0 - share for share in shares], axis=0))
 
 
 def _displaced(
@@ -221,25 +218,21 @@ def _crossing(surface: FineSurface, wrapped: Body, settings: Settings, changed: 
     return crossing[surface.base.textured[surface.fine.parent[crossing]]] if settings.crosses else crossing
 
 
-def _heights(
-    coverings: Sequence[Covering],
-    surface: FineSurface,
-    covered: NDArray[np.bool_],
-    settings: Settings,
-    textured: Array,
-) -> Array:
-    """Heights of the textures at the fine vertices, mm; 0 at those that no patch covers.
+def _heights(laid: Sequence[Laid], surface: FineSurface, settings: Settings) -> tuple[Array, Array]:
+    """Heights of the textures at the fine vertices, mm, and how much of them there is, 0 to 1.
 
     Raises InputError if the mask of a texture leaves nothing of what is textured.
     """
-    height = np.zeros(len(covered))
-    for covering in coverings:
-        share = covered.astype(float)
-        if covering.mask is not None:
-            share *= mask_at(covering.mask, surface.points, settings.falloff_mm)
-            check_area(surface.fine.body, share * textured, covering.tile.pitch_mm, covering.mask)
-        height += share * (surface.heights(covering.tile, share > 0.0) - height)
-    return height
+    carried = surface.carried(settings)
+    height, present = np.zeros(len(carried)), np.zeros(len(carried))
+    for of in laid:
+        tile, mask = of.covering.tile, of.covering.mask
+        share = of.on_fine(surface, settings.falloff_mm)
+        if mask is not None:
+            check_area(surface.fine.body, share * carried, tile.pitch_mm, mask)
+        height += share * (surface.heights(tile, of.layout, share > 0.0) - height)
+        present += share * (1.0 - present)
+    return np.divide(height, present, out=height, where=present > 0.0), present * carried
 
 
 def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings) -> float:

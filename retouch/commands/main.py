@@ -91,8 +91,8 @@ Lengths are in mm, forces in N, pressures in MPa. `retouch VERB --help` explains
 KEY = re.compile(r"(?:^|(?<=: ))[a-z_]\w*(?:\.\w+)*(?=: )")
 """Dotted key of a run file, or the name of an argument, in the line of an InputError."""
 
-NEGATIVE_LIST = re.compile(r"-[\d.][^,]*,")
-"""Begin of a list of numbers whose first is negative, which argparse takes for an option."""
+NEGATIVE_LIST = re.compile(r"-[\d.][^,]*,|-[xyz]$")
+"""Begin of a list of numbers whose first is negative, or an axis, which argparse takes for options."""
 
 PATIENT_THREADS = {"OMP_WAIT_POLICY": "PASSIVE", "KMP_BLOCKTIME": "0"}
 """Environment variables that make idle threads sleep. torch, Pardiso and Dr.Jit each keep a pool of threads;
@@ -253,7 +253,7 @@ def _after_interrupt(arguments: argparse.Namespace) -> str:
 
 
 def _lists_joined(argv: Sequence[str]) -> list[str]:
-    """The arguments with `--option -1,2` as `--option=-1,2`."""
+    """The arguments with `--option -1,2` as `--option=-1,2`, and `--option -z` as `--option=-z`."""
     joined: list[str] = []
     for argument in argv:
         if NEGATIVE_LIST.match(argument) and joined and joined[-1].startswith("--"):

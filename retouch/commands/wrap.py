@@ -14,20 +14,29 @@ from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_talk, give
 OBJECTS = "starfish, bracelet, slider, frog, curved, ball, cylinder"
 """Names of the bundled objects, as the help lists them."""
 
+LEAST_TOLD = 0.005
+"""Part of the area from which on it is told that lengths are off there."""
+PROJECTIONS = ("auto", "cylinder", "sphere", "plane", "uv", "patches")
+"""What may flatten the surface, as the help lists it."""
+PLACING = ("projection", "along", "turn_deg", "offset_mm", "at")
+"""Options of direction and place, by the names of arguments."""
+
 HELP = "lay a tile over an object"
 DESCRIPTION = f"""\
 Displaces the surface of a mesh by a texture that repeats, along the normals, with the same size in mm
-everywhere: by the mesh's texture coordinates where they keep sizes, else by flat patches that are turned to
-fit one another and blended where they cannot. A solid comes out as a solid; a flat bottom stays flat.
+everywhere: by the mesh's texture coordinates where they keep sizes, around a cylinder without a seam, else by
+flat patches that are turned to fit one another and blended where they cannot. A texture whose sides do not
+fit is placed once. A solid comes out as a solid; a flat bottom stays flat.
 
 meshes: STL, OBJ, PLY, GLB, 3MF, or an object that comes with Retouch by its name:
   {OBJECTS}
 
-masks, several joined by &:
+masks, joined by & or |, with not and parentheses:
   "z>2"          above z = 2 mm; the texture grows over the falloff, "z>2..5" from z = 2 to z = 5; x and y too
   "angle<60"     normals within 60 degrees of +z; "angle:-x<30" within 30 degrees of -x
   "turn>90"      angle about z through the middle of the object, degrees from +x
   mask.png       a picture over the mesh's texture coordinates, white carries the texture
+  colour         colours of a PLY, OBJ or GLB: white carries; "colour:red", "colour:#ff8000" carry there
   odd            a region of a bundled object: the bracelet has odd and even
 """
 EPILOG = """\
@@ -36,6 +45,8 @@ examples:
   retouch wrap gravel-tile part.stl --mask "z>2 & angle<80" --size-mm 8 -o part.3mf
   retouch wrap gravel-tile bracelet --region odd=runs/rougher -o bracelet.3mf
   retouch wrap gravel-tile frog --preview frog.html
+  retouch wrap bark-tile handle.stl --along z -o handle.3mf
+  retouch wrap logo.png part.stl --at 0,0,20 --size-mm 12 --relief-mm 0.6 -o part.3mf
   retouch wrap leather-tile grip.obj --units in --relief-mm 0.4 --level 0.5 -o grip.glb
 """
 
@@ -103,6 +114,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="leave round holes up to this diameter without texture, through and blind ones: texture narrows "
         "a hole, so that shafts and screws no longer fit",
     )
+    _add_placing(parser.add_argument_group("direction and place"))
     fine = where.add_mutually_exclusive_group()
     fine.add_argument(
         "--edge-mm",
@@ -119,6 +131,41 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_talk(parser, "file, size and what was done")
 
 
+def _add_placing(group: argparse._ArgumentGroup) -> None:
+    """Add the options of `relief.wrapping.placement.placement_of`."""
+    group.add_argument(
+        "--projection",
+        choices=PROJECTIONS,
+        help="what flattens the surface: a shape, the mesh's texture coordinates, or patches (default: auto, "
+        "the coordinates or a cylinder where they keep sizes, else patches)",
+    )
+    group.add_argument(
+        "--along",
+        metavar="AXIS",
+        help="where the top of the texture points: x, y, z, -x, -y, -z or a direction as 1,1,0; of a "
+        "cylinder and a sphere also the axis (default: the axis that is found)",
+    )
+    group.add_argument(
+        "--turn",
+        dest="turn_deg",
+        type=float,
+        metavar="DEGREES",
+        help="turn the texture in the surface, counter-clockwise seen from outside",
+    )
+    group.add_argument(
+        "--offset",
+        dest="offset_mm",
+        metavar="MM",
+        help="move the texture in the surface: to its right, or as 2.5,-1 to its right and to its top",
+    )
+    group.add_argument(
+        "--at",
+        metavar="X,Y,Z|middle",
+        help="place the texture once, around this point of the surface, mm, or in the middle of the mask, "
+        "without one at the top (default: textures repeat; one whose sides do not fit lies in the middle)",
+    )
+
+
 def run(arguments: argparse.Namespace) -> int:
     if arguments.out is None and arguments.preview is None:
         raise InputError("-o: missing; or --preview for a page alone")
@@ -126,6 +173,7 @@ def run(arguments: argparse.Namespace) -> int:
         "regions": [_region(text) for text in arguments.region],
         **given(arguments, "units", *LENGTHS),
         **given(arguments, "mask", "level", "falloff_mm", "keep_bottom", "edge_mm", "faces"),
+        **given(arguments, *PLACING),
         **given(arguments, "unite", "close_holes_mm", "keep_holes_mm"),
     }
     told: dict[str, Any] = {}
@@ -167,15 +215,28 @@ def _region(text: str) -> tuple[str, Path]:
     return mask, Path(texture.strip())
 
 
+def _coordinates(told: Mapping[str, Any]) -> str:
+    """What flattens the surface, in words."""
+    kind, count = told["coordinates"], told["patches"]
+    if kind == "patches":
+        return "one patch" if count == 1 else f"{count} patches"
+    return str(kind) if kind == "texture coordinates" else f"a {kind}"
+
+
 def _lines(told: Mapping[str, Any]) -> list[str]:
     """What is told of a wrapped object, for a person."""
     size = " x ".join(f"{side:.4g}" for side in told["size_mm"])
     lines = [
         f"{told['file']}: {size} mm, {told['faces']:,} triangles, closed, {told['bytes'] / 2**20:.1f} MiB",
         f"Texture on {told['area_mm2']:.0f} mm² with edges of {told['edge_mm']:.2g} mm, by "
-        + (f"{told['patches']} patches" if told["coordinates"] == "patches" else told["coordinates"])
-        + f"; patches are blended on {100 * told['blended']:.0f} % of it.",
+        f"{_coordinates(told)}; seams are blended on {100 * told['blended']:.0f} % of it.",
+        *(f"{note[0].upper()}{note[1:]}." for note in told["notes"]),
     ]
+    if told["off_size"] >= LEAST_TOLD:
+        lines.append(
+            f"On {100 * told['off_size']:.0f} % of it lengths in the texture are off by more than 10 %, by "
+            f"up to {100 * told['stretch']:.0f} %."
+        )
     if told["lowered"] > 0.0:
         lines.append(_lowered_line(told))
     return lines

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
 from relief.body import Body
 from relief.common.errors import InputError
@@ -16,8 +17,9 @@ from relief.remeshing.even_mesh import even_mesh
 from relief.wrapping import surfaces
 from relief.wrapping import wrap as wrapping
 from relief.wrapping.clearance import smooth_normals
+from relief.wrapping.coordinates.layout import singular_values
+from relief.wrapping.coordinates.patches import lay_out
 from relief.wrapping.masks import Points, mask_at
-from relief.wrapping.patches import lay_out, singular_values
 from relief.wrapping.surfaces import Settings
 from relief.wrapping.tiles import Tile
 from relief.wrapping.wrap import Covering, wrap
@@ -145,6 +147,7 @@ POINTS = Points(
     np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
     None,
     {"left": lambda places: places[:, 0] < 5.0},
+    np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]),
 )
 
 
@@ -160,6 +163,20 @@ POINTS = Points(
         ("turn>200..201", [1.0, 1.0, 0.0]),
         ("left", [1.0, 0.0, 1.0]),
         ("left & z<4", [1.0, 0.0, 0.0]),
+        ("left | z>2..4", [1.0, 0.5, 1.0]),
+        ("not left", [0.0, 1.0, 0.0]),
+        ("not not left", [1.0, 0.0, 1.0]),
+        ("not (left & z<4)", [0.0, 1.0, 1.0]),
+        ("not(left | z>7)", [0.0, 1.0, 0.0]),
+        ("left & (z>6 | z<3)", [1.0, 0.0, 1.0]),
+        ("z>6 & left | x>4", [0.0, 1.0, 1.0]),
+        ("not z>2", [1.0, 0.0, 0.0]),
+        ("not z>2..4", [1.0, 0.5, 0.0]),
+        ('"left"', [1.0, 0.0, 1.0]),
+        ("colour", [1.0, 0.299, 0.0]),
+        ("colours:red", [0.0, 1.0, 0.0]),
+        ("color:#FF0000 | colour:black", [0.0, 1.0, 1.0]),
+        ("not colour:red", [1.0, 0.0, 1.0]),
     ],
 )
 def test_masks(text, carried):
@@ -175,11 +192,51 @@ def test_masks(text, carried):
         ("nowhere", "regions of this object: left"),
         ("mask.png", "the mesh has none"),
         ("z>2 & " * 300, "is no mask"),
+        ("z>1e400", "z>1e400: a number is outside"),
+        ("z<1..2e9", "z<1: a number is outside"),
+        ("z>2 &", "a part is missing"),
+        ("| z>2", "a part is missing"),
+        ("()", "a part is missing"),
+        ("not", "a part is missing"),
+        ("(z>2", "a parenthesis is open"),
+        ("z>2)", r"\) has no beginning"),
+        ("z>2 (x>1)", r"\(x>1\) has no beginning"),
+        ("(" * 900, "more than 20 parentheses"),
+        ("not " * 240, "a part is missing"),
+        ('"left', "a part is missing"),
+        ("z>2 and x>1", "is no mask"),
+        ("colour:mauve", "colour:mauve: expected black, white"),
+        ("colour:#12345", "is no mask"),
     ],
 )
 def test_what_is_no_mask_is_refused(text, message):
     with pytest.raises(InputError, match=message):
         mask_at(text, POINTS, 2.0)
+
+
+def test_a_mask_by_colours_needs_a_mesh_with_colours():
+    bare = Points(POINTS.places, POINTS.normals, None, {})
+    with pytest.raises(InputError, match="mask: colour: the mesh has no colours"):
+        mask_at("colour:red", bare, 2.0)
+
+
+def test_a_picture_whose_name_has_signs_of_masks_is_read(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Image.fromarray(np.full((4, 4), 255, np.uint8)).save("up & down (1).png")
+    points = Points(POINTS.places, POINTS.normals, np.zeros((3, 2)), POINTS.regions)
+    assert mask_at("up & down (1).png", points, 2.0) == pytest.approx([1.0, 1.0, 1.0])
+    assert mask_at("left & not 'up & down (1).png'", points, 2.0) == pytest.approx([0.0, 0.0, 0.0])
+
+
+def test_texture_lies_where_a_body_is_painted():
+    body = ball(8.0, 1.0)
+    upper = body.vertices[body.faces][:, :, 2] > 0.0
+    colours = np.where(upper[:, :, None], (1.0, 0.0, 0.0), (0.2, 0.2, 0.2)).astype(np.float32)
+    settings = Settings(mask="colour:red", edge_mm=0.6, draft=True)
+    wrapped = wrap(body, [Covering(waves())], settings, colours=colours)
+    z = wrapped.original.vertices[:, 2]
+    assert wrapped.textured[z > 2.0] == pytest.approx(1.0)
+    assert wrapped.textured[z < -2.0] == pytest.approx(0.0)
 
 
 def test_a_wrapped_ball_is_a_solid_whose_heights_are_the_tiles():

@@ -240,6 +240,43 @@ def test_texture_coordinates_stay_with_their_corners(tmp_path: Path) -> None:
     assert mesh.uv[:, :, 0].tolist() == [[0.0, 1.0, 0.5], [0.0, 1.0, 0.0]]
 
 
+@pytest.mark.parametrize("name", ["part.ply", "text.ply", "faces.ply", "part.obj", "part.glb"])
+def test_colours_of_vertices_and_faces_are_read(name: str, tmp_path: Path) -> None:
+    mesh = trimesh.creation.box((20.0, 20.0, 20.0))
+    if name == "faces.ply":
+        mesh.visual.face_colors = np.where((np.arange(12) < 6)[:, None], (255, 0, 0, 255), (0, 51, 0, 255))
+    else:
+        mesh.visual.vertex_colors = np.where(mesh.vertices[:, 2:] > 0.0, (255, 0, 0, 255), (0, 51, 0, 255))
+    if name == "text.ply":
+        mesh.export(tmp_path / name, encoding="ascii")
+    else:
+        mesh.export(tmp_path / name)
+    read = read_mesh(tmp_path / name)
+    assert read.colours is not None and read.colours.shape == (12, 3, 3)
+    upper = read.body.vertices[read.body.faces][:, :, 2] > 0.0
+    if name == "faces.ply":
+        upper = np.broadcast_to((np.arange(12) < 6)[:, None], (12, 3))
+    # trimesh writes colours of a GLB as they are, where linear ones belong.
+    dark = 0.4845 if name == "part.glb" else 0.2
+    expected = np.where(upper[:, :, None], (1.0, 0.0, 0.0), (0.0, dark, 0.0))
+    if name == "part.glb":
+        up = read.colours[:, :, 0] > 0.5
+        np.testing.assert_allclose(read.colours, np.where(up[:, :, None], (1, 0, 0), (0, dark, 0)), atol=2e-3)
+        assert np.ptp(read.body.vertices[read.body.faces][up], axis=0).min() == 0.0
+    else:
+        np.testing.assert_allclose(read.colours, expected, atol=2e-3)
+
+
+@pytest.mark.parametrize("more", ["nan 0 0", "a b c", "1 2"])
+def test_colours_that_are_none_are_left_out(more: str, tmp_path: Path) -> None:
+    path = tmp_path / "part.obj"
+    corners = "0 0 0", "20 0 0", "0 20 0", "0 0 20"
+    path.write_text(
+        "".join(f"v {corner} {more}\n" for corner in corners) + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+    )
+    assert read_mesh(path).colours is None
+
+
 @pytest.mark.parametrize(
     ("side", "told"),
     [

@@ -1,8 +1,9 @@
 """`retouch wrap`: objects and files with a tile, masks and regions; bad input in one line."""
 
+import inspect
 import json
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -11,11 +12,17 @@ from manifold3d import Manifold
 
 import retouch
 from relief.body import stl
+from relief.common.lengths import Lengths
 from relief.heightmap import save_heights_exr
 from relief.meshes import read_mesh
 from relief.objects.table import OBJECTS
+from relief.wrapping.placement import PROJECTIONS, placement_of
+from relief.wrapping.surfaces import Settings
 from retouch.commands.main import BAD_INPUT, main
 from retouch.commands.wrap import OBJECTS as NAMED
+from retouch.commands.wrap import PLACING as OF_COMMAND
+from retouch.commands.wrap import PROJECTIONS as CHOICES
+from retouch.verbs.objects.wrap_task import PLACING, Repair, WrapOptions
 from tests.relief.meshes.test_outer import solid
 
 FEW = ("--edge-mm", "0.8")
@@ -70,6 +77,38 @@ def test_units_make_inches_millimetres(capsys):
     assert json.loads(capsys.readouterr().out)["size_mm"] == pytest.approx([16.2, 14.2, 6.1], abs=0.02)
 
 
+def test_a_cylinder_is_told_how_the_period_was_fitted(capsys):
+    trimesh.creation.cylinder(5.0, 14.0, sections=48).export("rod.stl")
+    assert main(["wrap", "waves.exr", "rod.stl", "--along", "-z", "--turn", "5", *FEW, "-o", "out.stl"]) == 0
+    text = capsys.readouterr().out
+    assert "by a cylinder" in text and "Cylinder about the axis (0, 0, -1)" in text
+    assert re.search(r"Side: period [\d.]+ mm instead of 6 and turned by .* degrees instead of 5, so", text)
+
+
+def test_a_texture_whose_sides_do_not_fit_is_placed_once_and_that_is_told(capsys, tmp_path):
+    argv = ["wrap", "slope.exr", "box.stl", "--at", "2,0,3", "--along", "y", "--turn", "90", "-o", "out.stl"]
+    assert main([*argv, *FEW, "--size-mm", "8", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["notes"] == ["placed once, around (2, 0, 3) mm"] and told["area_mm2"] < 100.0
+    # Without a place a warning says why the texture does not repeat.
+    assert main(["wrap", "slope.exr", "box.stl", "-o", "out.stl", *FEW, "--json"]) == 0
+    (line,) = json.loads(capsys.readouterr().out)["warnings"]
+    assert re.search(
+        r"slope.exr: the sides do not fit along x, .*; placed once \(retouch prepare --tile", line
+    )
+
+
+def test_one_list_of_options_is_that_of_command_preview_and_python():
+    settings = {field.name for field in fields(Settings)} - {"draft", "holes", "crosses"}
+    placing = set(inspect.signature(placement_of).parameters)
+    repair = {field.name for field in fields(Repair)}
+    lengths = set(Lengths.__annotations__)
+    assert set(WrapOptions.__annotations__) == settings | placing | repair | lengths | {"units", "regions"}
+    assert set(PLACING) == set(OF_COMMAND) == placing
+    with pytest.raises(TypeError, match="unexpected keyword argument 'masks'"):
+        retouch.wrap("waves.exr", "box.stl", "out.stl", masks="z>0")  # type: ignore[call-arg]
+
+
 def test_regions_carry_other_textures(capsys, tmp_path):
     argv = ["wrap", "flat.exr", "box.stl", "--mask", "z>0", "--region", "x>0..1=waves.exr"]
     assert main([*argv, "-o", "out.stl", *FEW]) == 0
@@ -114,7 +153,8 @@ def test_round_holes_are_kept_without_texture(capsys, tmp_path, most, says):
 @pytest.mark.parametrize(
     ("argv", "says"),
     [
-        (("slope.exr", "box.stl"), "the sides do not fit along x"),
+        (("waves.exr", "box.stl", "--projection", "uv"), "--projection: uv: the mesh has no texture coord"),
+        (("waves.exr", "box.stl", "--projection", "plane", "--along", "z", "--mask", "z>2"), "along: the"),
         (("waves.exr", "open.stl"), r"open.stl: is open: 3 edges .* holes of 0.5 mm .* \(--close-holes\)"),
         (("waves.exr", "billion.stl"), "the header tells 1000000000 triangles, the file holds 0"),
         (("waves.exr", "sheet.stl"), "encloses no volume; give the surface a thickness"),
@@ -168,13 +208,25 @@ def test_bad_input_is_refused_in_one_line(capsys, tmp_path, argv, says):
         (("waves.exr", "box.stl", "--mask", "z>2 & up"), "is no mask"),
         (("waves.exr", "box.stl", "--falloff-mm", "0"), "--falloff-mm: 0 is outside"),
         (("waves.exr", "box.stl", "--edge-mm", "nan"), "--edge-mm: nan is outside"),
+        (("waves.exr", "box.stl", "--along", "up"), "--along: 'up': expected x, y, z"),
+        (("waves.exr", "box.stl", "--turn", "400"), r"--turn: 400 is outside \[-360, 360\]"),
+        (("waves.exr", "box.stl", "--offset", "-1,a"), "--offset: '-1,a': expected a length"),
+        (("waves.exr", "box.stl", "--at", "1,2"), "--at: '1,2': expected middle, or a point"),
+        (
+            ("waves.exr", "box.stl", "--projection", "uv", "--along", "-z"),
+            "--along: does not go with --projection uv: .* --turn turns them",
+        ),
+        (("waves.exr", "box.stl", "--projection", "uv", "--at", "0,0,0"), "--at: does not go with"),
+        (("slope.exr", "box.stl", "--projection", "uv"), "slope.exr: repeats: the sides do not fit along x"),
     ],
 )
 def test_what_no_surface_can_mend_is_refused_before_there_is_one(capsys, monkeypatch, argv, says):
     made = replace(OBJECTS["bracelet"], make=lambda: pytest.fail("the object is made"))
     monkeypatch.setitem(OBJECTS, "bracelet", made)
     monkeypatch.setitem(OBJECTS, "ball", made)
-    monkeypatch.setattr("retouch.verbs.wrapping.read_mesh", lambda *_, **__: pytest.fail("the mesh is read"))
+    monkeypatch.setattr(
+        "retouch.verbs.objects.wrap_task.read_mesh", lambda *_, **__: pytest.fail("the mesh is read")
+    )
     assert re.search(says, refused(capsys, *argv))
 
 
@@ -191,3 +243,4 @@ def test_what_is_checked_is_what_the_file_holds(suffix):
 
 def test_the_help_names_the_objects_there_are():
     assert tuple(NAMED.split(", ")) == tuple(OBJECTS)
+    assert CHOICES == PROJECTIONS

@@ -11,7 +11,7 @@ import trimesh
 import retouch
 from relief.heightmap import save_heights_exr
 from retouch.commands.main import BAD_INPUT, main
-from retouch.verbs import wrap_preview
+from retouch.verbs.objects import wrap_preview
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 

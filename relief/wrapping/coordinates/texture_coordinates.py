@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from relief.body import Body
 from relief.common.arrays import Array
-from relief.wrapping.patches import Layout, singular_values
+from relief.wrapping.coordinates.layout import Layout, singular_values
 
 STRETCH = 0.25
 """Largest change of a length that coordinates may have against their usual scale, as a part of it."""
@@ -13,13 +13,16 @@ SHARE = 0.95
 """Part of the area on which coordinates must keep lengths within `STRETCH`."""
 
 
-def by_texture_coordinates(body: Body, uv: Array | None, where: NDArray[np.bool_]) -> Layout | None:
+def by_texture_coordinates(
+    body: Body, uv: Array | None, where: NDArray[np.bool_], *, any_size: bool = False
+) -> Layout | None:
     """The layout by texture coordinates; None if there are none, or if they would change the texture's size.
 
     Args:
         body: The body.
         uv: (faces, 3, 2) texture coordinates of the corners, in any unit.
         where: (faces,) those that carry texture.
+        any_size: Whether they are taken however they change the size.
     """
     if uv is None:
         return None
@@ -31,7 +34,7 @@ def by_texture_coordinates(body: Body, uv: Array | None, where: NDArray[np.bool_
     if not scale > 0.0:
         return None
     stretch = np.maximum(high / scale - 1.0, 1.0 - low / scale)
-    if areas[where & (stretch <= STRETCH)].sum() < SHARE * areas[where].sum():
+    if not any_size and areas[where & (stretch <= STRETCH)].sum() < SHARE * areas[where].sum():
         return None
     count = len(body.faces)
     return Layout(

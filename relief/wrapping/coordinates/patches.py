@@ -3,10 +3,12 @@
 The logarithmic map of a point gives its surroundings the coordinates that they have along the shortest ways
 from the point: lengths from the point are kept exactly, others nearly. Each patch reaches as far as lengths
 are kept within `STRETCH`. A patch is moved and turned until its coordinates agree with those of its
-neighbours; on a plane, a cylinder or a cone all agree, and no seam is left.
+neighbours; on a plane, a cylinder or a cone all agree, and no seam is left. Where a direction is stated it
+turns the patches, which may lean by a few degrees.
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import potpourri3d
@@ -18,6 +20,7 @@ from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.progress import this_stage
 from relief.meshes.neighbourhood import connected_around
+from relief.wrapping.coordinates.layout import Layout, stretches
 
 STRETCH = 0.1
 """Largest change of a length inside a patch, as a part of it."""
@@ -31,48 +34,22 @@ FITTING_MM = 0.5
 """Difference of coordinates, mm, beyond which two patches do not fit, however far."""
 MOST_AT_A_FACE = 4
 """Most patches that share a triangle; farther ones are left out."""
-SHARPNESS = 6
-"""Power of the patches' shares inside of triangles. Shares change over strips of 2 mm, wider than triangles;
-with this power about 0.4 mm of a strip are mixtures. Gravel feels rougher on wider ones."""
+DIRECTED = 0.35
+"""Part of a direction that lies in the surface, from which on a patch follows it: 20 degrees off the
+normal."""
+LEAN = 0.07
+"""Angle by which a patch may leave its direction to fit its neighbours, rad: 4 degrees. On a cone seams then
+take 6.1 % of the area instead of 6.7, and their heights differ by 13 % less; twice the angle gains little."""
+ROOM = 1.5
+"""Radius of the map for a texture that is placed once, in half the diagonal of the texture. Maps are exact
+within 0.01 mm on a plane but for their rims, which with 1.1 are off by 0.6 mm."""
+LEAST_ROOM_MM = 4.0
+"""Width of these rims at least, mm: four triangles."""
 
 
-@dataclass(frozen=True)
-class Layout:
-    """Flat coordinates of the triangles of a body.
-
-    Attributes:
-        patch: (faces, k) numbers of the patches that a triangle belongs to; -1: none.
-        uv: (faces, k, 3, 2) coordinates of the corners in mm, u to the right and v up.
-        weight: (faces, k, 3) share of each patch at the corners; over k the sum is 1, or 0 without any.
-        stretch: (faces,) largest change of a length in the leading patch, as a part of it.
-        patches: Number of patches.
-    """
-
-    patch: NDArray[np.intp]
-    uv: Array
-    weight: Array
-    stretch: Array
-    patches: int
-
-    def at(self, face: NDArray[np.intp], share: Array) -> tuple[Array, Array]:
-        """Coordinates (n, k, 2) of points in their patches, mm, and the patches' shares (n, k).
-
-        Args:
-            face: (n,) triangles that the points lie in.
-            share: (n, 3) barycentric coordinates there.
-        """
-        uv = np.einsum("nc,nkcd->nkd", share, self.uv[face])
-        weight = np.einsum("nc,nkc->nk", share, self.weight[face])
-        # A corner that no patch of its triangle reaches takes the coordinates of the others.
-        bare = ~weight.any(axis=1)
-        weight[bare] = self.weight[face[bare]].sum(axis=2)
-        weight = weight**SHARPNESS
-        weight[weight < 1e-6 * weight.max(axis=1, keepdims=True)] = 0.0
-        total = weight.sum(axis=1, keepdims=True)
-        return uv, np.divide(weight, total, out=np.zeros_like(weight), where=total > 0.0)
-
-
-def lay_out(body: Body, needed: NDArray[np.bool_], blend_mm: float, normals: Array) -> Layout:
+def lay_out(
+    body: Body, needed: NDArray[np.bool_], blend_mm: float, normals: Array, along: Array | None = None
+) -> Layout:
     """Cover a surface with patches.
 
     Args:
@@ -80,13 +57,35 @@ def lay_out(body: Body, needed: NDArray[np.bool_], blend_mm: float, normals: Arr
         needed: (vertices,) those that need coordinates.
         blend_mm: Width of the strip on which neighbouring patches share the surface.
         normals: (vertices, 3) outward unit normals.
+        along: (3,) direction that v follows on every patch, as a line: a patch may be turned by 180 degrees
+            where that fits its neighbours better. None: the first patch has u along x.
     """
-    cover = _Cover(body, normals)
+    cover = _Cover(body, normals, along)
     total = float(needed.sum())
     while (seed := cover.next_seed(needed)) is not None:
         cover.add(seed)
         this_stage().reach(float((cover.best[needed] <= 1.0).sum()) / total)
     return cover.layout(needed, blend_mm)
+
+
+def lay_once(body: Body, normals: Array, seed: int, reach_mm: float, along: Array | None) -> Layout:
+    """One patch around a vertex, with coordinates from there; other arguments as of `lay_out`.
+
+    Args:
+        seed: Number of the vertex.
+        reach_mm: Half the diagonal of what is to lie there.
+    """
+    cover = _Cover(body, normals, along)
+    vertices, uv, _ = cover.map(seed, max(ROOM * reach_mm, reach_mm + LEAST_ROOM_MM))
+    patch = _Patch(vertices, uv, np.linalg.norm(uv, axis=1), reach_mm)
+    at = np.full((len(body.vertices), 2), np.nan)
+    at[vertices] = cover.upright(patch, seed)[0]
+    corners = at[body.faces]
+    inside = np.isfinite(corners).all(axis=(1, 2))
+    corners[~inside] = 0.0
+    stretch = np.where(inside, stretches(body.vertices[body.faces], corners), 0.0)
+    weight = np.broadcast_to(inside.astype(np.float64)[:, None, None], (len(inside), 1, 3))
+    return Layout(np.where(inside, 0, -1)[:, None], corners[:, None], weight, stretch, 1)
 
 
 @dataclass(frozen=True)
@@ -102,8 +101,8 @@ class _Patch:
 class _Cover:
     """Patches so far, and how well each vertex is covered."""
 
-    def __init__(self, body: Body, normals: Array) -> None:
-        self.body, self.normals = body, normals
+    def __init__(self, body: Body, normals: Array, along: Array | None) -> None:
+        self.body, self.normals, self.along = body, normals, along
         self.tree = cKDTree(body.vertices)
         self.patches: list[_Patch] = []
         self.best = np.full(len(body.vertices), np.inf)
@@ -123,7 +122,7 @@ class _Cover:
     def add(self, seed: int) -> None:
         """Add the patch around a vertex."""
         self.tried[seed] = True
-        vertices, uv, faces = self._map(seed)
+        vertices, uv, faces = self.map(seed, OVERLAP * MARGIN * self._expected_radius(seed))
         radius = _reach(self.body.vertices[vertices], uv, faces)
         far = np.linalg.norm(uv, axis=1) / radius
         kept = far <= OVERLAP
@@ -132,10 +131,9 @@ class _Cover:
         self.patches.append(_Patch(patch.vertices, turned, patch.far, radius))
         self.best[patch.vertices] = np.minimum(self.best[patch.vertices], patch.far)
 
-    def _map(self, seed: int) -> tuple[NDArray[np.intp], Array, NDArray[np.intp]]:
+    def map(self, seed: int, reach_mm: float) -> tuple[NDArray[np.intp], Array, NDArray[np.intp]]:
         """The logarithmic map of a vertex: vertices, coordinates, and the triangles in between."""
-        reach = OVERLAP * MARGIN * self._expected_radius(seed)
-        around = np.array(self.tree.query_ball_point(self.body.vertices[seed], reach))
+        around = np.array(self.tree.query_ball_point(self.body.vertices[seed], reach_mm))
         number = np.full(len(self.body.vertices), -1)
         number[around] = np.arange(len(around))
         faces = number[self.body.faces]
@@ -159,8 +157,9 @@ class _Cover:
         return min(MOST_MM, 1.5 * max(near, default=MOST_MM))
 
     def _fit(self, patch: _Patch, seed: int) -> Array:
-        """Coordinates of a patch, moved and turned to those of its neighbours, or to x at the first."""
-        best, best_cost = self._upright(patch, seed), np.inf
+        """Coordinates of a patch, moved and turned to those of its neighbours, or as stated."""
+        best, directed = self.upright(patch, seed)
+        best_cost = np.inf
         fits = []
         place = np.full(len(self.body.vertices), -1)
         place[patch.vertices] = np.arange(len(patch.vertices))
@@ -175,25 +174,30 @@ class _Cover:
         if not fits:
             return best
         everything = tuple(np.concatenate(part) for part in zip(*fits, strict=True))
-        for at, goal, weight in (*fits, everything):
-            moved = _moved(patch.uv, patch.uv[at], goal, weight)
+        ways = (best, -best) if directed else (patch.uv,)
+        for (at, goal, weight), uv in product((*fits, everything), ways):
+            moved = _moved(uv, uv[at], goal, weight, LEAN if directed else np.pi)
             miss = np.linalg.norm(moved[everything[0]] - everything[1], axis=1)
             cost = float((everything[2] * np.minimum(miss, FITTING_MM)).sum())
             if cost < best_cost:
                 best, best_cost = moved, cost
         return best
 
-    def _upright(self, patch: _Patch, seed: int) -> Array:
-        """Coordinates turned until u points along x; along y where x is the normal."""
+    def upright(self, patch: _Patch, seed: int) -> tuple[Array, bool]:
+        """Coordinates turned as stated, or until u points along x or y, and whether they were stated."""
         normal = self.normals[seed]
+        directed = self.along is not None and 1.0 - (normal @ self.along) ** 2 > DIRECTED**2
         along = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.8 else np.array([0.0, 1.0, 0.0])
+        if directed and self.along is not None:
+            # What u follows where v follows the direction.
+            along = np.cross(self.along, normal)
         near = np.argsort(patch.far)[:12]
         offset = self.body.vertices[patch.vertices[near]] - self.body.vertices[seed]
         to_space = np.linalg.lstsq(patch.uv[near], offset, rcond=None)[0]
         direction = to_space @ along
         direction /= max(float(np.linalg.norm(direction)), 1e-12)
         turn = np.array([[direction[0], direction[1]], [-direction[1], direction[0]]])
-        return np.asarray(patch.uv @ turn.T)
+        return np.asarray(patch.uv @ turn.T), directed
 
     def layout(self, needed: NDArray[np.bool_], blend_mm: float) -> Layout:
         """The patches of each triangle, with their shares."""
@@ -228,34 +232,6 @@ class _Cover:
         return Layout(patch_of, uv_of, weight_of, stretch, len(self.patches))
 
 
-def stretches(corners: Array, uv: Array) -> Array:
-    """Largest change of a length by flat coordinates, as a part of it, (n,).
-
-    Args:
-        corners: (n, 3, 3) corners of triangles, mm.
-        uv: (n, 3, 2) coordinates of the corners, mm.
-    """
-    low, high = singular_values(corners, uv)
-    return np.asarray(np.maximum(high - 1.0, 1.0 - low))
-
-
-def singular_values(corners: Array, uv: Array) -> tuple[Array, Array]:
-    """Least and greatest factor of a length by flat coordinates, (n,) each; the least below 0 if mirrored."""
-    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    length = np.maximum(np.linalg.norm(one, axis=1), 1e-12)
-    x = (one * two).sum(axis=1) / length
-    y = np.maximum(np.linalg.norm(np.cross(one, two), axis=1) / length, 1e-12)
-    across = (uv[:, 1] - uv[:, 0]) / length[:, None]
-    up = (uv[:, 2] - uv[:, 0] - across * x[:, None]) / y[:, None]
-    square = (across**2).sum(axis=1) + (up**2).sum(axis=1)
-    determinant = across[:, 0] * up[:, 1] - across[:, 1] * up[:, 0]
-    sum_, difference = (
-        np.sqrt(np.maximum(square + 2.0 * determinant, 0.0)),
-        np.sqrt(np.maximum(square - 2.0 * determinant, 0.0)),
-    )
-    return 0.5 * (sum_ - difference), 0.5 * (sum_ + difference)
-
-
 def _reach(vertices: Array, uv: Array, faces: NDArray[np.intp]) -> float:
     """Distance from the middle up to which coordinates keep lengths, mm."""
     bad = stretches(vertices[faces], uv[faces]) > STRETCH
@@ -269,11 +245,19 @@ def _reach(vertices: Array, uv: Array, faces: NDArray[np.intp]) -> float:
     return float(np.clip(beyond[0] if len(beyond) else MOST_MM, LEAST_MM, MOST_MM))
 
 
-def _moved(uv: Array, start: Array, goal: Array, weight: Array) -> Array:
-    """Coordinates after the turn and the shift that bring some of them nearest to a goal (Procrustes)."""
+def _moved(uv: Array, start: Array, goal: Array, weight: Array, most: float) -> Array:
+    """Coordinates after the turn and the shift that bring some of them nearest to a goal (Procrustes).
+
+    Args:
+        uv: (n, 2) coordinates.
+        start, goal: (m, 2) what some of them are, and what they are to be.
+        weight: (m,) of these.
+        most: Largest turn, rad.
+    """
     share = weight / weight.sum()
     from_, to = share @ start, share @ goal
     product = (start - from_).T @ ((goal - to) * share[:, None])
     angle = np.arctan2(product[0, 1] - product[1, 0], product[0, 0] + product[1, 1])
+    angle = np.clip(angle, -most, most)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     return np.asarray((uv - from_) @ turn.T + to)

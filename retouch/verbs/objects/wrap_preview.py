@@ -11,17 +11,16 @@ import numpy as np
 
 from relief.common.errors import InputError, naming
 from relief.common.files import permitted
-from relief.common.lengths import Lengths
 from relief.common.progress import Progress, listening, stage
-from relief.mending.repair import HOLE_MM
 from relief.meshes.refining import AREA_PER_FACE
 from relief.relief import Relief
-from relief.wrapping.surfaces import ENOUGH_MM2, FALLOFF_MM, MOST_FACES, Settings
-from relief.wrapping.wrap import BYTES_A_FACE, Covering, Wrapped, wrap
+from relief.wrapping.surfaces import ENOUGH_MM2, MOST_FACES, Settings
+from relief.wrapping.tiles import Covering
+from relief.wrapping.wrap import BYTES_A_FACE, Wrapped, wrap
 from retouch.pages.objects.wrap_page import Preview, write_wrap_page
+from retouch.verbs.objects.wrap_task import Task, WrapOptions, lowering_told, task_of
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
-from retouch.verbs.wrapping import Repair, Task, lowering_told, task_of
 
 SHOWN_FACES = 180_000
 """Triangles that are shown, about."""
@@ -61,6 +60,8 @@ class WrapPreview:
             "shown_edge_mm": shown.edge_mm,
             "coordinates": shown.coordinates,
             **lowering_told(shown),
+            "off_size": shown.off_size,
+            "notes": list(shown.notes),
             "warnings": list(self.warnings),
         }
 
@@ -70,20 +71,9 @@ def preview_wrap(
     mesh: str | os.PathLike[str],
     page: str | os.PathLike[str],
     *,
-    mask: str | None = None,
-    regions: Sequence[tuple[str, Source]] = (),
-    units: str | None = None,
-    falloff_mm: float = FALLOFF_MM,
-    level: float = 0.0,
-    keep_bottom: bool = True,
-    edge_mm: float | None = None,
-    faces: int | None = None,
-    unite: bool = False,
-    close_holes_mm: float = HOLE_MM,
-    keep_holes_mm: float | None = None,
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
-    **lengths: Unpack[Lengths],
+    **options: Unpack[WrapOptions],
 ) -> WrapPreview:
     """Write a page that shows the object with its texture on few triangles, and what the file will come to.
 
@@ -96,9 +86,7 @@ def preview_wrap(
     page = Path(page)
     check_page(page)
     with followed(progress, quiet), stage("preview"):
-        settings = Settings(mask, level, falloff_mm, keep_bottom, edge_mm, faces)
-        repair = Repair(unite, close_holes_mm, keep_holes_mm)
-        task = task_of(texture, mesh, settings, regions, units, lengths, repair)
+        task = task_of(texture, mesh, options)
         with naming(mesh):
             preview = _preview(f"{_name(texture)} on {Path(mesh).stem}", task)
         with permitted(page):
@@ -126,7 +114,7 @@ def _preview(title: str, task: Task) -> Preview:
     few = replace(settings, faces=SHOWN_FACES, edge_mm=None, draft=True)
     # Nobody is to hear of the triangles of the preview as if they were those of the file.
     with listening(None):
-        shown = wrap(body, coverings, few, uv, regions)
+        shown = wrap(body, coverings, few, uv, regions, placement=task.placement, colours=task.colours)
     edge_mm, faces = _expected(shown, coverings, settings)
     seconds = LONGER * (perf_counter() - begun) + SECONDS_PER_FACE * faces
     return Preview(title, shown, edge_mm, faces, round(BYTES_A_FACE * faces), seconds)

@@ -1,0 +1,1 @@
+"""Verbs about objects: wrapping, and the preview of it."""

@@ -1,0 +1,95 @@
+"""Wrapping: a tile on an object, with the same size in mm everywhere."""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Unpack
+
+import numpy as np
+
+from relief.body import Part
+from relief.common.errors import InputError, naming
+from relief.common.files import check_file_to_write, permitted
+from relief.common.formats import FORMATS
+from relief.common.progress import Progress
+from relief.export.parts import as_written, write_parts
+from relief.meshes import check_solid
+from relief.meshes.solid import check_closed
+from relief.wrapping.wrap import Wrapped
+from relief.wrapping.wrap import wrap as wrapped_by
+from retouch.verbs.objects.wrap_task import WrapOptions, lowering_told, task_of
+from retouch.verbs.progress_display import followed
+from retouch.verbs.reliefs import Source
+
+
+@dataclass(frozen=True, eq=False)
+class WrappedObject:
+    """An object with a texture, and its file.
+
+    Attributes:
+        file: that was written.
+        wrapped: the body, and how the texture lies on it.
+        warnings: lines about what may not be meant, and what was mended.
+    """
+
+    file: Path
+    wrapped: Wrapped
+    warnings: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch wrap --json` prints."""
+        names = ("area_mm2", "edge_mm", "coordinates", "patches", "blended", "off_size", "stretch", "notes")
+        return {
+            "file": str(self.file),
+            "size_mm": np.ptp(self.wrapped.body.vertices, axis=0).tolist(),
+            "faces": len(self.wrapped.body.faces),
+            "self_intersections": 0,
+            **{name: getattr(self.wrapped, name) for name in names},
+            **lowering_told(self.wrapped),
+            "warnings": list(self.warnings),
+            "bytes": self.file.stat().st_size,
+        }
+
+
+def wrap(
+    texture: Source,
+    mesh: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    quiet: bool | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    **options: Unpack[WrapOptions],
+) -> WrappedObject:
+    """Displace the surface of a solid by a texture, and write the solid that comes out.
+
+    Args:
+        texture: a tile, or a texture to place once: a `Relief`, heights (rows, cols) in mm, a height map, the
+            name of a bundled one, or the folder of a run.
+        mesh: file of a solid (STL, OBJ, PLY, GLB, 3MF), or the name of an object that comes with Retouch.
+        out: file to write: .3mf, .stl, .obj, .glb or .ply.
+        options: keywords that state what is done, listed with `retouch.verbs.objects.wrap_task.WrapOptions`.
+        quiet, progress: as in `optimize`.
+
+    Raises:
+        InputError: the mesh is no solid, a mask cannot be read, an option is out of range or does not go with
+            the others, or the file cannot be written.
+    """
+    out = Path(out)
+    if out.suffix.lower() not in FORMATS:
+        fault = f"suffix {out.suffix!r} is not one of {', '.join(FORMATS)}"
+        raise InputError(f"{out}: {fault}", f"{out}: -o: {fault}")
+    check_file_to_write(out)
+    with followed(progress, quiet):
+        task = task_of(texture, mesh, options)
+        with naming(mesh):
+            written = partial(as_written, suffix=out.suffix.lower())
+            wrapped = wrapped_by(*task.arguments, written, task.placement, task.colours)
+            if task.settings.crosses:
+                check_closed(wrapped.body, "the wrapped object")
+            else:
+                check_solid(wrapped.body, "the wrapped object", apart=True)
+        with permitted(out):
+            write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
+    return WrappedObject(out, wrapped, task.warnings)
