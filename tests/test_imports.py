@@ -60,7 +60,8 @@ _ALLOWED = {
     ),
     "optimize.settings": "mitsuba_scenes optimize.descent relief relief.common tactile visual",
     "optimize.verification": (
-        "optimize.descent optimize.settings relief relief.common relief.meshes tactile visual visual.exact"
+        "optimize.descent optimize.settings relief relief.common relief.meshes relief.objects tactile "
+        "visual visual.exact"
     ),
     "retouch": (
         "optimize.estimates optimize.runs optimize.settings relief relief.common relief.export "

@@ -180,8 +180,8 @@ def measured(name: str, texture: str, places: int) -> dict[str, Any]:
         rows.append({"at_mm": np.round(crop.frame.at, 2).tolist(), **measures})
         if sum(not row["ends_near"] for row in rows) == places:
             break
-    for key, patches in maps.items():
-        for row, value in zip(rows, roughness(np.stack(patches)), strict=True):
+    for key, same in maps.items():
+        for row, value in zip(rows, roughness(np.stack(same)), strict=True):
             row[key] = float(value)
     return {"faces": len(of.wrapped.body.faces), "edge_mm": of.wrapped.edge_mm, "places": rows}
 

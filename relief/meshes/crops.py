@@ -8,7 +8,7 @@ import numpy as np
 from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
-from relief.meshes.near import NearFaces
+from relief.meshes.neighbourhood import NearFaces
 from relief.meshes.places import Frame, vertex_normals
 from relief.meshes.raster import rasterise
 from relief.patches import samples_of

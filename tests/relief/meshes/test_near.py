@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relief.meshes.near import NearFaces
+from relief.meshes.neighbourhood import NearFaces
 
 
 def test_faces_are_those_whose_boxes_meet() -> None:
