@@ -47,8 +47,8 @@ def shown(body: Body) -> Image.Image:
                     },
                     "sampler": {"type": "independent", "sample_count": SAMPLES},
                 },
-                "sun": {"type": "directional", "direction": [0.8, 0.5, -0.45], "irradiance": 2.0},
-                "sky": {"type": "constant", "radiance": 0.25},
+                "sun": {"type": "directional", "direction": [0.8, 0.35, -0.4], "irradiance": 2.2},
+                "sky": {"type": "constant", "radiance": 0.15},
                 "part": {
                     "type": "ply",
                     "filename": str(path),
@@ -59,7 +59,7 @@ def shown(body: Body) -> Image.Image:
         )
         pixels = np.array(mi.render(scene), dtype=np.float64)
     alpha = np.clip(pixels[..., 1], 0.0, 1.0)
-    grey = srgb(pixels[..., 0], 0.75) * alpha + 1.0 - alpha
+    grey = srgb(pixels[..., 0], 0.8) * alpha + 1.0 - alpha
     return Image.fromarray((255.0 * np.clip(grey, 0.0, 1.0) + 0.5).astype(np.uint8))
 
 
