@@ -7,8 +7,6 @@ from scipy.sparse.csgraph import connected_components
 
 from relief.common.arrays import Array, Index
 
-CELLS = 256
-"""Cells at most along the longest side of a body in which faces near others are looked up."""
 BITS = 32
 """Bits of a vertex in the key of an edge."""
 MASK = (1 << BITS) - 1
@@ -65,7 +63,7 @@ def near_faces(
         return chosen
     origin, span = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
     side = (high - low).max(axis=1)
-    cell = max(float(side[chosen].max()), span / CELLS)
+    cell = max(float(side[chosen].max()), span / MOST_CELLS)
     # A box no longer than a cell lies in the cells of its eight corners.
     ends = [np.floor((end - origin) / cell).astype(np.int64) for end in (low, high)]
     shape = ends[1].max(axis=0) + 1

@@ -85,7 +85,7 @@ def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:
         if entry["curvature"] == "estimated and taken out":
             own += f"; with it roughness is {number(entry['as_pressed']['roughness'])}"
         lines.append(f"{name} ({sides} mm): {places}. {own}.")
-        if entry["printer"]:
+        if entry.get("printer"):
             lines.append(_print_line(entry))
         if "files" in entry:
             lines.append(f"Roughness in colours: {', '.join(entry['files'])}")

@@ -20,12 +20,12 @@ from relief.common.formats import MESHES
 from relief.common.lengths import Lengths
 from relief.common.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
 from relief.common.progress import Progress, say, stage
+from relief.export.printed_parts import PrintedPart, print_part
 from relief.mending.repair import mended
 from relief.meshes import Mesh, outer_body, read_mesh
 from relief.objects.table import OBJECTS
 from relief.patches import Patches
 from relief.places import centres_mm, places
-from relief.printed_parts import PrintedPart, print_part
 from relief.printers import Printer, find_printer
 from relief.relief import Relief
 from relief.surface import Repeats

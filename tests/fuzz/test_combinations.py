@@ -1,4 +1,4 @@
-"""A hundred whole runs with random settings: each key has an effect, or is refused in one line.
+"""Thirty whole runs with random settings: each key has an effect, or is refused in one line.
 
 `python -m tests.fuzz.combinations` makes as many more as are wanted. The combinations are always the same.
 """
@@ -11,7 +11,7 @@ import pytest
 from tests.fuzz.combinations import combination, runs, verdict, write_inputs
 
 SEED = 26
-RUNS = 100
+RUNS = 30
 
 
 @pytest.mark.slow

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-import relief.printed_parts as printed_parts
 from relief.body import Body
 from relief.common.errors import InputError
+from relief.export import printed_parts
+from relief.export.printed_parts import print_part
 from relief.meshes.places import vertex_normals
-from relief.printed_parts import print_part
 from relief.printers import Printer, find_printer
 from tests.relief.meshes.bodies import cube, joined, torus
 
