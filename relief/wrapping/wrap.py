@@ -13,6 +13,7 @@ from relief.common.progress import say, stage
 from relief.meshes.intersections import crossing_faces
 from relief.meshes.neighbourhood import near_faces
 from relief.meshes.refining import edge_for, expected_faces, refined
+from relief.wrapping.bending import Bending, bending
 from relief.wrapping.checks import check_area, check_choices, check_room, check_size
 from relief.wrapping.clearance import clearance_factor, evened
 from relief.wrapping.laying import Laid, Layer, off_size
@@ -59,6 +60,7 @@ class Wrapped:
             blended.
         factor: (vertices,) by which the heights are lowered there, so that the relief does not meet itself.
         lowering: On what part of the textured area that is, how far and where.
+        bending: How the textured surface bends along the first texture's x and y.
     """
 
     body: Body
@@ -75,6 +77,7 @@ class Wrapped:
     blended: float
     factor: Array
     lowering: Lowering
+    bending: tuple[Bending, Bending]
 
 
 @stage("wrapping")
@@ -155,6 +158,7 @@ def wrap(
         blended=float(seams[textured > 0.0].mean()),
         factor=surface.of_vertices(factor),
         lowering=lowering(base.body, where, factor),
+        bending=bending(base.body, base.mesh.normals, laid[0].layout, where),
     )
 
 

@@ -18,7 +18,7 @@ from relief.wrapping.surfaces import ENOUGH_MM2, MOST_FACES, Settings
 from relief.wrapping.tiles import Covering
 from relief.wrapping.wrap import BYTES_A_FACE, Wrapped, wrap
 from retouch.pages.objects.wrap_page import Preview, write_wrap_page
-from retouch.verbs.objects.wrap_task import Task, WrapOptions, lowering_told, task_of
+from retouch.verbs.objects.wrap_task import Task, WrapOptions, task_of, told_of
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
 
@@ -59,7 +59,7 @@ class WrapPreview:
             "edge_mm": self.preview.edge_mm,
             "shown_edge_mm": shown.edge_mm,
             "coordinates": shown.coordinates,
-            **lowering_told(shown),
+            **told_of(shown),
             "off_size": shown.off_size,
             "notes": list(shown.notes),
             "warnings": list(self.warnings),

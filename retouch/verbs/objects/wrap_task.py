@@ -87,10 +87,13 @@ class WrapOptions(Lengths, total=False):
     keep_holes_mm: float | None
 
 
-def lowering_told(wrapped: Wrapped) -> dict[str, Any]:
-    """Where the relief is lowered and how far, for JSON."""
-    lowering = wrapped.lowering
+def told_of(wrapped: Wrapped) -> dict[str, Any]:
+    """Where the relief is lowered and how far, and how the object bends along the texture, for JSON."""
+    lowering, (along_x, along_y) = wrapped.lowering, wrapped.bending
     return {
+        "curved_x_mm": along_x.radius_mm,
+        "curved_y_mm": along_y.radius_mm,
+        "bends": {"x": along_x._asdict(), "y": along_y._asdict()},
         "lowered": lowering.part,
         "lowest_factor": lowering.lowest_factor,
         "median_factor": lowering.median_factor,

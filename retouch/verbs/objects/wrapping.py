@@ -19,7 +19,7 @@ from relief.meshes import check_solid
 from relief.meshes.solid import check_closed
 from relief.wrapping.wrap import Wrapped
 from relief.wrapping.wrap import wrap as wrapped_by
-from retouch.verbs.objects.wrap_task import WrapOptions, lowering_told, task_of
+from retouch.verbs.objects.wrap_task import WrapOptions, task_of, told_of
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
 
@@ -47,7 +47,7 @@ class WrappedObject:
             "faces": len(self.wrapped.body.faces),
             "self_intersections": 0,
             **{name: getattr(self.wrapped, name) for name in names},
-            **lowering_told(self.wrapped),
+            **told_of(self.wrapped),
             "warnings": list(self.warnings),
             "bytes": self.file.stat().st_size,
         }

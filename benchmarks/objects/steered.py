@@ -1,0 +1,131 @@
+"""Tiles steered for the objects that they lie on, and for a plate: what the finger gets from the objects.
+
+python -m benchmarks.objects.steered [NAME ...] [--again]
+
+Gravel is made two just-noticeable differences rougher once for a plate and once for each object, with the
+radii that `retouch wrap --json` tells of it, and wrapped. At places of the object the finger is pressed on
+its shape with the unrolled texture over it, and the strain under the bare shape is taken out. The difference
+between the optimised and the original texture over all places is told, with its standard error.
+"""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+import retouch
+from benchmarks.objects.bundled import tile_of
+from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from mitsuba_scenes import find_file
+from optimize.settings.skins import load_skin
+from optimize.verification.mesh_feel import over_object
+from relief.common.arrays import Array
+from relief.meshes.crops import Cropper
+from relief.meshes.places import spread, surface_points
+from relief.meshes.unrolling import Unroller, fine_enough
+from relief.objects.table import OBJECTS
+from relief.wrapping.surfaces import Settings
+from relief.wrapping.tiles import Covering, Tile
+from relief.wrapping.wrap import wrap
+from tactile.jnd import ROUGHNESS_JND, jnd_apart
+from tactile.model import touch_model
+from tactile.pair_variation import roughness
+
+RESULT, COMMAND, TEXTURE, TARGET_JND = "steered_objects", "benchmarks.objects.steered", "gravel-tile", 2.0
+PLACES, TRIED, SPACING_MM, FACES, SIDE_MM, SAMPLES = 24, 300, 2.5, 400_000, 10.0, 128
+"""Places, how many are looked at, their distance in mm, triangles, and the patch with its samples."""
+HEAD = ["object", "curved_x_mm", "curved_y_mm", "places", "steered for a plate, JND", "for the object, JND"]
+
+
+def steered(run: Path, curved: dict[str, float | None]) -> Tile:
+    """The tile that a descent makes for a curvature, mm by key of `[touch]`; kept in a folder."""
+    if not (run / "result.json").is_file():
+        settings = [f"touch.{key}={radius!r}" for key, radius in curved.items() if radius is not None]
+        file = find_file(f"{TEXTURE}.toml", ".toml")
+        changes = [f"touch.jnd={TARGET_JND}", "verify.baseline=false", *settings]
+        retouch.optimize(retouch.load_run(file, changes), run, force=True)
+    return tile_of(str(run))
+
+
+def felt(heights: Array, shapes: Array) -> Array:
+    """Roughness (k,) of textures (k, n, n) mm on shapes (k, n, n) mm, without the strain under the shapes."""
+    model = touch_model(load_skin("paper"), SAMPLES, SIDE_MM)
+    with_texture = model.press(torch.as_tensor(heights + shapes)).strain
+    bare = model.press(torch.as_tensor(shapes)).strain
+    return np.asarray(roughness(with_texture - bare, SIDE_MM))
+
+
+def measured(name: str, folder: Path) -> dict[str, Any]:
+    """Differences from the original at the places of an object."""
+    thing = OBJECTS[name]
+    bare = thing.make()
+    original = tile_of(TEXTURE)
+    settings = Settings(faces=FACES)
+    wrapped = {"original": wrap(bare, [Covering(original)], settings, regions=thing.regions)}
+    radii = {
+        f"curved_{axis}_mm": one.radius_mm
+        for axis, one in zip("xy", wrapped["original"].bending, strict=True)
+    }
+    for key, curved in (("plate", {}), ("object", radii)):
+        tile = steered(folder / f"{'plate' if not any(curved.values()) else name}", curved)
+        wrapped[key] = wrap(bare, [Covering(tile)], settings, regions=thing.regions)
+    fine = fine_enough(bare, name)
+    unrollers = {key: Unroller(each.body, fine) for key, each in wrapped.items()}
+    cropper, points = Cropper(bare), surface_points(fine)
+    values: dict[str, list[float]] = {key: [] for key in wrapped}
+    for at in points.at[spread(points.at, TRIED, SPACING_MM)]:
+        crops = {key: over_object(unroller, at, None, whole=True) for key, unroller in unrollers.items()}
+        shape = cropper.crop(crops["original"].frame)
+        if shape.on_edge or any(crop.on_edge for crop in crops.values()):
+            continue
+        heights = np.stack([crop.heights for crop in crops.values()])
+        each = felt(heights, np.broadcast_to(shape.heights, heights.shape).copy())
+        for key, value in zip(values, each, strict=True):
+            values[key].append(float(value))
+        if len(values["original"]) == PLACES:
+            break
+    return radii | {"roughness": values}
+
+
+def difference(values: list[float], before: list[float]) -> tuple[float, float]:
+    """Difference of the means in JND, and its standard error over the places."""
+    after, first = np.array(values), np.array(before)
+    error = (after / after.mean() - first / first.mean()).std(ddof=1) / np.sqrt(len(after))
+    return jnd_apart(after.mean(), first.mean()), float(error / np.log(ROUGHNESS_JND))
+
+
+def _line(name: str, row: dict[str, Any]) -> tuple[str, ...]:
+    values = row["roughness"]
+    radii = (f"{row[key]:.1f}" if row[key] is not None else "straight" for key in HEAD[1:3])
+    if len(values["original"]) < 2:
+        return (name, *radii, str(len(values["original"])), "-", "-")
+    told = (difference(values[key], values["original"]) for key in ("plate", "object"))
+    return (
+        name,
+        *radii,
+        str(len(values["original"])),
+        *(f"{off:+.2f} ± {error:.2f}" for off, error in told),
+    )
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(OBJECTS))
+    parser.add_argument("--again", action="store_true", help="also objects that there are results of")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        for name in options.names or OBJECTS:
+            rows = load(RESULT).get("objects", {})
+            if name not in rows or options.again:
+                rows[name] = measured(name, Path(folder))
+                save(RESULT, {"machine": machine(), "objects": dict(sorted(rows.items()))})
+                print(*_line(name, rows[name]), flush=True)
+    text = table(HEAD, [_line(name, row) for name, row in load(RESULT)["objects"].items()])
+    put(DOCS / "evidence" / "objects.md", "steered", COMMAND, text + "\n")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
