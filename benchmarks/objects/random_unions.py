@@ -37,9 +37,8 @@ RESULT, SEEDS = "random_unions", 200
 RELIEF_MM, EDGE_MM, CUT = 0.5, 0.4, 0.25
 """Height of the relief and longest edge, mm, and part of the primitives that are cut out."""
 DEEP_MM = 5e-3
-"""Length of an edge beyond a triangle and distance of the place from its border, mm, from which the edge
-passes through: five times the depth from which triangles are said to, as that is measured in the best
-direction."""
+"""Length of an edge beyond a triangle and distance of the place from its border, mm, from which it passes
+through: five times the depth from which triangles are said to, as that is measured in the best direction."""
 
 
 def primitive(random: np.random.Generator) -> Manifold:

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from relief.body import Body
 from relief.common.arrays import Array, Index
-from relief.common.progress import stage, this_stage
+from relief.common.progress import say, stage, this_stage
 from relief.meshes.neighbourhood import edge_pairs
 from relief.remeshing.features import held_lines, regions
 from relief.remeshing.nearest import NearestPoints
+from relief.remeshing.noise import smoothed, turns_by_chance
 from relief.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface, units
 from relief.remeshing.triangles import Triangles
 
@@ -55,7 +56,7 @@ class EvenMesh:
 
     Attributes:
         body: The triangles.
-        normals: (faces, 3, 3) outward unit normals of the surface at the corners.
+        normals: (faces, 3, 3) outward unit normals of the surface at the corners; of a noisy one, smoothed.
         bulges: (faces, 3, 3) as in `SmoothSurface`, mm.
         uv: (faces, 3, 2) texture coordinates of the corners, or None.
         origin: (faces,) a face of the input that each face lies on or near.
@@ -248,7 +249,11 @@ class _Remesher:
         pairs = edge_pairs(faces, len(vertices))
         creases = triangles.is_held(triangles.keys()).reshape(-1, 3)
         corners_uv = None if uv is None else np.einsum("fkc,fkcd->fkd", shares, uv[at])
-        return EvenMesh(body, normals, bulges(body, pairs, creases, normals), corners_uv, triangles.origin)
+        bulge = bulges(body, pairs, creases, normals)
+        if turns_by_chance(body, normals):
+            say("facets turn by chance, as in a scan; normals are smoothed")
+            normals = smoothed(body, normals)
+        return EvenMesh(body, normals, bulge, corners_uv, triangles.origin)
 
 
 def _part(vertices: Array, faces: Index, free: NDArray[np.bool_]) -> None:

@@ -10,6 +10,7 @@ from relief.meshes.intersections import self_intersections
 from relief.meshes.refining import edge_for, expected_faces, refined
 from relief.remeshing.even_mesh import _part, even_mesh
 from relief.remeshing.nearest import NearestPoints, nearest_in
+from relief.remeshing.noise import turns_by_chance
 from relief.remeshing.smooth_surface import raised, smooth_surface, units
 from relief.wrapping.clearance import Room, clearance_factor, evened
 from relief.wrapping.surfaces import ENOUGH_MM2, Settings
@@ -178,6 +179,22 @@ def test_the_nearest_point_is_found_past_a_corner():
     nearest = NearestPoints(body, none, region, 0.5)
     face, share = nearest.at(np.array([(0.1, -0.3, 0.0)]), region[:1], np.array([50]))
     assert face[0] == 101 and np.allclose(nearest.places(face, share), [(0.1, -0.3, 0.0)])
+
+
+def test_a_relief_fits_on_a_scan_whose_noise_is_finer_than_it():
+    random = np.random.default_rng(3)
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=5.0)
+    rough = Body(
+        np.asarray(ball.vertices) * (1.0 + random.normal(0.0, 0.008, (len(ball.vertices), 1))),
+        np.array(ball.faces),
+    )
+    mesh = even_mesh(rough, 0.8)
+    off = np.degrees(np.arccos((mesh.normals * units(mesh.body.vertices[mesh.body.faces])).sum(axis=2)))
+    assert np.median(off) < 3.0
+    factor = clearance_factor(mesh, np.ones(len(mesh.body.vertices)), 1.0, 0.0, 2.0)
+    assert factor.mean() > 0.98
+    smooth = even_mesh(BALL, 1.5)
+    assert not turns_by_chance(smooth.body, smooth.normals)
 
 
 def test_seams_of_texture_coordinates_are_held():
