@@ -29,11 +29,10 @@ from relief.meshes.places import Frame
 from relief.meshes.solid import volume_mm3
 from relief.meshes.unrolling import Unroller, feet, fine_enough
 from relief.objects.table import OBJECTS
-from relief.wrapping.clearance import smooth_normals
 from relief.wrapping.coordinates.layout import Layout
-from relief.wrapping.coordinates.patches import lay_out
-from relief.wrapping.laying import BLEND_MM
-from relief.wrapping.surfaces import BaseSurface, Settings
+from relief.wrapping.laying import Layer
+from relief.wrapping.placement import Placement
+from relief.wrapping.surfaces import FALLOFF_MM, BaseSurface, Settings
 from relief.wrapping.tiles import Covering, Tile
 from relief.wrapping.wrap import wrap
 
@@ -115,9 +114,9 @@ def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) ->
     }
     if not places:
         return {}
-    base = BaseSurface(bare, None, {}, Settings()).body
-    layout = lay_out(base, np.ones(len(base.vertices), bool), BLEND_MM, smooth_normals(base))
-    tile = tile_of(TEXTURE)
+    surface, tile = BaseSurface(bare, None, {}, Settings()), tile_of(TEXTURE)
+    base = surface.body
+    layout = Layer(surface, Placement(), FALLOFF_MM).laid([Covering(tile)])[0].layout
     unroller = Unroller(wrapped, fine_enough(bare, name))
     laid, flat = [], []
     for number, points in places.items():
