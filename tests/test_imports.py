@@ -64,8 +64,8 @@ _ALLOWED = {
     ),
     "retouch": (
         "optimize.estimates optimize.runs optimize.settings relief relief.common relief.export "
-        "relief.preparing retouch.stimulus_sets retouch.verbs surrogate.data tactile visual "
-        "visual.scene_file"
+        "relief.preparing retouch.stimulus_sets retouch.verbs retouch.verbs.objects surrogate.data tactile "
+        "visual visual.scene_file"
     ),
     "retouch.__main__": "optimize.runs retouch.commands",
     "retouch.commands": (
@@ -107,13 +107,20 @@ _ALLOWED = {
         "retouch.stimulus_sets retouch.studies retouch.training retouch.workers surrogate.corpus "
         "surrogate.data surrogate.nets tactile visual visual.backend visual.scene_file"
     ),
+    "retouch.verbs.objects": (
+        "mitsuba_scenes relief relief.common relief.export relief.mending relief.meshes relief.objects "
+        "relief.wrapping retouch.pages.objects retouch.verbs"
+    ),
     "retouch.workers": "relief.common",
 }
 ALLOWED = {room: set(names.split()) for room, names in _ALLOWED.items()}
 """Rooms that each room may import: what it builds on, and never what builds on it."""
 
-PART_OF = dict.fromkeys(("tactile.structured", "tactile.elements", "tactile.layer"), "tactile")
-"""Folders that belong to another room: builders of its operators, loaded only where nothing is cached."""
+PART_OF = dict.fromkeys(("tactile.structured", "tactile.elements", "tactile.layer"), "tactile") | {
+    "relief.wrapping.coordinates": "relief.wrapping"
+}
+"""Folders that belong to another room: builders of its operators, loaded only where nothing is cached, and
+the flat coordinates of what is wrapped."""
 
 WITHOUT_MITSUBA = ("relief", "surrogate", "tactile")
 """Packages that never import a renderer, not even inside a function."""
