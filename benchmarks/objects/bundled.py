@@ -100,7 +100,10 @@ def as_laid(tile: Tile, layout: Layout, base: Body, points: Array) -> list[Array
     middle = np.linalg.norm(lattice(), axis=1)
     near = (middle < 1.5) & (patch == patch[np.argmin(middle)])
     plane = np.column_stack([np.ones(len(uv)), lattice()])
-    affine = np.linalg.lstsq(plane[near], uv[rows, slot][near], rcond=None)[0]
+    # Around a cylinder coordinates of a place differ by whole tiles.
+    tiles, size = uv[rows, slot], np.array(tile.size_mm[::-1])
+    tiles = tiles - size * np.round((tiles - tiles[np.argmin(middle)]) / size)
+    affine = np.linalg.lstsq(plane[near], tiles[near], rcond=None)[0]
     on_plate = tile.at(plane @ affine)
     return [of.reshape(SAMPLES, SAMPLES) for of in (tile.blended(uv, weight), on_plate)]
 
