@@ -29,11 +29,10 @@ from relief.meshes.places import Frame
 from relief.meshes.solid import volume_mm3
 from relief.meshes.unrolling import Unroller, feet, fine_enough
 from relief.objects.table import OBJECTS
-from relief.wrapping.clearance import smooth_normals
 from relief.wrapping.coordinates.layout import Layout
-from relief.wrapping.coordinates.patches import lay_out
-from relief.wrapping.laying import BLEND_MM
-from relief.wrapping.surfaces import BaseSurface, Settings
+from relief.wrapping.laying import Layer
+from relief.wrapping.placement import Placement
+from relief.wrapping.surfaces import FALLOFF_MM, BaseSurface, Settings
 from relief.wrapping.tiles import Covering, Tile
 from relief.wrapping.wrap import wrap
 
@@ -101,7 +100,10 @@ def as_laid(tile: Tile, layout: Layout, base: Body, points: Array) -> list[Array
     middle = np.linalg.norm(lattice(), axis=1)
     near = (middle < 1.5) & (patch == patch[np.argmin(middle)])
     plane = np.column_stack([np.ones(len(uv)), lattice()])
-    affine = np.linalg.lstsq(plane[near], uv[rows, slot][near], rcond=None)[0]
+    # Around a cylinder coordinates of a place differ by whole tiles.
+    tiles, size = uv[rows, slot], np.array(tile.size_mm[::-1])
+    tiles = tiles - size * np.round((tiles - tiles[np.argmin(middle)]) / size)
+    affine = np.linalg.lstsq(plane[near], tiles[near], rcond=None)[0]
     on_plate = tile.at(plane @ affine)
     return [of.reshape(SAMPLES, SAMPLES) for of in (tile.blended(uv, weight), on_plate)]
 
@@ -115,9 +117,9 @@ def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) ->
     }
     if not places:
         return {}
-    base = BaseSurface(bare, None, {}, Settings()).body
-    layout = lay_out(base, np.ones(len(base.vertices), bool), BLEND_MM, smooth_normals(base))
-    tile = tile_of(TEXTURE)
+    surface, tile = BaseSurface(bare, None, {}, Settings()), tile_of(TEXTURE)
+    base = surface.body
+    layout = Layer(surface, Placement(), FALLOFF_MM).laid([Covering(tile)])[0].layout
     unroller = Unroller(wrapped, fine_enough(bare, name))
     laid, flat = [], []
     for number, points in places.items():

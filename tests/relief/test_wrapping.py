@@ -1,5 +1,7 @@
 """Wrapping: triangles, patches, masks, displacement: closed, of the tile's size, never through itself."""
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 import trimesh
@@ -212,6 +214,17 @@ def test_masks(text, carried):
 def test_what_is_no_mask_is_refused(text, message):
     with pytest.raises(InputError, match=message):
         mask_at(text, POINTS, 2.0)
+
+
+def test_texts_by_chance_are_masks_or_are_refused():
+    random = np.random.default_rng(0)
+    pieces = ["z>2", "x<1..2", "not", "not ", "(", ")", "&", "|", '"', "'", "left", "colour:red", "#", " "]
+    shares = []
+    for _ in range(2000):
+        text = "".join(random.choice(pieces, random.integers(1, 10)))
+        with suppress(InputError):
+            shares.append(mask_at(text, POINTS, 2.0))
+    assert len(shares) > 30 and np.min(shares) >= 0.0 and np.max(shares) <= 1.0
 
 
 def test_a_mask_by_colours_needs_a_mesh_with_colours():
