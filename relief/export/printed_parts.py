@@ -8,6 +8,7 @@ it is. The layers lie across the part as the file lies, whatever way its surface
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,20 +49,26 @@ class PrintedPart:
     """A part as printed.
 
     Attributes:
+        printer: that makes it.
         body: its surface, on the triangles of the part, divided where they were long.
         part: the same triangles before.
         rms_mm: distance of the print from the part, mm, the root of the mean square by area.
         lost: share of the area that the printer does not make, as what is there is too thin for it.
     """
 
+    printer: Printer
     body: Body
     part: Body
     rms_mm: float
     lost: float
 
+    def as_json(self) -> dict[str, Any]:
+        """What commands tell of it: all but the surfaces."""
+        return {"printer": self.printer.name, "rms_mm": self.rms_mm, "lost": self.lost}
+
 
 @stage("layers of the print")
-def print_part(body: Body, printer: Printer) -> PrintedPart:
+def print_part(body: Body, printer: Printer, longest_mm: float = EDGE_MM) -> PrintedPart:
     """The part that a printer makes.
 
     Every vertex is moved along the normal of the surface to the nearest place where the print begins or
@@ -71,13 +78,14 @@ def print_part(body: Body, printer: Printer) -> PrintedPart:
     Args:
         body: a solid, mm, z upward in the printer.
         printer: that prints it.
+        longest_mm: longest edge of the triangles on which the print is shown.
 
     Raises:
         InputError: the part has more pixels than can be looked at.
     """
     solid = _Solid(body, printer)
     # Triangles that are fine already stay as they are.
-    edge_mm = max(EDGE_MM, float(np.sqrt(body.areas.sum() / (AREA_PER_FACE * MOST_FACES))))
+    edge_mm = max(longest_mm, float(np.sqrt(body.areas.sum() / (AREA_PER_FACE * MOST_FACES))))
     # Planes along the axes remain planes in the print. Often they are fans, whose needles would be many.
     coarse = refined(body, max(PLANE_EDGE_MM, edge_mm), most=10 * MOST_FACES).body
     bent = (np.abs(coarse.normals) < ALONG * np.linalg.norm(coarse.normals, axis=1)[:, None]).all(axis=1)
@@ -90,7 +98,7 @@ def print_part(body: Body, printer: Printer) -> PrintedPart:
     way = np.where(lost, -HEIGHT_LIMIT_MM, way)
     moved = Body(part.vertices + way[:, None] * normals, part.faces)
     rms = np.sqrt((weights * way**2)[~lost].sum() / max(weights[~lost].sum(), 1e-12))
-    return PrintedPart(moved, part, float(rms), float(weights[lost].sum() / weights.sum()))
+    return PrintedPart(printer, moved, part, float(rms), float(weights[lost].sum() / weights.sum()))
 
 
 class _Solid:

@@ -63,6 +63,7 @@ class Settings:
         draft: Whether the body is to be looked at and not to be printed: patches, normals and clearance are
             computed on triangles of `DRAFT_EDGE_MM`, and crossing triangles stay.
         holes: That stay without texture; None: no hole does.
+        finest_mm: Edges that are fine enough whatever the texture has, as no printer shows more.
         crosses: Whether the body passes through itself somewhere, which is refused where texture would lie.
     """
 
@@ -74,6 +75,7 @@ class Settings:
     faces: int | None = None
     draft: bool = False
     holes: Holes | None = None
+    finest_mm: float = 0.0
     crosses: bool = False
 
 

@@ -241,7 +241,7 @@ def _heights(laid: Sequence[Laid], surface: FineSurface, settings: Settings) -> 
 
 def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings) -> float:
     """Longest edge of the textured triangles, mm; what the work comes to is told."""
-    pitch = min(covering.tile.pitch_mm for covering in coverings)
+    pitch = max(settings.finest_mm, min(covering.tile.pitch_mm for covering in coverings))
     edge = settings.edge_mm
     if edge is None:
         enough = int(body.areas[where].sum() / ENOUGH_MM2) + int(np.count_nonzero(~where))
@@ -249,7 +249,8 @@ def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], s
     count = expected_faces(body, edge, where)
     if settings.edge_mm is not None:
         check_count(count, settings)
-    coarser = "" if edge <= 1.01 * pitch else f" (the texture has samples every {pitch:.3g} mm)"
+    finest = "printer" if settings.finest_mm == pitch else "texture"
+    coarser = "" if edge <= 1.01 * pitch else f" (the {finest} has samples every {pitch:.3g} mm)"
     megabytes = max(BYTES_A_FACE * count / 1e6, 0.1)
     say(f"about {count:,} triangles with edges of {edge:.3g} mm{coarser}, {megabytes:.2g} MB as 3MF")
     return float(edge)

@@ -85,16 +85,20 @@ def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:
         if entry["curvature"] == "estimated and taken out":
             own += f"; with it roughness is {number(entry['as_pressed']['roughness'])}"
         lines.append(f"{name} ({sides} mm): {places}. {own}.")
-        if entry.get("printer"):
-            lines.append(_print_line(entry))
+        if entry.get("print"):
+            lines.append(f"As printed by {entry['printer']}: {print_words(entry['print'])}")
         if "files" in entry:
             lines.append(f"Roughness in colours: {', '.join(entry['files'])}")
     return lines
 
 
-def _print_line(entry: Mapping[str, Any]) -> str:
-    """How far the print of a part is from its file, for a person."""
-    line = f"The print lies {number(1000.0 * entry['print_rms_mm'], 2)} µm (rms) from the surface of the file"
-    if entry["print_lost"] >= 0.001:
-        line += f"; {100.0 * entry['print_lost']:.1f} % of the surface is too thin to be printed"
+def print_words(told: Mapping[str, Any]) -> str:
+    """How far a print is from its file, for a person.
+
+    Args:
+        told: `rms_mm`, and the share of the area that is `lost`.
+    """
+    line = f"{number(1000.0 * told['rms_mm'], 2)} µm (rms) from the surface of the file"
+    if told["lost"] >= 0.001:
+        line += f"; {100.0 * told['lost']:.1f} % of the surface is too thin to be printed"
     return line + ". Layers lie across z of the file."

@@ -9,7 +9,17 @@ import retouch
 from relief.common.errors import InputError
 from relief.common.formats import FORMATS, UNITS
 from relief.common.formatting import about
-from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_talk, given, print_json
+from retouch.commands.mesh_entries import print_words
+from retouch.commands.options import (
+    CURVED,
+    LENGTHS,
+    TEXTURE,
+    add_plate,
+    add_printer,
+    add_talk,
+    given,
+    print_json,
+)
 
 OBJECTS = "starfish, bracelet, slider, frog, curved, ball, cylinder"
 """Names of the bundled objects, as the help lists them."""
@@ -115,6 +125,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "a hole, so that shafts and screws no longer fit",
     )
     _add_placing(parser.add_argument_group("direction and place"))
+    add_printer(
+        where,
+        "triangles no finer than this printer shows, and what it makes of the object in layers across z",
+    )
     fine = where.add_mutually_exclusive_group()
     fine.add_argument(
         "--edge-mm",
@@ -174,7 +188,7 @@ def run(arguments: argparse.Namespace) -> int:
         **given(arguments, "units", *LENGTHS),
         **given(arguments, "mask", "level", "falloff_mm", "keep_bottom", "edge_mm", "faces"),
         **given(arguments, *PLACING),
-        **given(arguments, "unite", "close_holes_mm", "keep_holes_mm"),
+        **given(arguments, "unite", "close_holes_mm", "keep_holes_mm", "printer"),
     }
     told: dict[str, Any] = {}
     lines: list[str] = []
@@ -239,7 +253,20 @@ def _lines(told: Mapping[str, Any]) -> list[str]:
         )
     if told["lowered"] > 0.0:
         lines.append(_lowered_line(told))
+    if bends := _bending_line(told):
+        lines.append(bends)
+    if told["print"] is not None:
+        lines.append(f"As printed by {told['print']['printer']}: {print_words(told['print'])}")
     return lines
+
+
+def _bending_line(told: Mapping[str, Any]) -> str | None:
+    """By which radii the object bends along the texture, and how a tile is steered for them, for a person."""
+    radii = {name: told[name] for name in CURVED if told[name] is not None}
+    if not radii:
+        return None
+    options = " ".join(f"--{name.replace('_', '-')} {radius:.3g}" for name, radius in radii.items())
+    return f"In the median the object bends as a tile is steered for by retouch optimize {options}."
 
 
 def _lowered_line(told: Mapping[str, Any]) -> str:

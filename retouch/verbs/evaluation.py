@@ -150,8 +150,7 @@ class Evaluation:
         if isinstance(self.relief, Mesh):
             entry |= {"size_mm": entry["sides_mm"][0], "warnings": list(self.relief.warnings)}
             entry |= {"files": [str(file) for file in self.files]} if self.files else {}
-            if self.printed is not None:
-                entry |= {"print_rms_mm": self.printed.rms_mm, "print_lost": self.printed.lost}
+            entry["print"] = self.printed and self.printed.as_json()
         else:
             entry["size_mm"] = self.relief.width_mm
         of_skin = described_skin(self.skin, self.skin_name)

@@ -8,6 +8,7 @@ import numpy as np
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.formatting import about, number, percent
+from relief.export.printed_parts import PrintedPart
 from relief.wrapping.wrap import Wrapped
 from retouch.pages.objects.object_page import Card, write_object_page
 from retouch.pages.viewer.figure import key, viewer_figure
@@ -31,6 +32,7 @@ class Preview:
         faces: of the file, about.
         bytes: of the file as 3MF, about.
         seconds: that the whole will take, about.
+        printed: what the printer makes of what is shown that is named; None without one.
     """
 
     title: str
@@ -39,6 +41,7 @@ class Preview:
     faces: int
     bytes: int
     seconds: float
+    printed: PrintedPart | None = None
 
 
 def write_wrap_page(path: Path, preview: Preview) -> Path:
@@ -71,10 +74,19 @@ def write_wrap_page(path: Path, preview: Preview) -> Path:
             )
         )
     before = Model("before", Body(shown.original.vertices, shown.body.faces), layers)
-    figure = viewer_figure(f"{preview.title}, before and after", before, Model("after", shown.body, layers))
+    after = Model("after", shown.body, layers)
+    if preview.printed is not None:
+        after = _as_printed(preview.printed, shown, layers)
+    figure = viewer_figure(f"{preview.title}, before and {after.name}", before, after)
     return write_object_page(
         path, "preview", preview.title, _deck(preview), figure, _cards(preview), _notes(preview)
     )
+
+
+def _as_printed(printed: PrintedPart, shown: Wrapped, layers: list[Layer]) -> Model:
+    """The object as a printer makes it; layers of colour stay where the print has the same vertices."""
+    kept = layers if len(printed.body.vertices) == len(shown.body.vertices) else []
+    return Model(f"printed by {printed.printer.name}", printed.body, kept)
 
 
 def _mixed(share: Array, colour: str) -> Array:
@@ -141,6 +153,12 @@ def _notes(preview: Preview) -> list[str]:
             f"On {percent(100.0 * shown.lowering.part)} of the texture the relief is lowered, to "
             f"{shown.lowering.median_factor:.2f} of its height in the median and "
             f"{shown.lowering.lowest_factor:.2f} at least, where the object bends tightly or is thin."
+        )
+    if preview.printed is not None:
+        notes.append(
+            f"The print by {preview.printed.printer.name}, whose layers lie across z, is "
+            f"{number(1000.0 * preview.printed.rms_mm, 2)} µm (rms) from the surface of the file, and leaves "
+            f"out {percent(100.0 * preview.printed.lost)} of it, which is too thin."
         )
     notes.append("Whether the surface passes through itself is found out by retouch wrap alone.")
     return notes

@@ -12,6 +12,7 @@ import numpy as np
 from relief.common.errors import InputError, naming
 from relief.common.files import permitted
 from relief.common.progress import Progress, listening, stage
+from relief.export.printed_parts import print_part
 from relief.meshes.refining import AREA_PER_FACE
 from relief.relief import Relief
 from relief.wrapping.surfaces import ENOUGH_MM2, MOST_FACES, Settings
@@ -60,6 +61,7 @@ class WrapPreview:
             "shown_edge_mm": shown.edge_mm,
             "coordinates": shown.coordinates,
             **told_of(shown),
+            "print": self.preview.printed and self.preview.printed.as_json(),
             "off_size": shown.off_size,
             "notes": list(shown.notes),
             "warnings": list(self.warnings),
@@ -117,7 +119,12 @@ def _preview(title: str, task: Task) -> Preview:
         shown = wrap(body, coverings, few, uv, regions, placement=task.placement, colours=task.colours)
     edge_mm, faces = _expected(shown, coverings, settings)
     seconds = LONGER * (perf_counter() - begun) + SECONDS_PER_FACE * faces
-    return Preview(title, shown, edge_mm, faces, round(BYTES_A_FACE * faces), seconds)
+    size = round(BYTES_A_FACE * faces)
+    printed = None
+    if task.printer is not None:
+        # On the triangles that are shown, as a page of more would be too large.
+        printed = print_part(shown.body, task.printer, 2.0 * shown.edge_mm)
+    return Preview(title, shown, edge_mm, faces, size, seconds, printed)
 
 
 def _expected(shown: Wrapped, coverings: Sequence[Covering], settings: Settings) -> tuple[float, int]:
@@ -125,7 +132,7 @@ def _expected(shown: Wrapped, coverings: Sequence[Covering], settings: Settings)
     untextured = int(np.count_nonzero((shown.textured[shown.body.faces] == 0.0).all(axis=1)))
     edge_mm = settings.edge_mm
     if edge_mm is None:
-        finest_mm = min(covering.tile.pitch_mm for covering in coverings)
+        finest_mm = max(settings.finest_mm, min(covering.tile.pitch_mm for covering in coverings))
         enough = min(round(shown.area_mm2 / ENOUGH_MM2) + untextured, MOST_FACES)
         allowed = max((settings.faces or enough) - untextured, 1)
         edge_mm = max(finest_mm, float(np.sqrt(shown.area_mm2 / (AREA_PER_FACE * allowed))))

@@ -21,6 +21,7 @@ from relief.meshes import Mesh, check_solid, read_mesh
 from relief.meshes.shells import parts_within_others
 from relief.meshes.solid import check_closed, crossings
 from relief.objects.table import OBJECTS, BundledObject
+from relief.printers import Printer, find_printer
 from relief.seam import check_seams, misfit
 from relief.wrapping.checks import check_choices
 from relief.wrapping.masks import Regions
@@ -34,6 +35,8 @@ _log = logging.getLogger(__name__)
 
 LARGEST_HOLE_MM = 100.0
 """Largest hole that is closed or left without texture, mm: wider ones are no bores but shapes."""
+SAMPLES_OF_PIXEL = 0.5
+"""Edges of triangles, in pixels of the printer, that show all that it makes."""
 PLACING = ("projection", "along", "turn_deg", "offset_mm", "at")
 """Options that place textures, as `placement_of` takes them."""
 WITH_UV = (".obj", ".ply", ".glb")
@@ -67,6 +70,8 @@ class WrapOptions(Lengths, total=False):
         unite: whether parts of the mesh that overlap are made one.
         close_holes_mm: size, mm, up to which holes in an open mesh are closed; 0.5 if left out.
         keep_holes_mm: diameter, mm, up to which round holes stay without texture; None textures them.
+        printer: name of a printer, or a printer, that is to print the object: triangles are no finer than it
+            shows, and what it makes is told. Its layers lie across z. None: the file is for any printer.
     """
 
     units: str | None
@@ -85,6 +90,7 @@ class WrapOptions(Lengths, total=False):
     unite: bool
     close_holes_mm: float
     keep_holes_mm: float | None
+    printer: str | Printer | None
 
 
 def told_of(wrapped: Wrapped) -> dict[str, Any]:
@@ -119,12 +125,14 @@ class Task(NamedTuple):
         placement: where and in what direction textures lie.
         colours: of the corners of the mesh, or None.
         warnings: lines about the mesh and what was mended of it, and about textures that do not repeat.
+        printer: that is to print the object, or None.
     """
 
     arguments: tuple[Body, list[Covering], Settings, Array | None, Regions]
     placement: Placement
     colours: FloatArray | None
     warnings: tuple[str, ...]
+    printer: Printer | None = None
 
     @property
     def settings(self) -> Settings:
@@ -148,6 +156,10 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
     units, regions = options.get("units"), options.get("regions", ())
     lengths = {name: value for name, value in options.items() if name in Lengths.__annotations__}
     settings, repair = _picked(Settings, options), _picked(Repair, options)
+    name = options.get("printer")
+    printer = find_printer(name) if isinstance(name, str) else name
+    if printer is not None:
+        settings = replace(settings, finest_mm=SAMPLES_OF_PIXEL * printer.pixel_mm)
     thing = _bundled(Path(mesh), units)
     named_regions = thing.regions if thing else {}
     _check_sizes({"close_holes_mm": repair.close_holes_mm, "keep_holes_mm": repair.keep_holes_mm})
@@ -173,7 +185,7 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
     for line in warnings:
         _log.warning("%s", line)
     arguments = (solid.body, coverings, settings, solid.uv, named_regions)
-    return Task(arguments, placement, solid.colours, (*lines, *warnings))
+    return Task(arguments, placement, solid.colours, (*lines, *warnings), printer)
 
 
 def _coverings(

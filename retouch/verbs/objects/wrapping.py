@@ -15,6 +15,7 @@ from relief.common.files import check_file_to_write, permitted
 from relief.common.formats import FORMATS
 from relief.common.progress import Progress
 from relief.export.parts import as_written, write_parts
+from relief.export.printed_parts import PrintedPart, print_part
 from relief.meshes import check_solid
 from relief.meshes.solid import check_closed
 from relief.wrapping.wrap import Wrapped
@@ -32,11 +33,13 @@ class WrappedObject:
         file: that was written.
         wrapped: the body, and how the texture lies on it.
         warnings: lines about what may not be meant, and what was mended.
+        printed: what the printer makes of it that is named; None without one.
     """
 
     file: Path
     wrapped: Wrapped
     warnings: tuple[str, ...]
+    printed: PrintedPart | None = None
 
     def as_json(self) -> dict[str, Any]:
         """What `retouch wrap --json` prints."""
@@ -48,6 +51,7 @@ class WrappedObject:
             "self_intersections": 0,
             **{name: getattr(self.wrapped, name) for name in names},
             **told_of(self.wrapped),
+            "print": self.printed and self.printed.as_json(),
             "warnings": list(self.warnings),
             "bytes": self.file.stat().st_size,
         }
@@ -90,6 +94,7 @@ def wrap(
                 check_closed(wrapped.body, "the wrapped object")
             else:
                 check_solid(wrapped.body, "the wrapped object", apart=True)
+            printed = None if task.printer is None else print_part(wrapped.body, task.printer)
         with permitted(out):
             write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
-    return WrappedObject(out, wrapped, task.warnings)
+    return WrappedObject(out, wrapped, task.warnings, printed)

@@ -41,6 +41,24 @@ def test_meshes_and_textures_are_told_in_one_list(
     assert np.linalg.norm(mesh["touches"][0]["axis"]) == pytest.approx(1.0)
 
 
+def test_a_print_of_a_part_is_felt_as_that_of_its_heights(
+    bumps: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_heights_exr(Path("bumps.exr"), bumps)
+    export_plate(Path("bumps.stl"), bumps, 15.0)
+    change = []
+    for printer in ([], ["--printer", "filament-fine"]):
+        assert main(["evaluate", "bumps.exr", "bumps.stl", "--size-mm", "15", "--json", *printer]) == 0
+        change.append([entry["roughness"] for entry in json.loads(capsys.readouterr().out)])
+    # Layers of 0.1 mm and strands of 0.25 mm change both by as much.
+    heights, mesh = (after / before for before, after in zip(*change, strict=True))
+    assert abs(heights - 1.0) > 0.01
+    assert mesh == pytest.approx(heights, abs=0.1)
+    assert main(["evaluate", "bumps.stl", "--printer", "filament-fine"]) == 0
+    assert "As printed by filament-fine: " in capsys.readouterr().out
+
+
 def test_a_person_is_told_of_edges_and_of_the_size(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -98,6 +116,7 @@ def test_one_place_is_no_mean() -> None:
         ("open.stl", "open.stl: is open: 3 edges border on a hole"),
         ("cube.stl --relief-mm 1", "--relief-mm: is for height maps"),
         ("cube.stl --reach", "--reach: is for height maps"),
+        ("cube.stl --curved-x-mm 20", "--curved-x-mm: is for height maps"),
         ("gravel --units mm", "--units: is for print files"),
         ("gravel -o out", "-o: is for print files"),
         ("cube.stl -o cube.stl", "cube.stl: -o: is no folder"),

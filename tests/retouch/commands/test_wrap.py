@@ -72,6 +72,22 @@ def test_a_mesh_of_a_file_is_wrapped_and_told(capsys, tmp_path):
     assert told["coordinates"] == "patches" and told["lowered"] == 0.0
 
 
+def test_a_printer_shows_no_finer_triangles_and_what_it_makes_is_told(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr("retouch.verbs.objects.wrap_preview.SHOWN_FACES", 5000)
+    argv = ["wrap", "waves.exr", "box.stl", "-o", "out.3mf", "--mask", "z>0", "--preview", "page.html"]
+    assert main([*argv, "--printer", "filament"]) == 0
+    told = capsys.readouterr()
+    # A strand of 0.4 mm shows nothing finer than the samples of the texture, 0.3 mm apart.
+    assert "with edges of 0.3 mm, by" in told.out
+    rms = float(re.search(r"As printed by filament: ([\d.]+) µm \(rms\) from the surface", told.out)[1])
+    # A part of a layer of 200 µm.
+    assert 10.0 < rms < 200.0
+    assert "printed by filament" in (tmp_path / "page.html").read_text()
+    assert main([*argv[:5], "--edge-mm", "0.8", "--printer", "mask-50", "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)["print"]
+    assert printed["printer"] == "mask-50" and printed["lost"] < 0.01 and printed["rms_mm"] < 0.05
+
+
 def test_units_make_inches_millimetres(capsys):
     assert main(["wrap", "flat.exr", "inches.stl", "--units", "in", "-o", "out.stl", *FEW, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["size_mm"] == pytest.approx([16.2, 14.2, 6.1], abs=0.02)
@@ -99,11 +115,11 @@ def test_a_texture_whose_sides_do_not_fit_is_placed_once_and_that_is_told(capsys
 
 
 def test_one_list_of_options_is_that_of_command_preview_and_python():
-    settings = {field.name for field in fields(Settings)} - {"draft", "holes", "crosses"}
+    settings = {field.name for field in fields(Settings)} - {"draft", "holes", "crosses", "finest_mm"}
     placing = set(inspect.signature(placement_of).parameters)
     repair = {field.name for field in fields(Repair)}
     lengths = set(Lengths.__annotations__)
-    assert set(WrapOptions.__annotations__) == settings | placing | repair | lengths | {"units", "regions"}
+    assert set(WrapOptions.__annotations__) == settings | placing | repair | lengths | {"units", "regions", "printer"}
     assert set(PLACING) == set(OF_COMMAND) == placing
     with pytest.raises(TypeError, match="unexpected keyword argument 'masks'"):
         retouch.wrap("waves.exr", "box.stl", "out.stl", masks="z>0")  # type: ignore[call-arg]
