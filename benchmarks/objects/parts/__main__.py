@@ -1,18 +1,21 @@
 """Twenty parts of CAD kernels, modelling programs and scanners, wrapped: what comes out, and what it costs.
 
 python -m benchmarks.objects.parts [NAME ...] [--again] [--only-wrap] [--code FOLDER] [--blender PYTHON]
+                                   [--keep FOLDER]
 
 Each part is wrapped with `gravel-tile` by default, in its own process with limits of CPU time and memory.
 What comes out is read by trimesh (closed or not), by Blender where a Python with `bpy` is named (triangles
 that cross one another) and by PrusaSlicer where it is installed, and is felt at 40 places without the part's
 curvature. Parts that `results/wrapped_parts.json` has are not wrapped again without `--again`. `--code` names
-another checkout, whose `retouch wrap` is measured. `NAME-fine` are finer exports of eight parts.
+another checkout, whose `retouch wrap` is measured, and `--keep` where the files go. `NAME-fine` are finer
+exports of eight parts.
 """
 
 import json
 import os
 import re
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -82,6 +85,8 @@ def measured(name: str, options: Namespace, plate: Array) -> dict[str, Any]:
         out = Path(folder) / "wrapped.3mf"
         row = {"faces_before": len(read_mesh(HERE / f"{name}.3mf").body.faces)}
         row |= wrapped(name, out, options.code.resolve())
+        if options.keep is not None and "failure" not in row:
+            shutil.copyfile(out, options.keep / f"{name}.3mf")
         if "failure" in row or options.only_wrap:
             return row
         # In a process of its own, as the memory of this one counts for those that it starts.
@@ -118,6 +123,7 @@ def main() -> None:
     parser.add_argument("--only-wrap", action="store_true", help="look at nothing that comes out")
     parser.add_argument("--code", type=Path, default=ROOT, metavar="FOLDER")
     parser.add_argument("--blender", metavar="PYTHON")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="for the wrapped parts")
     options = parser.parse_args()
     if unknown := set(options.names) - set(NAMES):
         parser.error(f"{', '.join(sorted(unknown))}: not among {', '.join(NAMES)}")

@@ -119,7 +119,11 @@ def test_one_list_of_options_is_that_of_command_preview_and_python():
     placing = set(inspect.signature(placement_of).parameters)
     repair = {field.name for field in fields(Repair)}
     lengths = set(Lengths.__annotations__)
-    assert set(WrapOptions.__annotations__) == settings | placing | repair | lengths | {"units", "regions", "printer"}
+    assert set(WrapOptions.__annotations__) == settings | placing | repair | lengths | {
+        "units",
+        "regions",
+        "printer",
+    }
     assert set(PLACING) == set(OF_COMMAND) == placing
     with pytest.raises(TypeError, match="unexpected keyword argument 'masks'"):
         retouch.wrap("waves.exr", "box.stl", "out.stl", masks="z>0")  # type: ignore[call-arg]
