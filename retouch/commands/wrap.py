@@ -53,7 +53,7 @@ EPILOG = """\
 examples:
   retouch wrap gravel-tile starfish -o starfish.3mf
   retouch wrap gravel-tile part.stl --mask "z>2 & angle<80" --size-mm 8 -o part.3mf
-  retouch wrap gravel-tile bracelet --region odd=runs/rougher -o bracelet.3mf
+  retouch wrap gravel-tile bracelet --region odd=+2 -o bracelet.3mf
   retouch wrap gravel-tile frog --preview frog.html
   retouch wrap bark-tile handle.stl --along z -o handle.3mf
   retouch wrap logo.png part.stl --at 0,0,20 --size-mm 12 --relief-mm 0.6 -o part.3mf
@@ -101,7 +101,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="MASK=TEXTURE",
-        help="another texture where the mask is; may be given several times, later ones lie on top",
+        help="another texture where the mask is; or the change of feel in just-noticeable differences, as in "
+        "odd=+2, for which the texture is optimised; may be given several times, later ones lie on top",
     )
     where.add_argument(
         "--falloff-mm", type=float, metavar="MM", help="width over which textures end, mm (default: 2)"
@@ -221,12 +222,17 @@ def _preview_line(told: Mapping[str, Any]) -> str:
     )
 
 
-def _region(text: str) -> tuple[str, Path]:
-    """The mask and the texture of `--region`. Raises InputError."""
-    mask, equals, texture = text.rpartition("=")
-    if not (equals and mask.strip() and texture.strip()):
-        raise InputError(f"--region: {text!r}: expected MASK=TEXTURE, as in odd=grass-tile")
-    return mask, Path(texture.strip())
+def _region(text: str) -> tuple[str, Path | float]:
+    """The mask, and the texture of `--region` or the change of its feel in JND. Raises InputError."""
+    mask, equals, texture = (part.strip() for part in text.rpartition("="))
+    if not (equals and mask and texture):
+        raise InputError(f"--region: {text!r}: expected MASK=TEXTURE, as in odd=grass-tile, or odd=+2")
+    if texture[0] in "+-":
+        try:
+            return mask, float(texture)
+        except ValueError:
+            pass
+    return mask, Path(texture)
 
 
 def _coordinates(told: Mapping[str, Any]) -> str:
@@ -253,6 +259,11 @@ def _lines(told: Mapping[str, Any]) -> list[str]:
         )
     if told["lowered"] > 0.0:
         lines.append(_lowered_line(told))
+    lines += [
+        f"{one['mask']}: {one['reached']:+.2f} JND on the object's curvature, asked for {one['jnd']:+g}; the "
+        f"tile is that of {one['run']}."
+        for one in told["steered"]
+    ]
     if bends := _bending_line(told):
         lines.append(bends)
     if told["print"] is not None:

@@ -19,6 +19,7 @@ from relief.wrapping.surfaces import ENOUGH_MM2, MOST_FACES, Settings
 from relief.wrapping.tiles import Covering
 from relief.wrapping.wrap import BYTES_A_FACE, Wrapped, wrap
 from retouch.pages.objects.wrap_page import Preview, write_wrap_page
+from retouch.verbs.objects.steering import without_steered
 from retouch.verbs.objects.wrap_task import Task, WrapOptions, task_of, told_of
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
@@ -88,7 +89,7 @@ def preview_wrap(
     page = Path(page)
     check_page(page)
     with followed(progress, quiet), stage("preview"):
-        task = task_of(texture, mesh, options)
+        task = task_of(texture, mesh, without_steered(options))
         with naming(mesh):
             preview = _preview(f"{_name(texture)} on {Path(mesh).stem}", task)
         with permitted(page):

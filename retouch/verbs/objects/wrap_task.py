@@ -53,7 +53,9 @@ class WrapOptions(Lengths, total=False):
             of one tile.
         units: of the mesh: "um", "mm", "cm", "m", "in" or "ft"; None: the file's, else mm.
         mask: part of the surface that carries texture, as in `retouch wrap --mask`; None: all.
-        regions: pairs of a mask and another tile that lies there, later ones on top.
+        regions: pairs of a mask and another tile that lies there, later ones on top; or a number in its
+            place, for the same look with a feel that is so many just-noticeable differences rougher (+) or
+            smoother (-): the tile is then optimised for the object's curvature in the region.
         falloff_mm: width over which textures end, mm; 2 if left out.
         level: height of the object's own surface in the relief, from 0, the relief stands on the surface, to
             1, the relief is cut into it; 0 if left out.
@@ -76,7 +78,7 @@ class WrapOptions(Lengths, total=False):
 
     units: str | None
     mask: str | None
-    regions: Sequence[tuple[str, Source]]
+    regions: Sequence[tuple[str, Source | float]]
     falloff_mm: float
     level: float
     keep_bottom: bool
@@ -169,7 +171,8 @@ def task_of(texture: Source, mesh: str | os.PathLike[str], options: WrapOptions)
         suffix = Path(mesh).suffix.lower()
         masks = [where for where, _ in regions]
         check_choices(settings, masks, named_regions, suffix in WITH_UV, suffix in WITH_COLOURS)
-    textures = [(texture, None), *((tile, where) for where, tile in regions)]
+    tiles = cast("Sequence[tuple[str, Source]]", regions)
+    textures = [(texture, None), *((tile, where) for where, tile in tiles)]
     coverings, warnings = _coverings(textures, cast("Lengths", lengths), placement)
     if thing:
         solid = Mesh(thing.make(), None, Path(mesh))

@@ -20,6 +20,7 @@ from relief.meshes import check_solid
 from relief.meshes.solid import check_closed
 from relief.wrapping.wrap import Wrapped
 from relief.wrapping.wrap import wrap as wrapped_by
+from retouch.verbs.objects.steering import Steered, with_steered, without_steered
 from retouch.verbs.objects.wrap_task import WrapOptions, task_of, told_of
 from retouch.verbs.progress_display import followed
 from retouch.verbs.reliefs import Source
@@ -34,12 +35,14 @@ class WrappedObject:
         wrapped: the body, and how the texture lies on it.
         warnings: lines about what may not be meant, and what was mended.
         printed: what the printer makes of it that is named; None without one.
+        steered: tiles that were optimised for its regions.
     """
 
     file: Path
     wrapped: Wrapped
     warnings: tuple[str, ...]
     printed: PrintedPart | None = None
+    steered: tuple[Steered, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """What `retouch wrap --json` prints."""
@@ -51,6 +54,7 @@ class WrappedObject:
             "self_intersections": 0,
             **{name: getattr(self.wrapped, name) for name in names},
             **told_of(self.wrapped),
+            "steered": [one.as_json() for one in self.steered],
             "print": self.printed and self.printed.as_json(),
             "warnings": list(self.warnings),
             "bytes": self.file.stat().st_size,
@@ -86,6 +90,8 @@ def wrap(
         raise InputError(f"{out}: {fault}", f"{out}: -o: {fault}")
     check_file_to_write(out)
     with followed(progress, quiet):
+        task_of(texture, mesh, without_steered(options))
+        options, steered = with_steered(texture, mesh, out, options)
         task = task_of(texture, mesh, options)
         with naming(mesh):
             written = partial(as_written, suffix=out.suffix.lower())
@@ -97,4 +103,4 @@ def wrap(
             printed = None if task.printer is None else print_part(wrapped.body, task.printer)
         with permitted(out):
             write_parts(out, [Part(Path(mesh).stem, wrapped.body)])
-    return WrappedObject(out, wrapped, task.warnings, printed)
+    return WrappedObject(out, wrapped, task.warnings, printed, tuple(steered))

@@ -72,6 +72,23 @@ def test_a_mesh_of_a_file_is_wrapped_and_told(capsys, tmp_path):
     assert told["coordinates"] == "patches" and told["lowered"] == 0.0
 
 
+@pytest.mark.slow
+def test_one_command_gives_a_region_another_feel(capsys, tmp_path):
+    argv = ["wrap", "waves.exr", "ball", "-o", "out.3mf", "--edge-mm", "1.5", "--region"]
+    assert main([*argv, "x>0=+1", "--preview", "page.html", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    (steered,) = told["steered"]
+    assert steered["mask"] == "x>0" and steered["reached"] == pytest.approx(1.0, abs=0.1)
+    assert [steered["curved_x_mm"], steered["curved_y_mm"]] == pytest.approx([15.0, 15.0], rel=0.01)
+    run = json.loads((tmp_path / "out-region-1" / "result.json").read_text())
+    assert run["skin"]["curved_x_mm"] == steered["curved_x_mm"]
+    # A second run would replace the first.
+    assert main([*argv, "x>0=+1"]) == BAD_INPUT
+    assert "out-region-1: exists already" in capsys.readouterr().err
+    assert main([*argv, "x>0=+0"]) == BAD_INPUT
+    assert "region: a change of +0 JND is 0" in capsys.readouterr().err
+
+
 def test_a_printer_shows_no_finer_triangles_and_what_it_makes_is_told(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr("retouch.verbs.objects.wrap_preview.SHOWN_FACES", 5000)
     argv = ["wrap", "waves.exr", "box.stl", "-o", "out.3mf", "--mask", "z>0", "--preview", "page.html"]
@@ -79,9 +96,9 @@ def test_a_printer_shows_no_finer_triangles_and_what_it_makes_is_told(capsys, tm
     told = capsys.readouterr()
     # A strand of 0.4 mm shows nothing finer than the samples of the texture, 0.3 mm apart.
     assert "with edges of 0.3 mm, by" in told.out
-    rms = float(re.search(r"As printed by filament: ([\d.]+) µm \(rms\) from the surface", told.out)[1])
+    (rms,) = re.findall(r"As printed by filament: ([\d.]+) µm \(rms\) from the surface", told.out)
     # A part of a layer of 200 µm.
-    assert 10.0 < rms < 200.0
+    assert 10.0 < float(rms) < 200.0
     assert "printed by filament" in (tmp_path / "page.html").read_text()
     assert main([*argv[:5], "--edge-mm", "0.8", "--printer", "mask-50", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)["print"]
