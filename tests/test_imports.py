@@ -109,8 +109,8 @@ _ALLOWED = {
         "surrogate.data surrogate.nets tactile visual visual.backend visual.scene_file"
     ),
     "retouch.verbs.objects": (
-        "mitsuba_scenes relief relief.common relief.export relief.mending relief.meshes relief.objects "
-        "relief.wrapping retouch.pages.objects retouch.verbs"
+        "mitsuba_scenes optimize.settings relief relief.common relief.export relief.mending relief.meshes "
+        "relief.objects relief.wrapping retouch.pages.objects retouch.verbs"
     ),
     "retouch.workers": "relief.common",
 }
