@@ -208,7 +208,8 @@ def _coverings(
             check_seams(relief.heights, (True, True), relief.name)
         if fault and not placement.once:
             lines.append(
-                f"{relief.name}: {fault}; placed once (retouch prepare --tile makes a tile that repeats)"
+                f"{relief.name}: {fault}; placed once (retouch prepare --tile makes a tile that repeats, "
+                "and retouch optimize --repeats keeps it one)"
             )
         once = fault is not None or placement.once
         coverings.append(Covering(Tile(relief.heights, relief.pitch_mm), mask, once))
