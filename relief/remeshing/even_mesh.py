@@ -11,6 +11,7 @@ from relief.common.arrays import Array, Index
 from relief.common.progress import say, stage, this_stage
 from relief.meshes.neighbourhood import edge_pairs
 from relief.remeshing.features import held_lines, regions
+from relief.remeshing.lifting import lifted
 from relief.remeshing.nearest import NearestPoints
 from relief.remeshing.noise import smoothed, turns_by_chance
 from relief.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface, units
@@ -43,9 +44,6 @@ UPRIGHT = 0.3
 """Cosine of the angle by which relaxing may turn a triangle."""
 SHRUNK = 0.1
 """Least part of its area that relaxing may leave of a triangle."""
-LEAST_EDGE_MM, PARTED = 1e-3, 0.02
-"""Length of an edge, mm, below which its ends are one point, and part of the way to the middle of its
-neighbours by which such a vertex moves: some um."""
 INWARD = 0.05
 """Part of the way from a corner to the middle of its triangle where the side of a crease is looked up."""
 
@@ -231,9 +229,9 @@ class _Remesher:
         free = ~triangles.corner & (triangles.held_count() == 0)
         rows = np.flatnonzero(free)
         face, share = self._project(triangles.vertices[rows], rows)
-        vertices = triangles.vertices.copy()
-        vertices[rows] = surface.places_at(face, share)
-        _part(vertices, faces, free)
+        onto = triangles.vertices.copy()
+        onto[rows] = surface.places_at(face, share)
+        vertices, stayed = lifted(triangles.vertices, onto, faces, free)
         at, shares = np.zeros(len(vertices), np.int64), np.zeros((len(vertices), 3))
         at[rows], shares[rows] = face, share
         at, shares = at[faces], shares[faces]
@@ -250,27 +248,11 @@ class _Remesher:
         creases = triangles.is_held(triangles.keys()).reshape(-1, 3)
         corners_uv = None if uv is None else np.einsum("fkc,fkcd->fkd", shares, uv[at])
         bulge = bulges(body, pairs, creases, normals)
+        bulge[stayed[faces] | np.roll(stayed[faces], -1, axis=1)] = 0.0
         if turns_by_chance(body, normals):
             say("facets turn by chance, as in a scan; normals are smoothed")
             normals = smoothed(body, normals)
         return EvenMesh(body, normals, bulge, corners_uv, triangles.origin)
-
-
-def _part(vertices: Array, faces: Index, free: NDArray[np.bool_]) -> None:
-    """Move vertices (n, 3) apart that have come to lie on their neighbours: no triangle may be a point.
-
-    Args:
-        vertices: mm; changed in place.
-        faces: (m, 3) of a closed mesh.
-        free: (n,) vertices on no held line, which move rather than others.
-    """
-    one, other = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    short = np.linalg.norm(vertices[one] - vertices[other], axis=1) < LEAST_EDGE_MM
-    moving = np.unique(np.where(free[one[short]], one[short], other[short]))
-    if len(moving):
-        count = np.bincount(one, minlength=len(vertices))[moving, None]
-        sums = np.stack([np.bincount(one, vertices[other, k], len(vertices)) for k in range(3)], axis=1)
-        vertices[moving] += PARTED * (sums[moving] / count - vertices[moving])
 
 
 def _sizes(surface: SmoothSurface, edge_mm: float) -> Array:
