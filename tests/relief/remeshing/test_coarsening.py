@@ -3,15 +3,11 @@
 import numpy as np
 import trimesh
 
-from relief.body import Body
 from relief.meshes.intersections import self_intersections
 from relief.remeshing.coarsening import coarsened
 from relief.remeshing.even_mesh import even_mesh
 from relief.remeshing.smooth_surface import units
-
-
-def of(mesh):
-    return Body(np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces))
+from tests.relief.remeshing.facets import of
 
 
 def test_flat_sides_get_few_triangles_and_keep_their_edges_and_what_is_kept():

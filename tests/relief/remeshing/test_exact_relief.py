@@ -2,23 +2,16 @@
 
 import numpy as np
 import pytest
-import trimesh
 
-from relief.body import Body
+from relief.meshes.intersections import self_intersections
 from relief.wrapping.placement import Placement
 from relief.wrapping.surfaces import Settings
 from relief.wrapping.tiles import Tile
 from relief.wrapping.wrap import Covering, wrap
+from tests.relief.remeshing.facets import revolved
 
 RADIUS, AROUND, HIGH_MM = 4.0, 12, 0.2
 """Radius, mm, waves around the cylinder, and half the height of the relief, mm."""
-
-
-def revolved(*profile):
-    mesh = trimesh.creation.revolve(np.array(profile, dtype=np.float64), sections=48)
-    mesh.merge_vertices()
-    mesh.update_faces(mesh.nondegenerate_faces())
-    return Body(np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces))
 
 
 ROD = revolved((0.0, -3.0), (RADIUS, -3.0), (RADIUS, 3.0), (0.0, 3.0))
@@ -41,6 +34,7 @@ def test_a_relief_lies_on_the_exact_surface(body, mask, side):
     tile, length = waves()
     settings = Settings(mask=mask, edge_mm=0.1, falloff_mm=0.3)
     wrapped = wrap(body, [Covering(tile)], settings, placement=Placement(projection="cylinder"))
+    assert self_intersections(wrapped.body) == 0
     whole = (wrapped.textured == 1.0) & (wrapped.factor == 1.0)
     faces = wrapped.body.faces[whole[wrapped.body.faces].all(axis=1)]
     corners = wrapped.body.vertices[faces]
@@ -56,4 +50,4 @@ def test_a_relief_lies_on_the_exact_surface(body, mask, side):
     height = side * (far - RADIUS) - HIGH_MM
     shares = np.linalg.lstsq(basis, height, rcond=None)[0]
     assert np.linalg.norm(shares) == pytest.approx(HIGH_MM, rel=0.02)
-    assert np.abs(basis @ shares - height).max() < 0.005
+    assert np.abs(basis @ shares - height).max() < 0.01
