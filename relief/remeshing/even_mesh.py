@@ -1,39 +1,37 @@
 """Even triangles on the smooth surface that is meant, whatever triangles the body came with."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from relief.body import Body
 from relief.common.arrays import Array, Index
-from relief.common.progress import say, stage, this_stage
+from relief.common.progress import say, stage
 from relief.meshes.neighbourhood import edge_pairs
+from relief.remeshing.collapsing import Collapses
 from relief.remeshing.features import held_lines, regions
+from relief.remeshing.flipping import Flips
+from relief.remeshing.lifting import lifted
 from relief.remeshing.nearest import NearestPoints
 from relief.remeshing.noise import smoothed, turns_by_chance
 from relief.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface, units
-from relief.remeshing.triangles import Triangles
+from relief.remeshing.triangles import Triangles, repeated
 
 ARC = 0.35
 """Angle over which an edge of the even mesh spans, rad, where the surface bends: parabolas over its triangles
 are then within 1 um of a circle of 4 mm radius."""
 LEAST_PART = 0.15
 """Shortest edges wanted where the surface bends, in those of the rest."""
-GROWTH = 0.5
-"""By how much edges may grow from one to the next, as a part of them."""
 COARSE = 4.0
 """Edges on a flat side that stays, in those of the rest: it needs few triangles, but no slivers."""
 ROUNDS = 4
 """Rounds of splitting, collapsing, flipping and relaxing; five change little more."""
-MOST_PASSES = 40
-"""Passes of collapses in a round; each removes a tenth of what there is to remove."""
 COARSER = (128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0)
 """Edges, in those wanted, to which triangles are divided at first: flips and collapses between keep them from
 becoming slivers, whose number would double with each halving, also across."""
-ENOUGH = 0.03
-"""Changes in a pass, as a part of those of the first, up to which no other pass follows."""
 STIR = 0.3
 """Part of their edges by which vertices move by chance at first. Squares would stay squares, and divided all
 at once the number of triangles would jump by a half."""
@@ -43,9 +41,6 @@ UPRIGHT = 0.3
 """Cosine of the angle by which relaxing may turn a triangle."""
 SHRUNK = 0.1
 """Least part of its area that relaxing may leave of a triangle."""
-LEAST_EDGE_MM, PARTED = 1e-3, 0.02
-"""Length of an edge, mm, below which its ends are one point, and part of the way to the middle of its
-neighbours by which such a vertex moves: some um."""
 INWARD = 0.05
 """Part of the way from a corner to the middle of its triangle where the side of a crease is looked up."""
 
@@ -118,19 +113,19 @@ class _Remesher:
         triangles = self.triangles
         self._collapse()
         for factor in coarser:
-            self._repeat(triangles.flip)
+            repeated(Flips(triangles).flip)
             while self._split(factor):
-                self._repeat(triangles.flip)
+                repeated(Flips(triangles).flip)
             self._collapse()
         for _ in range(3):
-            self._repeat(triangles.flip)
+            repeated(Flips(triangles).flip)
             self._relax(stir)
 
     def _split(self, coarser: float) -> int:
         """Divide the edges that are too long, and bring their middles to the surface; returns how many."""
         triangles = self.triangles
         first = len(triangles.vertices)
-        count = triangles.split(coarser * self._wanted())
+        count = triangles.split(coarser * self.triangles.wanted())
         if count:
             # The triangles around tell the region alone: flips have carried their places away.
             corner, start = triangles.faces.ravel(), np.repeat(triangles.origin, 3)
@@ -148,29 +143,9 @@ class _Remesher:
         return count
 
     def _collapse(self) -> None:
-        wanted = self._wanted()
-        self._repeat(lambda again: self.triangles.collapse(wanted))
+        wanted, collapses = self.triangles.wanted(), Collapses(self.triangles)
+        repeated(partial(collapses.collapse, wanted))
         self.triangles.drop_unused()
-
-    def _repeat(self, step: Callable[[bool], int]) -> None:
-        first = 0
-        for number in range(MOST_PASSES):
-            count = step(number > 0)
-            this_stage()(0)
-            first = max(first, count)
-            if count <= ENOUGH * first:
-                break
-
-    def _wanted(self) -> Array:
-        """(vertices,) lengths of edges wanted, mm."""
-        triangles = self.triangles
-        wanted = triangles.size.copy()
-        one, other = triangles.faces.ravel(), np.roll(triangles.faces, -1, axis=1).ravel()
-        length = GROWTH * np.linalg.norm(triangles.vertices[one] - triangles.vertices[other], axis=1)
-        for _ in range(4):
-            np.minimum.at(wanted, one, wanted[other] + length)
-            np.minimum.at(wanted, other, wanted[one] + length)
-        return wanted
 
     def _relax(self, stir: float) -> None:
         """Move free vertices towards the middle of their triangles, along the surface, and by chance."""
@@ -197,7 +172,7 @@ class _Remesher:
         """(vertices, 3) ways along the surface to the middles of the triangles around, and by chance, mm."""
         vertices, faces = self.triangles.vertices, self.triangles.faces
         body, count, corners = Body(vertices, faces), len(vertices), faces.ravel()
-        wanted = self._wanted()
+        wanted = self.triangles.wanted()
         weight = body.areas / wanted[faces].mean(axis=1) ** 2
         middles = weight[:, None] * vertices[faces].mean(axis=1)
         middle, normal = (
@@ -231,9 +206,9 @@ class _Remesher:
         free = ~triangles.corner & (triangles.held_count() == 0)
         rows = np.flatnonzero(free)
         face, share = self._project(triangles.vertices[rows], rows)
-        vertices = triangles.vertices.copy()
-        vertices[rows] = surface.places_at(face, share)
-        _part(vertices, faces, free)
+        onto = triangles.vertices.copy()
+        onto[rows] = surface.places_at(face, share)
+        vertices, stayed = lifted(triangles.vertices, onto, faces, free)
         at, shares = np.zeros(len(vertices), np.int64), np.zeros((len(vertices), 3))
         at[rows], shares[rows] = face, share
         at, shares = at[faces], shares[faces]
@@ -250,27 +225,11 @@ class _Remesher:
         creases = triangles.is_held(triangles.keys()).reshape(-1, 3)
         corners_uv = None if uv is None else np.einsum("fkc,fkcd->fkd", shares, uv[at])
         bulge = bulges(body, pairs, creases, normals)
+        bulge[stayed[faces] | np.roll(stayed[faces], -1, axis=1)] = 0.0
         if turns_by_chance(body, normals):
             say("facets turn by chance, as in a scan; normals are smoothed")
             normals = smoothed(body, normals)
         return EvenMesh(body, normals, bulge, corners_uv, triangles.origin)
-
-
-def _part(vertices: Array, faces: Index, free: NDArray[np.bool_]) -> None:
-    """Move vertices (n, 3) apart that have come to lie on their neighbours: no triangle may be a point.
-
-    Args:
-        vertices: mm; changed in place.
-        faces: (m, 3) of a closed mesh.
-        free: (n,) vertices on no held line, which move rather than others.
-    """
-    one, other = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    short = np.linalg.norm(vertices[one] - vertices[other], axis=1) < LEAST_EDGE_MM
-    moving = np.unique(np.where(free[one[short]], one[short], other[short]))
-    if len(moving):
-        count = np.bincount(one, minlength=len(vertices))[moving, None]
-        sums = np.stack([np.bincount(one, vertices[other, k], len(vertices)) for k in range(3)], axis=1)
-        vertices[moving] += PARTED * (sums[moving] / count - vertices[moving])
 
 
 def _sizes(surface: SmoothSurface, edge_mm: float) -> Array:

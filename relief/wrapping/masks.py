@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from relief.common.arrays import Array, smooth_step
+from relief.common.arrays import Array, Index, smooth_step
 from relief.common.errors import InputError
 from relief.common.formats import HEIGHT_MAPS
 from relief.common.lengths import shown
@@ -72,6 +72,11 @@ class Points:
     uv: Array | None
     regions: Regions
     colours: Array | None = None
+
+    def at(self, chosen: Index) -> "Points":
+        """Some of the points, by their numbers (k,)."""
+        uv, colours = (None if of is None else of[chosen] for of in (self.uv, self.colours))
+        return Points(self.places[chosen], self.normals[chosen], uv, self.regions, colours)
 
 
 def mask_at(text: str, points: Points, falloff_mm: float) -> Array:

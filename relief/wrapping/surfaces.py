@@ -13,6 +13,7 @@ from relief.mending.holes import Holes
 from relief.meshes.refining import Refined
 from relief.meshes.solid import check_apart
 from relief.meshes.unrolling import nearest_shares
+from relief.remeshing.coarsening import coarsened
 from relief.remeshing.even_mesh import EvenMesh, even_mesh, vertex_normals
 from relief.remeshing.smooth_surface import raised
 from relief.wrapping.coordinates.layout import Layout
@@ -116,6 +117,7 @@ class BaseSurface:
         self.points = Points(self.body.vertices, self.normals, self._vertex_uv(), regions, painted)
         self.masked = settings.mask is not None
         self.carried = self.carried_at(self.points, self.body.faces[self.bottom], settings)
+        self._coarsen(bottom, edge)
         if settings.crosses:
             check_apart(self.body, self.textured, "mesh")
 
@@ -123,6 +125,18 @@ class BaseSurface:
     def textured(self) -> NDArray[np.bool_]:
         """(faces,) whether any texture lies there."""
         return np.asarray((self.carried > 0.0)[self.body.faces].any(axis=1))
+
+    def _coarsen(self, bottom: NDArray[np.bool_], edge_mm: float) -> None:
+        """Leave fewer triangles where no texture lies and the surface is flat.
+
+        Args:
+            bottom: (faces,) those of the object's own triangles that are its bottom.
+            edge_mm: Edges of the even triangles, mm.
+        """
+        self.mesh, left = coarsened(self.mesh, self.textured, edge_mm)
+        self.body, self.bottom = self.mesh.body, bottom[self.mesh.origin]
+        self.normals, self.carried = self.normals[left], self.carried[left]
+        self.points = self.points.at(left)
 
     def _flatten(self) -> None:
         """Bring the bottom into its plane: not a rounding error above or below the bed of a printer."""
@@ -168,8 +182,9 @@ class BaseSurface:
         sides = faces[~self.bottom]
         ends = np.stack([sides, np.roll(sides, -1, axis=1)], axis=-1).reshape(-1, 2)
         ends = ends[on_bottom[ends].all(axis=1)]
-        share = np.linspace(0.0, 1.0, int(BASE_EDGE_MM / RIM_MM) + 1)[:, None, None]
         start, end = self.body.vertices[ends[:, 0]], self.body.vertices[ends[:, 1]]
+        longest = max(BASE_EDGE_MM, float(np.linalg.norm(end - start, axis=1).max(initial=0.0)))
+        share = np.linspace(0.0, 1.0, int(longest / RIM_MM) + 1)[:, None, None]
         return np.asarray((start + share * (end - start)).reshape(-1, 3))
 
 

@@ -13,7 +13,7 @@ TETRAHEDRON = Body(
 )
 
 
-@pytest.mark.parametrize("seed", [3, 6, 9])
+@pytest.mark.parametrize("seed", [12, 29, 34])
 def test_a_random_union_is_wrapped_without_crossings(seed):
     row = outcome(seed, coarse())
     assert row["outcome"] == "sound" and row["faces"] > 1000

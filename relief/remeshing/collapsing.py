@@ -1,0 +1,178 @@
+"""Collapses of short edges: vertices are removed, many at once, which share no neighbour."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relief.common.arrays import Array, Index
+from relief.meshes.neighbourhood import BITS, MASK, among, edge_keys
+from relief.remeshing.triangles import LONG, Triangles
+
+SHORT = 4.0 / 5.0
+"""Length of an edge, in that wanted, up to which it is collapsed."""
+HELD_MM = 0.005
+"""Farthest that a held line may be moved by collapses along it, mm."""
+MOST_AROUND = 40
+"""Triangles around a vertex up to which it may be removed."""
+TURN = np.cos(np.radians(40.0))
+"""Cosine of the angle by which a collapse may turn a triangle."""
+LONGER = 1.1
+"""Factor by which a collapse may lengthen an edge that is too long already and will be split."""
+THIN = 0.02
+"""Twice the area of a triangle, in the square of its longest edge, below which it is a sliver."""
+
+
+class Collapses:
+    """Passes of collapses over triangles whose vertices keep their numbers between.
+
+    Attributes:
+        triangles: Changed in place.
+    """
+
+    def __init__(self, triangles: Triangles) -> None:
+        self.triangles = triangles
+        self._far = triangles.moved
+        self._refused = np.empty(0, np.int64)
+
+    def collapse(self, size: Array) -> int:
+        """Remove vertices at the ends of edges that are shorter than wanted; returns how many.
+
+        Vertices keep their numbers until `drop_unused`.
+
+        Args:
+            size: (n,) length of edges wanted at the vertices, mm.
+        """
+        gone, stays = self._short_edges(size)
+        ends = np.zeros(len(self.triangles.vertices), bool)
+        ends[gone] = ends[stays] = True
+        some = np.flatnonzero(self.triangles.count(ends) > 0)
+        gone, stays = self._apart(gone, stays, self.triangles.faces[some])
+        if not len(gone):
+            return 0
+        around = self.triangles.faces[some].ravel()
+        corner_face = some[np.argsort(around, kind="stable") // 3]
+        count = np.bincount(around, minlength=len(self.triangles.vertices))
+        first = np.cumsum(count) - count
+        number = np.repeat(np.arange(len(gone)), count[gone])
+        within = np.arange(len(number)) - np.repeat(np.cumsum(count[gone]) - count[gone], count[gone])
+        face = corner_face[first[gone][number] + within]
+        sound = self._sound(gone, stays, size, number, face, self.triangles.edges(self.triangles.faces[some]))
+        refused = (gone[~sound] << BITS) | stays[~sound]
+        self._refused = np.sort(np.concatenate([self._refused, refused]))
+        self._merge(gone[sound], stays[sound])
+        return int(sound.sum())
+
+    def _short_edges(self, size: Array) -> tuple[Index, Index]:
+        """Vertices that may be removed, and those they are moved to, the shortest edges first."""
+        one, other = self.triangles.faces.ravel(), np.roll(self.triangles.faces, -1, axis=1).ravel()
+        once = one < other
+        one, other = one[once], other[once]
+        length = np.linalg.norm(self.triangles.vertices[one] - self.triangles.vertices[other], axis=1)
+        length /= 0.5 * (size[one] + size[other])
+        short = np.flatnonzero(length < SHORT)
+        keys = (one[short] << BITS) | other[short]
+        order = np.argsort(keys)
+        keys, length = keys[order], length[short][order]
+        one, other = keys >> BITS, keys & MASK
+        lines, around = (
+            self.triangles.held_count(),
+            np.bincount(self.triangles.faces.ravel(), minlength=len(self.triangles.vertices)),
+        )
+        held = self.triangles.is_held(keys)
+        free = ~self.triangles.corner & (around <= MOST_AROUND)
+        ways = []
+        for gone, stays in ((one, other), (other, one)):
+            may = free[gone] & ((lines[gone] == 0) | (held & (lines[gone] == 2)))
+            may &= ~among((gone << BITS) | stays, self._refused)
+            ways.append(np.stack([gone[may], stays[may], np.flatnonzero(may)]))
+        gone, stays, edge = np.concatenate(ways, axis=1)
+        order = np.argsort(length[edge], kind="stable")
+        return gone[order], stays[order]
+
+    def _apart(self, gone: Index, stays: Index, faces: Index) -> tuple[Index, Index]:
+        """Those of the vertices to be removed, the first at each, that have no neighbour in common.
+
+        Args:
+            gone: (k,) vertices to be removed.
+            stays: (k,) those they are moved to.
+            faces: (m, 3) all triangles around them.
+        """
+        gone, first = np.unique(gone, return_index=True)
+        stays = stays[first]
+        # Vertices in any order: with that of their lengths few would be first among their neighbours.
+        rank = np.random.default_rng(len(gone)).permutation(len(gone))
+        best = np.full(len(self.triangles.vertices), len(gone))
+        best[gone] = rank
+        one, other = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+        for _ in range(2):
+            around = best.copy()
+            np.minimum.at(around, one, best[other])
+            np.minimum.at(around, other, best[one])
+            best = around
+        chosen = best[gone] == rank
+        return gone[chosen], stays[chosen]
+
+    def _sound(
+        self, gone: Index, stays: Index, size: Array, number: Index, face: Index, edges: Index
+    ) -> NDArray[np.bool_]:
+        """(k,) whether removals keep the surface whole, its triangles upright, and held lines in place."""
+        corners = self.triangles.faces[face]
+        around = corners.ravel()
+        rank = np.repeat(number, 3)
+        beside = (around != gone[rank]) & (around != stays[rank])
+        joined = among(edge_keys(around[beside], stays[rank[beside]]), edges)
+        sound = np.bincount(rank[beside][joined], minlength=len(gone)) == 4
+        moved = ~(corners == stays[number][:, None]).any(axis=1)
+        number, corners = number[moved], corners[moved]
+        old = self.triangles.vertices[corners]
+        new = np.where(
+            (corners == gone[number][:, None])[:, :, None],
+            self.triangles.vertices[stays[number]][:, None],
+            old,
+        )
+        before, after = (np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]) for t in (old, new))
+        areas = [np.linalg.norm(normal, axis=1) for normal in (before, after)]
+        longest = [((np.roll(t, -1, axis=1) - t) ** 2).sum(axis=2).max(axis=1) for t in (old, new)]
+        thin = [area / np.maximum(length, 1e-30) for area, length in zip(areas, longest, strict=True)]
+        upright = np.where(thin[0] < THIN, 0.0, TURN)
+        bad = (before * after).sum(axis=1) < upright * areas[0] * areas[1]
+        bad |= (thin[1] < THIN) & (thin[1] < thin[0])
+        bad |= longest[1] > np.maximum((LONG * size[gone[number]]) ** 2, LONGER**2 * longest[0])
+        sound[number[bad]] = False
+        return sound & self._in_line(gone, stays)
+
+    def _in_line(self, gone: Index, stays: Index) -> NDArray[np.bool_]:
+        """(k,) whether removals leave held lines where they are."""
+        lines = self.triangles.held_count()
+        held = np.flatnonzero(lines[gone] > 0)
+        sound = np.ones(len(gone), bool)
+        self._far = np.zeros(len(self.triangles.vertices))
+        if not len(held):
+            return sound
+        one, other = self.triangles.held >> BITS, self.triangles.held & MASK
+        total = np.zeros(len(self.triangles.vertices), np.int64)
+        np.add.at(total, one, other)
+        np.add.at(total, other, one)
+        vertex, near = gone[held], stays[held]
+        beyond = self.triangles.vertices[total[vertex] - near]
+        start, point = self.triangles.vertices[near], self.triangles.vertices[vertex]
+        way = beyond - start
+        t = ((point - start) * way).sum(1) / np.maximum((way * way).sum(1), 1e-30)
+        far = np.linalg.norm(start + np.clip(t, 0.0, 1.0)[:, None] * way - point, axis=1)
+        sound[held] = far + self.triangles.moved[vertex] <= HELD_MM
+        self._far[vertex] = far
+        return sound
+
+    def _merge(self, gone: Index, stays: Index) -> None:
+        """Move vertices to others, and leave out what has no area then."""
+        target = np.arange(len(self.triangles.vertices))
+        target[gone] = stays
+        lines = self.triangles.held_count()[gone] > 0
+        for vertex in (gone[lines], stays[lines]):
+            far = self.triangles.moved[gone[lines]] + self._far[gone[lines]]
+            self.triangles.moved[vertex] = np.maximum(self.triangles.moved[vertex], far)
+        one, other = target[self.triangles.held >> BITS], target[self.triangles.held & MASK]
+        faces = target[self.triangles.faces]
+        kept = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+        self.triangles.faces, self.triangles.origin = faces[kept], self.triangles.origin[kept]
+        apart = one != other
+        self.triangles.held = np.unique(edge_keys(one[apart], other[apart]))
