@@ -222,7 +222,7 @@ def main() -> None:
             content["objects"][key] = measured(name, options.texture, options.places)
             save(RESULT, content)
             print(tables({key: content["objects"][key]}), flush=True)
-    put(DOCS / "evidence" / "objects-feel.md", "feel kept", COMMAND, tables(content["objects"]))
+    put(DOCS / "evidence" / "feel.md", "feel kept", COMMAND, tables(content["objects"]))
 
 
 if __name__ == "__main__":

@@ -140,7 +140,7 @@ def main() -> None:
         content["objects"][key] = compared(name, arguments.texture)
         save(RESULT, content)
         print(key, content["objects"][key], flush=True)
-    put(DOCS / "evidence" / "objects-feel.md", "own shapes", COMMAND, tables(content))
+    put(DOCS / "evidence" / "feel.md", "own shapes", COMMAND, tables(content))
     print(tables(content))
 
 

@@ -123,7 +123,7 @@ def main() -> None:
                 save(RESULT, {"machine": machine(), "objects": dict(sorted(rows.items()))})
                 print(*_line(name, rows[name]), flush=True)
     text = table(HEAD, [_line(name, row) for name, row in load(RESULT)["objects"].items()])
-    put(DOCS / "evidence" / "objects-feel.md", "steered", COMMAND, text + "\n")
+    put(DOCS / "evidence" / "feel.md", "steered", COMMAND, text + "\n")
     print(text)
 
 

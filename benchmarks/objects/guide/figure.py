@@ -48,9 +48,23 @@ class Shot(NamedTuple):
 
 
 SHOTS = (
-    Shot("handle.3mf", "handle: bark along the axis", (0.48, 0.26, 0.12), (90.0, -62.0), (-0.1, -1.0, 0.75), 0.8),
+    Shot(
+        "handle.3mf",
+        "handle: bark along the axis",
+        (0.48, 0.26, 0.12),
+        (90.0, -62.0),
+        (-0.1, -1.0, 0.75),
+        0.8,
+    ),
     Shot("dial.3mf", "dial: weave around the side", (0.10, 0.16, 0.24), (0.0, 0.0), (-0.3, -1.0, 0.55), 0.9),
-    Shot("case-leather.3mf", "case: leather on the sides", (0.10, 0.29, 0.31), (0.0, -32.0), (-0.1, -1.0, 0.62), 0.8),
+    Shot(
+        "case-leather.3mf",
+        "case: leather on the sides",
+        (0.10, 0.29, 0.31),
+        (0.0, -32.0),
+        (-0.1, -1.0, 0.62),
+        0.8,
+    ),
     Shot("badge.3mf", "badge: a knitted patch", (0.60, 0.36, 0.09), (0.0, 25.0), (-0.1, -1.0, 0.9), 0.85),
 )
 
@@ -137,7 +151,11 @@ def main() -> None:
         row, column = divmod(number, 2)
         sheet.paste(picture(Path(sys.argv[1]), shot), (WIDTH * column, (HEIGHT + label) * row))
         draw.text(
-            (WIDTH * (column + 0.5), (HEIGHT + label) * row + HEIGHT + 3), shot.name, "black", font, anchor="ma"
+            (WIDTH * (column + 0.5), (HEIGHT + label) * row + HEIGHT + 3),
+            shot.name,
+            "black",
+            font,
+            anchor="ma",
         )
     sheet.quantize(COLOURS).save(DOCS / "images" / "parts.png", optimize=True)
 
