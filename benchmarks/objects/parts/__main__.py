@@ -21,6 +21,7 @@ import sys
 import tempfile
 from argparse import Namespace
 from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -90,8 +91,9 @@ def measured(name: str, options: Namespace, plate: Array) -> dict[str, Any]:
         if "failure" in row or options.only_wrap:
             return row
         # In a process of its own, as the memory of this one counts for those that it starts.
-        with get_context("spawn").Pool(1) as pool:
-            return row | pool.apply(looked_at, (HERE / f"{name}.3mf", out, options.blender, plate))
+        with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+            work = pool.submit(looked_at, HERE / f"{name}.3mf", out, options.blender, plate)
+            return row | work.result()
 
 
 def _line(name: str, row: Mapping[str, Any]) -> tuple[Any, ...]:
