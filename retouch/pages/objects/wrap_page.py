@@ -155,10 +155,13 @@ def _notes(preview: Preview) -> list[str]:
             f"{shown.lowering.lowest_factor:.2f} at least, where the object bends tightly or is thin."
         )
     if preview.printed is not None:
+        print_ = preview.printed
+        lost = (
+            f"; {percent(100.0 * print_.lost)} of it is too thin to be printed" if print_.lost > 5e-4 else ""
+        )
         notes.append(
-            f"The print by {preview.printed.printer.name}, whose layers lie across z, is "
-            f"{number(1000.0 * preview.printed.rms_mm, 2)} µm (rms) from the surface of the file, and leaves "
-            f"out {percent(100.0 * preview.printed.lost)} of it, which is too thin."
+            f"Shown is the print by {print_.printer.name}, whose layers lie across z. It is "
+            f"{number(1000.0 * print_.rms_mm, 2)} µm (rms) from the surface of these triangles{lost}."
         )
     notes.append("Whether the surface passes through itself is found out by retouch wrap alone.")
     return notes
