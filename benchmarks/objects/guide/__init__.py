@@ -1,1 +1,1 @@
-"""The part and the picture that the guide from idea to part (`docs/parts.md`) has beside those of the benchmark."""
+"""What the guide (`docs/parts.md`) has beside the parts of the benchmark: a part of its own, and the picture."""

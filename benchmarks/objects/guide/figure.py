@@ -21,7 +21,7 @@ from relief.export.parts import write_parts
 from relief.meshes import read_mesh
 from visual.backend.variants import choose_variant
 
-WIDTH, HEIGHT, SAMPLES, COLOURS = 560, 420, 32, 200
+WIDTH, HEIGHT, SAMPLES, COLOURS = 480, 360, 128, 160
 """Sides of a picture, its rays a pixel, and the colours that are kept."""
 FIELD_DEG = 22.0
 """Angle of the camera's view along the picture."""
@@ -48,9 +48,23 @@ class Shot(NamedTuple):
 
 
 SHOTS = (
-    Shot("handle.3mf", "handle: bark along the axis", (0.48, 0.26, 0.12), (90.0, -62.0), (-0.1, -1.0, 0.75), 0.8),
+    Shot(
+        "handle.3mf",
+        "handle: bark along the axis",
+        (0.48, 0.26, 0.12),
+        (90.0, -62.0),
+        (-0.1, -1.0, 0.75),
+        0.8,
+    ),
     Shot("dial.3mf", "dial: weave around the side", (0.10, 0.16, 0.24), (0.0, 0.0), (-0.3, -1.0, 0.55), 0.9),
-    Shot("case-leather.3mf", "case: leather on the sides", (0.10, 0.29, 0.31), (0.0, -32.0), (-0.1, -1.0, 0.62), 0.8),
+    Shot(
+        "case-leather.3mf",
+        "case: leather on the sides",
+        (0.10, 0.29, 0.31),
+        (0.0, -32.0),
+        (-0.1, -1.0, 0.62),
+        0.8,
+    ),
     Shot("badge.3mf", "badge: a knitted patch", (0.60, 0.36, 0.09), (0.0, 25.0), (-0.1, -1.0, 0.9), 0.85),
 )
 
@@ -132,12 +146,16 @@ def picture(folder: Path, shot: Shot) -> Image.Image:
 def main() -> None:
     label = 30
     sheet = Image.new("RGB", (2 * WIDTH, 2 * (HEIGHT + label)), "white")
-    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(20)
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(18)
     for number, shot in enumerate(SHOTS):
         row, column = divmod(number, 2)
         sheet.paste(picture(Path(sys.argv[1]), shot), (WIDTH * column, (HEIGHT + label) * row))
         draw.text(
-            (WIDTH * (column + 0.5), (HEIGHT + label) * row + HEIGHT + 3), shot.name, "black", font, anchor="ma"
+            (WIDTH * (column + 0.5), (HEIGHT + label) * row + HEIGHT + 3),
+            shot.name,
+            "black",
+            font,
+            anchor="ma",
         )
     sheet.quantize(COLOURS).save(DOCS / "images" / "parts.png", optimize=True)
 
