@@ -24,7 +24,10 @@ from retouch.commands.main import main, parse
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-GIVEN = ("stone.jpg", "logo.png", "my-study.toml", "~/materials")
+GIVEN = (
+    *("stone.jpg", "logo.png", "my-study.toml", "~/materials"),
+    *("grip.3mf", "knob.3mf", "case.3mf", "button.3mf"),
+)
 """Files and folders that a user has before the first command of a page."""
 STONE = "runs/stone"
 """The run of the README, which other pages go on with."""
@@ -37,13 +40,16 @@ SHORT = {
     "export": "",
     "doctor": "",
     "evaluate": "",
+    "wrap": "",
     "compare": "-D resolution=16",
     "render": "",
     "optimize": "--no-baseline -D resolution=16 --set look.model=heights --set touch.model=quick "
     "--set verify.model=layer --set verify.samples=4 --set descent.steps=1",
 }
 """Verbs of which every command is run, with the options that make it short: a small picture and one step.
-A run that no command of its page goes on with is a `--dry-run`."""
+A run that no command of its page goes on with is a `--dry-run`, and `wrap` makes previews alone."""
+PART = "benchmarks/objects/guide/button.3mf"
+"""The part of the guide whose preview takes the least time."""
 SLOW = ("reach",)
 """Options with which a command is not run: it takes over ten seconds, however small the picture."""
 STEPS_LEFT = 3
@@ -145,6 +151,7 @@ def test_quick_commands_work(
     monkeypatch.chdir(tmp_path)
     grey = np.random.default_rng(0).integers(0, 256, (48, 64), np.uint8)
     Image.fromarray(grey).save("stone.jpg")
+    shutil.copy(ROOT / PART, ".")
     read = [Path(name) for one in commands(page) for name in inputs(one.parsed)]
     if any(name.is_relative_to(STONE) for name in read) and path_of(page) != "README.md":
         shutil.copytree(request.getfixturevalue("stone"), STONE)
@@ -154,7 +161,8 @@ def test_quick_commands_work(
         verb = command.words[0]
         quick = verb in SHORT or (verb == "study" and parsed.list)
         there = all(comes_with_retouch(name) or os.path.exists(name) for name in inputs(parsed))
-        if not quick or not there or any(getattr(parsed, option, False) for option in SLOW):
+        slow = any(getattr(parsed, option, False) for option in SLOW) or (verb == "wrap" and parsed.out)
+        if not quick or not there or slow:
             continue
         refused = command.shown.startswith("retouch: ")
         short = SHORT.get(verb, "")

@@ -15,7 +15,7 @@ from relief.body import Body, Part
 from relief.export.parts import write_parts
 
 RADIUS_MM, DOME_MM, ROUND_MM, RIM_MM = 18.0, 36.0, 1.5, 2.5
-"""Radii of the button, of the ball of its top and of its edge, mm, and the height at which the edge begins."""
+"""Radii of the button, the ball of its top and its edge, mm, and the height at which the edge begins."""
 SECTIONS = 128
 """Facets around; `retouch wrap` makes even triangles of them, however many there are."""
 

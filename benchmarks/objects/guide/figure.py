@@ -21,7 +21,7 @@ from relief.export.parts import write_parts
 from relief.meshes import read_mesh
 from visual.backend.variants import choose_variant
 
-WIDTH, HEIGHT, SAMPLES, COLOURS = 560, 420, 32, 200
+WIDTH, HEIGHT, SAMPLES, COLOURS = 480, 360, 128, 160
 """Sides of a picture, its rays a pixel, and the colours that are kept."""
 FIELD_DEG = 22.0
 """Angle of the camera's view along the picture."""
@@ -146,7 +146,7 @@ def picture(folder: Path, shot: Shot) -> Image.Image:
 def main() -> None:
     label = 30
     sheet = Image.new("RGB", (2 * WIDTH, 2 * (HEIGHT + label)), "white")
-    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(20)
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(18)
     for number, shot in enumerate(SHOTS):
         row, column = divmod(number, 2)
         sheet.paste(picture(Path(sys.argv[1]), shot), (WIDTH * column, (HEIGHT + label) * row))
