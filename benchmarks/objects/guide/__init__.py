@@ -1,1 +1,1 @@
-"""What the guide (`docs/parts.md`) has beside the parts of the benchmark: a part of its own, and the picture."""
+"""What the guide (`docs/parts.md`) has beside the parts of the benchmark: one more part, and the picture."""
