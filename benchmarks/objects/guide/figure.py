@@ -21,7 +21,7 @@ from relief.export.parts import write_parts
 from relief.meshes import read_mesh
 from visual.backend.variants import choose_variant
 
-WIDTH, HEIGHT, SAMPLES, COLOURS = 480, 360, 128, 160
+WIDTH, HEIGHT, SAMPLES, COLOURS = 480, 360, 128, 224
 """Sides of a picture, its rays a pixel, and the colours that are kept."""
 FIELD_DEG = 22.0
 """Angle of the camera's view along the picture."""
