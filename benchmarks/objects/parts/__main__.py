@@ -1,14 +1,14 @@
 """Twenty parts of CAD kernels, modelling programs and scanners, wrapped: what comes out, and what it costs.
 
 python -m benchmarks.objects.parts [NAME ...] [--again] [--only-wrap] [--code FOLDER] [--blender PYTHON]
-                                   [--keep FOLDER]
+                                   [--keep FOLDER] [--unfelt]
 
 Each part is wrapped with `gravel-tile` by default, in its own process with limits of CPU time and memory.
 What comes out is read by trimesh (closed or not), by Blender where a Python with `bpy` is named (triangles
 that cross one another) and by PrusaSlicer where it is installed, and is felt at 40 places without the part's
 curvature. Parts that `results/wrapped_parts.json` has are not wrapped again without `--again`. `--code` names
-another checkout, whose `retouch wrap` is measured, and `--keep` where the files go. `NAME-fine` are finer
-exports of eight parts.
+another checkout, whose `retouch wrap` is measured, and `--keep` where the files go. `--unfelt` leaves out the
+finger, which takes a minute of a processor. `NAME-fine` are finer exports of eight parts.
 """
 
 import json
@@ -80,7 +80,7 @@ def wrapped(name: str, out: Path, code: Path) -> dict[str, Any]:
         return row | {"failure": lines.strip().splitlines()[-1] if lines.strip() else f"{child.returncode}"}
 
 
-def measured(name: str, options: Namespace, plate: Array) -> dict[str, Any]:
+def measured(name: str, options: Namespace, plate: Array | None) -> dict[str, Any]:
     """Everything about one part."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "wrapped.3mf"
@@ -126,10 +126,11 @@ def main() -> None:
     parser.add_argument("--code", type=Path, default=ROOT, metavar="FOLDER")
     parser.add_argument("--blender", metavar="PYTHON")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="for the wrapped parts")
+    parser.add_argument("--unfelt", action="store_true", help="do not press on what comes out")
     options = parser.parse_args()
     if unknown := set(options.names) - set(NAMES):
         parser.error(f"{', '.join(sorted(unknown))}: not among {', '.join(NAMES)}")
-    plate = on_plate(tile_of(TEXTURE))
+    plate = None if options.unfelt else on_plate(tile_of(TEXTURE))
     for name in options.names or NAMES:
         rows = load(RESULT).get("parts", {})
         if name not in rows or options.again:

@@ -20,8 +20,15 @@ from relief.meshes import read_mesh
 CROSSINGS = "benchmarks.objects.parts.crossings_in_blender"
 
 
-def looked_at(bare: Path, file: Path, blender: str | None, plate: Array) -> dict[str, Any]:
-    """What other programs and the finger make of a part wrapped into a file, beside the bare part."""
+def looked_at(bare: Path, file: Path, blender: str | None, plate: Array | None) -> dict[str, Any]:
+    """What other programs make of a part wrapped into a file, beside the bare part, and the finger.
+
+    Args:
+        bare: the file of the part.
+        file: of the wrapped part.
+        blender: a Python with `bpy`; None: Blender does not look.
+        plate: (k,) roughness of the tile on a plate; None: the part is not felt.
+    """
     try:
         read = read_mesh(file)
     except InputError as error:
@@ -36,6 +43,8 @@ def looked_at(bare: Path, file: Path, blender: str | None, plate: Array) -> dict
         row["crossings"] = int(said.partition("RESULT ")[2].split()[0])
     if program := shutil.which("prusa-slicer"):
         row["slicer"] = _sliced(Slicer(program, file.parent), as_stl)
+    if plate is None:
+        return row
     try:
         felt = feel_of(read, load_skin("paper"), "layer", PLACES, read_mesh(bare))
     except InputError as error:
