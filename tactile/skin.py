@@ -216,6 +216,9 @@ class Skin:
         layers = {"layers": [list(layer) for layer in self.layers]} if self.layers else {}
         return self.numbers() | layers | ({"shape": self.shape} if self.shape != "flat" else {})
 
+    def __repr__(self) -> str:
+        return f"Skin({', '.join(f'{name}={value!r}' for name, value in self.described().items())})"
+
     @property
     def stack(self) -> Layers:
         """The layers, their moduli in units of `young_modulus_mpa`."""
