@@ -20,7 +20,7 @@ from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.common.progress import stage
-from relief.meshes.crops import Crop, Cropper
+from relief.meshes.crops import Crop, Cropper, within
 from relief.meshes.places import FACING, Frame
 from relief.objects.torus import REACH_MM, fitted, over, raised, unrolled, unrolled_body
 
@@ -93,25 +93,27 @@ def textures_alone(crops: Sequence[Crop], around: Callable[[Frame, float], Body]
         heights are those of the texture.
     """
     alone: dict[int, Array] = {}
-    shapes: dict[int, tuple[OwnShape, ...]] = {}
-    with stage("telling textures from shapes", 2 * len(crops)) as advance:
+    shapes: dict[int, tuple[OwnShape, OwnShape]] = {}
+    over_torus: dict[int, Array] = {}
+    with stage("telling textures from shapes", len(crops)) as advance:
         for number, crop in enumerate(crops):
             short = short_waves(crop.heights, crop.side_mm)
             if _textured(short) == 0.0:
                 alone[number] = short
             elif _curved(crop.middle):
                 alone[number] = short
-                shapes[number] = _own_shapes(crop, around(crop.frame, WIDE_MM))
+                reach_mm = 0.5 * crop.side_mm + MARGIN_MM
+                body = around(crop.frame, max(WIDE_MM, reach_mm))
+                shapes[number] = pair = _own_shapes(crop, body)
+                over_torus[number] = _over_torus(crop, within(body, reach_mm), pair[not _simple(*pair)].torus)
             advance()
-        own = [_own_power(same) for same in zip(*shapes.values(), strict=True)]
-        for number, crop in enumerate(crops):
-            if number in shapes:
-                body = around(crop.frame, 0.5 * crop.side_mm + MARGIN_MM)
-                wide = _simple(*shapes[number])
-                heights = _over_shape(crop, body, shapes[number][not wide], own[not wide])
-                short = alone[number]
-                alone[number] = short + _textured(short) * (heights - short)
-            advance()
+    own = [_own_power(same) for same in zip(*shapes.values(), strict=True)]
+    for number, pair in shapes.items():
+        which, short = not _simple(*pair), alone[number]
+        heights = over_torus[number]
+        if crops[number].side_mm == PATCH_SIDE_MM:
+            heights = heights - _left_over(pair[which], own[which], len(heights))
+        alone[number] = short + _textured(short) * (heights - short)
     return alone
 
 
@@ -158,10 +160,10 @@ def _own_shape(shape: Array, points: Array, radius_mm: float, on_patch: Array) -
 
 def _points(around: Body) -> Array:
     """Points (k, 3) of a mesh within the wide disc, as many on equal areas, that face the finger, mm."""
-    normals = around.normals
-    double = np.linalg.norm(normals, axis=1)
-    middles = around.vertices[around.faces].mean(axis=1)
-    seen = (normals[:, 2] > FACING * double) & (np.linalg.norm(middles, axis=1) < WIDE_MM)
+    normals, (a, b, c) = around.normals, around.faces.T
+    double = np.sqrt(np.einsum("fd,fd->f", normals, normals))
+    middles = (around.vertices[a] + around.vertices[b] + around.vertices[c]) / 3.0
+    seen = (normals[:, 2] > FACING * double) & (np.einsum("fd,fd->f", middles, middles) < WIDE_MM**2)
     area = np.cumsum(double[seen])
     at = (np.arange(POINTS) + 0.5) / POINTS * area[-1]
     face = np.flatnonzero(seen)[np.searchsorted(area, at)]
@@ -183,22 +185,24 @@ def _own_power(shapes: Sequence[OwnShape]) -> Array:
     return np.asarray(number * np.exp(middle + rise * np.log(np.maximum(number - 1.0, 1.0))))
 
 
-def _over_shape(crop: Crop, around: Body, shape: OwnShape, own: Array) -> Array:
-    """Heights (n, n) of the mesh over the shape of a place, mm; `own` is the power of the texture."""
+def _over_torus(crop: Crop, around: Body, shape: Array) -> Array:
+    """Heights (n, n) of the mesh over the torus (6,) of a place, mm."""
     side = None if crop.side_mm == PATCH_SIDE_MM else crop.side_mm
-    flat = Cropper(unrolled_body(around, shape.torus), side_mm=side).crop(Frame(np.zeros(3), np.eye(3)))
-    x, y = _lattice(len(crop.middle))
-    heights = flat.heights
-    if side is not None:
-        return heights
-    if flat.on_edge:
-        heights = over(shape.torus, x, y, crop.middle + crop.level_mm)
+    flat = Cropper(unrolled_body(around, shape), side_mm=side).crop(Frame(np.zeros(3), np.eye(3)))
+    if flat.on_edge and side is None:
+        return over(shape, *_lattice(len(crop.middle)), crop.middle + crop.level_mm)
+    return flat.heights
+
+
+def _left_over(shape: OwnShape, own: Array, samples: int) -> Array:
+    """Heights (samples, samples) over the torus that belong to the shape, mm; `own`: power of the texture."""
     taken = np.zeros(MOST_ORDER + 1)
     taken[1] = 1.0
     for order in range(3, SHAPE_ORDER + 1):
         taken[order] = 1.0 - min(1.0, own[order] / shape.power[order]) ** KEPT
+    x, y = _lattice(samples)
     terms, orders = _terms(x.ravel(), y.ravel(), shape.radius_mm)
-    return np.asarray(heights - (terms @ (shape.terms @ taken[orders])).reshape(heights.shape))
+    return np.asarray((terms @ (shape.terms @ taken[orders])).reshape(samples, samples))
 
 
 def _curved(heights: Array) -> bool:

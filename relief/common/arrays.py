@@ -24,6 +24,24 @@ def smooth_step(t: ArrayLike) -> Array:
     return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
+def extents(rows: AnyArray) -> tuple[AnyArray, AnyArray]:
+    """Least and largest (m, ...) of the few entries along the second axis of rows (m, k, ...).
+
+    NumPy's own reduction of an axis of two or three entries takes ten times as long.
+    """
+    low = high = rows[:, 0]
+    for number in range(1, rows.shape[1]):
+        low, high = np.minimum(low, rows[:, number]), np.maximum(high, rows[:, number])
+    return low, high
+
+
+def renumbered(faces: Index, count: int) -> tuple[Index, Index]:
+    """Numbers (k,), rising, of the vertices that faces use, and the faces by their places among them."""
+    used = np.zeros(count, bool)
+    used[faces] = True
+    return np.flatnonzero(used), (np.cumsum(used) - 1)[faces]
+
+
 def in_blocks(rows: AnyArray) -> Iterator[AnyArray]:
     """The rows of an array in blocks of `ROWS`, for work that takes much more memory than the rows."""
     for start in range(0, len(rows), ROWS):

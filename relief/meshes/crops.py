@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from relief.body import Body
-from relief.common.arrays import Array, Index
+from relief.common.arrays import Array, Index, extents, renumbered
 from relief.common.limits import HEIGHT_LIMIT_MM, PATCH_SIDE_MM
 from relief.meshes.neighbourhood import NearFaces
 from relief.meshes.places import Frame, vertex_normals
@@ -91,8 +91,8 @@ class Cropper:
         self._body, self._faces = body, body.faces
         self._corners = body.vertices[body.faces]
         self._normals = body.normals
-        edges = np.linalg.norm(self._corners - np.roll(self._corners, 1, axis=1), axis=2)
-        self._fine = edges.max(axis=1) <= fine_mm
+        edges = self._corners - np.roll(self._corners, 1, axis=1)
+        self._fine = extents(np.einsum("fcd,fcd->fc", edges, edges))[1] <= fine_mm**2
         self._vertex_normals = vertex_normals(body)
         self._near = NearFaces(self._corners)
         self._side = side_mm or PATCH_SIDE_MM
@@ -108,8 +108,8 @@ class Cropper:
         slopes = np.repeat(_slopes(self._normals[seen] @ frame.axes.T)[:, None], 3, axis=1)
         at_corners = self._vertex_normals[self._faces[seen]] @ frame.axes.T
         curved = _slopes(at_corners)
-        smooth = self._fine[seen] & (at_corners[:, :, 2].min(axis=1) > 0.0)
-        smooth &= np.abs(curved).max(axis=(1, 2)) < STEEPEST
+        smooth = self._fine[seen] & (extents(at_corners[:, :, 2])[0] > 0.0)
+        smooth &= extents(np.abs(curved).reshape(-1, 6))[1] < STEEPEST
         slopes[smooth] = curved[smooth]
         heights = rasterise(frame.local(self._corners[seen]), slopes, self._side, self._samples)
         top = float(in_the_middle(heights, self._side).max())
@@ -119,16 +119,22 @@ class Cropper:
     def around(self, frame: Frame, reach_mm: float) -> Body:
         """The body in the axes of a place, mm: its faces within a reach along x and y, 6 mm down and up."""
         near = self._around(frame, reach_mm, 2.0 * HEIGHT_LIMIT_MM)
-        used, faces = np.unique(self._faces[near], return_inverse=True)
-        at = frame.local(self._body.vertices[used])
-        faces = faces.reshape(-1, 3)
-        low, high = (end(at[faces, :2], axis=1) for end in (np.min, np.max))
-        return Body(at, faces[((low < reach_mm) & (high > -reach_mm)).all(axis=1)])
+        used, faces = renumbered(self._faces[near], len(self._body.vertices))
+        return within(Body(frame.local(self._body.vertices[used]), faces), reach_mm)
 
     def _around(self, frame: Frame, reach_mm: float, depth_mm: float) -> Index:
         """Faces near the box that holds a turned patch and what lies below or above it."""
         half = np.abs(frame.axes).T @ (reach_mm, reach_mm, depth_mm)
         return self._near.within(frame.at - half, frame.at + half)
+
+
+def within(body: Body, reach_mm: float) -> Body:
+    """The faces of a body whose boxes come within a reach of the z axis along x and along y, mm."""
+    x, y = body.vertices[:, 0], body.vertices[:, 1]
+    beyond = (x >= reach_mm) | (x <= -reach_mm) << 1 | (y >= reach_mm) << 2 | (y <= -reach_mm) << 3
+    a, b, c = body.faces.T
+    used, faces = renumbered(body.faces[(beyond[a] & beyond[b] & beyond[c]) == 0], len(x))
+    return Body(body.vertices[used], faces)
 
 
 def _slopes(normals: Array) -> Array:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from relief.common.arrays import Array, Index
+from relief.common.arrays import Array, Index, renumbered
 from relief.common.errors import InputError
 from relief.common.srgb import srgb
 from relief.meshes.parsed import MOST_VERTICES, Parsed, check_count, check_numbers
@@ -112,8 +112,8 @@ class _Scene:
                 of[-1] = None if of[-1] is None else of[-1][:, ::-1]
         if len(vertices) > 3 * len(faces):
             # Primitives may share vertices of which each needs a few.
-            used, faces = np.unique(faces, return_inverse=True)
-            vertices, faces = vertices[used], faces.reshape(-1, 3)
+            used, faces = renumbered(faces, len(vertices))
+            vertices = vertices[used]
         self._faces.append(faces + self._points)
         self._points += len(vertices)
         self._vertices.append((vertices.astype(np.float64) @ place[:3, :3].T + place[:3, 3]) @ Z_UP)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.body import Body
-from relief.common.arrays import Array, FloatArray, Index
+from relief.common.arrays import Array, FloatArray, Index, renumbered
 from relief.common.errors import InputError
 from relief.common.files import read_limited
 from relief.common.formats import MESHES, UNITS
@@ -135,8 +135,8 @@ def _welded(parsed: Parsed, factor: float, path: Path) -> tuple[Body, NDArray[np
     sound = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
     if not sound.any():
         raise InputError(f"{path}: has no triangle with an area")
-    used, faces = np.unique(faces[sound], return_inverse=True)
-    return Body(vertices[first[order]][used], faces.reshape(-1, 3)), sound
+    used, faces = renumbered(faces[sound], len(order))
+    return Body(vertices[first[order]][used], faces), sound
 
 
 def _doubts(body: Body, unit_unknown: bool) -> list[str]:

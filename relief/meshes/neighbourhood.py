@@ -5,7 +5,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from relief.common.arrays import Array, Index
+from relief.common.arrays import Array, Index, extents
 
 BITS = 32
 """Bits of a vertex in the key of an edge."""
@@ -58,7 +58,7 @@ def near_faces(
         chosen: (m,) bool.
     """
     corners = vertices[faces]
-    low, high = corners.min(axis=1), corners.max(axis=1)
+    low, high = extents(corners)
     if not chosen.any():
         return chosen
     origin, span = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
@@ -115,7 +115,7 @@ class NearFaces:
     """
 
     def __init__(self, corners: Array) -> None:
-        self._low, self._high = corners.min(axis=1), corners.max(axis=1)
+        self._low, self._high = extents(corners)
         self._start = self._low.min(axis=0, initial=np.inf) if len(corners) else np.zeros(3)
         sides = self._high.max(axis=0, initial=-np.inf) - self._start if len(corners) else np.ones(3)
         self._cell = max(CELL_MM, float(sides.max()) / MOST_CELLS)
@@ -144,5 +144,7 @@ class NearFaces:
         begin = np.searchsorted(self._sorted, starts, side="left")
         end = np.searchsorted(self._sorted, starts + (last[2] - first[2]), side="right")
         parts = [self._of[one:other] for one, other in zip(begin, end, strict=True) if other > one]
-        some = np.sort(np.concatenate([self._large, *parts]))
-        return some[((self._low[some] <= high) & (self._high[some] >= low)).all(axis=1)]
+        some = np.concatenate([self._large, *parts])
+        for axis in range(3):
+            some = some[(self._low[some, axis] <= high[axis]) & (self._high[some, axis] >= low[axis])]
+        return np.sort(some)

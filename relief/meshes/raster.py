@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from relief.common.arrays import Array, Index
+from relief.common.arrays import Array, Index, extents
 
 SAMPLES_AT_ONCE = 1 << 18
 """Pairs of a triangle and a sample of its box that are looked at together, which bounds the memory."""
@@ -53,8 +53,9 @@ class Covered:
             rows: of the grid.
             cols: of the grid.
         """
-        low = np.clip(np.ceil(at.min(axis=1)), 0, (cols, rows)).astype(np.int64)
-        high = np.clip(np.floor(at.max(axis=1)), -1, (cols - 1, rows - 1)).astype(np.int64)
+        low, high = extents(at)
+        low = np.clip(np.ceil(low), 0, (cols, rows)).astype(np.int64)
+        high = np.clip(np.floor(high), -1, (cols - 1, rows - 1)).astype(np.int64)
         sides = np.maximum(high - low + 1, 0)
         edges = np.roll(at, -2, axis=1) - np.roll(at, -1, axis=1)
         area = edges[:, 1, 0] * edges[:, 2, 1] - edges[:, 1, 1] * edges[:, 2, 0]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from relief.body import Body
-from relief.common.arrays import Array, Index
+from relief.common.arrays import Array, Index, extents
 from relief.common.errors import InputError
 from relief.common.progress import stage
 from relief.meshes.intersections import self_intersections
@@ -167,7 +167,7 @@ def outside(points: Array, normals: Array, body: Body) -> NDArray[np.bool_]:
     x = np.cross(up, (1.0, 0.0, 0.0))
     axes = np.stack([x / np.linalg.norm(x), np.cross(up, x / np.linalg.norm(x)), up])
     corners = (body.vertices @ axes.T)[body.faces]
-    low, high = corners.min(axis=1), corners.max(axis=1)
+    low, high = extents(corners)
     before = (points + BEFORE * np.ptp(body.vertices, axis=0).max() * normals) @ axes.T
     return np.array([_winding(at, corners, low, high) == 0 for at in before])
 

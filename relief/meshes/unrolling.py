@@ -10,7 +10,7 @@ import potpourri3d
 from scipy.spatial import cKDTree
 
 from relief.body import Body
-from relief.common.arrays import Array, Index
+from relief.common.arrays import Array, Index, renumbered
 from relief.common.errors import naming
 from relief.common.progress import stage
 from relief.meshes.neighbourhood import connected_around, edge_pairs
@@ -105,9 +105,9 @@ class Unroller:
         # Coordinates are worked out only where there are any: a textured mesh may have a million faces.
         mapped = np.asarray(np.isfinite(flat).all(axis=1))[self.object.faces].all(axis=1)
         kept = np.asarray(mapped)[self._face][self._textured.faces].all(axis=1)
-        used, inverse = np.unique(self._textured.faces[kept], return_inverse=True)
+        used, faces = renumbered(self._textured.faces[kept], len(self._textured.vertices))
         at = np.einsum("nc,ncd->nd", self._shares[used], flat[self.object.faces[self._face[used]]])
-        return used, at, inverse.reshape(-1, 3)
+        return used, at, faces
 
     def unrolled(self, flat: Array) -> Body:
         """The textured mesh as (x, y, height) by the places of the object's vertices, mm."""
@@ -120,8 +120,7 @@ class Unroller:
         near[self._tree.query_ball_point(self.object.vertices[vertex], REACH_MM)] = True
         faces = self.object.faces[near[self.object.faces].all(axis=1)]
         faces = connected_around(faces, vertex, len(near))
-        numbers, inverse = np.unique(faces, return_inverse=True)
-        return numbers, inverse.reshape(-1, 3)
+        return renumbered(faces, len(near))
 
 
 def feet(points: Array, body: Body) -> tuple[Index, Array]:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.body import Body
-from relief.common.arrays import Array, FloatArray, Index
+from relief.common.arrays import Array, FloatArray, Index, renumbered
 from relief.common.errors import InputError
 from relief.common.progress import say, stage
 from relief.meshes.intersections import crossing_faces
@@ -216,8 +216,8 @@ def _crossing(surface: FineSurface, wrapped: Body, settings: Settings, changed: 
         crossing = crossing_faces(wrapped)
     else:
         near = np.flatnonzero(near_faces(wrapped.vertices, wrapped.faces, changed))
-        used, faces = np.unique(wrapped.faces[near], return_inverse=True)
-        crossing = near[crossing_faces(Body(wrapped.vertices[used], faces.reshape(-1, 3)))]
+        used, faces = renumbered(wrapped.faces[near], len(wrapped.vertices))
+        crossing = near[crossing_faces(Body(wrapped.vertices[used], faces))]
     # Where a body passes through itself without texture, it is as it was read.
     return crossing[surface.base.textured[surface.fine.parent[crossing]]] if settings.crosses else crossing
 
