@@ -9,6 +9,7 @@ import numpy as np
 import torch
 
 import tactile
+from optimize.verification.over_object import over_object
 from optimize.verification.own_shape import textures_alone
 from relief.body import Body
 from relief.common.arrays import Array
@@ -17,9 +18,9 @@ from relief.common.limits import HEIGHT_LIMIT_MM, MOST_MESH_PLACES, PATCH_SIDE_M
 from relief.common.progress import stage
 from relief.meshes.crops import Crop, Cropper
 from relief.meshes.mesh import Mesh
-from relief.meshes.places import Frame, frames, spread, surface_points
+from relief.meshes.places import frames, spread, surface_points
 from relief.meshes.shells import outside
-from relief.meshes.unrolling import TEXTURED_MM, Unroller, fine_enough
+from relief.meshes.unrolling import Unroller, fine_enough
 from tactile.measures import BATCH_SAMPLES, each
 from tactile.model import ModelName
 from tactile.quantities import QUANTITIES, means
@@ -28,19 +29,11 @@ MOST_TRIED = 450
 """Most places whose surroundings are looked at, many of which may lie on edges."""
 
 PART, ESTIMATED, TAKEN_OUT = "part of the roughness", "estimated and taken out", "taken out"
+UNDER = "under the texture; the strain under the bare object is taken out"
 """What becomes of the object's own curvature: of edges and planes it is a part; from curved patches it is
-taken by their own smooth shapes, or by the object without texture."""
+taken by their own smooth shapes, or by the object without texture, which may also lie under the texture."""
 FARTHEST_OBJECT_MM = 2.0 * HEIGHT_LIMIT_MM
 """Largest distance of a textured mesh from its object without texture, mm."""
-GROWTH_MM = 2.0
-"""Width beside a patch, mm, in which the object must not be bare: as wide as a texture grows by default."""
-LEAST_WAY = 0.8
-"""Least way over an unrolled surface, in that of the straight one, that is no error of the map."""
-RIM_MM = 1.875
-"""Width of the strips along the sides of a patch that have to be textured."""
-LEAST_TEXTURE = 0.4
-"""Height of a texture in half a strip, in units of that in its patch, from which it counts as textured.
-The least over places on the tiles that come with Retouch is 0.49 (terrain); without texture it is 0."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +111,7 @@ def feel_of(
     most: int = MOST_MESH_PLACES,
     without_texture: Mesh | None = None,
     as_printed: Body | None = None,
+    on_shape: bool = False,
 ) -> MeshFeel:
     """Press the skin on places 2.5 mm apart, or as many as there may be, all over a mesh.
 
@@ -138,6 +132,8 @@ def feel_of(
             also told from the patch's own smooth shape, and its feel is what is headed by.
         as_printed: The surface that a printer makes of the mesh, which is pressed in the mesh's stead at the
             places that the mesh tells.
+        on_shape: press on the texture where it lies, on the object without texture, and take out the strain
+            under the bare object, as a texture is steered with `touch.curved_x_mm`.
 
     Raises:
         InputError: The object without texture is another one, or its faces are too large.
@@ -169,14 +165,18 @@ def feel_of(
     on_edge, flat = ([one for one in crops if one.on_edge], [one for one in crops if one.flat])
     chosen = [one for one in crops if not (one.on_edge or one.flat)] or (flat or on_edge)[:most]
     heights = np.stack([crop.heights for crop in chosen])
-    values, fractions = pressed(heights, skin, model, size_mm=chosen[0].side_mm)
+    shapes = None
+    if without_texture is not None and on_shape:
+        bare = Cropper(without_texture.body, side_mm=skin.patch_mm)
+        shapes = np.stack([bare.crop(one.frame).heights for one in chosen])
+    values, fractions = pressed(heights, skin, model, chosen[0].side_mm, shapes)
     edges = 0 if chosen[0].on_edge else len(on_edge)
     plain = 0 if chosen[0].flat else len(flat)
-    as_pressed, curvature = values, PART if without_texture is None else TAKEN_OUT
+    as_pressed, curvature = values, PART if without_texture is None else UNDER if on_shape else TAKEN_OUT
     if without_texture is None and not (chosen[0].on_edge or chosen[0].flat):
         alone, curvature = textures_alone(chosen, cropper.around), ESTIMATED
         if alone:
-            found, shares = pressed(np.stack([*alone.values()]), skin, model, size_mm=chosen[0].side_mm)
+            found, shares = pressed(np.stack([*alone.values()]), skin, model, chosen[0].side_mm)
             numbers = list(alone)
             values = {name: _replaced(values[name], numbers, found[name]) for name in values}
             fractions = _replaced(fractions, numbers, shares)
@@ -222,63 +222,31 @@ def _looked_at(cropped: Iterator[Crop], count: int, most: int) -> list[Crop]:
     return crops
 
 
-def over_object(unroller: Unroller, near: Array, side_mm: float | None, whole: bool) -> Crop:
-    """The crop of the texture over the unrolled object near a point (3,) mm.
-
-    One that is not textured all over counts as on an edge, and, where `whole` is asked for, one beside which
-    the texture ends, or that has a sharp edge.
-    """
-    vertex, frame = unroller.frame(near)
-    places = unroller.flat(vertex, frame)
-    flat = unroller.unrolled(places)
-    crop = Cropper(flat, side_mm=side_mm).crop(Frame(np.zeros(3), np.eye(3)))
-    inside = (np.abs(flat.vertices[:, :2]) < 0.5 * PATCH_SIDE_MM).all(axis=1)
-    # The highest point of a crop is at the limit.
-    over = crop.middle - HEIGHT_LIMIT_MM + flat.vertices[inside, 2].max(initial=0.0)
-    on_edge = crop.on_edge or not textured(over) or (whole and ends(unroller, places, frame.at))
-    return replace(crop, frame=frame, on_edge=bool(on_edge))
-
-
-def ends(unroller: Unroller, places: Array, at: Array) -> bool:
-    """Whether the object is bare on a patch or up to 2 mm beside it, or has a sharp edge on the patch.
-
-    Args:
-        unroller: With the object.
-        places: (vertices, 2) mm, as `Unroller.flat` gives them.
-        at: (3,) the place, mm.
-    """
-    away = np.abs(places).max(axis=1) - 0.5 * PATCH_SIDE_MM
-    # No way over the surface is shorter than the straight one: behind a rim the map has errors.
-    straight = np.linalg.norm(unroller.object.vertices - at, axis=1)
-    away[np.linalg.norm(places, axis=1) < LEAST_WAY * straight] = np.inf
-    return bool((away[unroller.bare] < GROWTH_MM).any() or (away[unroller.sharp] < 0.0).any())
-
-
-def textured(over: Array) -> bool:
-    """Whether a texture covers a patch: heights (n, n) mm over the object, 10 mm a side.
-
-    Where it ends, or has not yet grown to 0.4 of its height along a side, the finger feels a step. A height
-    is the 95th percentile of distances from the object, as a texture may be cut into it.
-    """
-    away = np.abs(over)
-    height, width = np.percentile(away, 95.0), round(RIM_MM / PATCH_SIDE_MM * len(away))
-    strips = [strip for sides in (away, away.T) for strip in (sides[:width], sides[-width:])]
-    halves = [half for strip in strips for half in np.array_split(strip, 2, axis=1)]
-    least = min(float(np.percentile(half, 95.0)) for half in halves)
-    return bool(height > TEXTURED_MM and least > LEAST_TEXTURE * height)
-
-
 def pressed(
-    heights: Array, skin: tactile.Skin, model: ModelName, size_mm: float = PATCH_SIDE_MM
+    heights: Array,
+    skin: tactile.Skin,
+    model: ModelName,
+    size_mm: float = PATCH_SIDE_MM,
+    shapes: Array | None = None,
 ) -> tuple[dict[str, Array], Array]:
-    """Values (k,) of quantities and share (k,) in contact of patches (k, n, n) mm of a side."""
+    """Values (k,) of quantities and share (k,) in contact of patches (k, n, n) mm of a side.
+
+    With shapes (k, n, n) mm the patches lie on them, and the strain under the bare shapes is taken out.
+    """
     size = max(1, BATCH_SAMPLES // heights[0].size)
     values: dict[str, list[Array]] = {name: [] for name in QUANTITIES}
     fractions = []
     with stage("pressing on places", len(heights)) as advance:
         for start in range(0, len(heights), size):
             part = torch.as_tensor(heights[start : start + size])
-            touch = tactile.press(part, size_mm, skin, model)
+            if shapes is None:
+                touch = tactile.press(part, size_mm, skin, model)
+            else:
+                under = torch.as_tensor(shapes[start : start + size])
+                touch = tactile.press(part + under, size_mm, skin, model)
+                touch = replace(
+                    touch, strain=touch.strain - tactile.press(under, size_mm, skin, model).strain
+                )
             for name, quantity in QUANTITIES.items():
                 values[name].append(each(quantity.value(touch)))
             fractions.append(each(touch.contact_fraction))

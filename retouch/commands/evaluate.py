@@ -137,6 +137,7 @@ def run(arguments: argparse.Namespace) -> int:
             of_solid = {}
             if is_mesh(texture):
                 of_solid = {"without_texture": bare, "colours": arguments.out, "printer": printer}
+                of_solid |= {"on_shape": arguments.on_shape}
             with contact_errors_name(texture):
                 reach = None
                 if scene is not None:

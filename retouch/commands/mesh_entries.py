@@ -32,6 +32,12 @@ def add_meshes(parser: argparse.ArgumentParser) -> None:
         "exactly, which else is told from each patch",
     )
     group.add_argument(
+        "--on-shape",
+        action="store_true",
+        help="press on the texture where it lies on the --object, and take out what the bare object strains: "
+        "what a texture was steered for with --curved-x-mm",
+    )
+    group.add_argument(
         "-o",
         dest="out",
         type=Path,
@@ -45,6 +51,7 @@ def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) 
     """Raise InputError for options that do not fit the files, which are textures, meshes or both."""
     meshes = len(arguments.textures) - len(textures)
     for_meshes = {"--units": arguments.units, "--object": arguments.object, "-o": arguments.out}
+    for_meshes["--on-shape"] = arguments.on_shape or None
     for_textures = {"--" + key.replace("_", "-"): getattr(arguments, key) for key in LENGTHS}
     for flag, value in for_meshes.items():
         if value is not None and not meshes:
@@ -59,6 +66,10 @@ def check_mesh_options(arguments: argparse.Namespace, textures: Sequence[Path]) 
     }.items():
         if stated and meshes:
             raise InputError(f"{flag}: is for height maps; a print file is felt as it is")
+    if arguments.on_shape and arguments.object is None:
+        raise InputError("--on-shape: needs --object, the object without texture")
+    if arguments.on_shape and arguments.model == "net":
+        raise InputError("--on-shape: the net is trained for flat objects; use --model layer")
     if arguments.out is not None and arguments.out.exists() and not arguments.out.is_dir():
         raise InputError(f"{arguments.out}: -o: is no folder")
 
@@ -73,7 +84,7 @@ def mesh_lines(entries: Iterable[Mapping[str, Any]]) -> list[str]:
         sides = " x ".join(number(side) for side in entry["sides_mm"])
         felt = "felt at one place" if count == 1 else f"mean over {count} places"
         places = f"{felt}; {on_edge} on edges and {entry['flat']} flat ones are left out"
-        if entry["curvature"] == "taken out":
+        if entry["curvature"].endswith("taken out") and not entry["curvature"].startswith("estimated"):
             places = f"{felt}; {on_edge} on edges or without texture are left out"
         if entry["all_on_edge"]:
             where = "on an edge" if count == 1 else "all on edges"

@@ -15,7 +15,7 @@ from optimize.estimates.reach import reach as reach_of
 from optimize.settings.skins import OWN, described_skin, load_skin
 from optimize.verification.mesh_feel import MeshFeel, feel_of
 from relief.common.arrays import Array
-from relief.common.errors import naming
+from relief.common.errors import InputError, naming
 from relief.common.formats import MESHES
 from relief.common.lengths import Lengths
 from relief.common.limits import MOST_MESH_PLACES, PATCH_SIDE_MM
@@ -164,6 +164,7 @@ def evaluate(
     printer: str | Printer | None = None,
     units: str | None = None,
     without_texture: Mesh | str | os.PathLike[str] | None = None,
+    on_shape: bool = False,
     model: ModelName = "layer",
     skin: Skin | str | os.PathLike[str] = DEFAULT_SKIN,
     reach: Scene | str | os.PathLike[str] | None = None,
@@ -184,6 +185,8 @@ def evaluate(
         units: of a print file, as in `read_solid`.
         without_texture: the solid before its texture, whose own curvature is then known and taken out;
             without it, each patch tells its own.
+        on_shape: press on the texture where it lies, on the solid before its texture, and take out the strain
+            under the bare solid, as textures are steered with `touch.curved_x_mm`.
         model: of touch.
         skin: of the finger, or its name or file.
         reach: estimate how much rougher and smoother the relief can be made before its pictures in this scene
@@ -205,9 +208,14 @@ def evaluate(
         if not isinstance(without_texture, Mesh | None):
             without_texture = read_solid(without_texture, units=units)
         with followed(progress, quiet):
+            if on_shape and without_texture is None:
+                raise InputError("on_shape: needs the solid before its texture; state without_texture")
+            if on_shape and model == "net":
+                raise InputError('on_shape: the net is trained for flat objects; use model "layer"')
             made_by = find_printer(printer) if isinstance(printer, str) else printer
-            return _of_solid(relief, without_texture, model, finger, name, colours, made_by)
-    refuse("print files", {"units": units, "without_texture": without_texture, "colours": colours})
+            return _of_solid(relief, without_texture, model, finger, name, colours, made_by, on_shape)
+    of_solids = {"units": units, "without_texture": without_texture, "colours": colours}
+    refuse("print files", of_solids | {"on_shape": on_shape or None})
     felt = relief_of(relief, **lengths, repeats=repeats, printer=printer)
     with followed(progress, quiet), naming(felt.name):
         touch = measure_touch(felt, finger, model)
@@ -255,11 +263,13 @@ def _of_solid(
     skin_name: str,
     colours: str | os.PathLike[str] | None,
     printer: Printer | None,
+    on_shape: bool,
 ) -> Evaluation:
     files: tuple[Path, ...] = ()
     with naming(mesh.path), stage(f"feeling {mesh.path.name}"):
         made = None if printer is None else print_part(mesh.body, printer)
-        feel = feel_of(mesh, skin, model, MOST_MESH_PLACES, without_texture, made.body if made else None)
+        printed = made.body if made else None
+        feel = feel_of(mesh, skin, model, MOST_MESH_PLACES, without_texture, printed, on_shape)
     if colours is not None:
         files = write_coloured(Path(colours), mesh.path.stem, feel, Path(skin_name).stem)
     return Evaluation(mesh, feel, model, skin, skin_name, files=files, printer=printer, printed=made)

@@ -7,7 +7,8 @@ import pytest
 import trimesh
 
 from mitsuba_scenes import find_texture
-from optimize.verification.mesh_feel import MeshFeel, feel_of, over_object, textured
+from optimize.verification.mesh_feel import MeshFeel, feel_of
+from optimize.verification.over_object import over_object, textured
 from relief.body import Body
 from relief.common.errors import InputError
 from relief.export.plate import plate_mesh
@@ -107,6 +108,19 @@ def test_on_a_tube_the_tile_is_felt_where_the_curvature_is_taken_out() -> None:
     for found in (out, alone):
         assert abs(jnd_apart(found.means["roughness"], expected)) < 0.25
     assert jnd_apart(alone.details()["as_pressed"]["roughness"], expected) > 1.0
+
+
+def test_on_a_tube_the_tile_is_felt_as_it_was_steered_for_its_radius() -> None:
+    tile = load_heights(find_texture("gravel-tile"))[::2, ::2]
+    textured, base = (Mesh(body, None, Path("tube.stl")) for body in rolled(tile, 10.0, 6, 2))
+    radius = 60.0 / (2.0 * np.pi)
+    relief = Relief(tile, 10.0, (True, True))
+    bent, flat = (
+        measure_touch(relief, skin, "layer").means["roughness"] for skin in (Skin(curved_x_mm=radius), Skin())
+    )
+    on_shape = feel_of(textured, Skin(), most=8, without_texture=base, on_shape=True)
+    assert on_shape.details()["curvature"].startswith("under the texture")
+    assert abs(jnd_apart(on_shape.means["roughness"], bent)) < 0.1 < abs(jnd_apart(bent, flat))
 
 
 def test_places_beside_which_the_texture_ends_count_as_edges() -> None:
