@@ -60,9 +60,9 @@ _ALLOWED = {
     ),
     "optimize.settings": "mitsuba_scenes optimize.descent relief relief.common tactile visual",
     "optimize.verification": (
-        "optimize.descent optimize.settings relief relief.common relief.meshes relief.objects tactile "
-        "visual visual.exact"
+        "optimize.descent optimize.settings relief relief.common tactile visual visual.exact"
     ),
+    "optimize.verification.solids": "relief relief.common relief.meshes relief.objects tactile",
     "retouch": (
         "optimize.estimates optimize.runs optimize.settings relief relief.common relief.export "
         "relief.preparing retouch.stimulus_sets retouch.verbs retouch.verbs.objects surrogate.data "
@@ -79,7 +79,7 @@ _ALLOWED = {
         "retouch.pages.viewer tactile visual"
     ),
     "retouch.pages.objects": (
-        "optimize.verification relief relief.common relief.export relief.meshes relief.wrapping "
+        "optimize.verification.solids relief relief.common relief.export relief.meshes relief.wrapping "
         "retouch.pages retouch.pages.viewer tactile visual.backend"
     ),
     "retouch.pages.viewer": "relief relief.common relief.meshes",
@@ -103,10 +103,10 @@ _ALLOWED = {
     ),
     "retouch.verbs": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
-        "optimize.verification relief relief.common relief.export relief.mending relief.meshes "
-        "relief.objects relief.preparing relief.wrapping retouch.pages retouch.pages.objects "
-        "retouch.stimulus_sets retouch.studies retouch.training retouch.workers surrogate.corpus "
-        "surrogate.data surrogate.nets tactile visual visual.backend visual.scene_file"
+        "optimize.verification optimize.verification.solids relief relief.common relief.export "
+        "relief.mending relief.meshes relief.objects relief.preparing relief.wrapping retouch.pages "
+        "retouch.pages.objects retouch.stimulus_sets retouch.studies retouch.training retouch.workers "
+        "surrogate.corpus surrogate.data surrogate.nets tactile visual visual.backend visual.scene_file"
     ),
     "retouch.verbs.objects": (
         "mitsuba_scenes optimize.settings relief relief.common relief.export relief.mending relief.meshes "

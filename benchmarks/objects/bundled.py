@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.shared.common import load, machine, parser_of, save, table
 from mitsuba_scenes import find_texture
 from optimize.settings.skins import load_skin
-from optimize.verification.mesh_feel import MeshFeel, feel_of, pressed
+from optimize.verification.solids.mesh_feel import MeshFeel, feel_of, pressed
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.heightmap import load_height_map

@@ -18,7 +18,7 @@ from manifold3d import Manifold, Mesh64
 from benchmarks.objects.bundled import TEXTURE, roughness, tile_of
 from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
 from optimize.settings.skins import load_skin
-from optimize.verification.mesh_feel import feel_of
+from optimize.verification.solids.mesh_feel import feel_of
 from relief.body import Body, Part, joined
 from relief.export.parts import write_parts
 from relief.meshes import self_intersections

@@ -29,7 +29,7 @@ from benchmarks.objects.bundled import tile_of
 from benchmarks.objects.direction_figure import sheet, shown
 from benchmarks.shared.common import DOCS, IMAGES, ROOT, machine, put, save, table
 from optimize.settings.skins import load_skin
-from optimize.verification.mesh_feel import feel_of
+from optimize.verification.solids.mesh_feel import feel_of
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.errors import InputError

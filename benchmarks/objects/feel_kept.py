@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks.objects.bundled import SAMPLES, lattice, roughness, tile_of
 from benchmarks.objects.parts.__main__ import HERE as PARTS
 from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
-from optimize.verification.over_object import ends, over_object
+from optimize.verification.solids.over_object import ends, over_object
 from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.meshes import read_mesh

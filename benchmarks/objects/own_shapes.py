@@ -3,8 +3,9 @@
 python -m benchmarks.objects.own_shapes [--texture TILE] [NAME ...]
 
 At 20 places of each bundled object in gravel or another tile, the roughness of the texture against the
-patch's own smooth shape (`optimize.verification.own_shape`) beside that over the unrolled object, as with
-`--object`. And the roughness of smooth bodies, as pressed and of the texture alone, of which they have none.
+patch's own smooth shape (`optimize.verification.solids.own_shape`) beside that over the unrolled object,
+as with `--object`. And the roughness of smooth bodies, as pressed and of the texture alone, of which they
+have none.
 """
 
 from pathlib import Path
@@ -17,8 +18,8 @@ from scipy.spatial import cKDTree
 from benchmarks.objects.bundled import TEXTURE, roughness, tile_of
 from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
 from optimize.settings.skins import load_skin
-from optimize.verification.mesh_feel import feel_of
-from optimize.verification.own_shape import textures_alone
+from optimize.verification.solids.mesh_feel import feel_of
+from optimize.verification.solids.own_shape import textures_alone
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.meshes.crops import Cropper

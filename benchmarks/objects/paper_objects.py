@@ -26,7 +26,7 @@ from benchmarks.shared.studies import Row, folder_of, rows_in
 from optimize.run_directory.key import SETTINGS
 from optimize.settings.run_file import load_run
 from optimize.settings.skins import load_skin
-from optimize.verification.mesh_feel import feel_of
+from optimize.verification.solids.mesh_feel import feel_of
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.export.plate import plate_mesh

@@ -20,7 +20,7 @@ from benchmarks.objects.bundled import tile_of
 from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
 from mitsuba_scenes import find_file
 from optimize.settings.skins import load_skin
-from optimize.verification.over_object import over_object
+from optimize.verification.solids.over_object import over_object
 from relief.common.arrays import Array
 from relief.meshes.crops import Cropper
 from relief.meshes.places import spread, surface_points

@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.shared.common import load, machine, save, table
 from mitsuba_scenes import find_texture
-from optimize.verification.mesh_feel import feel_of, pressed
+from optimize.verification.solids.mesh_feel import feel_of, pressed
 from relief.body import Body, Part
 from relief.common.arrays import Array
 from relief.export.parts import write_parts

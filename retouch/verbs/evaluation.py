@@ -13,7 +13,7 @@ from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.estimates.reach import Reach
 from optimize.estimates.reach import reach as reach_of
 from optimize.settings.skins import OWN, described_skin, load_skin
-from optimize.verification.mesh_feel import MeshFeel, feel_of
+from optimize.verification.solids.mesh_feel import MeshFeel, feel_of
 from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
 from relief.common.formats import MESHES

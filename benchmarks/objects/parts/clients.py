@@ -11,7 +11,7 @@ from benchmarks.objects.bundled import PLACES, apart
 from benchmarks.prints.prusa import Slicer
 from benchmarks.shared.common import ROOT
 from optimize.settings.skins import load_skin
-from optimize.verification.mesh_feel import feel_of
+from optimize.verification.solids.mesh_feel import feel_of
 from relief.body import stl
 from relief.common.arrays import Array
 from relief.common.errors import InputError

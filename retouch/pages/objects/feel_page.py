@@ -4,7 +4,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from optimize.verification.mesh_feel import MeshFeel
+from optimize.verification.solids.mesh_feel import MeshFeel
 from relief.common.arrays import Array
 from relief.common.formatting import number
 from retouch.pages.colour_maps import NO_CONTACT, VIRIDIS

@@ -7,7 +7,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 from scipy.spatial import cKDTree
 
-from optimize.verification.mesh_feel import MeshFeel
+from optimize.verification.solids.mesh_feel import MeshFeel
 from relief.body import Body, Part
 from relief.common.arrays import Array
 from relief.common.files import partial_file

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mitsuba_scenes import find_texture
-from optimize.verification.mesh_feel import pressed
-from optimize.verification.own_shape import _lattice, _low_pass, textures_alone
+from optimize.verification.solids.mesh_feel import pressed
+from optimize.verification.solids.own_shape import _lattice, _low_pass, textures_alone
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.heightmap import load_heights

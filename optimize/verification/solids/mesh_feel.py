@@ -9,8 +9,8 @@ import numpy as np
 import torch
 
 import tactile
-from optimize.verification.over_object import over_object
-from optimize.verification.own_shape import textures_alone
+from optimize.verification.solids.over_object import over_object
+from optimize.verification.solids.own_shape import textures_alone
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.errors import InputError

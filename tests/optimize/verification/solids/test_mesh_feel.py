@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 from mitsuba_scenes import find_texture
-from optimize.verification.mesh_feel import MeshFeel, feel_of
-from optimize.verification.over_object import over_object, textured
+from optimize.verification.solids.mesh_feel import MeshFeel, feel_of
+from optimize.verification.solids.over_object import over_object, textured
 from relief.body import Body
 from relief.common.errors import InputError
 from relief.export.plate import plate_mesh
