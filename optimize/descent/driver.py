@@ -39,6 +39,7 @@ class Iterate:
         memory: state of the method beside the heights, by name; enough to go on from here.
         energies: terms of the sum that the method minimises, by name, unweighted; empty if there are none.
         fingers: distance of other fingers from their goals, in the % of picture change that it counts as.
+        broad: broad change of the pictures, by the weight that it has beside the rms, %.
     """
 
     step: int
@@ -50,11 +51,12 @@ class Iterate:
     memory: dict[str, Array]
     energies: dict[str, float] = field(default_factory=dict)
     fingers: float = 0.0
+    broad: float = 0.0
 
     @property
     def cost(self) -> float:
-        """What is to be small once targets are met: the picture change with other fingers' part, %."""
-        return math.hypot(self.picture_rms, self.fingers)
+        """What is to be small once targets are met: all terms of the least squares, %."""
+        return math.hypot(self.picture_rms, self.broad, self.fingers)
 
     @property
     def means(self) -> dict[str, float]:

@@ -120,7 +120,8 @@ _WITH_GRADIENTS = frozenset(
 METHODS: Mapping[str, Method] = {
     "gauss-newton": Method(
         "optimize.descent.gauss_newton.method:GaussNewton",
-        _WITH_GRADIENTS | {"look.masking", "touch.fingers", "touch.fingers_weight", "print.printer"},
+        _WITH_GRADIENTS
+        | {"look.broad", "look.masking", "touch.fingers", "touch.fingers_weight", "print.printer"},
         expected_steps=_gauss_newton_steps,
     ),
     "adam": Method(

@@ -71,6 +71,7 @@ class _Iterate:
     picture_mean: NotNegative
     picture_rms: NotNegative
     fingers: NotNegative = 0.0
+    broad: NotNegative = 0.0
 
 
 @dataclass(frozen=True)

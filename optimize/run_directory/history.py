@@ -17,6 +17,8 @@ from relief.common.files import naming_errors, read_limited, write_atomically
 from tactile.quantities import QUANTITIES
 
 HISTORY = "history.jsonl"
+PARTS = ("fingers", "broad")
+"""Terms of the cost of an iterate beside the rms of its pictures, each a key of its own where it counts."""
 LARGEST_HISTORY = 1 << 28
 """Most bytes of a history: 100,000 steps, the most of a run, take a fifth."""
 
@@ -66,7 +68,7 @@ class History:
             record_of(
                 self.targets,
                 _values(row),
-                math.hypot(row["picture_rms_percent"], row.get("fingers_percent", 0.0)),
+                math.hypot(row["picture_rms_percent"], *(row.get(f"{part}_percent", 0.0) for part in PARTS)),
             )
             for row in self.rows
             if row["step"] > 0 and row["round"] == self.iteration
@@ -82,7 +84,7 @@ class History:
             **by_prefix("target", self.targets.goals()),
             "picture_mean_percent": iterate.picture_mean,
             "picture_rms_percent": iterate.picture_rms,
-            **({"fingers_percent": iterate.fingers} if iterate.fingers else {}),
+            **{f"{part}_percent": own for part in PARTS if (own := getattr(iterate, part))},
             **{f"energy_{name}": energy for name, energy in iterate.energies.items()},
             "seconds": seconds,
             **({"places": places} if places else {}),

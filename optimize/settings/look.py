@@ -22,12 +22,15 @@ class Look(Section):
         samples: a pixel, of pictures that Mitsuba renders for adam's steps; None: fixed samples, no noise.
         masking: strength of the weights by which gauss-newton keeps smooth parts of the pictures better than
             those of high contrast, in which changes hide; 0, the default: all alike.
+        broad: how much more gauss-newton minds a change of brightness over several millimetres than the same
+            change of fine detail; 0: no more.
     """
 
     model: Annotated[str, one_of(LOOKS, AUTO)] = EXACT
     weight: NotNegative | None = None
     samples: Samples | None = None
     masking: Annotated[float, Field(ge=0, le=100)] = 0.0
+    broad: Annotated[float, Field(ge=0, le=1000)] = 10.0
 
 
 class Verify(Section):

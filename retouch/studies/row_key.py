@@ -53,6 +53,7 @@ INTRODUCED: Mapping[str, Any] = {
     "look.weight": 1.0,
     "look.samples": None,
     "look.masking": 0.0,
+    "look.broad": 0.0,
     "descent.method": "gauss-newton",
     "descent.steps": 100,
     "descent.tolerance": 0.01,

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from optimize.descent.gauss_newton import windows
+from optimize.descent.gauss_newton.broad import with_rows
 from optimize.descent.gauss_newton.laplacian import laplacian
 from optimize.descent.gauss_newton.other_fingers import SoftTargets
 from relief.common.arrays import Array
@@ -26,11 +27,16 @@ ROWS_AT_ONCE = 512 * 512
 
 
 class System(NamedTuple):
-    """Least squares of the look: (matrix + mu damping) x = load."""
+    """Least squares of the look: (matrix + broad' broad + mu damping) x = load.
+
+    Attributes:
+        broad: (cells, heights) broad changes of the pictures, each by its weight; None if they do not count.
+    """
 
     matrix: sp.csr_matrix
     damping: sp.csr_matrix
     load: Array
+    broad: sp.csr_matrix | None = None
 
 
 class Response(NamedTuple):
@@ -60,11 +66,13 @@ def response_of(
     """
     matrix = sp.csr_matrix(system.matrix + damping * system.damping)
     if not isinstance(gradients, np.ndarray) and matrix.shape[0] > windows.MOST_AT_ONCE:
-        return Response(*windows.windowed_response(matrix, system.load, gradients, patches))
+        return Response(
+            *windows.windowed_response(matrix, system.load, gradients, patches, broad=system.broad)
+        )
     sides = [system.load, gradients, *(() if soft_targets is None else (soft_targets.gradients,))]
     count = gradients.shape[0]
     # Directions of a step need few digits: the slopes of the targets along them are exact.
-    solve = factorised(matrix, minimum_degree=count < MANY_SIDES, single=True)
+    solve = with_rows(factorised(matrix, minimum_degree=count < MANY_SIDES, single=True), system.broad)
     rows = windows.solved_sides(solve, *sides)
     if soft_targets is None and not isinstance(gradients, np.ndarray):
         return Response(rows[0].astype(np.float64), windows.in_one(rows[1:]))

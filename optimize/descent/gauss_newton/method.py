@@ -5,7 +5,8 @@ Each step minimises over the change x of the heights
     1/2 sum over conditions of |d + J x|²_W + mu x'(I + 10 L) x + beta |Laplacian(h + x - h0)|²
     subject to g'x = the distance to the goals, at most a share of their values at once (`gauss_newton.trust`)
 
-with d the picture difference, J its explicit sparse Jacobian (shadow edges included), W = I + w2 D'D, L the
+with d the picture difference, J its explicit sparse Jacobian (shadow edges included), W = I + w2 D'D + B'B
+with the means B over broad cells (`gauss_newton.broad`), L the
 graph Laplacian, which on axes that repeat goes around, g the gradients of the targets. A step takes one
 sparse factorisation, and one right-hand side more for each target at each place of the finger. Fingers at
 neighbouring places feel nearly the same relief; `gauss_newton.forces` bounds the forces that would tell such
@@ -23,6 +24,7 @@ import scipy.sparse as sp
 import torch
 
 from optimize.descent.driver import PRESSURES, ArraySchema, Iterate
+from optimize.descent.gauss_newton.broad import CELL_MM, broad_cells
 from optimize.descent.gauss_newton.equations import (
     Response,
     System,
@@ -146,12 +148,19 @@ class GaussNewton:
         self._weights = problem.look_weight * problem.scene.weights * problem.heights.size / target[0].size
         self._roots = np.sqrt(masking_weights(target, problem.masking, self._around))
         self._plate = problem.plate_weights(self._target)
+        self._cells = self._broad_cells() if problem.broad else None
         self._current: _Evaluation | None = None
         self._equations: tuple[Iterate, System, Response] | None = None
         # Pixels that change as a whole, by the weights that they have in the sum.
         pixels = float(self._weights.sum()) * float((self._plate > 0.0).mean()) * self._target[0].size
         self._others = None if problem.fingers is None else OtherFingers(problem, problem.fingers, pixels)
         self._look_alone = self._layers is None and self._others is None
+
+    def _broad_cells(self) -> sp.csr_matrix:
+        """The broad cells of a step's pictures, all alike."""
+        scene, shape = self._problem.scene, self._target.shape[1:]
+        pixels_per_mm = float(np.mean(scene.pixels_per_mm())) * max(shape) / max(scene.resolution)
+        return broad_cells(shape, CELL_MM * pixels_per_mm, self._problem.broad, self._around)
 
     @classmethod
     def of_run(cls, problem: Problem, steps: int, settings: MethodSettings) -> Self:
@@ -211,7 +220,7 @@ class GaussNewton:
             return None
         _, response = self._solved(iterate)
         change = self._linear_step(touch, felt, response, Trust(*iterate.memory["trust"]).share).change
-        if self._predicted_rms(look, change) <= (1.0 - LEAST_GAIN) * iterate.picture_rms:
+        if self._predicted_change(look, change) <= (1.0 - LEAST_GAIN) * iterate.cost:
             return None
         self._equations = None  # Of a large surface, they take a GB that verification needs.
         return StopReason.CONVERGED
@@ -238,13 +247,27 @@ class GaussNewton:
             float(iterate.memory[WEIGHT][0]), self._problem.targets.met(iterate.values)
         )
 
-    def _predicted_rms(self, look: tuple[Pictures, ...], change: Array) -> float:
-        """Change of the pictures after a step (heights,), rms in % of their mean, by their Jacobians."""
+    def _predicted_change(self, look: tuple[Pictures, ...], change: Array) -> float:
+        """Change of the pictures after a step (heights,), by their Jacobians: rms and broad part, %."""
         conditions = [pair for of in look for pair in zip(of.jacobians, of.pictures, strict=True)]
         pictures = np.array([picture + (j @ change).reshape(picture.shape) for j, picture in conditions])
-        return change_percent(pictures * self._unit, self._target, self._plate, self._problem.scene.weights)[
-            1
-        ]
+        return float(np.hypot(*self._changes(pictures * self._unit)[1:]))
+
+    def _changes(self, pictures: Array) -> tuple[float, float, float]:
+        """Mean, rms and broad change of the pictures of a step, in % of the mean original."""
+        weights = self._problem.scene.weights
+        mean, rms = change_percent(pictures, self._target, self._plate, weights)
+        return mean, rms, self._broad_percent(pictures - self._target)
+
+    def _broad_percent(self, difference: Array) -> float:
+        """Broad change of pictures (conditions, rows, cols) by its weight, rms in % of the mean original."""
+        if self._cells is None:
+            return 0.0
+        weights = self._problem.scene.weights
+        in_cells = self._cells @ difference.reshape(len(difference), -1).T
+        square = weights / weights.sum() @ np.square(in_cells).sum(axis=0) / self._plate[0].size
+        mean = (self._plate * (weights / weights.mean())[:, None, None] * self._target).mean()
+        return 100.0 * float(np.sqrt(square) / mean)
 
     def _linear_step(
         self, touch: TouchMeasures, felt: Values, response: Response, share: float
@@ -336,14 +359,17 @@ class GaussNewton:
         if others is not None:
             kept["fingers"] = others.pressure
         pictures = np.concatenate([of_view.pictures for of_view in shown]) * self._unit
+        mean, rms, broad = self._changes(pictures)
         return Iterate(
             step,
             relief,
             felt.values,
             felt.contact_fraction,
-            *change_percent(pictures, self._target, self._plate, self._problem.scene.weights),
+            mean,
+            rms,
             {"trust": np.array(trust), "pressure": touch.pressure, **kept},
             fingers=0.0 if others is None else others.percent,
+            broad=broad,
         )
 
     @stage("collecting the equations of a step")
@@ -358,10 +384,13 @@ class GaussNewton:
         terms = zip(conditions, self._target, self._weights, self._roots, strict=True)
         # One product of all conditions saves adding up those of each, but takes more memory.
         at_once = 1 if heights.size > MOST_AT_ONCE else len(conditions)
-        scaled, weighted = list[sp.csr_matrix](), list[sp.csr_matrix]()
+        scaled, weighted, broad = list[sp.csr_matrix](), list[sp.csr_matrix](), list[sp.csr_matrix]()
         for number, ((jacobian, picture), target, of_light, root) in enumerate(terms, 1):
             share = np.sqrt(of_light) * self._unit
             one, difference = share * jacobian, (share * picture - np.sqrt(of_light) * target).ravel()
+            if self._cells is not None:
+                broad.append(self._cells @ one)
+                load -= broad[-1].T @ (self._cells @ difference)
             if problem.masking:
                 one, difference = sp.diags(root.ravel()) @ one, root.ravel() * difference
             scaled.append(one.astype(self._smooth.dtype))
@@ -383,4 +412,5 @@ class GaussNewton:
             stay = problem.frozen.ravel()
             free, load = sp.diags((~stay).astype(np.float64)), np.where(stay, 0.0, load)
             matrix, damping = free @ matrix @ free + sp.diags(stay.astype(np.float64)), free @ damping @ free
-        return System(matrix, damping, load)
+            broad = [rows @ free for rows in broad]
+        return System(matrix, damping, load, stacked(broad) if broad else None)

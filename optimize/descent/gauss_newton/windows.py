@@ -18,6 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from optimize.descent.gauss_newton.broad import with_rows
 from relief.common.arrays import Array, Index
 from relief.common.progress import stage
 from relief.patches import Patches
@@ -149,7 +150,12 @@ def _spans(length: int, repeats: bool, core: int, margin: int) -> list[tuple[Ind
 
 
 def windowed_response(
-    matrix: sp.csr_matrix, load: Array, gradients: sp.csr_matrix, patches: Patches, core: int = CORE
+    matrix: sp.csr_matrix,
+    load: Array,
+    gradients: sp.csr_matrix,
+    patches: Patches,
+    core: int = CORE,
+    broad: sp.csr_matrix | None = None,
 ) -> tuple[Array, WindowColumns]:
     """Solve `matrix x = load`, and `matrix y = gradient` for each target at each place, window by window.
 
@@ -159,6 +165,7 @@ def windowed_response(
         gradients: (targets * places, samples), target by target; each row is zero beyond its patch.
         patches: of the surface, one at each place.
         core: largest side of a core, samples.
+        broad: (cells, samples), whose product with itself is added to the matrix.
 
     Returns:
         x (samples,) and the y as columns (samples, targets * places).
@@ -173,7 +180,10 @@ def windowed_response(
     with stage("solving for a step, window by window", len(each)) as advance:
         for window in each:
             own = np.flatnonzero(np.isin(middle, window.samples[window.core]))
-            solve = factorised(matrix[window.samples][:, window.samples], single=True)
+            solve = with_rows(
+                factorised(matrix[window.samples][:, window.samples], single=True),
+                None if broad is None else broad[:, window.samples],
+            )
             solved = solved_sides(solve, load[window.samples], gradients[own][:, window.samples])
             unconstrained[window.samples[window.core]] = solved[0, window.core]
             parts.append(_Columns(window.samples, own, solved[1:]))
