@@ -5,6 +5,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from optimize.descent.methods import methods_that_take
 from optimize.run_directory.key import all_settings
 from optimize.settings.run_file import Run, run_keys
 from relief.common.limits import PATCH_SIDE_MM
@@ -81,6 +82,9 @@ unknown. A line is added with each new setting and is never changed, even if the
 """
 
 
+LATER_DEFAULTS = frozenset({"look.broad"})
+"""Settings with another default than the value they were introduced with. Where the method of a run does not
+take one, the run is as before, whatever it says."""
 REVISED: Mapping[str, str] = {
     # studio
     "17fee0c016340caa3485997b3f1cb8fbc2bf677e1501bcbf00eaef0c46d1ac6a": (
@@ -108,10 +112,12 @@ A line is added with each such revision, so that it does not make old rows unkno
 def row_key(settings: Run) -> str:
     """SHA-256, in hexadecimal, of the settings and files that decide a run."""
     neutral = {**run_keys(), **INTRODUCED}
+    method = settings.descent.method
+    idle = {name for name in LATER_DEFAULTS if method not in methods_that_take(name)}
     deciding = {
         name: value
         for name, value in all_settings(settings).items()
-        if name not in neutral or neutral[name] != value
+        if name not in idle and (name not in neutral or neutral[name] != value)
     }
     if settings.size_mm in (None, PATCH_SIDE_MM):
         deciding["scene"] = REVISED.get(deciding["scene"], deciding["scene"])
