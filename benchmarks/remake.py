@@ -142,6 +142,7 @@ PARTS: Mapping[str, Part] = {
     "same-feel": study(
         "same-feel", "different looks with one feel", "-m benchmarks.surfaces.same_feel {runs}/same-feel"
     ),
+    "eye": study("eye", "what the eye sees by what steps keep", "-m benchmarks.sight.eye"),
     "exact-vs-surrogate": study("exact-vs-surrogate", "what exactness buys"),
     **{
         f"figure{number}": study(f"figure{number}", f"figure {number} of the paper")

@@ -83,6 +83,7 @@ VALUES: Mapping[str, Sequence[str]] = {
     "look.model": ('"auto"', '"fast"', '"shading"', '"heights"'),
     "look.weight": ("3",),
     "look.samples": ("4",),
+    "look.broad": ("0", "30"),
     "look.masking": ("3",),
     "descent.steps": ("1",),
     "descent.tolerance": ("0.3",),

@@ -389,7 +389,7 @@ class GaussNewton:
             share = np.sqrt(of_light) * self._unit
             one, difference = share * jacobian, (share * picture - np.sqrt(of_light) * target).ravel()
             if self._cells is not None:
-                broad.append(self._cells @ one)
+                broad.append((self._cells @ one).astype(self._smooth.dtype))
                 load -= broad[-1].T @ (self._cells @ difference)
             if problem.masking:
                 one, difference = sp.diags(root.ravel()) @ one, root.ravel() * difference

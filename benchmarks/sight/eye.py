@@ -1,0 +1,85 @@
+"""What the eye sees of a change of feel, by what steps keep: the table of the study `eye`.
+
+retouch study eye -o runs/eye        # 168 runs, an hour of one core
+python -m benchmarks.sight.eye [FOLDER]
+
+With a folder its document is committed first. The weight of broad changes was chosen on six of the textures;
+the other six judge it.
+"""
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import fmean, geometric_mean, median
+
+from benchmarks.shared.common import DOCS, parser_of, put, table
+from benchmarks.shared.studies import FILE, STUDIES, Row, committed
+
+STUDY, COMMAND = "eye", "benchmarks.sight.eye"
+CHOSEN_ON = ("gravel", "pebbles", "leather", "weave", "bark", "knit")
+PIXELS, BROAD, ADAM = "pixels", "broad changes too", "adam"
+VISIBLE = 9.0
+"""JOD below which a case counts: one JOD less than the same picture is seen by three of four people."""
+HEAD = [
+    *("textures", "kept", "runs", "distance in JOD, median", "largest", "JOD below 9", "worst light below 9"),
+    *("FLIP", "DSSIM", "change, mean %", "rms ratio", "CPU ratio", "off target by over 1 %"),
+]
+
+
+def _kept(row: Row) -> str:
+    return ADAM if row["table"] == ADAM else str(row["kept"])
+
+
+def _line(group: str, rows: Sequence[Row], before: dict[tuple[str, int], Row]) -> tuple[object, ...]:
+    away = [10.0 - row["jod"] for row in rows]
+    pairs = [(row, before[_case(row)]) for row in rows]
+    return (
+        group,
+        _kept(rows[0]),
+        len(rows),
+        f"{median(away):.2f}",
+        f"{max(away):.2f}",
+        sum(row["jod"] < VISIBLE for row in rows),
+        sum(row["jod_worst"] < VISIBLE for row in rows),
+        f"{fmean(row['flip'] for row in rows):.4f}",
+        f"{median(row['dssim'] for row in rows):.4f}",
+        f"{median(row['change_percent'] for row in rows):.2f}",
+        *(
+            f"{geometric_mean(own[key] / first[key] for own, first in pairs):.2f}"
+            for key in ("change_rms_percent", "cpu_s")
+        ),
+        sum(row["miss_percent"] > 1.0 for row in rows),
+    )
+
+
+def _case(row: Row) -> tuple[str, int]:
+    return str(row["texture"]), int(row["touch.jnd"])
+
+
+def lines(rows: Sequence[Row]) -> list[tuple[object, ...]]:
+    """Lines of the table: all targets, and those that Adam has as well, by the two groups of textures."""
+    before = {_case(row): row for row in rows if _kept(row) == PIXELS}
+    by_adam = {_case(row) for row in rows if _kept(row) == ADAM}
+    told = []
+    for chosen, group in ((True, "chosen on"), (False, "judged by")):
+        of_group = [row for row in rows if (row["texture"] in CHOSEN_ON) == chosen]
+        for cases, name in ((set(before), group), (by_adam, f"{group}, -2 and +2")):
+            for kept in (PIXELS, BROAD, ADAM):
+                some = [row for row in of_group if _kept(row) == kept and _case(row) in cases]
+                if some and (kept != ADAM or cases is by_adam):
+                    told.append(_line(name, some, before))
+    return told
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, metavar="FOLDER", help="of the finished study")
+    if (folder := parser.parse_args().folder) is not None:
+        shutil.copy(folder / FILE, STUDIES / f"{STUDY}.json")
+    text = table(HEAD, lines(committed(STUDY)))
+    put(DOCS / "evidence" / "sight.md", STUDY, COMMAND, text + "\n")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
