@@ -14,7 +14,7 @@ from relief.meshes.refining import Refined
 from relief.meshes.solid import check_apart
 from relief.meshes.unrolling import nearest_shares
 from relief.remeshing.coarsening import coarsened
-from relief.remeshing.even_mesh import EvenMesh, even_mesh, vertex_normals
+from relief.remeshing.even_mesh import ARC, EvenMesh, even_mesh, vertex_normals
 from relief.remeshing.smooth_surface import raised
 from relief.wrapping.coordinates.layout import Layout
 from relief.wrapping.masks import Points, Regions, mask_at
@@ -87,6 +87,7 @@ class BaseSurface:
         body: The finer body.
         uv: (faces, 3, 2) texture coordinates, or None.
         bottom: (faces,) those of a flat bottom that stays.
+        coarser: Edges of its triangles, in those of the base that the file is made on: 1, in a draft more.
         bed_mm: Its height, mm, below which nothing goes; without a bottom minus infinity.
         normals: (vertices, 3) outward unit normals.
         carried: (vertices,) how much of any texture each vertex carries.
@@ -104,10 +105,12 @@ class BaseSurface:
         colours: FloatArray | None = None,
     ) -> None:
         longest = float(np.ptp(body.vertices, axis=0).max())
-        edge = min(DRAFT_EDGE_MM if settings.draft else BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
+        finest = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
+        edge = min(DRAFT_EDGE_MM, longest / LEAST_BASE_EDGES) if settings.draft else finest
+        self.coarser = edge / finest
         check_count(int(body.areas.sum() / (EVEN_AREA * edge**2)), settings)
         bottom = _bottom(body) if settings.keep_bottom else np.zeros(len(body.faces), bool)
-        self.mesh = even_mesh(body, edge, uv, bottom)
+        self.mesh = even_mesh(body, edge, uv, bottom, ARC * self.coarser)
         self.body, self.uv, self.bottom = self.mesh.body, self.mesh.uv, bottom[self.mesh.origin]
         self.bed_mm = float(body.vertices[:, 2].min()) if self.bottom.any() else -np.inf
         self._flatten()

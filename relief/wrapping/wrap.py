@@ -12,7 +12,7 @@ from relief.common.errors import InputError
 from relief.common.progress import say, stage
 from relief.meshes.intersections import crossing_faces
 from relief.meshes.neighbourhood import near_faces
-from relief.meshes.refining import edge_for, expected_faces, refined
+from relief.meshes.refining import AREA_PER_FACE, edge_for, expected_faces, refined
 from relief.wrapping.bending import Bending, bending
 from relief.wrapping.checks import check_area, check_choices, check_room, check_size
 from relief.wrapping.clearance import clearance_factor, evened
@@ -61,6 +61,7 @@ class Wrapped:
         factor: (vertices,) by which the heights are lowered there, so that the relief does not meet itself.
         lowering: On what part of the textured area that is, how far and where.
         bending: How the textured surface bends along the first texture's x and y.
+        base: The coarse triangles that it was laid on.
     """
 
     body: Body
@@ -78,6 +79,7 @@ class Wrapped:
     factor: Array
     lowering: Lowering
     bending: tuple[Bending, Bending]
+    base: BaseSurface
 
 
 @stage("wrapping")
@@ -159,7 +161,35 @@ def wrap(
         factor=surface.of_vertices(factor),
         lowering=lowering(base.body, where, factor),
         bending=bending(base.body, base.mesh.normals, laid[0].layout, where),
+        base=base,
     )
+
+
+def expected_file(
+    base: BaseSurface, coverings: Sequence[Covering], settings: Settings
+) -> tuple[float, int]:
+    """Longest edge of the textured triangles, mm, and number of all triangles that `wrap` will write, about.
+
+    Args:
+        base: Of a draft of the same textures.
+        coverings: The textures.
+        settings: How the file is made.
+    """
+    body, where, pitch = base.body, base.textured, _pitch(coverings, settings)
+
+    def count(edge_mm: float) -> int:
+        # The base of the file has as many more triangles as its edges are shorter, of the same shapes.
+        others = int(np.count_nonzero(~where))
+        return others + round(base.coarser**2 * (expected_faces(body, base.coarser * edge_mm, where) - others))
+
+    edge_mm, most = settings.edge_mm, _most(body, where, settings)
+    if edge_mm is None and (fewer := count(pitch)) <= most:
+        edge_mm, most = pitch, fewer
+    elif edge_mm is not None:
+        most = count(edge_mm)
+    else:
+        edge_mm = float(np.sqrt(body.areas[where].sum() / (AREA_PER_FACE * most)))
+    return edge_mm, most
 
 
 def _present(shares: Sequence[Array]) -> Array:
@@ -241,11 +271,9 @@ def _heights(laid: Sequence[Laid], surface: FineSurface, settings: Settings) -> 
 
 def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings) -> float:
     """Longest edge of the textured triangles, mm; what the work comes to is told."""
-    pitch = max(settings.finest_mm, min(covering.tile.pitch_mm for covering in coverings))
-    edge = settings.edge_mm
+    pitch, edge = _pitch(coverings, settings), settings.edge_mm
     if edge is None:
-        enough = int(body.areas[where].sum() / ENOUGH_MM2) + int(np.count_nonzero(~where))
-        edge = max(pitch, edge_for(body, where, settings.faces or min(enough, MOST_FACES)))
+        edge = max(pitch, edge_for(body, where, _most(body, where, settings)))
     count = expected_faces(body, edge, where)
     if settings.edge_mm is not None:
         check_count(count, settings)
@@ -254,6 +282,17 @@ def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], s
     megabytes = max(BYTES_A_FACE * count / 1e6, 0.1)
     say(f"about {count:,} triangles with edges of {edge:.3g} mm{coarser}, {megabytes:.2g} MB as 3MF")
     return float(edge)
+
+
+def _pitch(coverings: Sequence[Covering], settings: Settings) -> float:
+    """Shortest edges of triangles that show more of the textures, mm."""
+    return max(settings.finest_mm, min(covering.tile.pitch_mm for covering in coverings))
+
+
+def _most(body: Body, where: NDArray[np.bool_], settings: Settings) -> int:
+    """Number of triangles that the settings allow, in all."""
+    enough = int(body.areas[where].sum() / ENOUGH_MM2) + int(np.count_nonzero(~where))
+    return settings.faces or min(enough, MOST_FACES)
 
 
 def _unfit(uv: Array, weight: Array) -> NDArray[np.bool_]:
