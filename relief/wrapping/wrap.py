@@ -165,9 +165,7 @@ def wrap(
     )
 
 
-def expected_file(
-    base: BaseSurface, coverings: Sequence[Covering], settings: Settings
-) -> tuple[float, int]:
+def expected_file(base: BaseSurface, coverings: Sequence[Covering], settings: Settings) -> tuple[float, int]:
     """Longest edge of the textured triangles, mm, and number of all triangles that `wrap` will write, about.
 
     Args:
@@ -180,7 +178,9 @@ def expected_file(
     def count(edge_mm: float) -> int:
         # The base of the file has as many more triangles as its edges are shorter, of the same shapes.
         others = int(np.count_nonzero(~where))
-        return others + round(base.coarser**2 * (expected_faces(body, base.coarser * edge_mm, where) - others))
+        return others + round(
+            base.coarser**2 * (expected_faces(body, base.coarser * edge_mm, where) - others)
+        )
 
     edge_mm, most = settings.edge_mm, _most(body, where, settings)
     if edge_mm is None and (fewer := count(pitch)) <= most:
