@@ -231,8 +231,8 @@ def over_object(unroller: Unroller, near: Array, side_mm: float | None, whole: b
     the texture ends, or that has a sharp edge.
     """
     vertex, frame = unroller.frame(near)
-    # What is left out is not cropped, and most of it not unrolled: on a dial with texture around its side that
-    # is four places of five.
+    # What is left out is not cropped, and most of it not unrolled: four places of five on a dial with texture
+    # around its side.
     left_out = Crop(frame, np.zeros((1, 1)), True)
     if whole and near_end(unroller, vertex):
         return left_out
@@ -248,7 +248,7 @@ def over_object(unroller: Unroller, near: Array, side_mm: float | None, whole: b
 
 
 def near_end(unroller: Unroller, vertex: int) -> bool:
-    """Whether `ends` holds around a vertex of the object for sure: no way along edges is shorter than a way."""
+    """Whether `ends` holds around a vertex of the object for sure, as ways along edges are no shorter."""
     half = 0.5 * PATCH_SIDE_MM - MAP_ERROR_MM
     bare, sharp = unroller.to_bare[vertex], unroller.to_sharp[vertex]
     return bool(bare < half + GROWTH_MM or sharp < half)

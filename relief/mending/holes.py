@@ -33,7 +33,7 @@ LEAST_INWARD = 0.2
 FEWEST_FACES = 12
 """Triangles of a wall at least: those of six facets."""
 BESIDE, BESIDE_MM = 1e-3, 0.05
-"""Distance from the cylinder, as a share of its radius and in mm beyond, within which a point lies in the hole:
+"""Distance from the cylinder within which a point lies in the hole, a share of its radius and mm more:
 beside the flat of a D-shaped bore of 6 mm the smooth surface leaves the cylinder by 0.012 mm, and no printer
 makes a wall of 0.05 mm."""
 RIM_MM = 0.1

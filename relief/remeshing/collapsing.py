@@ -60,7 +60,7 @@ class Collapses:
         return int(sound.sum())
 
     def _around(self, gone: Index, stays: Index) -> Index:
-        """Numbers of the triangles, rising, that vertices to be removed, or to be moved to, are corners of."""
+        """Numbers of the triangles, rising, around vertices to be removed and those they go to."""
         ends = np.zeros(len(self.triangles.vertices), bool)
         ends[gone] = ends[stays] = True
         return np.flatnonzero(self.triangles.count(ends) > 0)

@@ -23,8 +23,8 @@ from relief.wrapping.tiles import Tile
 BASE_EDGE_MM = 1.0
 """Longest edge of the mesh that patches, normals and clearance are computed on, mm."""
 DRAFT_EDGE_MM = 2.0
-"""The same for a draft, mm. With 1 mm patches take 12 s of the processor on a frog and 7 s on a cylinder of
-40 mm, with 2 mm 4 s and 3 s."""
+"""The same for a draft, mm; where the surface bends edges are longer in the same proportion. A bracelet has
+11,000 triangles then instead of 40,000, and 99 % of the surface within 0.017 mm of that of the file."""
 EVEN_AREA = 0.4
 """Mean area of even triangles, in the square of the edge wanted."""
 LEAST_BASE_EDGES = 24

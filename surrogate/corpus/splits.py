@@ -15,8 +15,8 @@ _PHOTOGRAPHS: Mapping[Split, str] = {
     "validation": "chelsea coins",
     "test": "brick grass gravel",
 }
-# SHA-256 of the files of the example textures, which are cut from the three photographs above or drawn; of tiles
-# also without what the header says of repeats, as they were once.
+# SHA-256 of the files of the example textures, which are cut from the three photographs above or drawn; of
+# tiles also without what the header says of repeats, as older copies are.
 _TEST_FILES = (
     "0d964111899e4371dcee04a43388f925d414e19048d79910c756a521c1136bb1",
     "1b3feec9711f2643e59b8e6f25cd2236f02280c83fefbb90be38b74b4a127acd",

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-import retouch
 from mitsuba_scenes import DEFAULT_SCENE, find_file, find_texture
 from optimize.settings.run_file import run_from_scene
 from relief.common.errors import InputError, naming
@@ -115,7 +114,9 @@ def _steered(
         *(f"touch.{key}={radius!r}" for key, radius in radii.items() if radius is not None),
         *(f"{key}={length!r}" for key, length in lengths.items()),
     ]
-    # By its lazy name: what descends takes seconds to import, and few regions ask for it.
-    result = retouch.optimize(run_from_scene(find_file(DEFAULT_SCENE, ".xml"), file, changes), folder)
+    # The packages of runs take two seconds to import, and few wraps need them.
+    from retouch.verbs.runs import optimize
+
+    result = optimize(run_from_scene(find_file(DEFAULT_SCENE, ".xml"), file, changes), folder)
     reached = result.verification.as_json()["touch"]["jnd_from_original"]
     return Steered(mask, jnd, reached, folder, radii["curved_x_mm"], radii["curved_y_mm"])
