@@ -46,6 +46,12 @@ def test_the_run_file_of_a_tile_repeats_a_texture_whose_sides_fit() -> None:
     check_seams(load_height_map(run.texture).heights, run.axes_repeat, run.texture)
 
 
+def test_a_bundled_tile_without_a_run_file_is_steered_as_a_tile_unless_told_otherwise() -> None:
+    assert settings("bark-tile", "--jnd", "2").repeats is True
+    assert settings("bark-tile", "--jnd", "2", "--no-repeats").repeats is False
+    assert settings("bark", "--jnd", "2").repeats is False
+
+
 @pytest.mark.parametrize("name", ["studio", "studio.xml"])
 def test_a_scene_is_found_by_its_name(name: str) -> None:
     assert check_scene(name).path == FOLDER / "studio.xml"

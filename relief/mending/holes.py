@@ -32,8 +32,10 @@ LEAST_INWARD = 0.2
 """Mean cosine, at least, between the way to the axis and the normals of what widens a hole."""
 FEWEST_FACES = 12
 """Triangles of a wall at least: those of six facets."""
-BESIDE = 1e-3
-"""Distance from the cylinder, as a share of its radius, within which a point lies in the hole."""
+BESIDE, BESIDE_MM = 1e-3, 0.05
+"""Distance from the cylinder within which a point lies in the hole, a share of its radius and mm more:
+beside the flat of a D-shaped bore of 6 mm the smooth surface leaves the cylinder by 0.012 mm, and no printer
+makes a wall of 0.05 mm."""
 RIM_MM = 0.1
 """Distance of the points that stand for the rims of holes, mm, at most."""
 MOST_RIM = 1000
@@ -62,7 +64,7 @@ class Holes:
         for point, axis, radius, low, high in self.cylinders:
             along = (places - point) @ axis
             across = np.linalg.norm(places - point - along[:, None] * axis, axis=1)
-            slack = BESIDE * radius
+            slack = BESIDE * radius + BESIDE_MM
             inside = (across <= radius + slack) & (along >= low - slack) & (along <= high + slack)
             share[inside] = 0.0
         return np.asarray(share)

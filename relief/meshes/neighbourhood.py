@@ -3,8 +3,9 @@
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import connected_components, dijkstra
 
+from relief.body import Body
 from relief.common.arrays import Array, Index, extents
 
 BITS = 32
@@ -105,6 +106,21 @@ def connected_around(faces: NDArray[np.intp], seed: int, count: int) -> NDArray[
         if stays.all():
             return faces[(faces == seed).any(axis=1)]
         faces = faces[stays]
+
+
+def ways_from(body: Body, start: NDArray[np.bool_], most_mm: float) -> Array:
+    """Ways (vertices,) along edges from some vertices, mm; infinite beyond a limit."""
+    if start.all() or not start.any():
+        return np.where(start, 0.0, np.inf)
+    ends = np.stack([body.faces, np.roll(body.faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+    length = np.linalg.norm(body.vertices[ends[:, 0]] - body.vertices[ends[:, 1]], axis=1)
+    count = len(body.vertices)
+    # Every edge has two triangles, which would add up its length.
+    forward = ends[:, 0] < ends[:, 1]
+    graph = sp.coo_matrix((length[forward], tuple(ends[forward].T)), shape=(count, count)).tocsr()
+    return np.asarray(
+        dijkstra(graph, directed=False, indices=np.flatnonzero(start), min_only=True, limit=most_mm)
+    )
 
 
 class NearFaces:

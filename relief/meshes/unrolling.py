@@ -13,7 +13,7 @@ from relief.body import Body
 from relief.common.arrays import Array, Index, renumbered
 from relief.common.errors import naming
 from relief.common.progress import stage
-from relief.meshes.neighbourhood import connected_around, edge_pairs
+from relief.meshes.neighbourhood import connected_around, edge_pairs, ways_from
 from relief.meshes.places import Frame, frame_along, vertex_normals
 from relief.meshes.refining import refined
 
@@ -51,6 +51,7 @@ class Unroller:
         farthest_mm: Largest distance of the textured mesh from the object, mm.
         bare: (vertices,) whether no texture is near a vertex of the object.
         sharp: (vertices,) whether a vertex of the object lies on a sharp edge.
+        to_bare, to_sharp: (vertices,) ways along edges to such vertices, mm; infinite beyond `REACH_MM`.
     """
 
     @stage("measuring the distance from the object")
@@ -74,6 +75,7 @@ class Unroller:
         self.sharp = np.zeros(len(base.vertices), bool)
         for corner in (turned % 3, (turned + 1) % 3):
             self.sharp[base.faces[turned // 3, corner]] = True
+        self.to_bare, self.to_sharp = (ways_from(base, of, REACH_MM) for of in (self.bare, self.sharp))
 
     def frame(self, near: Array) -> tuple[int, Frame]:
         """Number and frame of the object's vertex nearest to a point."""
@@ -104,8 +106,8 @@ class Unroller:
         """
         # Coordinates are worked out only where there are any: a textured mesh may have a million faces.
         mapped = np.asarray(np.isfinite(flat).all(axis=1))[self.object.faces].all(axis=1)
-        kept = np.asarray(mapped)[self._face][self._textured.faces].all(axis=1)
-        used, faces = renumbered(self._textured.faces[kept], len(self._textured.vertices))
+        a, b, c = np.asarray(mapped)[self._face][self._textured.faces.T]
+        used, faces = renumbered(self._textured.faces[a & b & c], len(self._textured.vertices))
         at = np.einsum("nc,ncd->nd", self._shares[used], flat[self.object.faces[self._face[used]]])
         return used, at, faces
 
@@ -135,14 +137,20 @@ def feet(points: Array, body: Body) -> tuple[Index, Array]:
     """
     corners = body.vertices[body.faces]
     count = min(CANDIDATES, len(corners))
-    near = cKDTree(corners.mean(axis=1)).query(points, k=count)[1].reshape(len(points), -1)
+    middles = corners.mean(axis=1)
+    wide = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
+    far, near = (of.reshape(len(points), -1) for of in cKDTree(middles).query(points, k=count))
     best = np.full(len(points), np.inf)
     face, shares = np.zeros(len(points), dtype=np.int64), np.zeros((len(points), 3))
-    for candidate in near.T:
-        nearest = nearest_shares(points, corners[candidate])
-        distance = np.linalg.norm(np.einsum("nc,ncd->nd", nearest, corners[candidate]) - points, axis=1)
-        closer = distance < best
-        best[closer], face[closer], shares[closer] = distance[closer], candidate[closer], nearest[closer]
+    for distance, candidate in zip(far.T, near.T, strict=True):
+        # No point of a face is nearer than its middle by more than its width.
+        rows = np.flatnonzero(distance - wide[candidate] < best)
+        some = corners[candidate[rows]]
+        nearest = nearest_shares(points[rows], some)
+        distance = np.linalg.norm(np.einsum("nc,ncd->nd", nearest, some) - points[rows], axis=1)
+        closer = distance < best[rows]
+        rows = rows[closer]
+        best[rows], face[rows], shares[rows] = distance[closer], candidate[rows], nearest[closer]
     return face, shares
 
 

@@ -42,12 +42,10 @@ class Collapses:
             size: (n,) length of edges wanted at the vertices, mm.
         """
         gone, stays = self._short_edges(size)
-        ends = np.zeros(len(self.triangles.vertices), bool)
-        ends[gone] = ends[stays] = True
-        some = np.flatnonzero(self.triangles.count(ends) > 0)
-        gone, stays = self._apart(gone, stays, self.triangles.faces[some])
+        gone, stays = self._apart(gone, stays, self.triangles.faces[self._around(gone, stays)])
         if not len(gone):
             return 0
+        some = self._around(gone, stays)
         around = self.triangles.faces[some].ravel()
         corner_face = some[np.argsort(around, kind="stable") // 3]
         count = np.bincount(around, minlength=len(self.triangles.vertices))
@@ -61,43 +59,48 @@ class Collapses:
         self._merge(gone[sound], stays[sound])
         return int(sound.sum())
 
+    def _around(self, gone: Index, stays: Index) -> Index:
+        """Numbers of the triangles, rising, around vertices to be removed and those they go to."""
+        ends = np.zeros(len(self.triangles.vertices), bool)
+        ends[gone] = ends[stays] = True
+        return np.flatnonzero(self.triangles.count(ends) > 0)
+
     def _short_edges(self, size: Array) -> tuple[Index, Index]:
-        """Vertices that may be removed, and those they are moved to, the shortest edges first."""
-        one, other = self.triangles.faces.ravel(), np.roll(self.triangles.faces, -1, axis=1).ravel()
+        """Vertices that may be removed, each once and rising, and those at their shortest edges."""
+        triangles, count = self.triangles, len(self.triangles.vertices)
+        one, other = triangles.faces.ravel(), np.roll(triangles.faces, -1, axis=1).ravel()
         once = one < other
         one, other = one[once], other[once]
-        length = np.linalg.norm(self.triangles.vertices[one] - self.triangles.vertices[other], axis=1)
+        length = triangles.lengths(one, other)
         length /= 0.5 * (size[one] + size[other])
         short = np.flatnonzero(length < SHORT)
-        keys = (one[short] << BITS) | other[short]
-        order = np.argsort(keys)
-        keys, length = keys[order], length[short][order]
-        one, other = keys >> BITS, keys & MASK
-        lines, around = (
-            self.triangles.held_count(),
-            np.bincount(self.triangles.faces.ravel(), minlength=len(self.triangles.vertices)),
-        )
-        held = self.triangles.is_held(keys)
-        free = ~self.triangles.corner & (around <= MOST_AROUND)
+        one, other, length = one[short], other[short], length[short]
+        lines, around = triangles.held_count(), np.bincount(triangles.faces.ravel(), minlength=count)
+        held = triangles.is_held((one << BITS) | other)
+        free = ~triangles.corner & (around <= MOST_AROUND)
         ways = []
         for gone, stays in ((one, other), (other, one)):
             may = free[gone] & ((lines[gone] == 0) | (held & (lines[gone] == 2)))
             may &= ~among((gone << BITS) | stays, self._refused)
-            ways.append(np.stack([gone[may], stays[may], np.flatnonzero(may)]))
-        gone, stays, edge = np.concatenate(ways, axis=1)
-        order = np.argsort(length[edge], kind="stable")
-        return gone[order], stays[order]
+            ways.append((gone[may], stays[may], length[may]))
+        gone, stays, length = (np.concatenate(part) for part in zip(*ways, strict=True))
+        shortest = np.full(count, np.inf)
+        np.minimum.at(shortest, gone, length)
+        least = length == shortest[gone]
+        # Of edges of equal length that to the next higher number, so that the order of edges has no effect.
+        beyond = np.full(count, count)
+        np.minimum.at(beyond, gone[least], (stays[least] - gone[least]) % count)
+        gone = np.flatnonzero(beyond < count)
+        return gone, (gone + beyond[gone]) % count
 
     def _apart(self, gone: Index, stays: Index, faces: Index) -> tuple[Index, Index]:
-        """Those of the vertices to be removed, the first at each, that have no neighbour in common.
+        """Those of the vertices to be removed, each once and rising, that have no neighbour in common.
 
         Args:
             gone: (k,) vertices to be removed.
             stays: (k,) those they are moved to.
             faces: (m, 3) all triangles around them.
         """
-        gone, first = np.unique(gone, return_index=True)
-        stays = stays[first]
         # Vertices in any order: with that of their lengths few would be first among their neighbours.
         rank = np.random.default_rng(len(gone)).permutation(len(gone))
         best = np.full(len(self.triangles.vertices), len(gone))

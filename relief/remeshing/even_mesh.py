@@ -65,7 +65,11 @@ class EvenMesh:
 
 
 def even_mesh(
-    body: Body, edge_mm: float, uv: Array | None = None, side: NDArray[np.bool_] | None = None
+    body: Body,
+    edge_mm: float,
+    uv: Array | None = None,
+    side: NDArray[np.bool_] | None = None,
+    arc: float = ARC,
 ) -> EvenMesh:
     """Even triangles on the smooth surface behind a body's facets.
 
@@ -76,11 +80,13 @@ def even_mesh(
         edge_mm: Edges wanted where the surface is flat; elsewhere they are shorter.
         uv: (faces, 3, 2) texture coordinates of the corners, or None.
         side: (faces,) facets of a flat side, whose rim is held and which stays coarse, or None.
+        arc: Angle over which an edge spans at most where the surface bends, rad.
     """
     with stage("normals"):
         surface = smooth_surface(body, side)
     with stage("even triangles", float(ROUNDS)) as advance:
-        remesher = _Remesher(surface, edge_mm, uv, np.zeros(len(body.faces), bool) if side is None else side)
+        side = np.zeros(len(body.faces), bool) if side is None else side
+        remesher = _Remesher(surface, edge_mm, uv, side, arc)
         for number in range(ROUNDS):
             remesher.round(COARSER if number == 0 else COARSER[-1:], STIR if number == 0 else 0.0)
             advance()
@@ -91,14 +97,14 @@ class _Remesher:
     """The triangles so far, and the surface that they lie on."""
 
     def __init__(
-        self, surface: SmoothSurface, edge_mm: float, uv: Array | None, side: NDArray[np.bool_]
+        self, surface: SmoothSurface, edge_mm: float, uv: Array | None, side: NDArray[np.bool_], arc: float
     ) -> None:
         self.surface, self.edge_mm = surface, edge_mm
         body = surface.body
         held, corner = held_lines(surface, uv, side)
         self.region = regions(body, held)
         self.nearest = NearestPoints(body, held, self.region, edge_mm)
-        self.size = np.where(side, COARSE * edge_mm, _sizes(surface, edge_mm))
+        self.size = np.where(side, COARSE * edge_mm, _sizes(surface, edge_mm, arc))
         size = np.full(len(body.vertices), COARSE * edge_mm)
         np.minimum.at(size, body.faces, self.size[:, None])
         self.triangles = Triangles(body, held, corner, size)
@@ -232,13 +238,13 @@ class _Remesher:
         return EvenMesh(body, normals, bulge, corners_uv, triangles.origin)
 
 
-def _sizes(surface: SmoothSurface, edge_mm: float) -> Array:
+def _sizes(surface: SmoothSurface, edge_mm: float, arc: float) -> Array:
     """(faces,) lengths of edges wanted by how the surface bends, mm."""
     corners, normals = surface.body.vertices[surface.body.faces], surface.normals
     turn = np.linalg.norm(np.roll(normals, -1, axis=1) - normals, axis=2)
     length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     bend = np.maximum(turn - 0.01, 0.0) / np.maximum(length, 0.02 * edge_mm)
-    return np.clip(ARC / np.maximum(bend.max(axis=1), 1e-9), LEAST_PART * edge_mm, edge_mm)
+    return np.clip(arc / np.maximum(bend.max(axis=1), 1e-9), LEAST_PART * edge_mm, edge_mm)
 
 
 def vertex_normals(mesh: EvenMesh, ignored: NDArray[np.bool_]) -> Array:

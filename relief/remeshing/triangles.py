@@ -57,6 +57,13 @@ class Triangles:
         ends = np.concatenate([self.held >> BITS, self.held & MASK])
         return np.bincount(ends, minlength=len(self.vertices))
 
+    def lengths(self, one: Index, other: Index) -> Array:
+        """(k,) distances between vertices (k,), mm."""
+        square = np.zeros(len(one))
+        for column in self.vertices.T:
+            square += (column[one] - column[other]) ** 2
+        return np.sqrt(square)
+
     def is_held(self, keys: Index) -> NDArray[np.bool_]:
         """Whether edges are held, by their keys."""
         return among(keys, self.held)
@@ -68,7 +75,7 @@ class Triangles:
             size: (n,) length of edges wanted at the vertices, mm.
         """
         one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
-        length = np.linalg.norm(self.vertices[one] - self.vertices[other], axis=1)
+        length = self.lengths(one, other)
         # Keys of edges are the same from both sides, and so is what is long.
         chosen = np.unique(self.keys()[length > LONG * 0.5 * (size[one] + size[other])])
         if not len(chosen):
@@ -109,7 +116,7 @@ class Triangles:
         """(n,) lengths of edges wanted, mm: what the surface allows, and edges beside grow slowly."""
         wanted = self.size.copy()
         one, other = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
-        length = GROWTH * np.linalg.norm(self.vertices[one] - self.vertices[other], axis=1)
+        length = GROWTH * self.lengths(one, other)
         for _ in range(4):
             np.minimum.at(wanted, one, wanted[other] + length)
             np.minimum.at(wanted, other, wanted[one] + length)

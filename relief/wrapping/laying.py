@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from relief.body import Body
 from relief.common.arrays import Array, smooth_step
 from relief.common.errors import InputError
+from relief.meshes.neighbourhood import ways_from
 from relief.meshes.unrolling import feet
-from relief.wrapping.coordinates.charts import ways_from
 from relief.wrapping.coordinates.closing import closed, told
 from relief.wrapping.coordinates.found import OFF_SIZE, Coordinates, found_coordinates, shown_vector
 from relief.wrapping.coordinates.layout import Layout

@@ -14,7 +14,7 @@ from relief.meshes.refining import Refined
 from relief.meshes.solid import check_apart
 from relief.meshes.unrolling import nearest_shares
 from relief.remeshing.coarsening import coarsened
-from relief.remeshing.even_mesh import EvenMesh, even_mesh, vertex_normals
+from relief.remeshing.even_mesh import ARC, EvenMesh, even_mesh, vertex_normals
 from relief.remeshing.smooth_surface import raised
 from relief.wrapping.coordinates.layout import Layout
 from relief.wrapping.masks import Points, Regions, mask_at
@@ -23,8 +23,8 @@ from relief.wrapping.tiles import Tile
 BASE_EDGE_MM = 1.0
 """Longest edge of the mesh that patches, normals and clearance are computed on, mm."""
 DRAFT_EDGE_MM = 2.0
-"""The same for a draft, mm. With 1 mm patches take 12 s of the processor on a frog and 7 s on a cylinder of
-40 mm, with 2 mm 4 s and 3 s."""
+"""The same for a draft, mm; where the surface bends edges are longer in the same proportion. A bracelet has
+11,000 triangles then instead of 40,000, and 99 % of the surface within 0.017 mm of that of the file."""
 EVEN_AREA = 0.4
 """Mean area of even triangles, in the square of the edge wanted."""
 LEAST_BASE_EDGES = 24
@@ -87,6 +87,7 @@ class BaseSurface:
         body: The finer body.
         uv: (faces, 3, 2) texture coordinates, or None.
         bottom: (faces,) those of a flat bottom that stays.
+        coarser: Edges of its triangles, in those of the base that the file is made on: 1, in a draft more.
         bed_mm: Its height, mm, below which nothing goes; without a bottom minus infinity.
         normals: (vertices, 3) outward unit normals.
         carried: (vertices,) how much of any texture each vertex carries.
@@ -104,10 +105,12 @@ class BaseSurface:
         colours: FloatArray | None = None,
     ) -> None:
         longest = float(np.ptp(body.vertices, axis=0).max())
-        edge = min(DRAFT_EDGE_MM if settings.draft else BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
+        finest = min(BASE_EDGE_MM, longest / LEAST_BASE_EDGES)
+        edge = min(DRAFT_EDGE_MM, longest / LEAST_BASE_EDGES) if settings.draft else finest
+        self.coarser = edge / finest
         check_count(int(body.areas.sum() / (EVEN_AREA * edge**2)), settings)
         bottom = _bottom(body) if settings.keep_bottom else np.zeros(len(body.faces), bool)
-        self.mesh = even_mesh(body, edge, uv, bottom)
+        self.mesh = even_mesh(body, edge, uv, bottom, ARC * self.coarser)
         self.body, self.uv, self.bottom = self.mesh.body, self.mesh.uv, bottom[self.mesh.origin]
         self.bed_mm = float(body.vertices[:, 2].min()) if self.bottom.any() else -np.inf
         self._flatten()

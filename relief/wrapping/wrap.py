@@ -12,26 +12,18 @@ from relief.common.errors import InputError
 from relief.common.progress import say, stage
 from relief.meshes.intersections import crossing_faces
 from relief.meshes.neighbourhood import near_faces
-from relief.meshes.refining import edge_for, expected_faces, refined
+from relief.meshes.refining import refined
 from relief.wrapping.bending import Bending, bending
 from relief.wrapping.checks import check_area, check_choices, check_room, check_size
 from relief.wrapping.clearance import clearance_factor, evened
+from relief.wrapping.edges import edge_of
 from relief.wrapping.laying import Laid, Layer, off_size
 from relief.wrapping.lowering import Lowering, lowering
 from relief.wrapping.masks import Regions
 from relief.wrapping.placement import Placement
-from relief.wrapping.surfaces import (
-    ENOUGH_MM2,
-    MOST_FACES,
-    BaseSurface,
-    FineSurface,
-    Settings,
-    check_count,
-)
+from relief.wrapping.surfaces import BaseSurface, FineSurface, Settings
 from relief.wrapping.tiles import Covering
 
-BYTES_A_FACE = 21.0
-"""Size of a 3MF file for a triangle, bytes: 20.5 on a capsule and 20.8 on a knob, in gravel."""
 MENDINGS = 6
 """Times that the relief is lowered where triangles pass through one another; two are usual."""
 MENDED = 0.5
@@ -61,6 +53,7 @@ class Wrapped:
         factor: (vertices,) by which the heights are lowered there, so that the relief does not meet itself.
         lowering: On what part of the textured area that is, how far and where.
         bending: How the textured surface bends along the first texture's x and y.
+        base: The coarse triangles that it was laid on.
     """
 
     body: Body
@@ -78,6 +71,7 @@ class Wrapped:
     factor: Array
     lowering: Lowering
     bending: tuple[Bending, Bending]
+    base: BaseSurface
 
 
 @stage("wrapping")
@@ -126,7 +120,7 @@ def wrap(
         base.carried = base.carried * _present([of.on_base(base, settings.falloff_mm) for of in laid])
         check_area(base.body, base.carried, coverings[0].tile.pitch_mm, coverings[0].mask)
     where = base.textured
-    edge_mm = _edge(base.body, where, coverings, settings)
+    edge_mm = edge_of(base.body, where, coverings, settings)
     with stage("room"):
         out_mm, in_mm = (1.0 - settings.level) * tallest, settings.level * tallest
         factor = clearance_factor(base.mesh, base.carried, out_mm, in_mm, settings.falloff_mm)
@@ -159,6 +153,7 @@ def wrap(
         factor=surface.of_vertices(factor),
         lowering=lowering(base.body, where, factor),
         bending=bending(base.body, base.mesh.normals, laid[0].layout, where),
+        base=base,
     )
 
 
@@ -237,23 +232,6 @@ def _heights(laid: Sequence[Laid], surface: FineSurface, settings: Settings) -> 
         height += share * (surface.heights(tile, of.layout, share > 0.0) - height)
         present += share * (1.0 - present)
     return np.divide(height, present, out=height, where=present > 0.0), present * carried
-
-
-def _edge(body: Body, where: NDArray[np.bool_], coverings: Sequence[Covering], settings: Settings) -> float:
-    """Longest edge of the textured triangles, mm; what the work comes to is told."""
-    pitch = max(settings.finest_mm, min(covering.tile.pitch_mm for covering in coverings))
-    edge = settings.edge_mm
-    if edge is None:
-        enough = int(body.areas[where].sum() / ENOUGH_MM2) + int(np.count_nonzero(~where))
-        edge = max(pitch, edge_for(body, where, settings.faces or min(enough, MOST_FACES)))
-    count = expected_faces(body, edge, where)
-    if settings.edge_mm is not None:
-        check_count(count, settings)
-    finest = "printer" if settings.finest_mm == pitch else "texture"
-    coarser = "" if edge <= 1.01 * pitch else f" (the {finest} has samples every {pitch:.3g} mm)"
-    megabytes = max(BYTES_A_FACE * count / 1e6, 0.1)
-    say(f"about {count:,} triangles with edges of {edge:.3g} mm{coarser}, {megabytes:.2g} MB as 3MF")
-    return float(edge)
 
 
 def _unfit(uv: Array, weight: Array) -> NDArray[np.bool_]:

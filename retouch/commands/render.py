@@ -45,7 +45,7 @@ EPILOG = """\
 examples:
   retouch render studio
   retouch render studio.xml --explain
-  retouch render studio --texture gravel-tile --repeats
+  retouch render studio --texture gravel-tile
   retouch render studio.xml --texture runs/stone/heights.exr -D resolution=512 --samples 256 -o after
 """
 

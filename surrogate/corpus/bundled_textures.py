@@ -151,12 +151,12 @@ def _stretched(means: NDArray[np.float64]) -> NDArray[np.float64]:
 def write_all(folder: Path = FOLDER) -> list[Path]:
     """Write every texture and tile as a PNG into ``folder``, each whole or not at all, and return the paths.
 
-    Each file knows the side of its plate, 10 mm, and its relief.
+    Each file knows the side of its plate, 10 mm, and its relief, and a tile that it repeats.
     """
     paths = []
     for name, texture in {**TEXTURES, **TILES}.items():
         path = folder / f"{name}.png"
-        save_heights_png(path, texture.heights(), texture.relief_mm, PATCH_SIDE_MM)
+        save_heights_png(path, texture.heights(), texture.relief_mm, PATCH_SIDE_MM, name in TILES)
         paths.append(path)
     return paths
 

@@ -1,6 +1,7 @@
 """Wrapping: triangles, patches, masks, displacement: closed, of the tile's size, never through itself."""
 
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from relief.wrapping import wrap as wrapping
 from relief.wrapping.clearance import smooth_normals
 from relief.wrapping.coordinates.layout import singular_values
 from relief.wrapping.coordinates.patches import lay_out
+from relief.wrapping.edges import expected_file
 from relief.wrapping.masks import Points, mask_at
 from relief.wrapping.surfaces import Settings
 from relief.wrapping.tiles import Tile
@@ -271,6 +273,16 @@ def test_a_flat_bottom_stays_and_the_texture_ends_at_it():
     assert (wrapped.body.vertices[bottom] == wrapped.original.vertices[bottom]).all()
     assert mesh.bounds[0, 2] == -2.5
     assert mesh.bounds[1, 2] > 2.5 + 0.15
+
+
+def test_a_draft_tells_how_many_triangles_the_file_will_have():
+    # 30 mm: edges of the draft's base are 1.25 mm, which halvings bring to other lengths than those of 1 mm.
+    body, tiles, settings = box(30.0, 8.0, 6.0), [Covering(waves(), "z>-2")], Settings(edge_mm=0.45)
+    draft = wrap(body, tiles, replace(settings, edge_mm=None, faces=1500, draft=True))
+    assert draft.base.coarser == pytest.approx(1.25)
+    edge_mm, faces = expected_file(draft.base, tiles, settings)
+    assert edge_mm == 0.45
+    assert len(wrap(body, tiles, settings).body.faces) == pytest.approx(faces, rel=0.1)
 
 
 def test_a_mask_leaves_the_rest_as_it_was():

@@ -12,6 +12,8 @@ from relief.meshes.unrolling import TEXTURED_MM, Unroller
 
 GROWTH_MM = 2.0
 """Width beside a patch, mm, in which the object must not be bare: as wide as a texture grows by default."""
+MAP_ERROR_MM = 0.5
+"""Error of ways on an unrolled surface, mm, that is allowed for where they are told by edges alone."""
 LEAST_WAY = 0.8
 """Least way over an unrolled surface, in that of the straight one, that is no error of the map."""
 RIM_MM = 1.875
@@ -28,14 +30,27 @@ def over_object(unroller: Unroller, near: Array, side_mm: float | None, whole: b
     the texture ends, or that has a sharp edge.
     """
     vertex, frame = unroller.frame(near)
+    # What is left out is not cropped, and most of it not unrolled: four places of five on a dial with texture
+    # around its side.
+    left_out = Crop(frame, np.zeros((1, 1)), True)
+    if whole and near_end(unroller, vertex):
+        return left_out
     places = unroller.flat(vertex, frame)
+    if whole and ends(unroller, places, frame.at):
+        return left_out
     flat = unroller.unrolled(places)
     crop = Cropper(flat, side_mm=side_mm).crop(Frame(np.zeros(3), np.eye(3)))
     inside = (np.abs(flat.vertices[:, :2]) < 0.5 * PATCH_SIDE_MM).all(axis=1)
     # The highest point of a crop is at the limit.
     over = crop.middle - HEIGHT_LIMIT_MM + flat.vertices[inside, 2].max(initial=0.0)
-    on_edge = crop.on_edge or not textured(over) or (whole and ends(unroller, places, frame.at))
-    return replace(crop, frame=frame, on_edge=bool(on_edge))
+    return replace(crop, frame=frame, on_edge=crop.on_edge or not textured(over))
+
+
+def near_end(unroller: Unroller, vertex: int) -> bool:
+    """Whether `ends` holds around a vertex of the object for sure, as ways along edges are no shorter."""
+    half = 0.5 * PATCH_SIDE_MM - MAP_ERROR_MM
+    bare, sharp = unroller.to_bare[vertex], unroller.to_sharp[vertex]
+    return bool(bare < half + GROWTH_MM or sharp < half)
 
 
 def ends(unroller: Unroller, places: Array, at: Array) -> bool:

@@ -7,13 +7,12 @@ are blended along the lines on which they meet, as patches are.
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse import csgraph
 
 from relief.body import Body
 from relief.common.arrays import Array
 from relief.common.errors import InputError
+from relief.meshes.neighbourhood import ways_from
 from relief.wrapping.coordinates.layout import Layout, stretches
 from relief.wrapping.coordinates.revolution import Axis, axis_along
 
@@ -72,21 +71,6 @@ def by_charts(body: Body, charts: list[Chart], where: NDArray[np.bool_], blend_m
         body.vertices[body.faces[where]], uv[np.flatnonzero(where), layout.leading()[where]]
     )
     return layout
-
-
-def ways_from(body: Body, start: NDArray[np.bool_], most_mm: float) -> Array:
-    """Ways (vertices,) along edges from some vertices, mm; infinite beyond a limit."""
-    if start.all() or not start.any():
-        return np.where(start, 0.0, np.inf)
-    ends = np.stack([body.faces, np.roll(body.faces, -1, axis=1)], axis=-1).reshape(-1, 2)
-    length = np.linalg.norm(body.vertices[ends[:, 0]] - body.vertices[ends[:, 1]], axis=1)
-    count = len(body.vertices)
-    # Every edge has two triangles, which would add up its length.
-    forward = ends[:, 0] < ends[:, 1]
-    graph = sp.coo_matrix((length[forward], tuple(ends[forward].T)), shape=(count, count)).tocsr()
-    return np.asarray(
-        csgraph.dijkstra(graph, directed=False, indices=np.flatnonzero(start), min_only=True, limit=most_mm)
-    )
 
 
 def cylinder_charts(body: Body, normals: Array, axis: Axis, where: NDArray[np.bool_]) -> list[Chart]:

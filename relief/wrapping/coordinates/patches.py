@@ -105,6 +105,8 @@ class _Cover:
         self.body, self.normals, self.along = body, normals, along
         self.tree = cKDTree(body.vertices)
         self.patches: list[_Patch] = []
+        self.at: list[list[int]] = [[] for _ in body.vertices]
+        """Numbers of the patches at each vertex."""
         self.best = np.full(len(body.vertices), np.inf)
         self.tried = np.zeros(len(body.vertices), bool)
 
@@ -128,6 +130,8 @@ class _Cover:
         kept = far <= OVERLAP
         patch = _Patch(vertices[kept], uv[kept], far[kept], radius)
         turned = self._fit(patch, seed)
+        for vertex in patch.vertices:
+            self.at[vertex].append(len(self.patches))
         self.patches.append(_Patch(patch.vertices, turned, patch.far, radius))
         self.best[patch.vertices] = np.minimum(self.best[patch.vertices], patch.far)
 
@@ -153,7 +157,7 @@ class _Cover:
 
     def _expected_radius(self, seed: int) -> float:
         """Radius that a patch may have, mm: at most half as large again as that of the neighbour."""
-        near = [patch.radius_mm for patch in self.patches if (patch.vertices == seed).any()]
+        near = [self.patches[number].radius_mm for number in self.at[seed]]
         return min(MOST_MM, 1.5 * max(near, default=MOST_MM))
 
     def _fit(self, patch: _Patch, seed: int) -> Array:
@@ -163,7 +167,8 @@ class _Cover:
         fits = []
         place = np.full(len(self.body.vertices), -1)
         place[patch.vertices] = np.arange(len(patch.vertices))
-        for other in self.patches:
+        for number in sorted({number for vertex in patch.vertices for number in self.at[vertex]}):
+            other = self.patches[number]
             at = place[other.vertices]
             both = at >= 0
             if both.sum() >= 3:

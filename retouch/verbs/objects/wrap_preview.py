@@ -1,7 +1,7 @@
 """A page that shows in seconds what `retouch wrap` will make: the object and its texture on few triangles."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -13,11 +13,9 @@ from relief.common.errors import InputError, naming
 from relief.common.files import permitted
 from relief.common.progress import Progress, listening, stage
 from relief.export.printed_parts import print_part
-from relief.meshes.refining import AREA_PER_FACE
 from relief.relief import Relief
-from relief.wrapping.surfaces import ENOUGH_MM2, MOST_FACES, Settings
-from relief.wrapping.tiles import Covering
-from relief.wrapping.wrap import BYTES_A_FACE, Wrapped, wrap
+from relief.wrapping.edges import BYTES_A_FACE, expected_file
+from relief.wrapping.wrap import wrap
 from retouch.pages.objects.wrap_page import Preview, write_wrap_page
 from retouch.verbs.objects.steering import without_steered
 from retouch.verbs.objects.wrap_task import Task, WrapOptions, task_of, told_of
@@ -28,9 +26,9 @@ SHOWN_FACES = 180_000
 """Triangles that are shown, about."""
 SECONDS_PER_FACE = 1.6e-5
 """Time of `wrap` for each triangle, s, on the processor on which previews wrap a frog in 5 s."""
-LONGER = 2.0
+LONGER = 3.0
 """Time of `wrap` without that of its fine triangles, in that of the preview. With both numbers the time of
-six objects comes out within a third (`benchmarks.objects.previews`)."""
+five objects comes out within a fifth, and that of a knob half too long (`benchmarks.objects.previews`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +116,7 @@ def _preview(title: str, task: Task) -> Preview:
     # Nobody is to hear of the triangles of the preview as if they were those of the file.
     with listening(None):
         shown = wrap(body, coverings, few, uv, regions, placement=task.placement, colours=task.colours)
-    edge_mm, faces = _expected(shown, coverings, settings)
+    edge_mm, faces = expected_file(shown.base, coverings, settings)
     seconds = LONGER * (perf_counter() - begun) + SECONDS_PER_FACE * faces
     size = round(BYTES_A_FACE * faces)
     printed = None
@@ -126,18 +124,6 @@ def _preview(title: str, task: Task) -> Preview:
         # On the triangles that are shown, as a page of more would be too large.
         printed = print_part(shown.body, task.printer, 2.0 * shown.edge_mm)
     return Preview(title, shown, edge_mm, faces, size, seconds, printed)
-
-
-def _expected(shown: Wrapped, coverings: Sequence[Covering], settings: Settings) -> tuple[float, int]:
-    """Edge in mm and number of the triangles of the file, as `wrap` will choose them, about."""
-    untextured = int(np.count_nonzero((shown.textured[shown.body.faces] == 0.0).all(axis=1)))
-    edge_mm = settings.edge_mm
-    if edge_mm is None:
-        finest_mm = max(settings.finest_mm, min(covering.tile.pitch_mm for covering in coverings))
-        enough = min(round(shown.area_mm2 / ENOUGH_MM2) + untextured, MOST_FACES)
-        allowed = max((settings.faces or enough) - untextured, 1)
-        edge_mm = max(finest_mm, float(np.sqrt(shown.area_mm2 / (AREA_PER_FACE * allowed))))
-    return edge_mm, untextured + round(shown.area_mm2 / (AREA_PER_FACE * edge_mm**2))
 
 
 def _name(texture: Source) -> str:

@@ -8,6 +8,8 @@ from manifold3d import Manifold
 
 from relief.mending.holes import round_holes
 from relief.meshes import read_mesh
+from relief.meshes.refining import refined
+from relief.wrapping.surfaces import BaseSurface, FineSurface, Settings
 from tests.relief.meshes.test_outer import solid
 
 PARTS = Path(__file__).parents[3] / "benchmarks" / "objects" / "parts"
@@ -76,6 +78,19 @@ def test_bores_of_parts_from_a_cad_kernel_are_found(name: str, diameters: list[i
     """A bore with a flat, rounded rims, bosses, a blind bore; fillets of a tray and a thread are none."""
     holes = round_holes(read_mesh(PARTS / f"{name}.3mf").body, 12.0)
     assert [round(each) for each in sorted(holes.diameters_mm)] == diameters if holes else not diameters
+
+
+def test_beside_the_flat_of_a_bore_no_texture_is_left_where_the_smooth_surface_leaves_the_facets() -> None:
+    shaft = drill(6.0, 24) - Manifold.cube((4.0, 8.0, 40.0)).translate((2.5, -4.0, 0.0))
+    body = solid(Manifold.cube((14.0, 14.0, 12.0)) - shaft.translate((7.0, 7.0, -5.0)))
+    settings = Settings(holes=round_holes(body, 6.0), keep_bottom=False)
+    base = BaseSurface(body, None, {}, settings)
+    all_faces = np.ones(len(base.body.faces), bool)
+    fine = FineSurface(base, refined(base.body, 0.5, all_faces), all_faces)
+    places = fine.points.places
+    far, deep = np.hypot(*(places[:, :2] - 7.0).T), np.abs(places[:, 2] - 6.0) < 5.9
+    assert far[deep & (far < 4.0)].max() > 3.01
+    assert not fine.carried(settings)[deep & (far < 4.0)].any()
 
 
 def test_pins_slots_and_inside_corners_are_no_holes() -> None:

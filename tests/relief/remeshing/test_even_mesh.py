@@ -12,9 +12,9 @@ from relief.remeshing.nearest import NearestPoints, nearest_in
 from relief.remeshing.noise import turns_by_chance
 from relief.remeshing.smooth_surface import raised, smooth_surface, units
 from relief.wrapping.clearance import clearance_factor
+from relief.wrapping.edges import edge_of
 from relief.wrapping.surfaces import ENOUGH_MM2, Settings
-from relief.wrapping.tiles import Tile
-from relief.wrapping.wrap import Covering, _edge
+from relief.wrapping.tiles import Covering, Tile
 from tests.relief.remeshing.facets import (
     BALL,
     CONE,
@@ -212,7 +212,7 @@ def test_a_flat_side_that_stays_is_coarse_and_its_rim_is_held():
 def test_without_a_number_triangles_are_as_many_as_the_feel_needs():
     body = even_mesh(ROD, 1.0).body
     where = body.vertices[body.faces][:, :, 2].min(axis=1) > 1.0
-    edge = _edge(body, where, [Covering(Tile(np.ones((16, 16)), 0.05))], Settings())
+    edge = edge_of(body, where, [Covering(Tile(np.ones((16, 16)), 0.05))], Settings())
     enough = body.areas[where].sum() / ENOUGH_MM2 + np.count_nonzero(~where)
     assert expected_faces(body, edge, where) == pytest.approx(enough, rel=0.05)
-    assert _edge(body, where, [Covering(Tile(np.ones((16, 16)), 0.2))], Settings()) == 0.2
+    assert edge_of(body, where, [Covering(Tile(np.ones((16, 16)), 0.2))], Settings()) == 0.2

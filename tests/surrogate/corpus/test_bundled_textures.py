@@ -1,9 +1,11 @@
 """The example textures are what their command makes."""
 
+import hashlib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from relief.common.limits import PATCH_SIDE_MM
 from relief.heightmap import load_height_map
@@ -23,6 +25,19 @@ def test_the_committed_texture_is_what_the_command_makes(name: str) -> None:
     assert committed.heights.shape == made.shape == (SAMPLES, SAMPLES)
     # One step of 65535, and half a step of rounding: the last bit of a sum may differ between machines.
     np.testing.assert_allclose(committed.heights, made, rtol=0, atol=1.6 / 65535 * texture.relief_mm)
+
+
+def test_the_headers_of_tiles_say_that_they_repeat_and_those_of_squares_do_not() -> None:
+    repeats = {name: load_height_map(textures.FOLDER / f"{name}.png").repeats for name in ALL}
+    assert repeats == {name: name in textures.TILES for name in ALL}
+
+
+def test_the_tiles_that_all_numbers_were_measured_on_stay_the_same_bit_for_bit() -> None:
+    digest = hashlib.sha256()
+    for name in textures.TILES:
+        with Image.open(textures.FOLDER / f"{name}.png") as picture:
+            digest.update(np.asarray(picture).astype("<u2").tobytes())
+    assert digest.hexdigest().startswith("d4d33a0b5214a0bc")
 
 
 def test_writing_leaves_nothing_but_the_textures(tmp_path: Path) -> None:
