@@ -29,6 +29,9 @@ LEAST_DEPTH_MM = 1e-3
 printer, and far above the rounding of coordinates in files."""
 SINGLE = 2.0**-22
 """Depth that the rounding of files in single precision can cause, as a share of the largest coordinate."""
+DIGITS = 1e-8
+"""Depth that the rounding of files to nine digits can cause, as a share of the largest coordinate: half of
+the ninth digit for each of two triangles."""
 PAIRS = 1 << 16
 """Pairs of nodes compared at a time, which bounds the memory."""
 MOST = 100_000
@@ -62,18 +65,31 @@ def self_intersections(body: Body) -> int:
         The number of pairs, `MOST` or a few more where there are that many; 0 for a body that a printer can
         make.
     """
-    return sum(len(pairs) for pairs in _crossings(body))
+    return sum(len(pairs) for pairs in _crossings(body, LEAST_DEPTH_MM, SINGLE))
 
 
 @stage("looking for self-intersections")
-def crossing_faces(body: Body) -> Index:
-    """Faces (n,) that pass through others, each once, as `self_intersections` counts them."""
-    return np.unique(np.concatenate([np.empty(0, np.int64), *(pairs.ravel() for pairs in _crossings(body))]))
+def crossing_faces(body: Body, shallow: bool = False) -> Index:
+    """Faces (n,) that pass through others, each once, as `self_intersections` counts them.
+
+    Args:
+        body: with one position per vertex.
+        shallow: whether faces count that pass through one another by any depth that is not rounding, where
+            coordinates are as files hold them.
+    """
+    pairs = _crossings(body, 0.0 if shallow else LEAST_DEPTH_MM, DIGITS if shallow else SINGLE)
+    return np.unique(np.concatenate([np.empty(0, np.int64), *(block.ravel() for block in pairs)]))
 
 
-def _crossings(body: Body) -> Iterator[Index]:
-    """Blocks (k, 2) of the numbers of faces that pass through one another, up to about `MOST` pairs."""
-    depth = max(LEAST_DEPTH_MM, SINGLE * float(np.abs(body.vertices).max()))
+def _crossings(body: Body, least_mm: float, rounding: float) -> Iterator[Index]:
+    """Blocks (k, 2) of the numbers of faces that pass through one another, up to about `MOST` pairs.
+
+    Args:
+        body: with one position per vertex.
+        least_mm: least depth, mm.
+        rounding: the same, as a share of the largest coordinate.
+    """
+    depth = max(least_mm, rounding * float(np.abs(body.vertices).max()))
     folds = _folds(body, depth)
     yield folds
     count = len(folds)
