@@ -14,7 +14,6 @@ from relief.common.progress import listening, stage
 from relief.wrapping.wrap import wrap
 from retouch.verbs.objects.wrap_task import WrapOptions, task_of
 from retouch.verbs.reliefs import Source
-from retouch.verbs.runs import optimize
 
 DRAFT_FACES = 20_000
 """Triangles by which it is told how an object bends in a region: its curvature needs no texture."""
@@ -115,6 +114,9 @@ def _steered(
         *(f"touch.{key}={radius!r}" for key, radius in radii.items() if radius is not None),
         *(f"{key}={length!r}" for key, length in lengths.items()),
     ]
+    # The packages of runs take two seconds to import, and few wraps need them.
+    from retouch.verbs.runs import optimize
+
     result = optimize(run_from_scene(find_file(DEFAULT_SCENE, ".xml"), file, changes), folder)
     reached = result.verification.as_json()["touch"]["jnd_from_original"]
     return Steered(mask, jnd, reached, folder, radii["curved_x_mm"], radii["curved_y_mm"])
