@@ -48,13 +48,12 @@ class Collapses:
         gone, stays = self._apart(gone, stays, self.triangles.faces[some])
         if not len(gone):
             return 0
-        around = self.triangles.faces[some].ravel()
-        corner_face = some[np.argsort(around, kind="stable") // 3]
-        count = np.bincount(around, minlength=len(self.triangles.vertices))
-        first = np.cumsum(count) - count
-        number = np.repeat(np.arange(len(gone)), count[gone])
-        within = np.arange(len(number)) - np.repeat(np.cumsum(count[gone]) - count[gone], count[gone])
-        face = corner_face[first[gone][number] + within]
+        rank = np.full(len(self.triangles.vertices), -1)
+        rank[gone] = np.arange(len(gone))
+        around = rank[self.triangles.faces[some].ravel()]
+        corner = np.flatnonzero(around >= 0)
+        corner = corner[np.argsort(around[corner], kind="stable")]
+        number, face = around[corner], some[corner // 3]
         sound = self._sound(gone, stays, size, number, face, self.triangles.edges(self.triangles.faces[some]))
         refused = (gone[~sound] << BITS) | stays[~sound]
         self._refused = np.sort(np.concatenate([self._refused, refused]))
@@ -66,8 +65,8 @@ class Collapses:
         one, other = self.triangles.faces.ravel(), np.roll(self.triangles.faces, -1, axis=1).ravel()
         once = one < other
         one, other = one[once], other[once]
-        length = np.linalg.norm(self.triangles.vertices[one] - self.triangles.vertices[other], axis=1)
-        length /= 0.5 * (size[one] + size[other])
+        x, y, z = ((self.triangles.vertices[one] - self.triangles.vertices[other]) ** 2).T
+        length = np.sqrt(x + y + z) / (0.5 * (size[one] + size[other]))
         short = np.flatnonzero(length < SHORT)
         keys = (one[short] << BITS) | other[short]
         order = np.argsort(keys)
