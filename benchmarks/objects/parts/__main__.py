@@ -89,6 +89,7 @@ def measured(name: str, options: Namespace, plate: Array | None) -> dict[str, An
         row = {"faces_before": len(read_mesh(HERE / f"{name}.3mf").body.faces)}
         row |= wrapped(name, out, options.code.resolve())
         if options.keep is not None and "failure" not in row:
+            options.keep.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(out, options.keep / f"{name}.3mf")
         if "failure" in row or options.only_wrap:
             return row
