@@ -7,9 +7,9 @@ the least overlap of their projections on eleven axes. On any other axis they ov
 triangles that overlaps another by less than `LEAST_DEPTH_MM` on some axis holds no pair that is sought.
 
 Groups are the nodes of a binary tree over the faces in Morton order. Pairs of nodes are descended block by
-block, the deepest first, which bounds the memory. They are compared on the axes of coordinates, and at every
-third level on the principal axes of both: thin triangles side by side, as in a fan or along a cylinder, have
-long boxes that all overlap, but groups of them are thin along their normal.
+block, the deepest first, which bounds the memory. They are compared on the axes of coordinates, and at some
+levels on the principal axes of both: thin triangles side by side, as in a fan or along a cylinder, have long
+boxes that all overlap, but groups of them are thin along their normal.
 """
 
 from collections.abc import Iterator
@@ -29,6 +29,9 @@ LEAST_DEPTH_MM = 1e-3
 printer, and far above the rounding of coordinates in files."""
 SINGLE = 2.0**-22
 """Depth that the rounding of files in single precision can cause, as a share of the largest coordinate."""
+DIGITS = 1e-8
+"""Depth that the rounding of files to nine digits can cause, as a share of the largest coordinate: half of
+the ninth digit for each of two triangles."""
 PAIRS = 1 << 16
 """Pairs of nodes compared at a time, which bounds the memory."""
 MOST = 100_000
@@ -41,8 +44,9 @@ LEAST_COSINE = -0.9
 """Cosine of the widest angle of a face of a fan at the shared vertex."""
 WIDEST_ARC = 10.0
 """Distance of the spheres of fans, in radii: tangents of the widest arc meet 4.5 radii from the middle."""
-STEP = 3
-"""Levels of the tree from one with principal axes to the next."""
+TURNED = (3, 6, 9)
+"""Levels of the tree with principal axes, from that of the triangles: nodes of more than 512 triangles are
+few."""
 AXES = ((0, 1), (3, 4), *((one, other) for one in range(3) for other in range(3, 6)))
 """Edges, those of the first triangle before those of the second, whose cross products are the axes."""
 
@@ -62,18 +66,31 @@ def self_intersections(body: Body) -> int:
         The number of pairs, `MOST` or a few more where there are that many; 0 for a body that a printer can
         make.
     """
-    return sum(len(pairs) for pairs in _crossings(body))
+    return sum(len(pairs) for pairs in _crossings(body, LEAST_DEPTH_MM, SINGLE))
 
 
 @stage("looking for self-intersections")
-def crossing_faces(body: Body) -> Index:
-    """Faces (n,) that pass through others, each once, as `self_intersections` counts them."""
-    return np.unique(np.concatenate([np.empty(0, np.int64), *(pairs.ravel() for pairs in _crossings(body))]))
+def crossing_faces(body: Body, shallow: bool = False) -> Index:
+    """Faces (n,) that pass through others, each once, as `self_intersections` counts them.
+
+    Args:
+        body: with one position per vertex.
+        shallow: whether faces count that pass through one another by any depth that is not rounding, where
+            coordinates are as files hold them.
+    """
+    pairs = _crossings(body, 0.0 if shallow else LEAST_DEPTH_MM, DIGITS if shallow else SINGLE)
+    return np.unique(np.concatenate([np.empty(0, np.int64), *(block.ravel() for block in pairs)]))
 
 
-def _crossings(body: Body) -> Iterator[Index]:
-    """Blocks (k, 2) of the numbers of faces that pass through one another, up to about `MOST` pairs."""
-    depth = max(LEAST_DEPTH_MM, SINGLE * float(np.abs(body.vertices).max()))
+def _crossings(body: Body, least_mm: float, rounding: float) -> Iterator[Index]:
+    """Blocks (k, 2) of the numbers of faces that pass through one another, up to about `MOST` pairs.
+
+    Args:
+        body: with one position per vertex.
+        least_mm: least depth, mm.
+        rounding: the same, as a share of the largest coordinate.
+    """
+    depth = max(least_mm, rounding * float(np.abs(body.vertices).max()))
     folds = _folds(body, depth)
     yield folds
     count = len(folds)
@@ -178,22 +195,22 @@ class _Level:
     """Boxes around the nodes of one level.
 
     Attributes:
-        low, high: (3, n) corners of the boxes along the coordinates, mm.
+        ends: (n, 6) lowest coordinates of the boxes, and the highest with the other sign, mm.
         fan: (n,) the fan that all triangles of the node belong to; -1 if there is none.
         oriented: centres (n, 3) mm, unit axes (n, 3, 3) in rows and half sides (n, 3) mm of boxes along the
             principal axes; None at most levels.
     """
 
-    low: Array
-    high: Array
+    ends: Array
     fan: Index
     oriented: tuple[Array, Array, Array] | None
 
     def overlap(self, one: Index, other: Index, depth: float) -> NDArray[np.bool_]:
         """(k,) whether two nodes each, not both of one fan, overlap by a depth on all axes of their boxes."""
         kept = (self.fan[one] != self.fan[other]) | (self.fan[one] < 0)
-        for low, high in zip(self.low, self.high, strict=True):
-            kept &= np.minimum(high[one] - low[other], high[other] - low[one]) >= depth
+        first, second = self.ends.take(one, axis=0), self.ends.take(other, axis=0)
+        for k in range(6):
+            kept &= first[:, k] + second[:, k - 3] <= -depth
         if self.oriented is not None:
             at = np.flatnonzero(kept)
             (centre, axes, half), one, other = self.oriented, one[at], other[at]
@@ -210,15 +227,15 @@ class _Level:
 
 def _tree(corners: Array, fan: Index) -> list[_Level]:
     """Levels of a binary tree from the root to the triangles (3, 3, m); only its last nodes are missing."""
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    levels = [_Level(low, high, fan, None)]
+    ends = np.concatenate([corners.min(axis=0), -corners.max(axis=0)]).T.copy()
+    levels = [_Level(ends, fan, None)]
     while len(fan) > 1:
         if len(fan) % 2:
-            low, high, fan = (np.concatenate([ends, ends[..., -1:]], axis=-1) for ends in (low, high, fan))
-        low, high = np.minimum(low[:, ::2], low[:, 1::2]), np.maximum(high[:, ::2], high[:, 1::2])
+            ends, fan = (np.concatenate([each, each[-1:]]) for each in (ends, fan))
+        ends = np.minimum(ends[::2], ends[1::2])
         fan = np.where(fan[::2] == fan[1::2], fan[::2], -1)
-        turned = _oriented(corners, 1 << len(levels)) if len(levels) % STEP == 0 else None
-        levels.append(_Level(low, high, fan, turned))
+        turned = _oriented(corners, 1 << len(levels)) if len(levels) in TURNED else None
+        levels.append(_Level(ends, fan, turned))
     return levels[::-1]
 
 
@@ -230,8 +247,8 @@ def _oriented(corners: Array, width: int) -> tuple[Array, Array, Array]:
     middle = points.mean(axis=1, keepdims=True)
     points = points - middle
     axes = np.linalg.eigh(points.swapaxes(1, 2) @ points)[1].swapaxes(1, 2)
-    along = points @ axes.swapaxes(1, 2)
-    low, high = along.min(axis=1), along.max(axis=1)
+    along = axes @ points.swapaxes(1, 2)
+    low, high = along.min(axis=2), along.max(axis=2)
     centre = middle[:, 0] + np.einsum("ni,nij->nj", (low + high) / 2.0, axes)
     return centre, axes, (high - low) / 2.0
 
@@ -260,7 +277,8 @@ def _overlap(corners: Array, axis: Array, depth: float) -> NDArray[np.bool_]:
     An axis of length 0, as of parallel edges, tells nothing, and the answer is yes.
     """
     along = np.einsum("cik,ik->ck", corners, axis)
-    low, high = along.reshape(2, 3, -1).min(axis=1), along.reshape(2, 3, -1).max(axis=1)
+    # Rows two at a time: a reduction along an axis of three takes half as long again.
+    low, high = (end(end(along[[0, 3]], along[[1, 4]]), along[[2, 5]]) for end in (np.minimum, np.maximum))
     overlap = np.minimum(high[0] - low[1], high[1] - low[0])
     return np.asarray(overlap >= depth * np.sqrt((axis**2).sum(axis=0)))
 

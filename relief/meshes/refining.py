@@ -70,25 +70,52 @@ def refined(
     parent = np.arange(len(faces))
     corners = np.broadcast_to(np.eye(3, dtype=np.float32), (len(faces), 3, 3)).copy()
     needed = np.ones(len(faces), bool) if where is None else where
+    fresh = 0
     for _ in range(MOST_ROUNDS):
-        ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-        keys = ends[:, 0] * len(vertices) + ends[:, 1]
-        # Only edges that are too long are sorted, and matched with those of the neighbours.
-        long_ = ((vertices[ends[:, 0]] - vertices[ends[:, 1]]) ** 2).sum(axis=1) > edge_mm**2
-        split = np.unique(keys[long_ & np.repeat(needed[parent], 3)])
+        # Triangles that a round leaves whole stay so: all their long edges lie between such as need nothing.
+        split, number = _too_long(vertices, faces[fresh:], edge_mm, needed[parent[fresh:]])
         if not len(split):
             return Refined(Body(vertices, faces), parent, corners)
-        middle = np.minimum(np.searchsorted(split, keys), len(split) - 1)
-        marked = (split[middle] == keys) & long_
-        if len(faces) + np.count_nonzero(marked) > most:
+        if len(faces) + np.count_nonzero(number >= 0) > most:
             raise InputError(f"triangles: more than {most:,} would be needed; remesh with triangles of 1 mm")
-        middles = np.where(marked, len(vertices) + middle, -1).reshape(-1, 3)
-        ends_of = np.stack([split // len(vertices), split % len(vertices)])
-        vertices = np.concatenate([vertices, vertices[ends_of].mean(axis=0)])
-        faces, origin, corners = divided(vertices, faces, middles, corners)
-        parent = parent[origin]
+        middles = np.where(number >= 0, len(vertices) + number, -1)
+        ends = np.stack([split // len(vertices), split % len(vertices)])
+        vertices = np.concatenate([vertices, vertices[ends].mean(axis=0)])
+        parts, origin, points = divided(vertices, faces[fresh:], middles, corners[fresh:])
+        faces, corners = np.concatenate([faces[:fresh], parts]), np.concatenate([corners[:fresh], points])
+        parent = np.concatenate([parent[:fresh], parent[fresh + origin]])
+        fresh += int((number < 0).all(axis=1).sum())
         this_stage()(0)
     raise InputError("triangles: edges stay too long; the mesh has triangles without area")
+
+
+def _too_long(
+    vertices: Array, faces: NDArray[np.intp], edge_mm: float, needed: NDArray[np.bool_]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Edges that are too long for a triangle that needs shorter ones.
+
+    Args:
+        vertices: (n, 3) mm.
+        faces: (m, 3).
+        edge_mm: Longest edge allowed, mm.
+        needed: (m,) triangles that need shorter ones.
+
+    Returns:
+        Their keys, sorted, by their ends as first * n + second, and which of them the edge from corner k to
+        k + 1 is, (m, 3); -1: none.
+    """
+    places = vertices[faces]
+    way = (np.roll(places, -1, axis=1) - places).reshape(-1, 3)
+    # Only edges that are too long are sorted, and matched with those of the neighbours.
+    long_ = np.flatnonzero(np.einsum("nk,nk->n", way, way) > edge_mm**2)
+    start, end = faces.ravel()[long_], np.roll(faces, -1, axis=1).ravel()[long_]
+    keys = np.minimum(start, end) * len(vertices) + np.maximum(start, end)
+    split = np.unique(keys[needed[long_ // 3]])
+    number = np.full(faces.shape, -1)
+    if len(split):
+        at = np.minimum(np.searchsorted(split, keys), len(split) - 1)
+        number.ravel()[long_] = np.where(split[at] == keys, at, -1)
+    return split, number
 
 
 def divided(
@@ -102,12 +129,14 @@ def divided(
         middles: (m, 3) vertex in the middle of the edge from corner k to k + 1; -1: none.
         corners: (m, 3, k) values at the corners of the old triangles, linear in between.
     """
-    marks = middles >= 0
+    marked = (middles >= 0).any(axis=1)
+    whole, some = np.flatnonzero(~marked), np.flatnonzero(marked)
+    marks = middles[some] >= 0
     count = marks.sum(axis=1)
     # The first marked edge after an unmarked one, or the unmarked edge itself last.
     first = np.argmax(marks & ~np.roll(marks, 1, axis=1), axis=1)
     turned = (first[:, None] + np.arange(3)) % 3
-    rows = np.arange(len(faces))[:, None]
+    rows = some[:, None]
     six = np.concatenate([faces[rows, turned], middles[rows, turned]], axis=1)
     points = corners[rows, turned]
     six_points = np.concatenate([points, 0.5 * (points + np.roll(points, -1, axis=1))], axis=1)
@@ -116,17 +145,20 @@ def divided(
         (vertices[six[:, 3]] - vertices[six[:, 2]]) ** 2
     ).sum(axis=1)
     cases = [
-        (count == 0, [(0, 1, 2)]),
         (count == 1, [(0, 3, 2), (3, 1, 2)]),
         ((count == 2) & across, [(3, 1, 4), (0, 3, 4), (0, 4, 2)]),
         ((count == 2) & ~across, [(3, 1, 4), (0, 3, 2), (3, 4, 2)]),
         (count == 3, [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]),
     ]
-    parts = [(np.flatnonzero(chosen), triangle) for chosen, some in cases for triangle in some]
+    parts = [(np.flatnonzero(chosen), triangle) for chosen, triangles in cases for triangle in triangles]
     new_faces = [six[chosen][:, triangle] for chosen, triangle in parts]
     new_corners = [six_points[chosen][:, triangle] for chosen, triangle in parts]
-    parents = [chosen for chosen, _ in parts]
-    return np.concatenate(new_faces), np.concatenate(parents), np.concatenate(new_corners)
+    parents = [some[chosen] for chosen, _ in parts]
+    return (
+        np.concatenate([faces[whole], *new_faces]),
+        np.concatenate([whole, *parents]),
+        np.concatenate([corners[whole], *new_corners]),
+    )
 
 
 def expected_faces(body: Body, edge_mm: float, where: NDArray[np.bool_]) -> int:

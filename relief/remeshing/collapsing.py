@@ -46,13 +46,12 @@ class Collapses:
         if not len(gone):
             return 0
         some = self._around(gone, stays)
-        around = self.triangles.faces[some].ravel()
-        corner_face = some[np.argsort(around, kind="stable") // 3]
-        count = np.bincount(around, minlength=len(self.triangles.vertices))
-        first = np.cumsum(count) - count
-        number = np.repeat(np.arange(len(gone)), count[gone])
-        within = np.arange(len(number)) - np.repeat(np.cumsum(count[gone]) - count[gone], count[gone])
-        face = corner_face[first[gone][number] + within]
+        rank = np.full(len(self.triangles.vertices), -1)
+        rank[gone] = np.arange(len(gone))
+        around = rank[self.triangles.faces[some].ravel()]
+        corner = np.flatnonzero(around >= 0)
+        corner = corner[np.argsort(around[corner], kind="stable")]
+        number, face = around[corner], some[corner // 3]
         sound = self._sound(gone, stays, size, number, face, self.triangles.edges(self.triangles.faces[some]))
         refused = (gone[~sound] << BITS) | stays[~sound]
         self._refused = np.sort(np.concatenate([self._refused, refused]))

@@ -16,7 +16,7 @@ from relief.remeshing.features import held_lines, regions
 from relief.remeshing.flipping import Flips
 from relief.remeshing.lifting import lifted
 from relief.remeshing.nearest import NearestPoints
-from relief.remeshing.noise import smoothed, turns_by_chance
+from relief.remeshing.noise import FACETS_NOISE, smoothed, turns_by_chance
 from relief.remeshing.smooth_surface import SmoothSurface, bulges, corner_angles, smooth_surface, units
 from relief.remeshing.triangles import Triangles, repeated
 
@@ -244,7 +244,11 @@ def _sizes(surface: SmoothSurface, edge_mm: float, arc: float) -> Array:
     turn = np.linalg.norm(np.roll(normals, -1, axis=1) - normals, axis=2)
     length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     bend = np.maximum(turn - 0.01, 0.0) / np.maximum(length, 0.02 * edge_mm)
-    return np.clip(arc / np.maximum(bend.max(axis=1), 1e-9), LEAST_PART * edge_mm, edge_mm)
+    sizes = np.clip(arc / np.maximum(bend.max(axis=1), 1e-9), LEAST_PART * edge_mm, edge_mm)
+    if turns_by_chance(surface.body, normals, FACETS_NOISE):
+        # What bends by chance is no smaller than the facets of a scan.
+        sizes = np.clip(length.min(axis=1), sizes, edge_mm)
+    return np.asarray(sizes)
 
 
 def vertex_normals(mesh: EvenMesh, ignored: NDArray[np.bool_]) -> Array:

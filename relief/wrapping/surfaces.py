@@ -195,17 +195,30 @@ class FineSurface:
     """The fine body by the numbers of the base: attributes at its vertices, and their coordinates."""
 
     def __init__(self, base: BaseSurface, fine: Refined, covered: NDArray[np.bool_]) -> None:
-        self.parent, self.share = fine.vertex_parents(covered)
-        places = fine.body.vertices + raised(base.mesh.bulges, self.parent, self.share)
-        places[:, 2] = np.maximum(places[:, 2], base.bed_mm)
-        fine = Refined(Body(places, fine.body.faces), fine.parent, fine.corners)
-        self.base, self.fine = base, fine
+        self.base, self.parent, self.share = base, *fine.vertex_parents(covered)
+        self._flat, self.fine = fine, self._raised(fine)
         normals = self.of_vertices(base.normals)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         uv = None if base.uv is None else self.of_corners(base.uv[self.parent])
         colours = base.points.colours
         painted = None if colours is None else self.of_vertices(colours)
-        self.points = Points(fine.body.vertices, normals, uv, base.regions, painted)
+        self.points = Points(self.fine.body.vertices, normals, uv, base.regions, painted)
+
+    def _raised(self, flat: Refined) -> Refined:
+        """The fine triangles on the smooth surface, not below the bed."""
+        places = flat.body.vertices + raised(self.base.mesh.bulges, self.parent, self.share)
+        places[:, 2] = np.maximum(places[:, 2], self.base.bed_mm)
+        return Refined(Body(places, flat.body.faces), flat.parent, flat.corners)
+
+    def flatten(self, vertices: NDArray[np.bool_]) -> bool:
+        """Bring the surface onto the base's triangles around vertices (n,); whether it was not there."""
+        bulges, ends = self.base.mesh.bulges, vertices[self.base.body.faces]
+        around = ends | np.roll(ends, -1, axis=1)
+        bulged = bool(bulges[around].any())
+        if bulged:
+            bulges[around] = 0.0
+            self.fine = self._raised(self._flat)
+        return bulged
 
     def to_bed(self) -> Array:
         """Ways (fine vertices,) along the normals down to the plane of the bottom, mm; infinite upward."""

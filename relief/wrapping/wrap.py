@@ -7,15 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relief.body import Body
-from relief.common.arrays import Array, FloatArray, Index, renumbered
-from relief.common.errors import InputError
-from relief.common.progress import say, stage
-from relief.meshes.intersections import crossing_faces
-from relief.meshes.neighbourhood import near_faces
+from relief.common.arrays import Array, FloatArray
+from relief.common.progress import stage
 from relief.meshes.refining import refined
 from relief.wrapping.bending import Bending, bending
 from relief.wrapping.checks import check_area, check_choices, check_room, check_size
-from relief.wrapping.clearance import clearance_factor, evened
+from relief.wrapping.clearance import clearance_factor
+from relief.wrapping.displacing import displaced
 from relief.wrapping.edges import edge_of
 from relief.wrapping.laying import Laid, Layer, off_size
 from relief.wrapping.lowering import Lowering, lowering
@@ -23,13 +21,6 @@ from relief.wrapping.masks import Regions
 from relief.wrapping.placement import Placement
 from relief.wrapping.surfaces import BaseSurface, FineSurface, Settings
 from relief.wrapping.tiles import Covering
-
-MENDINGS = 6
-"""Times that the relief is lowered where triangles pass through one another; two are usual."""
-MENDED = 0.5
-"""Factor of the heights there, each time."""
-LEAST_FACTOR = 0.05
-"""Factor below which heights are 0, as then nothing passes through anything."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +124,7 @@ def wrap(
         surface = FineSurface(base, fine, np.any([of.layout.laid() for of in laid], axis=0))
         height, textured = _heights(laid, surface, settings)
         offset = np.minimum((height - settings.level * tallest) * textured, surface.to_bed())
-    wrapped, factor = _displaced(surface, offset, factor, settings, written)
+    wrapped, factor = displaced(surface, offset, factor, settings, written)
     check_room(base.body, where, factor, tallest)
     seams = _unfit(*laid[0].layout.at(surface.parent, surface.share))
     off, stretch = off_size(laid[0], base.body.areas, where)
@@ -160,61 +151,6 @@ def wrap(
 def _present(shares: Sequence[Array]) -> Array:
     """How much of any texture there is, where later ones with shares (n,) lie on earlier ones."""
     return np.asarray(1.0 - np.prod([1.0 - share for share in shares], axis=0))
-
-
-def _displaced(
-    surface: FineSurface, offset: Array, factor: Array, settings: Settings, written: Callable[[Body], Body]
-) -> tuple[Body, Array]:
-    """The body with its vertices moved, and the factors, lowered where triangles pass through one another.
-
-    Args:
-        surface: The fine body.
-        offset: (fine vertices,) displacements, mm.
-        factor: (base vertices,) by which they are lowered where there is too little room.
-        settings: How the body is wrapped.
-        written: What the coordinates become in the file.
-
-    Raises:
-        InputError: Triangles pass through one another however low the relief is.
-    """
-    body, faces = surface.fine.body, surface.base.body.faces
-    before, changed = body.vertices, np.ones(len(body.faces), bool)
-    for _ in range(MENDINGS):
-        moved = offset * surface.of_vertices(factor)
-        wrapped = written(Body(body.vertices + moved[:, None] * surface.points.normals, body.faces))
-        # What has not been lowered since the last search is sound, and so are pairs of it.
-        changed |= (wrapped.vertices != before).any(axis=1)[body.faces].any(axis=1)
-        crossing = _crossing(surface, wrapped, settings, changed)
-        if not len(crossing):
-            return wrapped, factor
-        before, changed = wrapped.vertices, np.zeros(len(body.faces), bool)
-        changed[crossing] = True
-        tight = np.unique(faces[surface.fine.parent[crossing]])
-        lower = factor.copy()
-        lower[tight] *= MENDED
-        lower[lower < LEAST_FACTOR] = 0.0
-        factor = evened(surface.base.body, lower, settings.falloff_mm)
-        say(f"{len(crossing):,} triangles pass through others; the relief is lowered there")
-    place = ", ".join(f"{value:.1f}" for value in wrapped.vertices[wrapped.faces[crossing[0]]].mean(axis=0))
-    raise InputError(
-        f"relief: {len(crossing):,} triangles pass through others around ({place}) mm, however low the "
-        "relief is there; leave that place out (--mask), take smaller triangles (--faces) or a lower relief "
-        "(--relief-mm)"
-    )
-
-
-def _crossing(surface: FineSurface, wrapped: Body, settings: Settings, changed: NDArray[np.bool_]) -> Index:
-    """Numbers of the triangles, those that changed or meet such, that pass through others and may not."""
-    if settings.draft:
-        return np.zeros(0, np.intp)
-    if changed.all():
-        crossing = crossing_faces(wrapped)
-    else:
-        near = np.flatnonzero(near_faces(wrapped.vertices, wrapped.faces, changed))
-        used, faces = renumbered(wrapped.faces[near], len(wrapped.vertices))
-        crossing = near[crossing_faces(Body(wrapped.vertices[used], faces))]
-    # Where a body passes through itself without texture, it is as it was read.
-    return crossing[surface.base.textured[surface.fine.parent[crossing]]] if settings.crosses else crossing
 
 
 def _heights(laid: Sequence[Laid], surface: FineSurface, settings: Settings) -> tuple[Array, Array]:

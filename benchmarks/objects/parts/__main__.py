@@ -5,10 +5,11 @@ python -m benchmarks.objects.parts [NAME ...] [--again] [--only-wrap] [--code FO
 
 Each part is wrapped with `gravel-tile` by default, in its own process with limits of CPU time and memory.
 What comes out is read by trimesh (closed or not), by Blender where a Python with `bpy` is named (triangles
-that cross one another) and by PrusaSlicer where it is installed, and is felt at 40 places without the part's
-curvature. Parts that `results/wrapped_parts.json` has are not wrapped again without `--again`. `--code` names
-another checkout, whose `retouch wrap` is measured, and `--keep` where the files go. `--unfelt` leaves out the
-finger, which takes a minute of a processor. `NAME-fine` are finer exports of eight parts.
+that cross one another, of which exact arithmetic tells how many do) and by PrusaSlicer where it is installed,
+and is felt at 40 places without the part's curvature. Parts that `results/wrapped_parts.json` has are not
+wrapped again without `--again`. `--code` names another checkout, whose `retouch wrap` is measured, and
+`--keep` where the files go. `--unfelt` leaves out the finger, which takes a minute of a processor.
+`NAME-fine` are finer exports of eight parts.
 """
 
 import json
@@ -40,7 +41,8 @@ MOST_CPU_S, MOST_GB = 180, 6
 TOLD = re.compile(r"about ([\d,]+) triangles")
 KEPT = ("faces", "edge_mm", "lowered", "median_factor", "lowest_factor")
 """Numbers that `retouch wrap --json` tells and the table keeps."""
-HEAD = ["part", "its triangles", "told", "written", "CPU s", "GB", "closed", "crossings", "lowered, %", "to"]
+HEAD = ["part", "its triangles", "told", "written", "CPU s", "GB", "closed"]
+HEAD += ["pairs of Blender's", "that cross", "lowered, %", "to"]
 HEAD += ["V", "from the tile, JND", "PrusaSlicer"]
 """Columns of the table."""
 
@@ -87,6 +89,7 @@ def measured(name: str, options: Namespace, plate: Array | None) -> dict[str, An
         row = {"faces_before": len(read_mesh(HERE / f"{name}.3mf").body.faces)}
         row |= wrapped(name, out, options.code.resolve())
         if options.keep is not None and "failure" not in row:
+            options.keep.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(out, options.keep / f"{name}.3mf")
         if "failure" in row or options.only_wrap:
             return row
@@ -103,9 +106,10 @@ def _line(name: str, row: Mapping[str, Any]) -> tuple[Any, ...]:
     lowered = f"{100.0 * row['lowered']:.1f}" if "lowered" in row else None
     factor = f"{row['median_factor']:.2f}" if row.get("lowered") and "median_factor" in row else None
     felt = [f"{row[key]:{how}}" if key in row else None for key, how in FELT.items()]
+    pairs = row.get("crossings"), row.get("crossings_exactly")
     last = _reason(row["failure"]) if "failure" in row else row.get("slicer")
     cost = f"{row['cpu_s']:.0f}", f"{row['peak_gb']:.1f}"
-    return name, *counts, *cost, closed, row.get("crossings"), lowered, factor, *felt, last
+    return name, *counts, *cost, closed, *pairs, lowered, factor, *felt, last
 
 
 FELT = {"roughness": ".4f", "jnd_from_tile": "+.2f"}

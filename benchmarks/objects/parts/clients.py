@@ -1,18 +1,21 @@
 """What other programs and the finger make of a wrapped part: trimesh, Blender, PrusaSlicer, 40 places."""
 
+import json
 import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import trimesh
 
 from benchmarks.objects.bundled import PLACES, apart
+from benchmarks.objects.parts.exact_crossings import cross_exactly
 from benchmarks.prints.prusa import Slicer
 from benchmarks.shared.common import ROOT
 from optimize.settings.skins import load_skin
 from optimize.verification.solids.mesh_feel import feel_of
-from relief.body import stl
+from relief.body import TRIANGLE, stl
 from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.meshes import read_mesh
@@ -38,9 +41,7 @@ def looked_at(bare: Path, file: Path, blender: str | None, plate: Array | None) 
     as_stl.write_bytes(stl(read.body))
     row: dict[str, Any] = {"closed": bool(mesh.is_watertight and mesh.is_winding_consistent)}
     if blender:
-        command = (blender, "-m", CROSSINGS, str(as_stl))
-        said = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout
-        row["crossings"] = int(said.partition("RESULT ")[2].split()[0])
+        row |= _crossings(blender, as_stl)
     if program := shutil.which("prusa-slicer"):
         row["slicer"] = _sliced(Slicer(program, file.parent), as_stl)
     if plate is None:
@@ -54,6 +55,16 @@ def looked_at(bare: Path, file: Path, blender: str | None, plate: Array | None) 
         return row | {"not_felt": "edges everywhere"}
     row |= {"roughness": float(found.mean()), "places": len(found)}
     return row | {"jnd_from_tile": apart(found, plate)}
+
+
+def _crossings(blender: str, file: Path) -> dict[str, int]:
+    """Pairs of triangles of an STL file that Blender takes for crossing, and how many of them do cross."""
+    command = (blender, "-m", CROSSINGS, str(file))
+    said = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout
+    pairs = json.loads(said.partition("RESULT ")[2].splitlines()[0])
+    corners = np.fromfile(file, TRIANGLE, offset=84)["corners"]
+    exactly = sum(cross_exactly(corners[one], corners[other]) for one, other in pairs)
+    return {"crossings": len(pairs), "crossings_exactly": exactly}
 
 
 def _sliced(slicer: Slicer, file: Path) -> str:

@@ -65,13 +65,17 @@ def test_faces_folded_onto_one_another_are_found() -> None:
 
 @pytest.mark.parametrize("turn", [None, (0.3, 0.5, 0.7)])
 def test_cubes_pass_through_one_another_from_a_micrometre(turn: tuple[float, float, float] | None) -> None:
-    def crossings(depth_mm: float) -> int:
+    def cubes(depth_mm: float) -> Body:
         body = joined(cube(), cube(at=(20.0 - depth_mm, 5.0, 6.0)))
         turned = body.vertices if turn is None else Rotation.from_euler("xyz", turn).apply(body.vertices)
-        return self_intersections(body._replace(vertices=turned))
+        return body._replace(vertices=turned)
 
-    assert crossings(0.5e-3) == 0
-    assert crossings(2e-3) > 0
+    assert self_intersections(cubes(0.5e-3)) == 0
+    assert self_intersections(cubes(2e-3)) > 0
+    # What files do not round away is found if it is asked for.
+    assert len(intersections.crossing_faces(cubes(2e-6), shallow=True)) > 0
+    assert len(intersections.crossing_faces(cubes(0.0), shallow=True)) == 0
+    assert len(intersections.crossing_faces(cubes(2e-6))) == 0
 
 
 def test_a_needle_through_a_face_counts_however_thin() -> None:
