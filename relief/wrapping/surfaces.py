@@ -25,8 +25,8 @@ BASE_EDGE_MM = 1.0
 DRAFT_EDGE_MM = 2.0
 """The same for a draft, mm."""
 DRAFT_ARC = 1.4
-"""Angle that an edge of a draft spans at most where the surface bends, in that of the file. With 2 fillets show
-facets in a preview; with 1 a bracelet takes half as long again."""
+"""Angle that an edge of a draft spans at most where the surface bends, in that of the file. With 2 fillets
+show facets in a preview; with 1 a bracelet takes half as long again."""
 EVEN_AREA = 0.4
 """Mean area of even triangles, in the square of the edge wanted."""
 LEAST_BASE_EDGES = 24
