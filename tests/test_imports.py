@@ -88,7 +88,8 @@ _ALLOWED = {
         "relief.export relief.preparing retouch.pages retouch.studies retouch.workers tactile"
     ),
     "retouch.studies": (
-        "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
+        "mitsuba_scenes optimize.descent optimize.estimates optimize.run_directory optimize.runs "
+        "optimize.settings "
         "optimize.verification relief relief.common retouch.pages retouch.studies.measuring "
         "retouch.workers visual.backend"
     ),
