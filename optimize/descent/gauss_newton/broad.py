@@ -10,7 +10,7 @@ around it, so that they would fill a factor: conjugate gradients add them to a s
 import numpy as np
 import scipy.sparse as sp
 
-from relief.common.arrays import Array
+from relief.common.arrays import AnyArray
 from tactile.sparse import Solve
 
 CELL_MM = 1.7
@@ -69,30 +69,32 @@ def with_rows(solve: Solve, rows: sp.csr_matrix | None) -> Solve:
     """
     if rows is None:
         return solve
-    single, transposed = rows.astype(np.float32), rows.T.tocsr().astype(np.float32)
+    forward = rows.astype(np.float32)
+    back = forward.T.tocsr()
 
-    def added(sides: Array) -> Array:
+    def added(sides: AnyArray) -> AnyArray:
         columns = np.asarray(sides, dtype=np.float32).reshape(len(sides), -1)
-        solution, residual = np.zeros_like(columns), columns.copy()
-        most = RESIDUAL * np.linalg.norm(columns, axis=0)
+        # Of length 1, as products of small numbers vanish in single precision.
+        size = np.sqrt(np.einsum("nm,nm->m", columns, columns, dtype=np.float64)).astype(np.float32)
+        residual = columns / np.where(size > 0.0, size, 1.0)
+        solution = np.zeros_like(residual)
         # The matrix's product with a preconditioned residual is the residual, so that it is never multiplied.
-        along, product = np.zeros_like(columns), np.zeros_like(columns)
-        before = np.full(columns.shape[1], np.inf)
+        along, product = np.zeros_like(residual), np.zeros_like(residual)
+        before = np.full(len(size), np.inf)
         for _ in range(MOST_ITERATIONS):
-            open_ = np.flatnonzero(np.linalg.norm(residual, axis=0) > most)
-            if not len(open_):
+            left = np.flatnonzero(np.linalg.norm(residual, axis=0) > RESIDUAL)
+            if not len(left):
                 break
-            left = residual[:, open_]
-            near = solve(left).reshape(left.shape)
-            size = np.einsum("nm,nm->m", near, left)
-            share = size / before[open_]
-            along[:, open_] = near + share * along[:, open_]
-            product[:, open_] = left + share * product[:, open_]
-            whole = product[:, open_] + transposed @ (single @ along[:, open_])
-            step = size / np.einsum("nm,nm->m", along[:, open_], whole)
-            solution[:, open_] += step * along[:, open_]
-            residual[:, open_] -= step * whole
-            before[open_] = size
-        return solution.reshape(np.shape(sides))
+            some = residual[:, left]
+            near = np.asarray(solve(some)).reshape(some.shape)
+            energy = np.einsum("nm,nm->m", near, some)
+            along[:, left] = near + energy / before[left] * along[:, left]
+            product[:, left] = some + energy / before[left] * product[:, left]
+            whole = product[:, left] + back @ (forward @ along[:, left])
+            step = energy / np.einsum("nm,nm->m", along[:, left], whole)
+            solution[:, left] += step * along[:, left]
+            residual[:, left] -= step * whole
+            before[left] = energy
+        return np.asarray((solution * size).reshape(np.shape(sides)))
 
     return added

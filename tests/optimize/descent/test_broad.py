@@ -42,6 +42,10 @@ def test_rows_are_added_to_a_solution() -> None:
     assert np.linalg.norm(found - exact) < 2.0 * RESIDUAL * np.linalg.norm(exact)
     alone = with_rows(factorised(matrix, single=True), rows)(sides[:, 0])
     np.testing.assert_allclose(alone, found[:, 0], atol=RESIDUAL * np.abs(found).max())
+    # A place that hardly feels anything, and one that feels nothing.
+    faint = with_rows(factorised(matrix, single=True), rows)(np.stack([1e-25 * sides[:, 0], np.zeros(40)], 1))
+    np.testing.assert_allclose(faint[:, 0], 1e-25 * alone, rtol=1e-3)
+    assert not faint[:, 1].any()
 
 
 def test_the_load_of_a_step_is_the_slope_of_all_that_it_minimises(problem_with: ProblemWith) -> None:
