@@ -79,10 +79,11 @@ class Slicer:
             "size_mm": [max(numbers[f"max_{axis}"]) - min(numbers[f"min_{axis}"]) for axis in "xyz"],
         }
 
-    def filament(self, file: Path) -> dict[str, Any]:
-        """Slice for filament with the default profile: layers of G-code, and what it warns of."""
+    def filament(self, file: Path, raft_layers: int = 0) -> dict[str, Any]:
+        """Slice for filament with the default profile, on a raft or none: layers of G-code, and warnings."""
         out = self._folder / f"{file.stem}.gcode"
-        text = self._run("--export-gcode", "--output", str(out), str(file))
+        raft = ("--raft-layers", str(raft_layers))
+        text = self._run("--export-gcode", *raft, "--output", str(out), str(file))
         return {"layers": out.read_text().count(";LAYER_CHANGE"), "warnings": _warnings(text)}
 
     def resin(self, file: Path) -> tuple[dict[str, Any], NDArray[np.intp]]:

@@ -21,6 +21,8 @@ from relief.common.errors import InputError
 from relief.meshes import read_mesh
 
 CROSSINGS = "benchmarks.objects.parts.crossings_in_blender"
+RAFT_LAYERS = 2
+"""Layers of a raft, for parts that stand on a point."""
 
 
 def looked_at(bare: Path, file: Path, blender: str | None, plate: Array | None) -> dict[str, Any]:
@@ -68,10 +70,15 @@ def _crossings(blender: str, file: Path) -> dict[str, int]:
 
 
 def _sliced(slicer: Slicer, file: Path) -> str:
-    """PrusaSlicer's word on a file: whether it had to repair it, and the layers it makes of it."""
-    try:
-        info, filament = slicer.info(file), slicer.filament(file)
-    except subprocess.SubprocessError:
-        return "refused"
-    sound = "sound" if info["manifold"] and not info["repairs"] else f"{info['repairs']} repairs"
-    return f"{sound}, {filament['layers']} layers"
+    """PrusaSlicer's word on a file: whether it had to repair it, and the layers it makes of it.
+
+    A part without a flat side, as a scanned pebble, leaves its first layer empty and is sliced on a raft.
+    """
+    for raft_layers, on in ((0, ""), (RAFT_LAYERS, " on a raft")):
+        try:
+            info, filament = slicer.info(file), slicer.filament(file, raft_layers)
+        except subprocess.SubprocessError:
+            continue
+        sound = "sound" if info["manifold"] and not info["repairs"] else f"{info['repairs']} repairs"
+        return f"{sound}, {filament['layers']} layers{on}"
+    return "refused"
