@@ -62,7 +62,9 @@ _ALLOWED = {
     "optimize.verification": (
         "optimize.descent optimize.settings relief relief.common tactile visual visual.exact"
     ),
-    "optimize.verification.solids": "relief relief.common relief.meshes relief.objects tactile",
+    "optimize.verification.solids": (
+        "relief relief.common relief.meshes relief.objects relief.remeshing tactile"
+    ),
     "retouch": (
         "optimize.estimates optimize.runs optimize.settings relief relief.common relief.export "
         "relief.preparing retouch.stimulus_sets retouch.verbs retouch.verbs.objects surrogate.data "

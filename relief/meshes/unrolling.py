@@ -15,7 +15,7 @@ from relief.common.errors import naming
 from relief.common.progress import stage
 from relief.meshes.neighbourhood import connected_around, edge_pairs, ways_from
 from relief.meshes.places import Frame, frame_along, vertex_normals
-from relief.meshes.refining import refined
+from relief.meshes.refining import Refined, refined
 
 EDGE_MM = 1.5
 """Longest edge of the object's mesh on which it is unrolled, mm; longer ones are halved."""
@@ -33,14 +33,19 @@ SHARP = np.cos(np.radians(40.0))
 """Cosine between the normals of two faces, below which the edge between them is sharp."""
 
 
-def fine_enough(body: Body, name: object) -> Body:
-    """The body with edges halved until none is longer than 1.5 mm; the surface stays where it is.
+def refined_object(body: Body, name: object) -> Refined:
+    """An object with edges halved until none is longer than 1.5 mm; the surface stays where it is.
 
     Raises:
         InputError: That takes too many faces.
     """
     with naming(name):
-        return refined(body, EDGE_MM, most=MOST_OBJECT_FACES).body
+        return refined(body, EDGE_MM, most=MOST_OBJECT_FACES)
+
+
+def fine_enough(body: Body, name: object) -> Body:
+    """The body of `refined_object`."""
+    return refined_object(body, name).body
 
 
 class Unroller:

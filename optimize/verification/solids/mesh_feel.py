@@ -20,7 +20,8 @@ from relief.meshes.crops import Crop, Cropper
 from relief.meshes.mesh import Mesh
 from relief.meshes.places import frames, spread, surface_points
 from relief.meshes.shells import outside
-from relief.meshes.unrolling import Unroller, fine_enough
+from relief.meshes.unrolling import Unroller
+from relief.remeshing.fine_object import smooth_object
 from tactile.measures import BATCH_SAMPLES, each
 from tactile.model import ModelName
 from tactile.quantities import QUANTITIES, means
@@ -199,7 +200,7 @@ def _replaced(values: Array, numbers: Sequence[int], others: Array) -> Array:
 
 def _unroller(mesh: Mesh, without_texture: Mesh) -> Unroller:
     """The unroller of a mesh. Raises InputError if the object without texture does not fit."""
-    unroller = Unroller(mesh.body, fine_enough(without_texture.body, without_texture.path))
+    unroller = Unroller(mesh.body, smooth_object(without_texture.body, without_texture.path))
     if unroller.farthest_mm > FARTHEST_OBJECT_MM:
         raise InputError(
             f"{without_texture.path}: lies up to {unroller.farthest_mm:.3g} mm from {mesh.path.name}; "
