@@ -27,8 +27,9 @@ from relief.meshes.intersections import self_intersections
 from relief.meshes.mesh import Mesh
 from relief.meshes.places import Frame
 from relief.meshes.solid import volume_mm3
-from relief.meshes.unrolling import Unroller, feet, fine_enough
+from relief.meshes.unrolling import Unroller, feet
 from relief.objects.table import OBJECTS
+from relief.remeshing.fine_object import smooth_object
 from relief.wrapping.coordinates.layout import Layout
 from relief.wrapping.laying import Layer
 from relief.wrapping.placement import Placement
@@ -120,7 +121,7 @@ def parts(name: str, bare: Body, wrapped: Body, felt: MeshFeel, plate: Array) ->
     surface, tile = BaseSurface(bare, None, {}, Settings()), tile_of(TEXTURE)
     base = surface.body
     layout = Layer(surface, Placement(), FALLOFF_MM).laid([Covering(tile)])[0].layout
-    unroller = Unroller(wrapped, fine_enough(bare, name))
+    unroller = Unroller(wrapped, smooth_object(bare, name))
     laid, flat = [], []
     for number, points in places.items():
         laid.append(as_laid(tile, layout, base, points))

@@ -27,8 +27,9 @@ from relief.meshes import read_mesh
 from relief.meshes.crops import Crop, Cropper
 from relief.meshes.places import Frame, spread, surface_points
 from relief.meshes.refining import refined
-from relief.meshes.unrolling import Unroller, feet, fine_enough
+from relief.meshes.unrolling import Unroller, feet
 from relief.objects.table import OBJECTS
+from relief.remeshing.fine_object import smooth_object
 from relief.wrapping.coordinates.layout import Layout
 from relief.wrapping.laying import Layer
 from relief.wrapping.masks import Regions
@@ -88,7 +89,7 @@ class Stages:
 
     def __init__(self, of: Laid, name: str) -> None:
         self.of = of
-        base = fine_enough(of.bare, name)
+        base = smooth_object(of.bare, name)
         fine = of.surface.fine
         self.as_felt = Unroller(of.wrapped.body, base)
         self.before = Unroller(of.wrapped.original, base)

@@ -24,8 +24,9 @@ from optimize.verification.solids.over_object import over_object
 from relief.common.arrays import Array
 from relief.meshes.crops import Cropper
 from relief.meshes.places import spread, surface_points
-from relief.meshes.unrolling import Unroller, fine_enough
+from relief.meshes.unrolling import Unroller
 from relief.objects.table import OBJECTS
+from relief.remeshing.fine_object import smooth_object
 from relief.wrapping.surfaces import Settings
 from relief.wrapping.tiles import Covering, Tile
 from relief.wrapping.wrap import wrap
@@ -71,7 +72,7 @@ def measured(name: str, folder: Path) -> dict[str, Any]:
     for key, curved in (("plate", {}), ("object", radii)):
         tile = steered(folder / f"{'plate' if not any(curved.values()) else name}", curved)
         wrapped[key] = wrap(bare, [Covering(tile)], settings, regions=thing.regions)
-    fine = fine_enough(bare, name)
+    fine = smooth_object(bare, name)
     unrollers = {key: Unroller(each.body, fine) for key, each in wrapped.items()}
     cropper, points = Cropper(bare), surface_points(fine)
     values: dict[str, list[float]] = {key: [] for key in wrapped}
