@@ -25,7 +25,7 @@ from relief.heightmap import load_heights
 from relief.meshes import Mesh, check_solid, read_mesh
 from relief.meshes.crops import Cropper
 from relief.meshes.places import frame_along
-from relief.meshes.unrolling import fine_enough
+from relief.meshes.unrolling import refined_object
 from relief.places import places
 from relief.relief import Relief
 from relief.surface import Surface
@@ -135,7 +135,7 @@ def around_tube(heights: Array, pitch_mm: float, every: int, tile: bool = False)
     rows, cols = heights.shape
     body = tube(heights, pitch_mm)
     check_solid(body, "tube")
-    base = fine_enough(tube(np.zeros((-(-rows // every), cols // every)), every * pitch_mm), "base")
+    base = refined_object(tube(np.zeros((-(-rows // every), cols // every)), every * pitch_mm), "base").body
     surface = Surface((rows, cols), cols * pitch_mm, (tile, True))
     at = places(surface)
     chosen = at[np.linspace(0, len(at) - 1, min(len(at), 2 * PLACES)).astype(np.int64)]

@@ -43,11 +43,6 @@ def refined_object(body: Body, name: object) -> Refined:
         return refined(body, EDGE_MM, most=MOST_OBJECT_FACES)
 
 
-def fine_enough(body: Body, name: object) -> Body:
-    """The body of `refined_object`."""
-    return refined_object(body, name).body
-
-
 class Unroller:
     """Unrolls a textured mesh around places on its object.
 

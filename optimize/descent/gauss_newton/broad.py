@@ -29,8 +29,8 @@ def broad_cells(
 ) -> sp.csr_matrix:
     """Matrix (cells, pixels) whose product with a change of a picture is, squared and summed, its broad part.
 
-    Cells are quadratic splines that add up to the square root of one everywhere: of a change that is the same
-    all over, the sum is `weight` times the sum of the squares of the pixels.
+    Cells are quadratic splines that add up to one everywhere, and each row is a mean by the root of its
+    pixels: of a change that is the same all over, the sum is `weight` times that over the pixels.
 
     Args:
         shape: (rows, cols) of the picture.

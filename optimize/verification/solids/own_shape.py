@@ -94,7 +94,7 @@ def textures_alone(crops: Sequence[Crop], around: Callable[[Frame, float], Body]
     """
     alone: dict[int, Array] = {}
     shapes: dict[int, tuple[OwnShape, OwnShape]] = {}
-    over_torus: dict[int, Array] = {}
+    over_torus: dict[int, tuple[int, Array]] = {}
     with stage("telling textures from shapes", len(crops)) as advance:
         for number, crop in enumerate(crops):
             short = short_waves(crop.heights, crop.side_mm)
@@ -105,14 +105,14 @@ def textures_alone(crops: Sequence[Crop], around: Callable[[Frame, float], Body]
                 reach_mm = 0.5 * crop.side_mm + MARGIN_MM
                 body = around(crop.frame, max(WIDE_MM, reach_mm))
                 shapes[number] = pair = _own_shapes(crop, body)
-                over_torus[number] = _over_torus(crop, within(body, reach_mm), pair[not _simple(*pair)].torus)
+                which = int(not _simple(*pair))
+                over_torus[number] = which, _over_torus(crop, within(body, reach_mm), pair[which].torus)
             advance()
     own = [_own_power(same) for same in zip(*shapes.values(), strict=True)]
-    for number, pair in shapes.items():
-        which, short = not _simple(*pair), alone[number]
-        heights = over_torus[number]
+    for number, (which, heights) in over_torus.items():
+        short = alone[number]
         if crops[number].side_mm == PATCH_SIDE_MM:
-            heights = heights - _left_over(pair[which], own[which], len(heights))
+            heights = heights - _left_over(shapes[number][which], own[which], len(heights))
         alone[number] = short + _textured(short) * (heights - short)
     return alone
 

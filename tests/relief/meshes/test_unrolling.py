@@ -9,7 +9,7 @@ from relief.meshes import check_solid
 from relief.meshes.crops import Cropper
 from relief.meshes.places import Frame
 from relief.meshes.solid import volume_mm3
-from relief.meshes.unrolling import Unroller, feet, fine_enough
+from relief.meshes.unrolling import Unroller, feet, refined_object
 from tests.relief.meshes.bodies import cube, joined, torus
 from tests.relief.meshes.rolled import rolled
 
@@ -60,13 +60,13 @@ def test_feet_are_the_nearest_points() -> None:
 
 def test_large_faces_are_divided_and_huge_ones_refused() -> None:
     body = joined(cube(10.0), torus((40.0, 0.0, 0.0), (0, 1, 2), 10.0, 2.0))
-    fine = fine_enough(body, "cube.stl")
+    fine = refined_object(body, "cube.stl").body
     check_solid(fine, "cube.stl")
     edges = fine.vertices[fine.faces] - fine.vertices[np.roll(fine.faces, 1, axis=1)]
     assert np.linalg.norm(edges, axis=2).max() <= 1.5
     assert volume_mm3(fine) == pytest.approx(volume_mm3(body))
     with pytest.raises(InputError, match=r"cube.stl: triangles: more than 600,000 would be needed; remesh"):
-        fine_enough(cube(2000.0), "cube.stl")
+        refined_object(cube(2000.0), "cube.stl")
 
 
 def test_the_distance_of_another_object_is_known() -> None:

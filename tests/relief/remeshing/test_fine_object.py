@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relief.meshes.unrolling import EDGE_MM, fine_enough
+from relief.meshes.unrolling import EDGE_MM, refined_object
 from relief.remeshing.fine_object import smooth_object
 from tests.relief.remeshing.facets import BALL, CYLINDER
 
@@ -10,7 +10,7 @@ from tests.relief.remeshing.facets import BALL, CYLINDER
 def test_a_ball_of_facets_is_as_round_as_it_was_meant() -> None:
     smooth = smooth_object(BALL, "ball.stl")
     off = np.linalg.norm(smooth.vertices, axis=1) - 12.0
-    of_facets = np.linalg.norm(fine_enough(BALL, "ball.stl").vertices, axis=1) - 12.0
+    of_facets = np.linalg.norm(refined_object(BALL, "ball.stl").body.vertices, axis=1) - 12.0
     assert np.abs(off).max() < 0.003 < 0.05 < np.abs(of_facets).max()
     edges = smooth.vertices[smooth.faces] - smooth.vertices[np.roll(smooth.faces, 1, axis=1)]
     assert np.linalg.norm(edges, axis=2).max() < 1.05 * EDGE_MM
