@@ -22,6 +22,7 @@ from typing import Any, NoReturn
 from optimize.runs.interrupts import INTERRUPTED, interruptible, leave_interrupted
 from relief.common.errors import InputError
 from retouch.commands import (
+    answers,
     compare,
     dataset,
     doctor,
@@ -70,6 +71,7 @@ VERBS = {
         wrap,
         study,
         stimuli,
+        answers,
         dataset,
         train,
         doctor,

@@ -22,6 +22,7 @@ from retouch.commands.options import (
     console,
     given,
     print_json,
+    seed,
     table,
     whole_number,
 )
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 COMPLETE, WITH_FAILURES = 0, 1
 """Exit statuses: every plate is done, or some have failed."""
 MOST_CONTROLS = 16
+MOST_PEOPLE, MOST_PAIRS = 300, 1000
 
 HELP = "make sets of plates at several levels of feel, for experiments"
 DESCRIPTION = """\
@@ -50,8 +52,9 @@ examples:
   retouch stimuli --redraw --bed-mm 192x120 -o runs/gravel-set
 
 DIR then holds index.html (pictures, verified levels, and how often people should tell plates apart), print/
-with a 3MF of each texture, plates.csv, pairs.csv, stimuli.json, and rows/, the run directories.
-docs/stimuli.md says how the predictions are made.
+with a 3MF of each texture, experiment/ with the plan of the trials and a page that takes answers, plates.csv,
+pairs.csv, stimuli.json, and rows/, the run directories. docs/stimuli.md says how the predictions are made,
+and docs/people.md how an experiment is run.
 
 exit status: 0 if every plate is done; 1 if some have failed; 2 for bad input; 130 if interrupted. After 1
 and 130 the same command goes on.
@@ -150,6 +153,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("raised", "engraved", "none"),
         help="names on the backs, 0.4 mm high or deep (default: raised)",
     )
+    trials = parser.add_argument_group("the experiment")
+    trials.add_argument(
+        "--people", type=whole_number(1, MOST_PEOPLE), metavar="N", help="people of the plan (default: 8)"
+    )
+    trials.add_argument(
+        "--pairs",
+        type=whole_number(2, MOST_PAIRS),
+        metavar="N",
+        help="most pairs of each question that a person compares (default: 120, about 20 minutes)",
+    )
+    trials.add_argument("--seed", type=seed, metavar="N", help="of the random order of trials (default: 0)")
     work = parser.add_argument_group("the work")
     work.add_argument("--fast", action="store_true", help="compute each step with the fast models")
     work.add_argument(
@@ -167,9 +181,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     began = time.monotonic()
     plates = given(arguments, "plate_mm", "base_mm", "bed_mm", "label")
+    experiment = given(arguments, "people", "pairs", "seed")
     if arguments.redraw:
         _refuse_levels(arguments)
-        stimuli = retouch.redraw_stimuli(arguments.out, plates=plates)
+        stimuli = retouch.redraw_stimuli(arguments.out, plates=plates, experiment=experiment)
     else:
         settings: dict[str, Any] = {}
         for setting in arguments.settings:
@@ -178,6 +193,7 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.textures,
             arguments.out,
             plates=plates,
+            experiment=experiment,
             settings=settings,
             **given(arguments, "jnd", "contact_area_scale", "same_roughness", "whole", "with_scaled"),
             **given(arguments, "sources", "source_mm", "controls", "printer", "skin", "fast"),
@@ -229,6 +245,8 @@ def _tell(stimuli: "StimulusPlates", arguments: argparse.Namespace, seconds: flo
         )
     for line in stimuli.content["failures"]:
         print(line)
+    if stimuli.experiment is not None:
+        print(f"trials and answers: {stimuli.experiment}")
     missing = f"; {stimuli.missing} plates not computed yet" if stimuli.missing else ""
     took = "" if arguments.redraw or not math.isfinite(seconds) else f", {duration(seconds)}"
     print(f"{stimuli.page}: {summary['plates']} plates{missing}{took}")

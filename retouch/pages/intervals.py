@@ -45,11 +45,13 @@ class Means:
         means: in any order.
         through: place and value of a point that the line of the means goes through without a mark; None if
             there is none.
+        marked: whether a line chart marks the means; a series without marks lies where its places say.
     """
 
     name: str
     means: Sequence[Mean]
     through: tuple[float, float] | None = None
+    marked: bool = True
 
 
 def line_chart(title: str, series: Sequence[Means], x_name: str) -> Markup:
@@ -60,8 +62,9 @@ def line_chart(title: str, series: Sequence[Means], x_name: str) -> Markup:
     x_axis = svg.nice_axis(min(xs) - margin, max(xs) + margin, 6, tight=True)
     y_axis = svg.nice_axis(min([0.0, *ys]), max([0.0, *ys]), 4)
     marks = [_path("grid", [(0, _down(y_axis, tick)), (100, _down(y_axis, tick))]) for tick in y_axis.ticks]
+    marked = [one for one in series if one.marked]
     for number, one in enumerate(series):
-        shift = 100.0 * DODGE * (number - 0.5 * (len(series) - 1))
+        shift = 100.0 * DODGE * (number - 0.5 * (len(marked) - 1)) if one.marked else 0.0
         style = _style(number)
         placed = [(x_axis.percent(mean.place) + shift, mean) for mean in one.means]
         line = sorted(
@@ -72,8 +75,9 @@ def line_chart(title: str, series: Sequence[Means], x_name: str) -> Markup:
             if mean.high > mean.low:
                 ends = [(x, _down(y_axis, end)) for end in (mean.low, mean.high)]
                 marks.append(_path(f"{style} interval", ends))
-            # A line of length 0 with round ends stays a circle when the drawing is stretched.
-            marks.append(_path(f"{style} dot", [(x, _down(y_axis, mean.value))] * 2))
+            if one.marked:
+                # A line of length 0 with round ends stays a circle when the drawing is stretched.
+                marks.append(_path(f"{style} dot", [(x, _down(y_axis, mean.value))] * 2))
     labels = [
         Markup('<span class="tick y" style="bottom:{:.2f}%">{}</span>').format(
             y_axis.percent(t), y_axis.label(t)

@@ -38,12 +38,14 @@ class StimulusPlates:
         content: of `stimuli.json`.
         files: to print.
         missing: number of plates that are neither done nor failed.
+        experiment: page that shows the trials and takes answers; None where no two plates can be compared.
     """
 
     folder: Path
     content: dict[str, Any]
     files: tuple[Path, ...]
     missing: int
+    experiment: Path | None = None
 
     @property
     def page(self) -> Path:
@@ -52,7 +54,9 @@ class StimulusPlates:
 
     def as_json(self) -> dict[str, Any]:
         """What `retouch stimuli --json` prints."""
-        return {"folder": str(self.folder), **self.content, "files": [*map(str, (self.page, *self.files))]}
+        files = [*map(str, (self.page, *self.files))]
+        experiment = None if self.experiment is None else str(self.experiment)
+        return {"folder": str(self.folder), **self.content, "files": files, "experiment": experiment}
 
 
 def make(stimuli: StimulusSet, out: Path, make_runner: MakeRunner | None) -> StimulusPlates:

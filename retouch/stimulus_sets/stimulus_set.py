@@ -23,6 +23,8 @@ FILE = "set.toml"
 TILE = "-tile"
 """End of the name of a texture that labels leave out."""
 MOST_TEXTURES, MOST_LEVELS, MOST_CONTROLS = 64, 32, 16
+MOST_PEOPLE, MOST_PAIRS = 300, 1000
+"""Most people of a plan, and most pairs of one person: three hours."""
 PLATE_MM = 25.0
 """Side of a plate, mm: that of the paper's experiments (5.3.1)."""
 BED_MM = (120.0, 68.0)
@@ -74,6 +76,20 @@ class PrintSettings(Section):
         return self
 
 
+class Experiment(Section):
+    """`[experiment]`: the plan of the trials with people.
+
+    Attributes:
+        people: number of them.
+        pairs: most pairs of each question that a person compares; about 10 s each.
+        seed: of the random order.
+    """
+
+    people: Annotated[int, Field(ge=1, le=MOST_PEOPLE)] = 8
+    pairs: Annotated[int, Field(ge=2, le=MOST_PAIRS)] = 120
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+
+
 class StimulusSet(Section):
     """`set.toml`.
 
@@ -89,6 +105,7 @@ class StimulusSet(Section):
         controls: number of other patches of each picture.
         settings: of every run, by dotted keys.
         print: the plates.
+        experiment: the plan of trials with people.
     """
 
     textures: Annotated[tuple[FilePath, ...], Field(strict=False, min_length=1, max_length=MOST_TEXTURES)]
@@ -102,6 +119,7 @@ class StimulusSet(Section):
     controls: Annotated[int, Field(ge=1, le=MOST_CONTROLS)] = 3
     settings: dict[str, str | int | float | bool] = Field(default_factory=dict)
     print: PrintSettings = PrintSettings()
+    experiment: Experiment = Experiment()
 
     @property
     def printer(self) -> Printer | None:
@@ -203,7 +221,7 @@ def read_set(path: Path) -> StimulusSet:
 
 
 def claim(out: Path, stimuli: StimulusSet) -> None:
-    """Write the request into the folder of a set; only what is printed may differ from a set that is there.
+    """Write the request into the folder of a set; only print and experiment may differ from a set there.
 
     Raises:
         InputError: the folder holds another set.
@@ -211,7 +229,8 @@ def claim(out: Path, stimuli: StimulusSet) -> None:
     path = out / FILE
     if path.is_file():
         there = read_set(path)
-        if there.model_copy(update={"print": stimuli.print}) != stimuli:
+        free = {"print": stimuli.print, "experiment": stimuli.experiment}
+        if there.model_copy(update=free) != stimuli:
             raise InputError(
                 f"{out}: holds another set, of {', '.join(there.names)} at "
                 f"{', '.join(f'{level:g}' for level in there.jnd)} JND; choose another -o"

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -12,9 +13,12 @@ from optimize.settings.fast_models import FAST_MODELS
 from optimize.settings.toml_files import first_fault
 from relief.common.errors import InputError
 from relief.common.lengths import Lengths
-from relief.common.progress import Progress
+from relief.common.locks import only_writer
+from relief.common.progress import Progress, say
 from relief.heightmap import check_scales
-from retouch.stimulus_sets.making import StimulusPlates, make
+from retouch.people.experiment_page import write_experiment_page
+from retouch.people.plan import write_plan
+from retouch.stimulus_sets.making import MakeRunner, StimulusPlates, make
 from retouch.stimulus_sets.stimulus_set import FILE, StimulusSet, read_set
 from retouch.verbs.progress_display import followed
 from retouch.workers.choice import runner
@@ -35,6 +39,7 @@ def stimuli(
     printer: str | None = None,
     skin: str | os.PathLike[str] | None = None,
     plates: Mapping[str, Any] | None = None,
+    experiment: Mapping[str, Any] | None = None,
     fast: bool = False,
     settings: Mapping[str, Any] | None = None,
     workers: int | None = None,
@@ -60,6 +65,7 @@ def stimuli(
         lengths: `size_mm`, `relief_mm` and `height_scale` of the textures, as in `Relief.read`.
         skin: of the finger, a name or a file.
         plates: `plate_mm`, `base_mm`, `bed_mm` and `label`, as in the section [print] of a set.
+        experiment: `people`, `pairs` and `seed` of the plan of trials, as in the section [experiment].
         fast: compute each step with the fast models.
         settings: any keys of a run file and their values, for every plate.
         workers, dask, quiet, progress: as in `study`.
@@ -93,17 +99,19 @@ def stimuli(
             "sources": [Path(source).absolute() for source in sources],
             "settings": (FAST_MODELS if fast else {}) | _given(own) | dict(settings or {}),
             "print": dict(plates or {}),
+            "experiment": dict(experiment or {}),
             **_given(optional),
         }
     )
     with followed(progress, quiet):
-        return make(request, Path(out), lambda work, observer: runner(work, workers, dask, observer))
+        return _made(request, Path(out), lambda work, observer: runner(work, workers, dask, observer))
 
 
 def redraw_stimuli(
     out: str | os.PathLike[str],
     *,
     plates: Mapping[str, Any] | None = None,
+    experiment: Mapping[str, Any] | None = None,
     quiet: bool | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> StimulusPlates:
@@ -111,16 +119,36 @@ def redraw_stimuli(
 
     Args:
         out: folder of the set.
-        plates: what is to be different, as in `stimuli`.
+        plates, experiment: what is to be different, as in `stimuli`.
         quiet, progress: as in `optimize`.
 
     Raises:
         InputError: the folder holds no set, or the plates cannot be made so.
     """
     there = read_set(Path(out) / FILE)
-    request = _checked({**there.model_dump(), "print": {**there.print.model_dump(), **(plates or {})}})
+    print_settings = {**there.print.model_dump(), **(plates or {})}
+    trials = {**there.experiment.model_dump(), **(experiment or {})}
+    request = _checked({**there.model_dump(), "print": print_settings, "experiment": trials})
     with followed(progress, quiet):
-        return make(request, Path(out), None)
+        return _made(request, Path(out), None)
+
+
+def _made(request: StimulusSet, out: Path, make_runner: MakeRunner | None) -> StimulusPlates:
+    """The set, with the plan of its experiment where two plates can be compared."""
+    made = make(request, out, make_runner)
+    if not any(texture["plates"] for texture in made.content["textures"]):
+        return made
+    try:
+        with only_writer(out):
+            plan = write_plan(out, request.experiment)
+            page = (
+                write_experiment_page(out, plan, f"Experiment: {', '.join(request.names)}") if plan else None
+            )
+    except InputError as error:
+        # Plates that were not verified have no values to compare, and are plates all the same.
+        say(f"no plan of an experiment: {error}")
+        page = None
+    return replace(made, experiment=page)
 
 
 def _given(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,1 @@
+"""A finger of one's own: a skin fitted to answers and to simple measurements."""

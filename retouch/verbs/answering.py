@@ -1,0 +1,95 @@
+"""Answers: what people told of a set of stimuli, beside what was predicted."""
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from relief.common.errors import InputError
+from relief.common.files import permitted, write_atomically
+from relief.common.progress import Progress
+from retouch.people.analysis import analysed
+from retouch.people.page import DOCUMENT, PAGE, page
+from retouch.verbs.progress_display import followed
+
+
+@dataclass(frozen=True)
+class PeoplesAnswers:
+    """What people's answers say.
+
+    Attributes:
+        content: of `answers.json`; without answers what the plan can tell, under `power`.
+        page: the page; None without answers.
+        skin_file: the finger that was proposed; None if none was asked for.
+    """
+
+    content: dict[str, Any]
+    page: Path | None
+    skin_file: Path | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch answers --json` prints."""
+        files = [str(file) for file in (self.page, self.skin_file) if file is not None]
+        return self.content | {"written": files}
+
+
+def answers(
+    folder: str | os.PathLike[str],
+    files: Sequence[str | os.PathLike[str]] = (),
+    out: str | os.PathLike[str] | None = None,
+    *,
+    partial: bool = False,
+    without: Sequence[str] = (),
+    skin_out: str | os.PathLike[str] | None = None,
+    press: str | os.PathLike[str] | None = None,
+    skin: str | os.PathLike[str] | None = None,
+    quiet: bool | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> PeoplesAnswers:
+    """Say what people's answers to a set of stimuli tell, and write a page of it.
+
+    Args:
+        folder: of a finished set (`stimuli`).
+        files: CSV tables of answers: pairs, sorts, magnitudes. None tells what the plan can tell.
+        out: folder of `answers.html` and `answers.json`; None: that of the set.
+        partial: whether people may have left trials of the plan out.
+        without: names of people to leave out.
+        skin_out: file to write the finger to that these answers propose.
+        press: CSV table of simple measurements on that finger, which enter the proposal.
+        skin: that the proposal starts from, a name or a file; None: that of the set.
+        quiet, progress: as in `optimize`.
+
+    Raises:
+        InputError: the folder is no finished set, or the answers are not to it.
+    """
+    folder = Path(folder)
+    if skin_out is None and (press is not None or skin is not None):
+        raise InputError(
+            "press, skin: are for skin_out, which is missing",
+            "--press, --skin: are for --skin-out, which is missing",
+        )
+    if not files and (skin_out is not None or partial or without):
+        raise InputError(
+            "files: answers are missing", f"answers {folder}: name a file of answers, as in answers.csv"
+        )
+    with followed(progress, quiet):
+        content, told, plates = analysed(folder, [Path(file) for file in files], partial, without)
+        if told is None:
+            return PeoplesAnswers(content, None)
+        skin_bytes = None
+        if skin_out is not None:
+            from retouch.people.skin_fit.proposal import propose
+
+            content["own_finger"], skin_bytes = propose(folder, told, plates, press, skin)
+        textures = dict.fromkeys(plate.texture for plate in plates.values())
+        to = folder if out is None else Path(out)
+        with permitted(to):
+            text = json.dumps(content, indent=1, allow_nan=False) + "\n"
+            shown = page(content, ", ".join(textures))
+            if skin_out is not None and skin_bytes is not None:
+                write_atomically(skin_out, skin_bytes)
+            write_atomically(to / DOCUMENT, text.encode())
+            write_atomically(to / PAGE, shown)
+    return PeoplesAnswers(content, to / PAGE, None if skin_out is None else Path(skin_out))
