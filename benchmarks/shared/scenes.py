@@ -37,6 +37,9 @@ CAMERAS = {
     "perspective above": '<lookat origin="0, 0, 15" target="0, 0, 0" up="0, 1, 0"/>',
 }
 SUN_DISTANCE_MM = 500.0
+NEAR_MM, NEAR_SIDE_MM = 15.0, 6.0
+"""Distance of near lamps from the plate's centre, one and a half sides of the plate, and side of the near
+shining square."""
 
 
 def reliefs() -> dict[str, Array]:
@@ -80,7 +83,7 @@ def toward(elevation: float, azimuth: float = AZIMUTH) -> Array:
 
 
 def light(name: str, folder: Path, azimuth: float = AZIMUTH) -> str:
-    """A light as XML: an elevation in degrees, "ambient", "map" or "2-degree sun"."""
+    """A light as XML: an elevation in degrees, "ambient", "map", "2-degree sun" or one of `NEAR`."""
     if name == "ambient":
         return f'<emitter type="constant"><float name="radiance" value="{AMBIENT_RADIANCE}"/></emitter>'
     if name == "map":
@@ -95,9 +98,42 @@ def light(name: str, folder: Path, azimuth: float = AZIMUTH) -> str:
                 <scale x="{radius}" y="{radius}"/><lookat origin="{origin}" target="0, 0, 0" up="0, 0, 1"/>
             </transform>
             <emitter type="area"><float name="radiance" value="{radiance}"/></emitter></shape>"""
+    if name in NEAR:
+        return NEAR[name](azimuth)
     x, y, z = -toward(float(name.removesuffix("°")), azimuth)
     return f"""<emitter type="directional"><vector name="direction" x="{x}" y="{y}" z="{z}"/>
         <float name="irradiance" value="{np.pi}"/></emitter>"""
+
+
+def _near_point(azimuth: float) -> str:
+    """As bright at the plate's centre as parallel light of pi, at 35 degrees."""
+    x, y, z = NEAR_MM * toward(35.0, azimuth)
+    return f"""<emitter type="point"><point name="position" x="{x}" y="{y}" z="{z}"/>
+        <float name="intensity" value="{np.pi * NEAR_MM**2}"/></emitter>"""
+
+
+def _spot(azimuth: float) -> str:
+    """The same at 50 degrees, in a cone that leaves corners of the plate dark."""
+    return f"""<emitter type="spot">{_looking_down(50.0, azimuth)}
+        <float name="cutoff_angle" value="22"/><float name="beam_width" value="8"/>
+        <float name="intensity" value="{np.pi * NEAR_MM**2}"/></emitter>"""
+
+
+def _near_area(azimuth: float) -> str:
+    """The same from a square of 22 degrees, at 50 degrees."""
+    half, radiance = 0.5 * NEAR_SIDE_MM, np.pi * (NEAR_MM / NEAR_SIDE_MM) ** 2
+    return f"""<shape type="rectangle">{_looking_down(50.0, azimuth, f'<scale x="{half}" y="{half}"/>')}
+        <emitter type="area"><float name="radiance" value="{radiance}"/></emitter></shape>"""
+
+
+def _looking_down(elevation: float, azimuth: float, before: str = "") -> str:
+    origin = ", ".join(str(c) for c in NEAR_MM * toward(elevation, azimuth))
+    return f"""<transform name="to_world">{before}
+        <lookat origin="{origin}" target="0, 0, 0" up="0, 0, 1"/></transform>"""
+
+
+NEAR = {"near point": _near_point, "spot": _spot, "near area": _near_area}
+"""Lamps near the plate, by the azimuth at which they stand."""
 
 
 def _sky(path: Path) -> None:

@@ -2,6 +2,7 @@
 
 python -m benchmarks.sight.gradients           # all that is not in the results yet, half an hour on two cores
 python -m benchmarks.sight.gradients --again
+python -m benchmarks.sight.gradients --quick   # our own gradients of three cases, nothing is saved
 """
 
 from __future__ import annotations
@@ -15,22 +16,25 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from benchmarks.shared.common import load, machine, parser_of, save, table
-from benchmarks.shared.scenes import SMOOTHNESS, altered, mitsubas_integrator, reliefs, scene_of
+from benchmarks.shared.scenes import NEAR, SMOOTHNESS, altered, mitsubas_integrator, reliefs, scene_of
 from relief.common.arrays import Array
 from visual.exact.light_scene import LightScene
 from visual.exact.render import PictureIndex, RenderSettings, edge_gradient, interior_gradient
 from visual.scene import Scene
 
+NEAR_LIGHTS = tuple(NEAR)
 LIGHTS = ("10°", "20°", "35°", "50°", "70°", "ambient", "map", "2-degree sun")
 GRAVEL = "gravel 1.5 mm"
-SOFT = ("ambient", "map", "2-degree sun")
+SOFT = ("ambient", "map", "2-degree sun", "near area")
 CAMERAS = ("above", "45 degrees")
 STEP_MM = {False: 0.01, True: 0.03}
 """Steps of the differences under parallel and under soft light, whose renders are noisier, mm."""
 STEEP, STEEP_SHARE, STEEP_SEEDS = "steps 3 mm", 0.3, 6
 """Share of these steps, and number of seeds, on terraces: a terrace casts a shadow as soon as it rises, and
 with whole steps one derivative of five is 2.5 times too large."""
-TRUTH_SAMPLES, SEEDS, DIRECTIONS, REPEATS = 576, 2, 5, 3
+TRUTH_SAMPLES, SEEDS, MOST_SEEDS, DIRECTIONS, REPEATS = 576, 2, 16, 5, 3
+KNOWN_WITHIN = 0.015
+"""Relative error of the truth from which on no more seeds are rendered."""
 SAMPLES = 64
 MITSUBA = ("direct", "prb", "direct_projective", "prb_projective")
 
@@ -40,7 +44,7 @@ The loss is 1/2 mean (I - I_target)^2 of one picture (128 pixels), the target th
 random numbers, two seeds or more, whose spread gives its own error) along the relief itself and four smooth
 random fields. Error: norm of the difference over norm of the truth, median of three seeds. Wrong signs: of
 five, where the truth is over three standard errors from 0. "explicit" is our explicit Jacobian (4 x 4 samples
-a pixel, 8 along an edge that casts a shadow, 16 along one that moves in the picture, 24 fixed directions for
+a pixel, 8 along an edge that casts a shadow, 16 along one that moves in the picture, 48 fixed directions for
 soft light), "rendered" what Adam uses (Mitsuba at 64 samples a pixel and our boundaries, soft light by 8
 directions drawn anew); Mitsuba's own also take 64. Mitsuba's projective integrators know perspective cameras
 alone. "bounces": light goes from face to face of the plate too (a sixth of it all); the explicit Jacobian
@@ -71,6 +75,9 @@ def cases() -> Iterator[Case]:
     # The only kind of camera that Mitsuba's projective integrators know.
     for light in ("35°", "2-degree sun"):
         yield Case(GRAVEL, light, "perspective", "plastic")
+    for camera in (*CAMERAS, "perspective"):
+        for light in NEAR_LIGHTS:
+            yield Case(GRAVEL, light, camera, "plastic")
     for relief in reliefs():
         for camera in CAMERAS:
             for light in ("10°", "35°", "ambient") if relief != GRAVEL else ():
@@ -83,13 +90,26 @@ def cases() -> Iterator[Case]:
         yield Case(GRAVEL, light, "above", "matte", bounces=2)
 
 
+QUICK = (
+    Case(GRAVEL, "35°", "above", "plastic"),
+    Case(GRAVEL, "near point", "above", "plastic"),
+    Case(GRAVEL, "spot", "45 degrees", "plastic"),
+)
+
+
 def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--again", action="store_true")
-    again = parser.parse_args().again
-    results = {} if again else load("gradients").get("cases", {})
+    parser.add_argument("--quick", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.quick:
+        for case in QUICK:
+            print(f"\n{as_table({case.key: measure(case, mitsubas=False)})}", flush=True)
+        return
+    results = load("gradients").get("cases", {})
+    done = set() if arguments.again else set(results)
     for case in cases():
-        if case.key in results:
+        if case.key in done:
             continue
         results[case.key] = measure(case)
         save("gradients", {"machine": machine(), "cases": results})
@@ -135,21 +155,30 @@ def truth_of(case: Case) -> Truth:
     changes, step, seeds = directions(heights), STEP_MM[soft], SEEDS
     if case.relief == STEEP:
         step, seeds = STEEP_SHARE * step, STEEP_SEEDS
-    truths = []
-    for seed in range(seeds):
+    truths: list[list[float]] = []
+    while len(truths) < seeds or (len(truths) < MOST_SEEDS and _own_error(truths) > KNOWN_WITHIN):
+        seed = len(truths)
         ends = [[picture(heights + s * step * d, seed) for s in (1, -1)] for d in changes]
         # The chain rule's outer factor is held constant, so that the truth is the derivative by the adjoint.
         truths.append([float((adjoint * (up - down)).sum() / (2 * step)) for up, down in ends])
-    error = np.std(truths, axis=0, ddof=1) / np.sqrt(seeds)
+    error = np.std(truths, axis=0, ddof=1) / np.sqrt(len(truths))
     return Truth(scene, adjoint, changes, np.mean(truths, axis=0), error)
 
 
-def measure(case: Case) -> dict[str, Any]:
-    """Truth and every method in one case."""
+def _own_error(truths: list[list[float]]) -> float:
+    """Relative standard error of the mean of slopes (seeds, changes)."""
+    error = np.std(truths, axis=0, ddof=1) / np.sqrt(len(truths))
+    return float(np.linalg.norm(error) / np.linalg.norm(np.mean(truths, axis=0)))
+
+
+def measure(case: Case, mitsubas: bool = True) -> dict[str, Any]:
+    """Truth and every method in one case, or our own methods alone."""
     truth, heights = truth_of(case), reliefs()[case.relief]
     size = float(np.linalg.norm(truth.slopes))
     measured: dict[str, Any] = {}
     for name, method in methods(truth.scene, case.light in SOFT, case.bounces).items():
+        if name.startswith("Mitsuba") and not mitsubas:
+            continue
         try:
             estimates, seconds = [], []
             for repeat in range(REPEATS):

@@ -15,14 +15,14 @@ import numpy as np
 
 from relief.common.arrays import Array
 from visual.exact.background import Background
-from visual.exact.pair_radiance import at_points
+from visual.exact.pair_radiance import at_points, lit_by, places_of
 from visual.exact.shading import Shading, unshadowed
 from visual.exact.shadow_edges import SHADOW_EDGE_SAMPLES, Entries, ShadowEdges, shadow_entries
 from visual.exact.visibility_edges import VISIBILITY_EDGE_SAMPLES, VisibilityEdges
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
 from visual.geometry.topology import PlateTopology
-from visual.lights.parallel import ParallelLights
+from visual.lights.near import LightSet, NearLights
 
 SHADOW_SHARE, VISIBILITY_SHARE = 0.5, 0.25
 """Shares of the edge samples kept under lights of many directions, each of which adds a small share of the
@@ -66,7 +66,7 @@ def discontinuity_entries(
     mesh: PlacedMesh,
     camera: Projection,
     bsdf: Any,
-    lights: ParallelLights,
+    lights: LightSet,
     shading: Shading | None,
     background: Background,
     shadows: ShadowEdges,
@@ -78,7 +78,7 @@ def discontinuity_entries(
         mesh: the plate.
         camera: takes the picture.
         bsdf: material of the plate.
-        lights: parallel lights.
+        lights: shine together.
         shading: of the faces under these lights, toward this camera; None if the plate is textured.
         background: of the picture.
         shadows: boundaries of the shadows of these lights.
@@ -101,7 +101,7 @@ def _radiance_beside(
     camera: Projection,
     bsdf: Any,
     edges: VisibilityEdges,
-    lights: ParallelLights,
+    lights: LightSet,
     shading: Shading | None,
     background: Background,
 ) -> Array:
@@ -112,14 +112,13 @@ def _radiance_beside(
     radiance = np.zeros(len(face))
     directions = edges.direction.reshape(-1, 3)
     radiance[missed] = background(directions[missed])
-    if camera.perspective or shading is None:
-        # One direction for both sides: seen from its own middle, each face would differ by that too.
+    if camera.perspective or shading is None or isinstance(lights, NearLights):
+        # One place for both sides: seen from or lit at its own middle, each face would differ by that too.
         slope_x, slope_y = (slope[face[met]] for slope in mesh.slopes)
-        uv = mesh.uv(points) if mesh.textured else None
-        unlit = unshadowed(bsdf, slope_x, slope_y, lights, -directions[met], uv)
+        unlit = unshadowed(bsdf, slope_x, slope_y, lights, -directions[met], places_of(mesh, points))
     else:
         unlit = shading.radiance[:, face[met]]
-    for number, toward in enumerate(lights.toward):
-        lit = mesh.sees(toward, face[met], points)
+    for number in range(len(lights)):
+        lit = lit_by(mesh, lights, number, face[met], points)
         radiance[met] += np.where(lit, unlit[number], 0.0)
     return radiance.reshape(edges.face.shape)

@@ -11,7 +11,7 @@ from visual.backend import buffers, variants
 from visual.backend.mitsuba import dr, mi
 from visual.exact.background import Background, black_background
 from visual.geometry.projection import Projection
-from visual.lights.parallel import ParallelLights
+from visual.lights.near import LightSet
 
 
 class LitScene:
@@ -61,7 +61,7 @@ class LightScene:
         shining: numbers of the lights in it that shine.
         sensors, cameras: numbers of the scene's sensors that take pictures, and their projections.
         integrator: renders the scene.
-        lights: draws the parallel lights that stand for the light where gradients follow moving edges.
+        lights: draws the parallel or near lights that stand for it where gradients follow moving edges.
         shadows: whether the light casts any, on some relief.
         background: of the pictures.
         gradient_integrator: gives radiance by slope, if not `integrator`. Its directions must not turn with
@@ -73,7 +73,7 @@ class LightScene:
     sensors: tuple[int, ...]
     cameras: tuple[Projection, ...]
     integrator: Any
-    lights: Callable[[np.random.Generator], ParallelLights]
+    lights: Callable[[np.random.Generator], LightSet]
     shadows: bool = True
     background: Background = black_background
     gradient_integrator: Any = None

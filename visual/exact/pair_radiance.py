@@ -11,13 +11,14 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relief.common.arrays import Array, Index
-from visual.exact.shading import Shading, shade, unshadowed
+from visual.exact.shading import Places, Shading, shade, unshadowed
 from visual.geometry.film_samples import PictureSamples
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
-from visual.lights.parallel import ParallelLights
+from visual.lights.near import LightSet, NearLights
 
 
 class PairRadiance(NamedTuple):
@@ -34,78 +35,107 @@ class PairRadiance(NamedTuple):
     by_height: Array | None = None
 
 
-def of_faces(
-    shading: Shading, lights: ParallelLights, samples: PictureSamples, mesh: PlacedMesh
-) -> PairRadiance:
+def face_shading(bsdf: Any, camera: Projection, lights: LightSet, mesh: PlacedMesh) -> Shading:
+    """Shading of the faces of a plate without textures; near lights shine on a face as on its centre."""
+    view, places = camera.toward(mesh.centres), Places(mesh.centres)
+    if isinstance(lights, NearLights):
+        slide = mesh.slide(np.arange(len(view)), view)
+        places = Places(mesh.centres, slide=slide)
+    return shade(bsdf, *mesh.slopes, lights, view, places)
+
+
+def of_faces(shading: Shading, lights: LightSet, samples: PictureSamples, mesh: PlacedMesh) -> PairRadiance:
     """Pair radiance of faces that have one radiance each.
 
     Args:
         shading: of the faces under these lights.
-        lights: parallel lights.
+        lights: shine together.
         samples: of the picture.
         mesh: the plate.
     """
     shares = np.empty((len(lights), len(samples.pair_pixel)))
     points = mesh.lifted(samples.face, samples.x, samples.y)
-    for number, toward in enumerate(lights.toward):
-        lit = np.flatnonzero(mesh.sees(toward, samples.face, points))
+    for number in range(len(lights)):
+        lit = np.flatnonzero(lit_by(mesh, lights, number, samples.face, points))
         shares[number] = np.bincount(samples.pair[lit], minlength=len(samples.pair_pixel))
     shares /= samples.per_pixel
-    every = (shading.radiance, shading.by_slope_x, shading.by_slope_y)
-    return PairRadiance(*(np.einsum("lp,lp->p", shares, values[:, samples.pair_face]) for values in every))
+    every = [shading.radiance, shading.by_slope_x, shading.by_slope_y]
+    if shading.by_rise is not None:
+        every.append(shading.by_rise)
+    pairs = [np.einsum("lp,lp->p", shares, values[:, samples.pair_face]) for values in every]
+    if shading.by_rise is not None:
+        _at_first_vertex(pairs, mesh, samples.pair_face, mesh.centres[samples.pair_face])
+    return PairRadiance(*pairs)
+
+
+def lit_by(mesh: PlacedMesh, lights: LightSet, number: int, face: Index, points: Array) -> NDArray[np.bool_]:
+    """Whether points (points, 3) on faces see one of some lights."""
+    return mesh.sees(lights.toward_from(number, points), face, points, lights.distance(number, points))
+
+
+def _at_first_vertex(values: list[Array], mesh: PlacedMesh, face: Index, points: Array) -> None:
+    """Turn derivatives by slopes and by the rise at points into those by slopes and the first vertex."""
+    offset = points - mesh.vertices[mesh.plate.faces[face, 0]]
+    values[1] += values[3] * offset[:, 0]
+    values[2] += values[3] * offset[:, 1]
 
 
 def of_samples(
-    bsdf: Any, camera: Projection, lights: ParallelLights, samples: PictureSamples, mesh: PlacedMesh
+    bsdf: Any, camera: Projection, lights: LightSet, samples: PictureSamples, mesh: PlacedMesh
 ) -> PairRadiance:
     """Pair radiance of a textured plate, sample by sample.
 
     Args:
         bsdf: material of the plate.
         camera: takes the picture.
-        lights: parallel lights.
+        lights: shine together.
         samples: of the picture.
         mesh: the plate.
     """
     sums = np.zeros((4, len(samples.pair_pixel)))
     points = mesh.lifted(samples.face, samples.x, samples.y)
-    for number, toward in enumerate(lights.toward):
-        lit = np.flatnonzero(mesh.sees(toward, samples.face, points))
+    sliding = isinstance(lights, NearLights) or not camera.overhead
+    for number in range(len(lights)):
+        lit = np.flatnonzero(lit_by(mesh, lights, number, samples.face, points))
         if len(lit) == 0:
             continue
         at, face = points[lit], samples.face[lit]
         slope_x, slope_y = (slope[face] for slope in mesh.slopes)
         view = camera.toward(at)
-        shading = shade(bsdf, slope_x, slope_y, lights.single(number), view, mesh.uv(at), not camera.overhead)
+        places = places_of(mesh, at, mesh.slide(face, view) if sliding else None)
+        shading = shade(bsdf, slope_x, slope_y, lights.single(number), view, places)
         values = [shading.radiance[0], shading.by_slope_x[0], shading.by_slope_y[0]]
-        if shading.by_u is not None and shading.by_v is not None:
-            x, y, z = view.T
-            along = shading.by_u[0] * x / mesh.plate.size_mm + shading.by_v[0] * y / mesh.plate.height_mm
-            by_height = along / (z - slope_x * x - slope_y * y)
-            first = mesh.vertices[mesh.plate.faces[face, 0]]
-            values[1] += by_height * (at - first)[:, 0]
-            values[2] += by_height * (at - first)[:, 1]
-            values.append(by_height)
+        if shading.by_rise is not None:
+            values.append(shading.by_rise[0])
+            _at_first_vertex(values, mesh, face, at)
         for total, value in zip(sums, values, strict=False):
             total += np.bincount(samples.pair[lit], value, minlength=len(total))
     return PairRadiance(*sums / samples.per_pixel)
 
 
+def places_of(mesh: PlacedMesh, points: Array, slide: Array | None = None) -> Places:
+    """Places of points (points, 3) on the plate, which slide (points, 3) mm per mm."""
+    if not mesh.textured:
+        return Places(points, slide=slide)
+    size_mm = mesh.plate.size_mm, mesh.plate.height_mm
+    return Places(points, mesh.uv(points), slide, None if slide is None else slide[:, :2] / size_mm)
+
+
 def at_points(
     bsdf: Any,
     camera: Projection,
-    lights: ParallelLights,
+    lights: LightSet,
     mesh: PlacedMesh,
     light: Index,
     face: Index,
     points: Array,
 ) -> Array:
-    """Unshadowed radiance (points,) of a textured plate toward the camera.
+    """Unshadowed radiance (points,) of a plate toward the camera, point by point.
 
     Args:
         bsdf: material of the plate.
         camera: takes the picture.
-        lights: parallel lights.
+        lights: of which one shines on each point.
         mesh: the plate.
         light, face: (points,) number of the light that shines on each point, and of the point's face.
         points: (points, 3) mm.
@@ -114,6 +144,6 @@ def at_points(
     for number in np.unique(light):
         of = np.flatnonzero(light == number)
         slope_x, slope_y = (slope[face[of]] for slope in mesh.slopes)
-        view, uv = camera.toward(points[of]), mesh.uv(points[of])
-        radiance[of] = unshadowed(bsdf, slope_x, slope_y, lights.single(number), view, uv)[0]
+        view, places = camera.toward(points[of]), places_of(mesh, points[of])
+        radiance[of] = unshadowed(bsdf, slope_x, slope_y, lights.single(number), view, places)[0]
     return radiance

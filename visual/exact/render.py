@@ -24,7 +24,7 @@ from visual.backend.mitsuba import dr, mi
 from visual.backend.plate import plate_bsdf
 from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
 from visual.exact.light_scene import LightScene
-from visual.exact.shading import shade
+from visual.exact.pair_radiance import face_shading
 from visual.exact.shadow_edges import shadow_edges
 from visual.exact.visibility_edges import visibility_edges
 from visual.geometry.placed_mesh import PlacedMesh
@@ -283,7 +283,7 @@ def edge_gradient(
     if len(shadows.light) == 0 and edges is None:
         return np.zeros_like(heights)
     bsdf = plate_bsdf(light.scene)
-    shading = None if mesh.textured else shade(bsdf, *mesh.slopes, lights, camera.toward(mesh.centres))
+    shading = None if mesh.textured else face_shading(bsdf, camera, lights, mesh)
     gradient = np.zeros(heights.size)
     for pixels, samples, values in discontinuity_entries(
         mesh, camera, bsdf, lights, shading, light.background, shadows, edges

@@ -6,7 +6,9 @@ normal (-z_x, -z_y, 1)
 
     d(length) = (dy - d receiver at x) / (n . l),
 
-and x moves by (z - l / (n . l)) (dy - d receiver) along the receiver, plus z d receiver with the receiver. In
+and x moves by (z - l / (n . l)) (dy - d receiver) along the receiver, plus z d receiver with the receiver.
+From a lamp at P in place of parallel light, l differs from point to point, and the motion of the edge casts
+one larger by |x - P| / |y - P|: so much more counts dy, and so much longer is the boundary. In
 the picture the lit area shrinks by the cross product of this motion with the boundary's tangent, each
 projected by the camera, and loses the light's radiance there. Each sample gives five Jacobian entries: two of
 the edge's vertices, three of the receiver's.
@@ -24,6 +26,7 @@ from visual.backend.rays import MISSED_MM, blocked, first_hits
 from visual.geometry.placed_mesh import LIFT_MM, PlacedMesh
 from visual.geometry.projection import Projection
 from visual.geometry.topology import PlateTopology, silhouettes
+from visual.lights.near import LightSet
 from visual.lights.parallel import ParallelLights
 
 Entries = tuple[Index, Index, Array]
@@ -80,14 +83,12 @@ class ShadowEdges:
         return ShadowEdges(**{name: values[keep] for name, values in vars(self).items()})
 
 
-def shadow_edges(
-    mesh: PlacedMesh, lights: ParallelLights, jitter: Array, on_plate: bool = False
-) -> ShadowEdges:
+def shadow_edges(mesh: PlacedMesh, lights: LightSet, jitter: Array, on_plate: bool = False) -> ShadowEdges:
     """Sample the shadow boundaries that a relief casts on itself.
 
     Args:
         mesh: the plate.
-        lights: parallel lights.
+        lights: that shine together.
         jitter: (edges, samples) in [0, 1): stratified positions along each edge, fixed, so that pictures of
             two reliefs differ by geometry alone.
         on_plate: whether edges of a tile's neighbours are left out if their shadows cannot reach the plate.
@@ -95,8 +96,12 @@ def shadow_edges(
     plate, scene, positions = mesh.plate, mesh.scene, mesh.vertices
     slope_x, slope_y = mesh.slopes
     per_edge = jitter.shape[1]
-    edges_of_light = [silhouettes(plate, slope_x, slope_y, toward) for toward in lights.toward]
-    if on_plate and any(plate.halo):
+    on_faces = positions[plate.faces[:, 0]]
+    edges_of_light = [
+        silhouettes(plate, slope_x, slope_y, lights.toward_from(number, on_faces))
+        for number in range(len(lights))
+    ]
+    if on_plate and any(plate.halo) and isinstance(lights, ParallelLights):
         edges_of_light = [
             _reaching_the_plate(mesh, edges, toward)
             for edges, toward in zip(edges_of_light, lights.toward, strict=True)
@@ -109,23 +114,25 @@ def shadow_edges(
     start, end = plate.edge_start[edge], plate.edge_end[edge]
     origin = (1.0 - t)[:, None] * positions[start] + t[:, None] * positions[end]
     origin[:, 2] += LIFT_MM
-    toward = lights.toward[light]
+    toward, reach = lights.toward_from(light, origin), lights.distance(light, origin)
 
-    alive = np.flatnonzero(~blocked(scene, origin, toward))
+    alive = np.flatnonzero(~blocked(scene, origin, toward, reach))
     light, start, end = (v[alive] for v in (light, start, end))
-    t, origin, toward = t[alive], origin[alive], toward[alive]
+    t, origin, toward, reach = t[alive], origin[alive], toward[alive], reach[alive]
     face, distance = first_hits(scene, origin, -toward)
     alive = np.flatnonzero(face >= 0)
     light, start, end, face, t = (v[alive] for v in (light, start, end, face, t))
     toward = toward[alive]
     point = origin[alive] - distance[alive, None] * toward
+    larger = 1.0 + distance[alive] / reach[alive]
     normal = np.stack((-slope_x[face], -slope_y[face], np.ones(len(face))), axis=1)
     facing = np.einsum("si,si->s", normal, toward)
     keep = np.flatnonzero(facing > 0.0)
     light, start, end, face, t = (v[keep] for v in (light, start, end, face, t))
     toward, point, normal, facing = toward[keep], point[keep], normal[keep], facing[keep, None]
+    larger = larger[keep, None]
 
-    along = (positions[end] - positions[start]) / per_edge
+    along = larger * (positions[end] - positions[start]) / per_edge
     tangent = along - toward * (np.einsum("si,si->s", along, normal)[:, None] / facing)
     growth = np.array([0.0, 0.0, 1.0]) - toward / facing
     corners = plate.faces[face]
@@ -134,7 +141,7 @@ def shadow_edges(
     dx, dy = point[:, 0] - plate.x[first], point[:, 1] - plate.y[first]
     weights = plate.slope_x[face] * dx[:, None] + plate.slope_y[face] * dy[:, None]
     weights[:, 0] += 1.0
-    over = np.concatenate(((1.0 - t)[:, None], t[:, None], -weights), axis=1)
+    over = np.concatenate((larger * (1.0 - t)[:, None], larger * t[:, None], -weights), axis=1)
     vertices = np.concatenate((start[:, None], end[:, None], corners), axis=1)
     return ShadowEdges(light, point, face, vertices, over, growth, tangent)
 

@@ -19,15 +19,14 @@ from relief.common.arrays import Array
 from relief.common.progress import stage
 from visual.exact.background import Background, black_background
 from visual.exact.discontinuities import EdgeSamples, Jitter, discontinuity_entries, edge_jitter
-from visual.exact.pair_radiance import of_faces, of_samples
-from visual.exact.shading import shade
+from visual.exact.pair_radiance import face_shading, of_faces, of_samples
 from visual.exact.shadow_edges import Entries, shadow_edges
 from visual.exact.visibility_edges import VisibilityEdges, visibility_edges
 from visual.geometry.film_samples import PictureSamples, film_points, samples_by_rays, samples_from_above
 from visual.geometry.placed_mesh import PlacedMesh
 from visual.geometry.projection import Projection
 from visual.geometry.topology import PlateTopology
-from visual.lights.parallel import ParallelLights
+from visual.lights.near import LightSet
 
 
 @dataclass(frozen=True)
@@ -48,11 +47,11 @@ class Illumination:
     """Lights that shine together.
 
     Attributes:
-        lights: as parallel lights.
+        lights: parallel or near ones.
         background: of pictures under these lights.
     """
 
-    lights: ParallelLights
+    lights: LightSet
     background: Background = black_background
 
 
@@ -166,7 +165,7 @@ class View:
         if mesh.textured:
             shading, pairs = None, of_samples(self._bsdf, camera, lights, samples, mesh)
         else:
-            shading = shade(self._bsdf, *mesh.slopes, lights, camera.toward(mesh.centres))
+            shading = face_shading(self._bsdf, camera, lights, mesh)
             pairs = of_faces(shading, lights, samples, mesh)
         behind = light.background(samples.missed_direction) / samples.per_pixel
         picture: Array = np.zeros(camera.pixels)

@@ -26,8 +26,10 @@ VISIBILITY_EDGE_SAMPLES = 16
 """Samples along each edge. Seen at 45 degrees, under light at 35, one gradient of gravel is 8.7 % off with 1,
 5.9 with 2, 2.5 with 4; under light at 10, in its highlights, gradients scatter by 20 % with 4 and by 7 % with
 16."""
-BESIDE_PIXELS = 2e-3
-"""Distance of the rays beside an edge, pixels: above the rounding of rays, below all detail."""
+BESIDE_ROUNDINGS = 10.0
+"""Distance of the rays beside an edge, steps of single precision at the camera: above the rounding of rays.
+Where edges meet, a ray farther from its edge finds another face or a shadow: seen at 45 degrees under light
+at 10, the gradient of gravel along its own relief is 2 % off at 10 (1e-5 mm), 10 % at 160, 70 % at 1600."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,8 @@ def visibility_edges(mesh: PlacedMesh, camera: Projection, jitter: Array) -> Vis
     t, film, jacobian, tangent, length = t[keep, 0], film[keep], jacobian[keep], tangent[keep], length[keep]
 
     aside = np.stack((-tangent[:, 1], tangent[:, 0]), axis=1) / length[:, None]
-    sides = np.concatenate((film - BESIDE_PIXELS * aside, film + BESIDE_PIXELS * aside))
+    beside = _beside_mm(camera) * np.linalg.norm(jacobian, axis=(1, 2))[:, None] * aside
+    sides = np.concatenate((film - beside, film + beside))
     origins, directions = camera.rays(sides)
     face, distance = first_hits(mesh.scene, origins, directions)
     face, distance = face.reshape(2, -1), distance.reshape(2, -1)
@@ -108,6 +111,11 @@ def visibility_edges(mesh: PlacedMesh, camera: Projection, jitter: Array) -> Vis
     return VisibilityEdges(
         pixel[keep], vertices, growth, face[:, keep], hit[:, keep, 0], hit[:, keep, 1], directions
     )
+
+
+def _beside_mm(camera: Projection) -> float:
+    """Distance of the rays beside an edge, mm across the view."""
+    return BESIDE_ROUNDINGS * float(np.spacing(np.float32(np.abs(camera.origin).max())))
 
 
 def _bent_edges_facing(mesh: PlacedMesh, camera: Projection) -> Index:

@@ -93,12 +93,13 @@ def silhouettes(plate: PlateTopology, slope_x: Array, slope_y: Array, toward: Ar
     Args:
         plate: whose edges these are.
         slope_x, slope_y: (faces,) dz/dx and dz/dy.
-        toward: (3,) unit vector toward the light.
+        toward: (3,) unit vector toward the light, or one for each face (faces, 3).
 
     Returns:
         Numbers of edges.
     """
-    lit = toward[2] - slope_x * toward[0] - slope_y * toward[1] > 0.0
+    x, y, z = np.asarray(toward).T
+    lit = z - slope_x * x - slope_y * y > 0.0
     border = plate.edge_right < 0
     left_lit, right_lit = lit[plate.edge_left], np.where(border, True, lit[plate.edge_right])
     # Along a common edge slopes differ only across it; the ridge is where the slope falls from left to right.

@@ -36,7 +36,7 @@ def ambient_lights(
     )
 
 
-def _quadrature(light: Light, count: int) -> Draw:
+def _quadrature(light: Light, count: int, size_mm: float) -> Draw:
     return partial(ambient_lights, np.array(light.strength), count)
 
 

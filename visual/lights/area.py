@@ -1,4 +1,4 @@
-"""Area lights far from the plate, as parallel lights toward points of the shining surface."""
+"""Area lights as points of the shining surface: parallel lights toward those far away, else near lights."""
 
 from functools import partial
 
@@ -7,15 +7,18 @@ from numpy.typing import ArrayLike
 
 from relief.common.arrays import Array
 from visual.lights.kind import Draw, EmitterShape, Light, LightKind
+from visual.lights.near import NearLights, matte, off_plate, too_near
 from visual.lights.parallel import GOLDEN_RATIO, ParallelLights, off_horizon
 
 SHAPES = ("disk", "rectangle", "sphere")
 """Shapes, by Mitsuba's names, whose area lights can be parallel lights."""
 DISTANT = 40.0
-"""Least distance of an area light, in sides of the plate. At this distance, under a disk of 2 degrees, the
-picture of a 1.5 mm relief is off by 1.5 % of its mean (light at 35 degrees) or 2 % (at 15), because parallel
-light does not fall off across the plate. The error is proportional to one over the distance."""
-
+"""Least distance of an area light that is parallel lights, in sides of the plate. At this distance, under a
+disk of 2 degrees, the picture of a 1.5 mm relief is off by 1.5 % of its mean (light at 35 degrees) or 2 % (at
+15), because parallel light does not fall off across the plate. The error is proportional to one over the
+distance."""
+LOOKED_AT = 256
+"""Points of a shape by which its distance from the plate is found, within a sixteenth of its side."""
 ROUND = 1e-4
 """Tolerance of the scalar products of a sphere's axes, scaled to length 1."""
 
@@ -34,12 +37,26 @@ def area_lights(
         count: K, lights.
         generator: draws other points at every call, without bias; None for fixed points.
     """
-    first, second = (0.5, 0.5) if generator is None else generator.uniform(size=2)
-    number = np.arange(count)
-    part, around = (number + first) / count, (second + GOLDEN_RATIO * number) % 1.0
+    part, around = _spread(count, generator)
     toward, solid_angle = (_sphere if shape.kind == "sphere" else _flat)(shape, part, around)
     strength = np.multiply.outer(solid_angle / count, np.asarray(radiance, dtype=np.float64))
     return ParallelLights(off_horizon(toward), strength)
+
+
+def near_area_lights(
+    shape: EmitterShape, radiance: ArrayLike, count: int, generator: np.random.Generator | None = None
+) -> NearLights:
+    """A light of constant radiance as near lights at its points, of equal areas; as `area_lights`."""
+    point, normal, area = _points(shape, count, generator)
+    intensity = np.asarray(radiance, dtype=np.float64) * (area / count)
+    return NearLights(point, np.broadcast_to(intensity, (count, 3)), normal, matte)
+
+
+def _spread(count: int, generator: np.random.Generator | None) -> tuple[Array, Array]:
+    """Places (count,) in [0, 1) along both sides of a square, evenly spread over it."""
+    first, second = (0.5, 0.5) if generator is None else generator.uniform(size=2)
+    number = np.arange(count)
+    return (number + first) / count, (second + GOLDEN_RATIO * number) % 1.0
 
 
 def is_distant(shape: EmitterShape, size_mm: float) -> bool:
@@ -48,7 +65,7 @@ def is_distant(shape: EmitterShape, size_mm: float) -> bool:
 
 
 def shape_obstacle(shape: EmitterShape) -> str | None:
-    """Why light from a shape cannot be parallel lights at any distance; None if it can."""
+    """Why light from a shape has no gradients at any distance; None if it has."""
     if shape.kind not in SHAPES:
         return f"{shape.kind}: gradients are only there for light from a disk, a rectangle or a sphere"
     axes = shape.to_world[:3, :3]
@@ -72,16 +89,22 @@ def _nearest(shape: EmitterShape) -> float:
     return float(np.linalg.norm(centre + place[0] * across + place[1] * along))
 
 
-def _flat(shape: EmitterShape, part: Array, around: Array) -> tuple[Array, Array]:
-    """Directions toward points of a disk or rectangle, and the solid angle of the shape seen at each point.
+def _points(
+    shape: EmitterShape, count: int, generator: np.random.Generator | None = None
+) -> tuple[Array, Array, float]:
+    """Points of a shape, their normals, and its area; as `_on_flat`."""
+    return (_on_sphere if shape.kind == "sphere" else _on_flat)(shape, *_spread(count, generator))
+
+
+def _on_flat(shape: EmitterShape, part: Array, around: Array) -> tuple[Array, Array, float]:
+    """Points of a disk or rectangle.
 
     Args:
         shape: a disk or rectangle.
         part, around: (lights,) in [0, 1), places of the points; equal steps of each cross equal areas.
 
     Returns:
-        Directions (lights, 3), and solid angles (lights,) of the whole shape if all of it were as near and as
-        inclined as the point; 0 from behind.
+        Points (lights, 3), mm, normals (lights, 3) of length 1, and the area of the shape, mm^2.
     """
     if shape.kind == "disk":
         radius, azimuth = np.sqrt(part), 2.0 * np.pi * around
@@ -89,12 +112,37 @@ def _flat(shape: EmitterShape, part: Array, around: Array) -> tuple[Array, Array
     else:
         place, unit_area = np.stack((2.0 * part - 1.0, 2.0 * around - 1.0)), 4.0
     across, along, _, centre = shape.to_world[:3].T
-    point = centre + place.T @ np.stack((across, along))
+    normal = np.linalg.inv(shape.to_world[:3, :3])[2] * (-1.0 if shape.flipped else 1.0)
+    area = unit_area * float(np.linalg.norm(np.cross(across, along)))
+    points = centre + place.T @ np.stack((across, along))
+    return points, np.broadcast_to(normal / np.linalg.norm(normal), points.shape), area
+
+
+def _on_sphere(shape: EmitterShape, part: Array, around: Array) -> tuple[Array, Array, float]:
+    """`_on_flat` for a sphere; from any place about half of the points are seen."""
+    height, azimuth = 1.0 - 2.0 * part, 2.0 * np.pi * around
+    level = np.sqrt(1.0 - height**2)
+    outward = np.stack((level * np.cos(azimuth), level * np.sin(azimuth), height), axis=1)
+    radius = float(np.linalg.norm(shape.to_world[:3, 0]))
+    area = 4.0 * np.pi * radius**2
+    return shape.to_world[:3, 3] + radius * outward, outward * (-1.0 if _inside_out(shape) else 1.0), area
+
+
+def _inside_out(shape: EmitterShape) -> bool:
+    """Whether a sphere shines inward alone."""
+    return shape.flipped != bool(np.linalg.det(shape.to_world[:3, :3]) < 0.0)
+
+
+def _flat(shape: EmitterShape, part: Array, around: Array) -> tuple[Array, Array]:
+    """Directions (lights, 3) toward points of `_on_flat`, and the solid angle of the shape seen at each.
+
+    The solid angles (lights,) are those of the whole shape if all of it were as near and as inclined as the
+    point; 0 from behind.
+    """
+    point, normal, area = _on_flat(shape, part, around)
     distance = np.linalg.norm(point, axis=1)
     toward = point / distance[:, None]
-    normal = np.linalg.inv(shape.to_world[:3, :3])[2] * (-1.0 if shape.flipped else 1.0)
-    area = unit_area * np.linalg.norm(np.cross(across, along))
-    cosine = np.maximum(-toward @ normal / np.linalg.norm(normal), 0.0)
+    cosine = np.maximum(-np.einsum("li,li->l", toward, normal), 0.0)
     return toward, area * cosine / distance**2
 
 
@@ -113,25 +161,35 @@ def _sphere(shape: EmitterShape, part: Array, around: Array) -> tuple[Array, Arr
     toward = np.outer(1.0 - height, middle) + level[:, None] * (
         np.outer(np.cos(azimuth), side) + np.outer(np.sin(azimuth), np.cross(middle, side))
     )
-    inside_out = shape.flipped != (np.linalg.det(axes) < 0.0)
-    return toward, np.full(len(part), 0.0 if inside_out else 2.0 * np.pi * highest)
+    return toward, np.full(len(part), 0.0 if _inside_out(shape) else 2.0 * np.pi * highest)
 
 
-def _quadrature(light: Light, count: int) -> Draw:
+def _quadrature(light: Light, count: int, size_mm: float) -> Draw:
     assert light.shape is not None
-    return partial(area_lights, light.shape, np.array(light.strength), count)
+    lights = near_area_lights if _is_near(light, size_mm) else area_lights
+    return partial(lights, light.shape, np.array(light.strength), count)
+
+
+def _is_near(light: Light, size_mm: float) -> bool:
+    return light.shape is not None and not is_distant(light.shape, size_mm)
 
 
 def _obstacle(light: Light, size_mm: float) -> str | None:
     if light.shape is None:
         return "is not on a shape"
     obstacle = shape_obstacle(light.shape)
-    if obstacle is None and not is_distant(light.shape, size_mm):
-        least = f"{DISTANT * size_mm:g} mm away, {DISTANT:g} sides of the plate"
-        return f"{light.shape.kind}: gradients are only there for light at least {least}"
+    if obstacle is None:
+        reason = too_near(off_plate(_points(light.shape, LOOKED_AT)[0], size_mm), size_mm)
+        obstacle = None if reason is None else f"{light.shape.kind}: {reason}"
     return obstacle
 
 
 AREA = LightKind(
-    lambda light: "shining surface", "radiance", _quadrature, _obstacle, on_shape=True, met_by_chance=True
+    lambda light: "shining surface",
+    "radiance",
+    _quadrature,
+    _obstacle,
+    _is_near,
+    on_shape=True,
+    met_by_chance=True,
 )

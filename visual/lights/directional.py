@@ -6,7 +6,7 @@ from visual.lights.kind import UNSAMPLED, Draw, Light, LightKind
 from visual.lights.parallel import OVERHEAD, ParallelLights, angles
 
 
-def _quadrature(light: Light, count: int) -> Draw:
+def _quadrature(light: Light, count: int, size_mm: float) -> Draw:
     alone = ParallelLights(np.array([light.direction]), np.array(light.strength)[None])
     return lambda generator: alone
 

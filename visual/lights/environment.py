@@ -271,7 +271,7 @@ def _sampled(sky: Environment, generator: np.random.Generator | None) -> Iterato
     yield toward, irradiance / sky.count
 
 
-def _quadrature(light: Light, count: int) -> Draw:
+def _quadrature(light: Light, count: int, size_mm: float) -> Draw:
     return environment(environment_picture(light), light.to_world, count).lights
 
 

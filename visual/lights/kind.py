@@ -7,15 +7,16 @@ from pathlib import Path
 import numpy as np
 
 from relief.common.arrays import Array
-from visual.lights.parallel import ParallelLights
+from visual.lights.near import LightSet
 
 RGB = tuple[float, float, float]
 
 UNSAMPLED = ("sampling_weight",)
 """`LightKind.switch` of a light that rays meet only where Mitsuba samples it."""
 
-Draw = Callable[[np.random.Generator | None], ParallelLights]
-"""Parallel lights that stand for a light: fixed without a generator; with one, drawn anew at every call."""
+Draw = Callable[[np.random.Generator | None], LightSet]
+"""Parallel or near lights that stand for a light: fixed without a generator; with one, drawn anew at every
+call."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +45,13 @@ class Light:
         id: name in the file; may be empty.
         node: number of the emitter among the nodes of the parsed scene.
         direction: unit vector from the plate toward the light; None for a kind that is not `directed`.
-        to_world: (4, 4).
+        to_world: (4, 4); moves the origin to a light that shines from one place.
         strength: irradiance, radiance or intensity, red, green and blue; None for a picture or a spectrum.
         shape: the shape that the emitter is on, if any.
         filename: picture of an environment map.
         scale: factor of the values of that picture.
+        cone: half angles, degrees, up to which a light with a `cone` is as bright as along its axis, and from
+            which it is dark; None for any other kind.
     """
 
     kind: str
@@ -60,6 +63,7 @@ class Light:
     shape: EmitterShape | None = None
     filename: Path | None = None
     scale: float = 1.0
+    cone: tuple[float, float] | None = None
 
 
 def shines(light: Light) -> bool:
@@ -68,7 +72,12 @@ def shines(light: Light) -> bool:
 
 
 def _no_obstacle(light: Light, size_mm: float) -> None:
-    """Any light of a kind can be parallel lights."""
+    """Any light of a kind has gradients."""
+
+
+def _far(light: Light, size_mm: float) -> bool:
+    """Every light of a kind is far."""
+    return False
 
 
 @dataclass(frozen=True)
@@ -78,13 +87,15 @@ class LightKind:
     Attributes:
         words: a light of this kind in words, for a person.
         strength: property that says how strong the light is, 1 by default; None if that is a picture.
-        quadrature: gives, for a light without an obstacle and the number of parallel lights that stand for
-            it, what draws these; None if no light of this kind can be parallel lights.
-        obstacle: why a light over a plate of this side (mm) cannot be parallel lights, as element, field and
-            reason; None if it can. Reads no file.
+        quadrature: gives, for a light without an obstacle and the number of lights that stand for it, what
+            draws these parallel lights; or near lights, if the light is near.
+        obstacle: why pictures of a plate of this side (mm) have no gradients under a light, as element, field
+            and reason; None if they have. Reads no file.
+        near: whether a light is too near a plate of this side (mm) for parallel lights.
         directed: whether the light has a direction of its own.
         ambient: whether the light is part of every rendering condition instead of one of its own.
         on_shape: whether the light is the surface of a shape.
+        cone: whether the light shines in a cone, whose angles the file may state.
         surrounds: whether a camera sees the light beside the plate.
         met_by_chance: whether a ray that leaves the plate at random can meet the light.
         casts_shadows: whether the plate, with some relief, can shade itself from a light.
@@ -93,11 +104,13 @@ class LightKind:
 
     words: Callable[[Light], str]
     strength: str | None
-    quadrature: Callable[[Light, int], Draw] | None
+    quadrature: Callable[[Light, int, float], Draw]
     obstacle: Callable[[Light, float], str | None] = _no_obstacle
+    near: Callable[[Light, float], bool] = _far
     directed: bool = False
     ambient: bool = False
     on_shape: bool = False
+    cone: bool = False
     surrounds: bool = False
     met_by_chance: bool = False
     casts_shadows: Callable[[Light], bool] = shines

@@ -1,12 +1,13 @@
 """Parallel lights: directions, each with an irradiance. Every other kind of light becomes such a set."""
 
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from relief.common.arrays import Array
+from relief.common.arrays import Array, Index
+from visual.backend.mitsuba import mi
 
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 GOLDEN_RATIO = 0.5 * (np.sqrt(5.0) - 1.0)
@@ -44,6 +45,37 @@ class ParallelLights:
     def single(self, number: int) -> Self:
         """One of the lights alone."""
         return type(self)(self.toward[[number]], self.irradiance[[number]])
+
+    @property
+    def strength(self) -> Array:
+        """What `arriving` gives the share of: `irradiance`."""
+        return self.irradiance
+
+    def toward_from(self, number: int | Index, points: Array) -> Array:
+        """Unit vectors toward a light (3,), or toward its own from each of some points (points, 3)."""
+        return self.toward[number]
+
+    def distance(self, number: int | Index, points: Array) -> Array:
+        """Distances from points (points, 3), mm, to a light: infinite, (points,)."""
+        return np.full(len(points), np.inf)
+
+    def arriving(self, points: Any, each: int) -> tuple[Any, Any]:
+        """Light at points.
+
+        Args:
+            points: `mi.Vector3f`, as many for each light, light by light.
+            each: number of points for each light.
+
+        Returns:
+            Unit vectors toward the lights, and irradiance on a plane that faces the light over `strength`.
+        """
+        return repeated(self.toward, each), mi.Float(1.0)
+
+
+def repeated(vectors: Array, times: int) -> Any:
+    """Vectors (lights, 3) as `mi.Vector3f`, each so many times."""
+    columns = np.repeat(vectors, times, axis=0).T.astype(np.float32)
+    return mi.Vector3f(*(mi.Float(np.ascontiguousarray(column)) for column in columns))
 
 
 def off_horizon(toward: Array) -> Array:

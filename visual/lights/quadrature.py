@@ -1,4 +1,4 @@
-"""Quadrature of light: the table of all kinds of light, and lights of any kind as parallel ones."""
+"""Quadrature of light: the table of all kinds of light, and lights of any kind as parallel or near ones."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,8 +11,9 @@ from visual.lights.area import AREA
 from visual.lights.directional import DIRECTIONAL
 from visual.lights.environment import ENVIRONMENT
 from visual.lights.kind import Draw, Light, LightKind
+from visual.lights.near import LightSet, NearLights
 from visual.lights.parallel import ParallelLights
-from visual.lights.point import POINT
+from visual.lights.point import POINT, SPOT
 
 KINDS: dict[str, LightKind] = {
     "directional": DIRECTIONAL,
@@ -20,6 +21,7 @@ KINDS: dict[str, LightKind] = {
     "envmap": ENVIRONMENT,
     "area": AREA,
     "point": POINT,
+    "spot": SPOT,
 }
 """Kinds of light that a scene may hold, by Mitsuba's names of its emitters."""
 
@@ -31,52 +33,62 @@ def kind_of(light: Light) -> LightKind:
 
 @dataclass(frozen=True)
 class Quadrature:
-    """Lights whose pictures are read and gathered, so that parallel lights can be drawn many times.
+    """Lights whose pictures are read and gathered, so that lights can be drawn many times.
 
     Attributes:
-        sources: what draws the parallel lights of each light.
+        sources: what draws the lights of each light; a near one is alone.
     """
 
     sources: tuple[Draw, ...]
 
-    def lights(self, generator: np.random.Generator | None = None) -> ParallelLights:
-        """All parallel lights, shining together, source by source; red, green and blue."""
-        drawn = [source(generator) for source in self.sources]
+    def lights(self, generator: np.random.Generator | None = None) -> LightSet:
+        """All lights, shining together, source by source; red, green and blue."""
+        every = [source(generator) for source in self.sources]
+        for near in every:
+            if isinstance(near, NearLights):
+                return near
+        drawn = [lights for lights in every if isinstance(lights, ParallelLights)]
         toward = [np.zeros((0, 3)), *(lights.toward for lights in drawn)]
         colours = (np.broadcast_to(k.irradiance.reshape(len(k), -1), (len(k), 3)) for k in drawn)
         return ParallelLights(np.concatenate(toward), np.concatenate([np.zeros((0, 3)), *colours]))
 
 
 def prepare(lights: Sequence[Light], size_mm: float, count: int) -> Quadrature:
-    """Read all that the parallel lights of some lights are drawn from.
+    """Read all that the lights which stand for some lights are drawn from.
 
     Args:
-        lights: of a checked scene, in whose variant Mitsuba is.
+        lights: of a checked scene, in whose variant Mitsuba is; one near light, or any others.
         size_mm: side of the plate.
-        count: K, parallel lights for each light that is not directional.
+        count: K, lights for each light that is neither directional nor a point.
 
     Raises:
-        InputError: a light that has a `parallel_obstacle`, or a bad picture of an environment map.
+        InputError: a light that has an obstacle, or a bad picture of an environment map.
     """
     for light in lights:
-        obstacle = parallel_obstacle(light, size_mm)
-        if obstacle is not None:
-            raise InputError(obstacle)
-    kinds = [(light, kind_of(light).quadrature) for light in lights]
-    return Quadrature(tuple(quadrature(light, count) for light, quadrature in kinds if quadrature))
+        reason = light_obstacle(light, size_mm)
+        if reason is not None:
+            raise InputError(reason)
+    return Quadrature(tuple(kind_of(light).quadrature(light, count, size_mm) for light in lights))
 
 
-def parallel_obstacle(light: Light, size_mm: float) -> str | None:
-    """Why a light over a plate of this side (mm) cannot be parallel lights; None if it can. Reads no file.
+def light_obstacle(light: Light, size_mm: float) -> str | None:
+    """Why pictures of a plate of this side (mm) have no gradients under a light; None if they have.
+
+    Reads no file.
 
     Returns:
         Element, field and reason, in one line.
     """
     kind = kind_of(light)
-    if kind.quadrature is None:
-        *others, last = (name for name, other in KINDS.items() if other.quadrature is not None)
-        return f"{light.kind}: gradients are only there for {', '.join(others)} and {last} light"
     obstacle = kind.obstacle(light, size_mm)
     if obstacle is None and kind.strength is not None and light.strength is None:
         obstacle = f"{kind.strength}: gradients are only there for a number or an rgb colour"
     return None if obstacle is None else f"{light.kind}: {obstacle}"
+
+
+def parallel_obstacle(light: Light, size_mm: float) -> str | None:
+    """Why a light over a plate of this side (mm) cannot be parallel lights; as `light_obstacle`."""
+    obstacle = light_obstacle(light, size_mm)
+    if obstacle is None and kind_of(light).near(light, size_mm):
+        return f"{light.kind}: shines from near the plate, not as parallel light"
+    return obstacle

@@ -36,6 +36,8 @@ _FILTER_RADII: Mapping[str, Callable[[Any], float]] = {
     "lanczos": lambda props: float(props.get("lobes", 3)),
 }
 """Radii of Mitsuba's reconstruction filters, pixels."""
+_DEFAULT_CUTOFF, _BRIGHT_PART = 20.0, 0.75
+"""Half angle of a cone of light, degrees, and the part of it that is bright, unless the file states them."""
 _DEFAULT_DEPTH = {"direct": 2, "prb": 6, "prb_basic": 6}
 """Longest path of the integrators whose default has a limit."""
 
@@ -116,12 +118,26 @@ class _Reader:
             id=str(props.id()),
             node=index,
             direction=self.toward(index) if kind.directed else None,
-            to_world=self.to_world(index),
+            to_world=self.place(index),
             strength=None if kind.strength is None else self.rgb(index, kind.strength, 1.0),
             shape=self.emitter_shape(index),
             filename=Path(props["filename"]) if "filename" in props else None,
             scale=float(props.get("scale", 1.0)),
+            cone=self.cone(index) if kind.cone else None,
         )
+
+    def place(self, emitter: int) -> NDArray[np.float64]:
+        """The transform of an emitter, which may have a position instead."""
+        placed, props = self.to_world(emitter), self.nodes[emitter].props
+        if "position" in props:
+            placed[:3, 3] = np.array(props["position"], dtype=np.float64)
+        return placed
+
+    def cone(self, emitter: int) -> tuple[float, float]:
+        """Half angles, degrees, of the bright and of the whole cone of an emitter."""
+        props = self.nodes[emitter].props
+        whole = float(props.get("cutoff_angle", _DEFAULT_CUTOFF))
+        return float(props.get("beam_width", _BRIGHT_PART * whole)), whole
 
     def emitter_shape(self, emitter: int) -> EmitterShape | None:
         """The shape that an emitter is on; None for an emitter on its own."""

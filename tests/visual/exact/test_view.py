@@ -11,6 +11,8 @@ import torch
 from relief.common.errors import InputError
 from tests.visual.differences import ADJOINTS, DIRECTIONS, by_gradients, differ_by_noise, measured
 from tests.visual.scenes import CUBE, FLOOR, PLASTIC, SIDE, Array, hills, sensor, sky, sun
+from visual.exact import visibility_edges
+from visual.geometry.placed_mesh import PlacedMesh
 from visual.scene import Scene, load_scene
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -209,3 +211,23 @@ def test_soft_light_moves_its_shadows_too(
     assert truth.error(by_gradients(rendered, 8).mean) < allowed
     if light == "disk":
         assert truth.error(by_gradients(view_gradient(scene), 8).mean) < 0.09
+
+
+@pytest.mark.parametrize("kind", ["orthographic", "perspective"])
+def test_rays_beside_edges_tell_the_sides_apart_despite_rounding(
+    scene_of: Callable[..., Scene], monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    scene = scene_of(sun(35), **CAMERAS[kind])
+    (loaded,) = scene.light_scenes()
+    loaded.set_heights(scene.heights)
+    mesh = PlacedMesh(loaded.scene, scene.plate, scene.heights)
+    jitter = np.random.default_rng(0).uniform(size=(len(scene.plate.edge_start), 4))
+    counts = []
+    for distance in (visibility_edges.BESIDE_ROUNDINGS, 200.0):
+        monkeypatch.setattr(visibility_edges, "BESIDE_ROUNDINGS", distance)
+        edges = visibility_edges.visibility_edges(mesh, loaded.cameras[0], jitter)
+        assert edges is not None
+        counts.append(len(edges.pixel))
+    near, far = counts
+    assert far > 1000
+    assert near > 0.998 * far

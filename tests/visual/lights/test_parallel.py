@@ -12,7 +12,7 @@ from tests.visual.scenes import hills, sky, sun, toward, write_scene
 from visual.lights.ambient import ambient_lights
 from visual.lights.kind import Light
 from visual.lights.parallel import LOWEST, ParallelLights, off_horizon
-from visual.lights.quadrature import parallel_obstacle, prepare
+from visual.lights.quadrature import Quadrature, light_obstacle, prepare
 from visual.scene_file.check import check_scene
 from visual.scene_file.describe import describe
 
@@ -95,17 +95,23 @@ def write_sky(folder: Path) -> None:
     OpenEXR.File(header, {"RGB": np.ascontiguousarray(colours)}).write(str(folder / "sky.exr"))
 
 
+def drawn(ready: Quadrature, generator: np.random.Generator | None = None) -> ParallelLights:
+    lights = ready.lights(generator)
+    assert isinstance(lights, ParallelLights)
+    return lights
+
+
 def test_lights_of_every_kind_shine_together(mi: ModuleType, tmp_path: Path) -> None:
     write_sky(tmp_path)
     lights = lights_of(tmp_path, sun(35, irradiance="1, 2, 3"), sky(), ENVMAP.format(""), lamp())
-    together = prepare(lights, 10.0, 64).lights()
+    together = drawn(prepare(lights, 10.0, 64))
     assert together.irradiance.shape == (1 + 3 * 64, 3)
     up = np.maximum(together.toward[:, 2], 0.0) @ together.irradiance
     ambient = np.pi * (0.3 + np.array([0.1, 0.2, 0.4])) + np.pi * 9.0 / 500.0**2
     expected = np.sin(np.radians(35.0)) * np.array([1.0, 2.0, 3.0]) + ambient
     np.testing.assert_allclose(up, expected, rtol=5e-3)
     (own,) = (light for light in lights if light.kind == "directional")
-    alone = prepare([own], 10.0, 64).lights()
+    alone = drawn(prepare([own], 10.0, 64))
     np.testing.assert_allclose(alone.toward, [toward(35)], atol=1e-6)
     np.testing.assert_allclose(alone.irradiance, [[1.0, 2.0, 3.0]], rtol=1e-6)
     assert len(prepare([], 10.0, 64).lights()) == 0
@@ -117,11 +123,11 @@ def test_lights_are_made_ready_once_and_drawn_often(mi: ModuleType, tmp_path: Pa
     ready = prepare(lights, 10.0, 8)
     (tmp_path / "sky.exr").unlink()
     one, same, other, fixed = (
-        ready.lights(generator).toward
+        drawn(ready, generator).toward
         for generator in (*(np.random.default_rng(seed) for seed in (3, 3, 4)), None)
     )
     np.testing.assert_array_equal(one, same)
-    np.testing.assert_array_equal(fixed, ready.lights().toward)
+    np.testing.assert_array_equal(fixed, drawn(ready).toward)
     assert np.abs(one - other).max() > 0.1
 
 
@@ -135,8 +141,17 @@ SPECTRUM = '<spectrum name="{}" value="400:0.5, 700:0.6"/>'
         (sky(), None),
         (lamp(), None),
         (ENVMAP.format('<transform name="to_world"><rotate y="1" angle="30"/></transform>'), None),
-        ('<emitter type="point"/>', "point: gradients are only there for directional"),
-        (lamp(distance=300.0), "area: disk: gradients are only there for light at least 400 mm away"),
+        (
+            '<emitter type="point"/>',
+            "point: gradients are only there for light at least 2.5 mm from the plate",
+        ),
+        ('<emitter type="point"><point name="position" x="0" y="0" z="9"/></emitter>', None),
+        (lamp(distance=300.0), None),
+        (lamp(distance=1.0), "area: disk: gradients are only there for light at least 2.5 mm from the plate"),
+        (
+            '<emitter type="spot"><float name="beam_width" value="20"/></emitter>',
+            "spot: beam_width: gradients",
+        ),
         (lamp("cube"), "area: cube: gradients are only there for light from a disk"),
         (lamp(radiance=SPECTRUM.format("radiance")), "area: radiance: gradients are only there for a number"),
         (
@@ -158,7 +173,7 @@ def test_some_lights_have_no_quadrature(
 ) -> None:
     write_sky(tmp_path)
     (light,) = lights_of(tmp_path, emitter)
-    found = parallel_obstacle(light, 10.0)
+    found = light_obstacle(light, 10.0)
     if reason is None:
         assert found is None
         return

@@ -24,7 +24,7 @@ SPOT = """<emitter type="spot" id="lamp"><float name="intensity" value="4e6"/>
 </emitter>"""
 
 
-def from_afar(light: Light, count: int) -> Draw:
+def from_afar(light: Light, count: int, size_mm: float) -> Draw:
     """The light at the place of a lamp far away."""
     place = light.to_world[:3, 3]
     distance = float(np.linalg.norm(place))
@@ -47,6 +47,7 @@ def test_no_other_module_knows_a_kind_of_light_by_its_name() -> None:
 def test_a_new_kind_of_light_is_one_row(
     mi: ModuleType, scene_of: Callable[..., Scene], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.delitem(KINDS, "spot")
     with pytest.raises(InputError, match='emitter plugin "spot" is not allowed'):
         scene_of(SPOT)
     monkeypatch.setitem(KINDS, "spot", LightKind(lambda light: "spotlight", "intensity", from_afar))
@@ -62,6 +63,7 @@ def test_a_new_kind_of_light_is_one_row(
     assert np.abs(pictures - truth).mean() < 0.02 * truth.mean()
     assert float(scene.render(samples=256).mean()) == pytest.approx(truth.mean(), rel=0.02)
     assert scene.white == pytest.approx(0.8 * sunlit.white)
-    monkeypatch.setitem(KINDS, "spot", LightKind(lambda light: "spotlight", "intensity", None))
-    with pytest.raises(InputError, match="spot: gradients are only there for directional"):
+    refused = LightKind(lambda light: "lamp", "intensity", from_afar, lambda light, size_mm: "is too bright")
+    monkeypatch.setitem(KINDS, "spot", refused)
+    with pytest.raises(InputError, match="spot: is too bright"):
         scene_of(SPOT).views()
