@@ -143,6 +143,9 @@ PARTS: Mapping[str, Part] = {
         "same-feel", "different looks with one feel", "-m benchmarks.surfaces.same_feel {runs}/same-feel"
     ),
     "eye": study("eye", "what the eye sees by what steps keep", "-m benchmarks.sight.eye"),
+    "in-hand": study(
+        "in-hand", "what is kept from the sides, in the hand", "-m benchmarks.sight.hand {runs}/in-hand"
+    ),
     "exact-vs-surrogate": study("exact-vs-surrogate", "what exactness buys"),
     **{
         f"figure{number}": study(f"figure{number}", f"figure {number} of the paper")

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from relief.preparing.preparation import Prepared, prepare
     from relief.relief import Relief
     from retouch.stimulus_sets.making import StimulusPlates
+    from retouch.verbs.answering import PeoplesAnswers, answers
     from retouch.verbs.comparison import compare
     from retouch.verbs.evaluation import Evaluation, evaluate, read_solid
     from retouch.verbs.exporting import Exported, export
@@ -51,6 +52,7 @@ __all__ = [
     "Exported",
     "Forecast",
     "InputError",
+    "PeoplesAnswers",
     "Prepared",
     "Progress",
     "Relief",
@@ -65,6 +67,7 @@ __all__ = [
     "TrainedNet",
     "WrapPreview",
     "WrappedObject",
+    "answers",
     "compare",
     "contact_area",
     "dataset",

@@ -27,6 +27,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 GIVEN = (
     *("stone.jpg", "logo.png", "my-study.toml", "~/materials"),
     *("grip.3mf", "knob.3mf", "case.3mf", "button.3mf"),
+    *("answers.csv", "answers-rougher.csv", "press.csv"),
 )
 """Files and folders that a user has before the first command of a page."""
 STONE = "runs/stone"
@@ -89,7 +90,7 @@ def inputs(parsed: Namespace) -> Iterator[str]:
     """The files and folders that a command reads."""
     for name, value in vars(parsed).items():
         for each in value if isinstance(value, list) else [value]:
-            if isinstance(each, Path) and name not in ("out", "preview"):
+            if isinstance(each, Path) and name not in ("out", "preview", "skin_out"):
                 yield str(each)
     for region in getattr(parsed, "region", ()):
         tile = region.rpartition("=")[2]

@@ -85,6 +85,11 @@ _ALLOWED = {
         "retouch.pages retouch.pages.viewer tactile visual.backend"
     ),
     "retouch.pages.viewer": "relief relief.common relief.meshes",
+    "retouch.people": ("optimize.run_directory relief.common retouch.pages retouch.stimulus_sets tactile"),
+    "retouch.people.skin_fit": (
+        "mitsuba_scenes optimize.settings optimize.verification relief relief.common retouch.people "
+        "retouch.stimulus_sets tactile"
+    ),
     "retouch.stimulus_sets": (
         "optimize.run_directory optimize.settings optimize.verification relief relief.common "
         "relief.export relief.preparing retouch.pages retouch.studies retouch.workers tactile"
@@ -108,8 +113,9 @@ _ALLOWED = {
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification optimize.verification.solids relief relief.common relief.export "
         "relief.mending relief.meshes relief.objects relief.preparing relief.wrapping retouch.pages "
-        "retouch.pages.objects retouch.stimulus_sets retouch.studies retouch.training retouch.workers "
-        "surrogate.corpus surrogate.data surrogate.nets tactile visual visual.backend visual.scene_file"
+        "retouch.pages.objects retouch.people retouch.people.skin_fit retouch.stimulus_sets "
+        "retouch.studies retouch.training retouch.workers surrogate.corpus surrogate.data surrogate.nets "
+        "tactile visual visual.backend visual.scene_file"
     ),
     "retouch.verbs.objects": (
         "mitsuba_scenes optimize.settings relief relief.common relief.export relief.mending relief.meshes "

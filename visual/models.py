@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from visual.lights.quadrature import parallel_obstacle
+from visual.lights.kind import Light
+from visual.lights.quadrature import light_obstacle, parallel_obstacle
 from visual.needs import DIRECT_DEPTH, Needs
 from visual.scene_file.parsed import Camera, Description
 
@@ -31,12 +32,11 @@ class _Case:
     needs: Needs
     samples: tuple[int, ...]
 
-    @property
-    def lights(self) -> Iterable[str]:
-        """Why some of the lights cannot be parallel lights."""
+    def lights(self, obstacle: Callable[[Light, float], str | None]) -> Iterable[str]:
+        """Obstacles of the lights over the plate's longer side, mm."""
         rows, cols = self.samples
         lights, size_mm = self.description.lights, self.description.plate.size_mm * max(1.0, rows / cols)
-        return filter(None, (parallel_obstacle(light, size_mm) for light in lights))
+        return filter(None, (obstacle(light, size_mm) for light in lights))
 
     @property
     def cameras(self) -> Iterable[Camera]:
@@ -80,7 +80,7 @@ _FILM: tuple[Obstacle, ...] = (
 )
 _GRADIENTS: tuple[Obstacle, ...] = (
     *_FILM,
-    lambda case: case.lights,
+    lambda case: case.lights(light_obstacle),
     _unless(
         lambda case: case.needs.max_depth not in range(DIRECT_DEPTH),
         f"integrator: max_depth: {{case.needs.max_depth}}; the plate is seen from {DIRECT_DEPTH} on",
@@ -114,7 +114,9 @@ OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
             "heightfield: bsdf: the fast look knows no material that varies over the plate",
         ),
         *_FILM,
-        lambda case: (f"{obstacle}; the fast look shows no other" for obstacle in case.lights),
+        lambda case: (
+            f"{obstacle}; the fast look shows no other" for obstacle in case.lights(parallel_obstacle)
+        ),
     ),
 }
 """What each model cannot do; one entry for each reason. "exact" shows every scene, but not its gradients."""

@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from pkgutil import resolve_name
+from typing import TypeVar
 
 import numpy as np
 import torch
@@ -18,6 +19,7 @@ from torch import Tensor
 
 from relief.common.arrays import Array
 from relief.common.errors import InputError
+from relief.common.limits import HEIGHT_LIMIT_MM
 from relief.common.progress import stage
 from relief.relief import Relief
 from visual.backend import variants
@@ -33,8 +35,9 @@ from visual.geometry.film_samples import hidden_plate, plate_pixels
 from visual.geometry.halo import halo_of, rise_of
 from visual.geometry.topology import plate_topology
 from visual.lights.kind import Light
+from visual.lights.near import LightSet, flat_irradiance
 from visual.lights.parallel import LUMINANCE, ParallelLights
-from visual.lights.quadrature import Quadrature, kind_of, parallel_obstacle, prepare
+from visual.lights.quadrature import Quadrature, kind_of, light_obstacle, prepare
 from visual.loading import Lights, SceneLoader
 from visual.looks import EXACT, FIXED_DIRECTIONS, Rendering, SceneLook, look_model
 from visual.models import HIDDEN, PictureModel, obstacles
@@ -45,12 +48,17 @@ from visual.scene_file.fitting import fitted_scene, parameters, scene_relief
 from visual.scene_file.parsed import CheckedScene, Description
 
 _log = logging.getLogger(__name__)
+_Heights = TypeVar("_Heights", Array, Tensor)
 
 MOST_FIXED_SAMPLES = 2**24
 """Most samples of the pictures of `Scene.views`, those of a step on a film of 1024 x 1024 pixels: at some
 0.2 kB each these take 3 GB."""
 CUT_PIXELS = 0.5
 """Part of a plate beyond a picture, pixels, that is not worth a word: it is less than rounding."""
+SIDE_LOOKED_AT = 9
+"""Points along a side of the plate among which the brightest is looked for."""
+FAST_DIRECTIONS = 24
+"""Parallel lights for each such light in the fast look: each takes a sweep of shadows."""
 DIRECTIONS = 8
 """Parallel lights for each such light where the gradient of `Scene.render` follows shadows. These are drawn
 anew for each gradient, so that fewer suffice."""
@@ -72,7 +80,7 @@ class Scene:
         resolution: (rows, cols) of the pictures.
         samples: a pixel, as the scene file says.
         white: radiance of a white matte plate that faces the strongest parallel light, or lies flat under the
-            strongest other light; 1 if all lights are near.
+            strongest other light, where that is brightest; 1 if no light has gradients.
         variant: Mitsuba's variant.
     """
 
@@ -180,6 +188,28 @@ class Scene:
         each = [pictures(suns, ambient, relief, self.plate, settings) for relief in reliefs]
         return torch.stack(each).reshape(*heights.shape[:-2], *each[0].shape)
 
+    def levelled(self, heights: _Heights) -> _Heights:
+        """A relief (..., rows, cols), mm, lifted as a whole to the mean height of the scene's own.
+
+        A person who holds a plate does not see that it became thicker, but a camera that does not look
+        straight down would show the plate moved, and a near lamp would shine brighter. Heights stay as they
+        are where every camera looks straight down and every lamp is far, where other shapes stand beside the
+        plate, and on reliefs above 3 mm, of which only the upper part changes.
+        """
+        if not self._lifts_show:
+            return heights
+        lift = float(self.heights.mean()) - heights.mean((-2, -1))
+        return heights + lift[..., None, None]
+
+    @cached_property
+    def _lifts_show(self) -> bool:
+        description = self._description
+        shining = sum(light.shape is not None for light in description.lights)
+        alone = description.shapes == 1 + shining and self.heights.max() <= HEIGHT_LIMIT_MM
+        size_mm = max(self.surface.size_mm)
+        near = any(kind_of(light).near(light, size_mm) for light in description.lights)
+        return alone and (near or not all(self._needs.top_view))
+
     @property
     def colour(self) -> bool:
         """Whether pictures have colours that differ: those of a coloured scene in a variant with channels."""
@@ -215,7 +245,7 @@ class Scene:
             seed: of the fixed samples.
             strata: samples along a pixel's side.
             edge_samples: along edges whose motion changes the pictures.
-            directions: parallel lights for each light that is not directional.
+            directions: lights that stand for each light that is neither directional nor a point.
 
         Raises:
             InputError: this scene or variant has no gradients.
@@ -314,6 +344,12 @@ class Scene:
         """Pictures to render for one relief."""
         return self._needs.passes
 
+    @property
+    def passes_from_sides(self) -> int:
+        """Pictures to render for one relief by cameras that do not look straight down."""
+        aslant = sum(not top_view for top_view in self._needs.top_view)
+        return aslant * (self.passes // len(self._needs.cameras))
+
     def light_scenes(self, resolution: int | None = None) -> tuple[LightScene, ...]:
         """The light scenes whose pictures `render` adds: each light alone, then all ambient light."""
         return tuple(self._light_scene(lights, resolution) for lights in self._loader.groups)
@@ -337,7 +373,8 @@ class Scene:
             variants.use(self.variant)
             variants.require_gradients()
             bsdf = plate_bsdf(self.light_scenes()[0].scene)
-            lights = [self.illumination(light) for light in self._needs.alone]
+            every = (self.illumination(light) for light in self._needs.alone)
+            lights = [far for far in every if isinstance(far, ParallelLights)]
             film = self._film_weights()
             self._fast[shadows] = fast_renderer(
                 self.surface, rise_of(self.heights), bsdf, lights, self._description.ambient, film, shadows
@@ -357,8 +394,8 @@ class Scene:
             return None
         return down, across
 
-    def illumination(self, light: Light, directions: int = FIXED_DIRECTIONS) -> ParallelLights:
-        """Fixed parallel lights that stand for a light of the scene."""
+    def illumination(self, light: Light, directions: int = FAST_DIRECTIONS) -> LightSet:
+        """Fixed parallel or near lights that stand for a light of the scene."""
         return self._quadrature((light,), directions).lights()
 
     def check_samples(self, samples: int | None, resolution: int | None = None) -> None:
@@ -421,23 +458,25 @@ class Scene:
 
 
 def white_radiance(
-    description: Description, size_mm: float, parallel: Callable[[Light], ParallelLights]
+    description: Description, size_mm: float, standing_for: Callable[[Light], LightSet]
 ) -> float:
     """Radiance of a white matte plate under the strongest light of a scene; see `Scene.white`.
 
     Args:
         description: of the scene.
         size_mm: longer side of the plate.
-        parallel: gives fixed parallel lights that stand for a light.
+        standing_for: gives the fixed lights that stand for a light.
     """
+    along = size_mm * np.linspace(-0.5, 0.5, SIDE_LOOKED_AT)
+    x, y = (axis.ravel() for axis in np.meshgrid(along, along))
+    plate = np.stack((x, y, np.zeros_like(x)), axis=1)
     strengths = [float(LUMINANCE @ np.array(description.ambient))]
     for light in description.lights:
-        if kind_of(light).ambient or parallel_obstacle(light, size_mm) is not None:
-            # What a point or a near surface gives depends on the place; pictures then count as they are.
+        if kind_of(light).ambient or light_obstacle(light, size_mm) is not None:
             continue
-        lights = parallel(light)
-        cosine = np.ones(1) if kind_of(light).directed else np.maximum(lights.toward[:, 2], 0.0)
-        strengths.append(float(LUMINANCE @ (lights.irradiance.T @ cosine)) / np.pi)
+        lights = standing_for(light)
+        facing = lights.strength if kind_of(light).directed else flat_irradiance(lights, plate)
+        strengths.append(float((facing @ LUMINANCE).max()) / np.pi)
     return max(strengths) or 1.0
 
 

@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from optimize.verification.jod import jod
 from optimize.verification.picture_change import change
+from optimize.verification.picture_metrics import pixels_per_degree
 from relief.body import Body, Part
 from relief.common.arrays import Array
 from relief.common.srgb import srgb
@@ -50,10 +52,12 @@ class Pictures:
     Attributes:
         batches: (batches, lights, views, rows, cols) radiance; 0 where the body is not.
         cover: (views, rows, cols) part of each pixel that the body covers.
+        pixels_per_mm: in the middle of the body.
     """
 
     batches: Array
     cover: Array
+    pixels_per_mm: float
 
     @property
     def radiance(self) -> Array:
@@ -109,7 +113,8 @@ def pictures(
         lit({"type": "directional", "direction": (-direction(*at)).tolist(), "irradiance": SUN}, SUN_SAMPLES)
         for at in lights.values()
     ]
-    return Pictures(sky[:, None, ..., 0] + np.stack(suns, axis=1)[..., 0], sky[..., 1].mean(axis=0))
+    radiance = sky[:, None, ..., 0] + np.stack(suns, axis=1)[..., 0]
+    return Pictures(radiance, sky[..., 1].mean(axis=0), 0.5 * size / half)
 
 
 def _sensor(middle: Array, at: tuple[float, float], half: float, size: int) -> Any:
@@ -150,6 +155,18 @@ def change_percent(before: Pictures, after: Pictures) -> Array:
             apart = change(Batches(one, SKY_SAMPLES), Batches(other, SKY_SAMPLES))
             found[light, view] = 100.0 * apart.estimate / one.mean()
     return found
+
+
+def jod_of(before: Pictures, after: Pictures, distance_cm: float) -> Array:
+    """(lights, views) JOD of the pictures of an object from this distance; 10 is identical."""
+    sharpness = pixels_per_degree(before.pixels_per_mm, distance_cm)
+    white = float(np.percentile(before.radiance[:, before.cover > 0.999], 99.7))
+    return np.array(
+        [
+            [jod(*pair, white, sharpness) for pair in zip(*lit, strict=True)]
+            for lit in zip(before.radiance, after.radiance, strict=True)
+        ]
+    )
 
 
 def sheet(rows: list[Pictures], light: int) -> Array:

@@ -77,7 +77,7 @@ def main() -> None:
     if (folder := parser.parse_args().folder) is not None:
         shutil.copy(folder / FILE, STUDIES / f"{STUDY}.json")
     text = table(HEAD, lines(committed(STUDY)))
-    put(DOCS / "evidence" / "sight.md", STUDY, COMMAND, text + "\n")
+    put(DOCS / "evidence" / "eye.md", STUDY, COMMAND, text + "\n")
     print(text)
 
 

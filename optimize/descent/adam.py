@@ -153,6 +153,7 @@ class AdamDescent:
 
     def _pictures(self, heights: Tensor) -> Tensor:
         problem = self._problem
+        heights = problem.scene.levelled(heights)
         if self._views:
             return fixed_pictures(heights, self._views, problem.shadow_edges) * self._unit
         pictures = problem.scene.render(

@@ -40,6 +40,7 @@ class Iterate:
         energies: terms of the sum that the method minimises, by name, unweighted; empty if there are none.
         fingers: distance of other fingers from their goals, in the % of picture change that it counts as.
         broad: broad change of the pictures, by the weight that it has beside the rms, %.
+        shape: change of the relief, in the % of picture change that it counts as.
     """
 
     step: int
@@ -52,11 +53,12 @@ class Iterate:
     energies: dict[str, float] = field(default_factory=dict)
     fingers: float = 0.0
     broad: float = 0.0
+    shape: float = 0.0
 
     @property
     def cost(self) -> float:
         """What is to be small once targets are met: all terms of the least squares, %."""
-        return math.hypot(self.picture_rms, self.broad, self.fingers)
+        return math.hypot(self.picture_rms, self.broad, self.shape, self.fingers)
 
     @property
     def means(self) -> dict[str, float]:

@@ -150,8 +150,8 @@ class LinearScaling:
         return None
 
     def _pictures(self, heights: Array) -> Array:
-        problem = self._problem
-        pictures = problem.scene.render(heights, None, SAMPLES, problem.seed, problem.look)
+        problem, seen = self._problem, self._problem.scene.levelled(heights)
+        pictures = problem.scene.render(seen, None, SAMPLES, problem.seed, problem.look)
         return np.asarray(pictures.numpy())
 
 

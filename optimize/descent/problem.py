@@ -54,6 +54,7 @@ class Problem:
         regularisation: w2, weight of differences between neighbouring pixels of the picture difference.
         look_weight: w1.
         masking: strength of the weights of pixels by local contrast (`gauss_newton.masking`); 0, none.
+        shape: change of the pictures, in units of their mean, as which a change of the relief by 1 mm counts.
         broad: weight of broad changes of the pictures (`gauss_newton.broad`); 0, none.
         shadow_edges: whether picture gradients follow shadow boundaries.
         samples: a pixel, of pictures that Mitsuba renders for Adam's steps; None: fixed samples without
@@ -75,6 +76,7 @@ class Problem:
     regularisation: float = 0.06
     look_weight: float = 1.0
     masking: float = 0.0
+    shape: float = 0.0
     broad: float = 0.0
     shadow_edges: bool = True
     samples: int | None = None

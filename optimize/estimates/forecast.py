@@ -41,6 +41,9 @@ LAYER_BUILT_S, ELEMENTS_BUILT_S, NODES_POWER, LAYERED, PAD_BUILT_S = 0.4, 3.5, 3
 """Seconds to build the elastic layer, and the finite elements with `FEM_MESH` nodes a side, for a skin that
 is not in the cache; the power of the nodes by which the elements grow, the factor of a layered skin, and
 seconds of the elements of a round finger."""
+FROM_SIDES = 2
+"""Steps with views from the side, in units of those without: gravel and leather at +2 JND take 5 and 7 in the
+scene `in-hand`, 3 in the studio."""
 FOLDER_MIB, SAMPLE_MIB, PIXEL_MIB = 0.2, 1.7e-4, 1.6e-5
 """Size of the run's folder, MiB: of any, for each height sample, and for each pixel of each condition."""
 
@@ -62,6 +65,7 @@ class Forecast:
         seconds, memory_gib, disk_mib: about.
         most_seconds: with `most_steps`, about; else None.
         building_seconds: of these seconds, to build what the cache does not hold yet.
+        from_sides_seconds: of these seconds, what views from the side take.
         free_mib: on the disk of the run's folder.
         machine_gib: memory of this machine.
     """
@@ -82,6 +86,7 @@ class Forecast:
     seconds: float
     most_seconds: float | None
     building_seconds: float
+    from_sides_seconds: float
     memory_gib: float
     disk_mib: float
     free_mib: float
@@ -107,6 +112,9 @@ class Forecast:
         yield "time", f"about {duration(self.seconds)}, for about {steps} (two cores)"
         if self.most_seconds is not None:
             yield "", f"a target far away takes up to {self.most_steps} steps, {duration(self.most_seconds)}"
+        if self.from_sides_seconds:
+            views = f"{duration(self.from_sides_seconds)} of it are for the views from the side"
+            yield "", f"{views}; the scene studio has none"
         if self.building_seconds:
             built = f"{duration(self.building_seconds)} of it build the models of this finger"
             yield "", f"{built}, which are kept for later runs"
@@ -136,14 +144,17 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
     if not known_in_reach(settings, maps):
         press_original(settings, scene.relief, maps, other)
     heights, pixels = scene.heights.size, scene.resolution[0] * scene.resolution[1]
-    steps = expected_steps(settings)
+    from_sides = scene.passes_from_sides
+    overhead_steps = expected_steps(settings)
+    steps = min(FROM_SIDES * overhead_steps, settings.descent.steps) if from_sides else overhead_steps
     building = _building_seconds(settings, patches.size_mm)
     pressed = patches.count - 1 + min(patches.count - 1, MOST_BETWEEN)
     presses = patches.count - 1 + _other_fingers(settings, patches.count)
     side = math.sqrt(min(heights, WINDOW))
 
-    def seconds(steps: int) -> float:
-        alone = _seconds(settings, look, steps, heights, pixels * scene.passes)
+    def seconds(steps: int, from_sides: int = from_sides) -> float:
+        shown = pixels * (scene.passes - scene.passes_from_sides + from_sides)
+        alone = _seconds(settings, look, steps, heights, shown, from_sides)
         verified = VERIFIED_S * pressed * patches.samples**2
         return alone + building + verified + PLACE_S * side * steps * presses
 
@@ -174,6 +185,7 @@ def forecast(settings: Run, run_dir: Path, variant: str | None) -> Forecast:
         seconds=seconds(steps),
         most_seconds=None if far is None else seconds(far),
         building_seconds=building,
+        from_sides_seconds=seconds(steps) - seconds(overhead_steps, 0) if from_sides else 0.0,
         memory_gib=needed_gib(heights, patches.count),
         disk_mib=disk,
         free_mib=free,
@@ -227,7 +239,7 @@ def expected_steps(settings: Run) -> int:
     )
 
 
-def _seconds(settings: Run, look: str, steps: int, heights: int, rendered: int) -> float:
+def _seconds(settings: Run, look: str, steps: int, heights: int, rendered: int, from_sides: int = 0) -> float:
     """About how many seconds a run takes.
 
     Args:
@@ -236,9 +248,10 @@ def _seconds(settings: Run, look: str, steps: int, heights: int, rendered: int) 
         steps: number of steps.
         heights: number of height samples.
         rendered: number of pixels of all pictures that show one relief.
+        from_sides: number of these pictures that do not look straight down.
     """
     final = RENDERED * PIXEL_S * rendered * (settings.verify.samples or UNTIL_KNOWN)
     model = look_model(look)
     samples = settings.look.samples if model.sampled else None
-    effort = Effort(steps, heights, rendered, samples, model.step_s)
+    effort = Effort(steps, heights, rendered, samples, model.step_s, from_sides)
     return START_S + final + METHODS[settings.descent.method].seconds(effort)

@@ -167,7 +167,7 @@ def _change(scene: Scene, look: str) -> tuple[Callable[[Array], float], float]:
     original = scene.render(scene.heights, model=look).numpy()
 
     def changed(heights: Array) -> float:
-        difference = scene.render(heights, model=look).numpy() - original
+        difference = scene.render(scene.levelled(heights), model=look).numpy() - original
         return 100.0 * float((weights * np.abs(difference)).mean()) / scene.white
 
     return changed, 100.0 * float((weights * original).mean()) / scene.white
@@ -179,7 +179,7 @@ def _rendered_change(scene: Scene) -> tuple[Callable[[Array], float], float]:
     original = batched(scene, scene.heights, SAMPLES).pictures
 
     def changed(heights: Array) -> float:
-        difference = weights * (batched(scene, heights, SAMPLES).pictures - original)
+        difference = weights * (batched(scene, scene.levelled(heights), SAMPLES).pictures - original)
         bounds = np.abs(difference.mean(axis=0)).mean(), crossed_magnitude(difference)
         return 100.0 * float(np.mean(bounds)) / scene.white
 

@@ -72,6 +72,7 @@ class _Iterate:
     picture_rms: NotNegative
     fingers: NotNegative = 0.0
     broad: NotNegative = 0.0
+    shape: NotNegative = 0.0
 
 
 @dataclass(frozen=True)

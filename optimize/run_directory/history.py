@@ -17,7 +17,7 @@ from relief.common.files import naming_errors, read_limited, write_atomically
 from tactile.quantities import QUANTITIES
 
 HISTORY = "history.jsonl"
-PARTS = ("fingers", "broad")
+PARTS = ("fingers", "broad", "shape")
 """Terms of the cost of an iterate beside the rms of its pictures, each a key of its own where it counts."""
 LARGEST_HISTORY = 1 << 28
 """Most bytes of a history: 100,000 steps, the most of a run, take a fifth."""

@@ -148,6 +148,7 @@ def prepare(settings: Run, variant: str | None) -> Prepared:
             regularisation=descent.regularisation,
             look_weight=method.look_weight if settings.look.weight is None else settings.look.weight,
             masking=settings.look.masking,
+            shape=settings.look.shape,
             broad=settings.look.broad if "look.broad" in method.takes else 0.0,
             shadow_edges=descent.shadow_edges,
             samples=settings.look.samples,

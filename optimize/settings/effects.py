@@ -9,6 +9,7 @@ from optimize.descent.methods import METHODS, methods_that_take
 from visual.looks import LOOKS, LookModel
 
 UNABLE = {
+    "look.shape": "{method} keeps pictures alone; {others} keeps the relief too",
     "look.masking": "{method} has no weights by contrast; {others} has",
     "touch.fingers": "{method} steers one finger; {others} a range",
     "print.printer": "{method} makes no whole layers; {others} does",

@@ -24,6 +24,9 @@ class Look(Section):
             those of high contrast, in which changes hide; 0, the default: all alike.
         broad: how much more gauss-newton minds a change of brightness over several millimetres than the same
             change of fine detail; 0: no more.
+        shape: change of the pictures, in units of their mean, as which gauss-newton counts a change of the
+            relief by 1 mm; 0, the default: not at all. Bounds what no camera of the scene looks at: from the
+            side, relief that rises moves.
     """
 
     model: Annotated[str, one_of(LOOKS, AUTO)] = EXACT
@@ -31,6 +34,7 @@ class Look(Section):
     samples: Samples | None = None
     masking: Annotated[float, Field(ge=0, le=100)] = 0.0
     broad: Annotated[float, Field(ge=0, le=1000)] = 10.0
+    shape: Annotated[float, Field(ge=0, le=1000)] = 0.0
 
 
 class Verify(Section):

@@ -57,7 +57,7 @@ def as_printed(
     design = settings.design(scene.size_mm).heights
     pitch_mm = scene.size_mm / design.shape[1]
     uncut = on_pixels(design, pitch_mm, printer, settings.axes_repeat)
-    design_pictures = scene.render(uncut, samples=SAMPLES, seed=settings.seed + 1).numpy()
+    design_pictures = scene.render(scene.levelled(uncut), samples=SAMPLES, seed=settings.seed + 1).numpy()
     rough = [_roughness(relief, problem) for relief in (design, problem.heights)]
     slopes, steepest = np.hypot(*np.gradient(uncut, surface.pitch_mm)), printer.max_slope_degrees
     before, after = pictures

@@ -53,7 +53,7 @@ def converged(
     lights = [_Part(light, number, seed) for number, light in enumerate(scene.light_scenes())]
     # The relief that the scene holds goes first, and all lights of one relief together: a new relief takes as
     # long as a picture.
-    reliefs: list[tuple[int, Array]] = [(0, before), (1, after)]
+    reliefs: list[tuple[int, Array]] = [(0, scene.levelled(before)), (1, scene.levelled(after))]
     least = BATCHES * -(-least // BATCHES)
     _render(lights, reliefs, [least] * len(lights), "rendering")
     first = _pictures(lights, suns, 0).pictures
@@ -91,7 +91,8 @@ def change_from(scene: Scene, before: Batches, relief: Array, samples: int, seed
     assert before.first is not None
     each = before.first_samples // BATCHES
     count = min(BATCHES, max(1, samples // each))
-    pictures = [scene.render(relief, samples=each, seed=number).numpy() for number in _seeds(seed, 0)[:count]]
+    seen = scene.levelled(relief)
+    pictures = [scene.render(seen, samples=each, seed=number).numpy() for number in _seeds(seed, 0)[:count]]
     return np.asarray(np.mean(pictures, axis=0) - before.first[:count].mean(axis=0))
 
 
@@ -106,7 +107,8 @@ def colour_pictures(scene: Scene, before: Array, after: Array, seed: int = 0) ->
     with stage("rendering in colour", 2) as advance:
         pictures = []
         for relief in (before, after):
-            pictures.append(np.moveaxis(scene.render_colour(relief, LEAST_SAMPLES, seed), 0, -1))
+            shown = scene.render_colour(scene.levelled(relief), LEAST_SAMPLES, seed)
+            pictures.append(np.moveaxis(shown, 0, -1))
             advance()
     return pictures[0], pictures[1]
 

@@ -41,7 +41,7 @@ def felt_by_fingers(before: Relief, after: Relief, skin: Skin) -> Fingers | None
     """
     felt, counts = [], []
     for relief in (before, after):
-        patches = _in_the_middle(relief.surface, skin)
+        patches = in_the_middle(relief.surface, skin)
         try:
             felt.append(
                 roughness_by_finger(patches.within_reach(relief.heights), skin, patches.size_mm).mean(axis=1)
@@ -120,7 +120,7 @@ def _roughness(model: tactile.TouchModel, fields: Array) -> list[float]:
     return [float(value) for value in tactile.roughness(touch, quadrature="thinned")]
 
 
-def _in_the_middle(surface: Surface, skin: Skin) -> Patches:
+def in_the_middle(surface: Surface, skin: Skin) -> Patches:
     """Patches at the few places of a surface that are nearest to its middle."""
     at = places(surface)
     apart = np.square(at - at.mean(axis=0)).sum(axis=1)

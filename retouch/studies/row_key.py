@@ -55,6 +55,7 @@ INTRODUCED: Mapping[str, Any] = {
     "look.samples": None,
     "look.masking": 0.0,
     "look.broad": 0.0,
+    "look.shape": 0.0,
     "descent.method": "gauss-newton",
     "descent.steps": 100,
     "descent.tolerance": 0.01,

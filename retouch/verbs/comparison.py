@@ -191,7 +191,10 @@ class _Look:
         else:
             scenes = (scene, scene if same_grid else self._loaded(other, film))
             samples = self.samples or SAMPLES
-            before, after = (batched(*each, samples, self.seed) for each in zip(scenes, heights, strict=True))
+            before, after = (
+                batched(each, scene.levelled(relief), samples, self.seed)
+                for each, relief in zip(scenes, heights, strict=True)
+            )
         if before.mean.mean() < BLACK * scene.white:
             raise InputError(f"{self.scene}: its pictures are black; no light reaches the plate from above")
         plate = scene.plate_weights()

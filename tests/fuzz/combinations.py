@@ -85,6 +85,7 @@ VALUES: Mapping[str, Sequence[str]] = {
     "look.samples": ("4",),
     "look.broad": ("0", "30"),
     "look.masking": ("3",),
+    "look.shape": ("5",),
     "descent.steps": ("1",),
     "descent.tolerance": ("0.3",),
     "descent.shadow_edges": ("false",),

@@ -73,6 +73,12 @@ def _unseen(run_dir: Path, run: Run, result: Verification) -> Columns:
     return unseen(run_dir, run, result)
 
 
+def _in_hand(run_dir: Path, run: Run, result: Verification) -> Columns:
+    from retouch.studies.measuring.unseen import in_hand
+
+    return in_hand(run_dir, run, result)
+
+
 def _jod(run_dir: Path, run: Run, result: Verification) -> Columns:
     from retouch.studies.measuring.jod import run_jod
 
@@ -105,6 +111,20 @@ MEASURES: Mapping[str, Measure] = {
             _pace,
         ),
         Measure("unseen", 2, _UNSEEN, _unseen, seconds=8.0),
+        Measure(
+            "hand",
+            2,
+            {
+                "change_hand_percent": "Mean change of twenty pictures from four sides that no bundled scene "
+                "for descents has, under lamps and a sky, % of their mean.",
+                "change_hand_rms_percent": "Root mean square change of these pictures.",
+                "change_hand_most_percent": "The largest mean change of one of them.",
+                "jod_hand": "JOD of these pictures, mean; 10 is identical.",
+                "jod_hand_worst": "The lowest JOD of one of them.",
+            },
+            _in_hand,
+            seconds=15.0,
+        ),
         Measure(
             "jod",
             1,

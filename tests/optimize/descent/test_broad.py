@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 from optimize.descent.driver import descend
 from optimize.descent.gauss_newton.broad import RESIDUAL, broad_cells, with_rows
-from optimize.descent.gauss_newton.method import GaussNewton
+from optimize.descent.gauss_newton.method import ROUGHENING, GaussNewton
 from optimize.descent.targets import Targets
 from optimize.settings.run_file import run_from_scene
 from relief.common.errors import InputError
@@ -49,17 +49,24 @@ def test_rows_are_added_to_a_solution() -> None:
 
 
 def test_the_load_of_a_step_is_the_slope_of_all_that_it_minimises(problem_with: ProblemWith) -> None:
-    """Of the pixels and the broad cells together, by central differences over the linear pictures."""
-    method = GaussNewton(replace(problem_with(Targets.of(0.01, roughness=0.1)), broad=10.0))
+    """Of pixels, broad cells and shape together, by central differences over the linear pictures."""
+    method = GaussNewton(replace(problem_with(Targets.of(0.01, roughness=0.1)), broad=10.0, shape=30.0))
     random = np.random.default_rng(1)
     moved = method._problem.heights + 0.01 * random.normal(size=method._problem.heights.shape)
     look = method._evaluate(moved)
-    system = method._system(method._problem.heights, look)
+    rise = random.normal(size=moved.shape)
+    heights = method._problem.heights + 0.01 * (rise - rise.mean())
+    system = method._system(heights, look)
     assert system.broad is not None
     way = random.normal(size=moved.size)
+    way -= way.mean()
+    bending = method._differences @ (heights - method._problem.heights).ravel()
 
     def least_squares(share: float) -> float:
-        total = 0.0
+        # The bending, which `ROUGHENING` weighs, and the shape beside the pictures.
+        total = ROUGHENING * float(np.square(bending + share * (method._differences @ way)).sum())
+        risen = (heights - method._problem.heights).ravel() + share * way
+        total += 0.5 * 30.0**2 * float(risen @ risen)
         for of in look:
             for number, (jacobian, picture) in enumerate(zip(of.jacobians, of.pictures, strict=True)):
                 after = picture.ravel() + share * (jacobian @ way)
@@ -94,3 +101,19 @@ def test_a_descent_changes_broad_brightness_less(
 def test_methods_without_it_refuse_it() -> None:
     with pytest.raises(InputError, match=r"look\.broad: has no effect by adam; gauss-newton takes it"):
         run_from_scene("studio", "gravel", ["touch.jnd=1", "look.broad=3", "descent.method=adam"])
+
+
+def test_a_descent_that_keeps_the_shape_changes_it_less(
+    problem_with: ProblemWith, original: TouchMeasures
+) -> None:
+    targets = Targets.of(0.01, roughness=jnd_scaled(original.means["roughness"], 2.0))
+    problem = replace(problem_with(targets), look="fast")
+    risen, percent = [], []
+    for shape in (0.0, 20.0):
+        method = GaussNewton(replace(problem, shape=shape))
+        best = descend(method, targets, method.begin(0, problem.heights, {}), 15).best
+        assert targets.met(best.values)
+        risen.append(float((best.heights - problem.heights).std()))
+        percent.append(best.picture_rms)
+        assert best.shape == pytest.approx(100.0 * shape * risen[-1])
+    assert risen[1] < 0.8 * risen[0] and percent[1] < 3.0 * percent[0]

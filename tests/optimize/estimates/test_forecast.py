@@ -44,6 +44,18 @@ def test_everything_is_told_and_nothing_written(folder: Path, capsys: pytest.Cap
     assert sorted(folder.iterdir()) == before
 
 
+def test_views_from_the_side_are_told_apart(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["optimize", "hills.exr", "--jnd", "2", "--scene", "in-hand", *SMALL]) == 0
+    assert "are for the views from the side; the scene studio has none" in capsys.readouterr().out
+    told = []
+    for scene in ("studio", "in-hand"):
+        assert main(["optimize", "hills.exr", "--jnd", "2", "--json", "--scene", scene, *SMALL]) == 0
+        told.append(json.loads(capsys.readouterr().out))
+    above, hand = told
+    assert above["from_sides_seconds"] == 0.0 < hand["from_sides_seconds"]
+    assert hand["seconds"] == pytest.approx(above["seconds"] + hand["from_sides_seconds"], rel=0.05)
+
+
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [

@@ -295,7 +295,7 @@ def test_rows_that_cannot_run_are_told_before_the_first_is_computed(texture: Pat
     save_heights_exr(tmp_path / "flat.exr", np.ones((32, 32)))
     for name in ("bad.exr", "bad.xml"):
         (tmp_path / name).write_bytes(b"neither")
-    lamp = '<emitter type="point"><point name="position" x="0" y="0" z="30"/></emitter></scene>'
+    lamp = '<emitter type="point"><point name="position" x="0" y="0" z="2"/></emitter></scene>'
     studio = find_file("studio", ".xml").read_text()
     (tmp_path / "near.xml").write_text(
         studio.replace("textures/gravel.png", "flat.exr").replace("</scene>", lamp)
