@@ -1,5 +1,5 @@
-# `make help` lists the targets. Everything is installed into .venv; only where no libLLVM fits Dr.Jit does `make setup`
-# reach outside the checkout, and only as far as it may without asking for a password.
+# `make help` lists the targets. Everything is installed into .venv; only `make setup`, where no libLLVM
+# fits Dr.Jit, and `make clients`, for the tests, reach outside the checkout, as far as they may without a password.
 
 SHELL := /bin/bash
 
@@ -15,7 +15,7 @@ PIP_EXTRA ?=
 BIN := .venv/bin
 STAMP := .venv/.ready
 
-.PHONY: help setup llvm demo test lint textures viewer clean
+.PHONY: help setup llvm clients demo test lint textures viewer clean
 .DEFAULT_GOAL := help
 
 help:  ## list the targets
@@ -58,8 +58,18 @@ llvm:
 demo: setup  ## make the gravel of the README, a tile, rougher wherever the finger lands, into runs/gravel
 	$(BIN)/retouch optimize mitsuba_scenes/gravel-tile.toml -o runs/gravel --force
 
-test: lint  ## lint, then every test, in a process for each core (four at most, some GB each)
+test: lint clients  ## lint, then every test, in a process for each core (four at most, some GB each)
 	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
+
+# Where they are missing and cannot be installed, the tests that they run are skipped, as the last lines of pytest say.
+clients:  ## get Chromium and PrusaSlicer for the tests, where apt-get may without asking for a password
+	@missing=$$(for program in chromium prusa-slicer; do command -v $$program > /dev/null || echo $$program; done); \
+	as_root=; [ "$$(id -u)" = 0 ] || as_root="sudo -n"; \
+	if [ -n "$$missing" ] && command -v apt-get > /dev/null && $$as_root true 2> /dev/null; then \
+	    echo "Installing $$missing for the tests; this takes some minutes."; \
+	    $$as_root apt-get -qq update && $$as_root apt-get -qq install -y --no-install-recommends $$missing > /dev/null \
+	        || echo "$$missing could not be installed."; \
+	fi
 
 lint: setup  ## ruff and mypy
 	$(BIN)/ruff check .

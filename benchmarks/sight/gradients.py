@@ -2,6 +2,7 @@
 
 python -m benchmarks.sight.gradients           # all that is not in the results yet, half an hour on two cores
 python -m benchmarks.sight.gradients --again
+python -m benchmarks.sight.gradients --ours    # our own methods anew in all cases; Mitsuba's own errors stay
 python -m benchmarks.sight.gradients --quick   # our own gradients of three cases, nothing is saved
 """
 
@@ -100,6 +101,7 @@ QUICK = (
 def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("--again", action="store_true")
+    parser.add_argument("--ours", action="store_true")
     parser.add_argument("--quick", action="store_true")
     arguments = parser.parse_args()
     if arguments.quick:
@@ -107,11 +109,13 @@ def main() -> None:
             print(f"\n{as_table({case.key: measure(case, mitsubas=False)})}", flush=True)
         return
     results = load("gradients").get("cases", {})
-    done = set() if arguments.again else set(results)
+    done = set() if arguments.again or arguments.ours else set(results)
     for case in cases():
         if case.key in done:
             continue
-        results[case.key] = measure(case)
+        earlier = results.get(case.key, {}).get("methods", {}) if arguments.ours else {}
+        measured = measure(case, mitsubas=not earlier)
+        results[case.key] = measured | {"methods": earlier | measured["methods"]}
         save("gradients", {"machine": machine(), "cases": results})
         print(f"\n{as_table({case.key: results[case.key]})}", flush=True)
 
