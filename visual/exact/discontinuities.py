@@ -27,10 +27,17 @@ from visual.lights.near import LightSet, NearLights
 SHADOW_SHARE, VISIBILITY_SHARE = 0.5, 0.25
 """Shares of the edge samples kept under lights of many directions, each of which adds a small share of the
 picture."""
+FULL_SUN, LOW_SUN = 1.5, 4
+"""Cotangent of a light's elevation from which on shadow edges get more samples, in proportion, and at most
+so many times as many. Under a light at 10 degrees, seen at 45, three gradients of gravel are 8 to 11 % off
+with 8 samples along each edge, 3 to 6 with 32."""
 
 
 class EdgeSamples(NamedTuple):
-    """Numbers of samples along each edge that casts a shadow and along each primary-visibility edge."""
+    """Numbers of samples along each edge that casts a shadow and along each primary-visibility edge.
+
+    Shadow edges have so many under a high light, and up to `LOW_SUN` times as many under a low one.
+    """
 
     shadows: int = SHADOW_EDGE_SAMPLES
     visibility: int = VISIBILITY_EDGE_SAMPLES
@@ -41,25 +48,35 @@ class Jitter:
     """Fixed positions along the edges of the plate, so that two reliefs differ by geometry alone.
 
     Attributes:
-        shadows: (edges, samples) in [0, 1), of edges that cast shadows.
+        shadows: (edges, samples) in [0, 1), of edges that cast shadows, as many as a low light needs.
         visibility: (edges, samples) in [0, 1), of primary-visibility edges.
     """
 
     shadows: Array
     visibility: Array
 
-    def under_many_lights(self) -> Jitter:
-        """The first of these positions, as many as lights of many directions are worth."""
+    def of_shadows(self, lights: LightSet) -> Array:
+        """(edges, samples): the first positions along shadow edges, as many as these lights are worth."""
+        high = self.shadows.shape[1] // LOW_SUN
+        if len(lights) != 1:
+            return self.shadows[:, : max(1, int(SHADOW_SHARE * high))]
+        ((x, y, z),) = lights.toward_from(np.zeros(1, dtype=int), np.zeros((1, 3)))
+        longer = np.hypot(x, y) / max(z, 1e-9) / FULL_SUN
+        return self.shadows[:, : int(high * np.clip(longer, 1.0, LOW_SUN))]
 
-        def kept(positions: Array, share: float) -> Array:
-            return positions[:, : max(1, int(share * positions.shape[1]))]
-
-        return Jitter(kept(self.shadows, SHADOW_SHARE), kept(self.visibility, VISIBILITY_SHARE))
+    def of_visibility(self, many: bool) -> Array:
+        """(edges, samples): the positions along primary-visibility edges, or fewer under many lights."""
+        count = self.visibility.shape[1]
+        return self.visibility[:, : max(1, int(VISIBILITY_SHARE * count)) if many else count]
 
 
 def edge_jitter(plate: PlateTopology, generator: np.random.Generator, samples: EdgeSamples) -> Jitter:
     """Random positions along every edge of the plate."""
-    return Jitter(*(generator.uniform(size=(len(plate.edge_start), count)) for count in samples))
+    edges = len(plate.edge_start)
+    shadows = generator.uniform(size=(edges, samples.shadows))
+    visibility = generator.uniform(size=(edges, samples.visibility))
+    more = generator.uniform(size=(edges, (LOW_SUN - 1) * samples.shadows))
+    return Jitter(np.concatenate((shadows, more), axis=1), visibility)
 
 
 def discontinuity_entries(

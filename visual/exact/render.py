@@ -276,10 +276,8 @@ def edge_gradient(
     lights = light.lights(generator)
     mesh = PlacedMesh(light.scene, plate, heights)
     jitter = edge_jitter(mesh.plate, generator, EdgeSamples())
-    if len(lights) > 1:
-        jitter = jitter.under_many_lights()
-    shadows = shadow_edges(mesh, lights, jitter.shadows, camera.overhead)
-    edges = visibility_edges(mesh, camera, jitter.visibility)
+    shadows = shadow_edges(mesh, lights, jitter.of_shadows(lights), camera.overhead)
+    edges = visibility_edges(mesh, camera, jitter.of_visibility(len(lights) > 1))
     if len(shadows.light) == 0 and edges is None:
         return np.zeros_like(heights)
     bsdf = plate_bsdf(light.scene)

@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from relief.common.arrays import Array
 from relief.common.progress import stage
 from visual.exact.background import Background, black_background
-from visual.exact.discontinuities import EdgeSamples, Jitter, discontinuity_entries, edge_jitter
+from visual.exact.discontinuities import EdgeSamples, discontinuity_entries, edge_jitter
 from visual.exact.pair_radiance import face_shading, of_faces, of_samples
 from visual.exact.shadow_edges import Entries, shadow_edges
 from visual.exact.visibility_edges import VisibilityEdges, visibility_edges
@@ -59,7 +59,6 @@ class _ViewSamples(NamedTuple):
     """Samples of a picture and of its edges, under one light or under lights of many directions."""
 
     samples: PictureSamples
-    jitter: Jitter
     edges: VisibilityEdges | None
 
 
@@ -153,9 +152,8 @@ class View:
             samples = self._from_above[many]
         else:
             samples = samples_by_rays(mesh, self._camera, self._film[many], self._strata[many] ** 2)
-        jitter = self._jitter.under_many_lights() if many else self._jitter
-        moving = visibility_edges(mesh, self._camera, jitter.visibility) if edges else None
-        return _ViewSamples(samples, jitter, moving)
+        positions = self._jitter.of_visibility(many)
+        return _ViewSamples(samples, visibility_edges(mesh, self._camera, positions) if edges else None)
 
     def _lit_by(
         self, light: Illumination, of_view: _ViewSamples, mesh: PlacedMesh, jacobian: bool, edges: bool
@@ -183,7 +181,7 @@ class View:
         columns = plate.sample[plate.faces[face]].ravel()
         parts: list[Entries] = [(np.repeat(samples.pair_pixel, 3), columns, values.ravel())]
         if edges:
-            shadows = shadow_edges(mesh, lights, of_view.jitter.shadows, camera.overhead)
+            shadows = shadow_edges(mesh, lights, self._jitter.of_shadows(lights), camera.overhead)
             parts += discontinuity_entries(
                 mesh, camera, self._bsdf, lights, shading, light.background, shadows, of_view.edges
             )
