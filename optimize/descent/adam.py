@@ -28,7 +28,7 @@ from optimize.descent.driver import PRESSURES, ArraySchema, Iterate
 from optimize.descent.methods import MethodSettings, StopRule
 from optimize.descent.problem import Problem, change_percent
 from optimize.descent.smoothing import smoothed
-from optimize.descent.step_pictures import fixed_pictures
+from visual.step_pictures import fixed_pictures
 from optimize.descent.stop_reason import StopReason
 from relief.common.arrays import Array
 from tactile.measures import each

@@ -1,4 +1,4 @@
-"""BSDF table: radiance of faces by their slopes, toward a camera straight above, differentiable.
+"""BSDF table: radiance of faces by their slopes, toward a camera, differentiable.
 
 The entries lie on a square grid of tilted normals: a normal at angle t from the vertical stands at distance t
 from the middle, in the normal's azimuth, so that steep faces have as many entries as level ones. Between
@@ -64,20 +64,26 @@ class BsdfTable:
         return BsdfTable(self.values.float())
 
 
-def light_table(bsdf: Any, lights: ParallelLights) -> BsdfTable:
+def light_table(
+    bsdf: Any,
+    lights: ParallelLights,
+    toward_camera: NDArray[np.float64] = ABOVE,
+    entries: int = ENTRIES,
+) -> BsdfTable:
     """Tabulate a material under each of some parallel lights alone.
 
     Args:
         bsdf: of Mitsuba.
         lights: parallel lights.
+        toward_camera: unit vector.
+        entries: a side for each light.
     """
-    slope_x, slope_y = _slopes(ENTRIES)
-    single = zip(lights.toward, lights.irradiance, strict=True)
+    slope_x, slope_y = _slopes(entries)
     radiance = [
-        unshadowed(bsdf, slope_x, slope_y, ParallelLights(toward[None], np.asarray(irradiance)[None]), ABOVE)
-        for toward, irradiance in single
+        unshadowed(bsdf, slope_x, slope_y, lights.single(number), toward_camera)
+        for number in range(len(lights))
     ]
-    return BsdfTable(torch.from_numpy(np.concatenate(radiance).reshape(-1, ENTRIES, ENTRIES)))
+    return BsdfTable(torch.from_numpy(np.concatenate(radiance).reshape(-1, entries, entries)))
 
 
 def ambient_table(bsdf: Any, radiance: NDArray[np.float64]) -> BsdfTable:

@@ -3,7 +3,7 @@
 import numpy as np
 import torch
 
-from optimize.descent.step_pictures import fixed_pictures
+from visual.step_pictures import fixed_pictures
 from visual.scene import Scene
 
 SIDE = 48
