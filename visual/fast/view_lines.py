@@ -26,6 +26,8 @@ from visual.geometry.projection import Projection
 
 LINES = 8
 """Lines in each pixel across the view, of pictures that are shown."""
+OVERHEAD = 1e-4
+"""Motion on the film of a point that rises, over that of a point that goes sideways, from straight above."""
 UNSEEN = -1e9
 """Place on the film, pixels, of crossings beyond the surface: below all others."""
 
@@ -186,7 +188,7 @@ def _film_direction(camera: Projection, film: Array) -> tuple[Array, Array]:
     points = origins - rays * (origins[:, 2:] / rays[:, 2:])
     jacobian = camera.jacobian(points)
     rising = jacobian[:, :, 2]
-    if np.linalg.norm(rising, axis=1).max() < 1e-9:
+    if np.linalg.norm(rising) < OVERHEAD * np.linalg.norm(jacobian[:, :, :2]):
         # From straight above any direction will do: up the film.
         up = np.linalg.solve(jacobian[:, :, :2], np.array([0.0, -1.0])[:, None])[:, :, 0]
         return up, np.tile([0.0, -1.0], (len(film), 1))
