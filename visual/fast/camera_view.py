@@ -32,7 +32,7 @@ from visual.fast.view_lines import ViewLines
 
 LEAST_CHANGE = 0.03
 """Least derivative by a height that a pixel keeps where many lights move their shadows at once, in units of
-the pixel's largest. Two of three are smaller, and gradients of gravel change by less than 1 % without them."""
+the pixel's largest. Two of three are smaller; gradients of gravel change by less than 1 % without them."""
 _Linear = TypeVar("_Linear", Array, sp.csr_matrix)
 """What adds up over lights and is weighed by a film: pictures and Jacobians."""
 

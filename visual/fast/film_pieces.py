@@ -131,15 +131,29 @@ def _cut(lines: ViewLines, line: Index, start: Array, end: Array) -> tuple[Index
     number = np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)
     cell = floor[piece] + number
     begin, finish = np.maximum(first[piece], cell), np.minimum(last[piece], cell + 1.0)
-    middle = sign[piece] * 0.5 * (begin + finish)
-    of = line[piece]
-    place = (middle - lines.across[of, axis]) / lines.along[of, axis]
-    beside = lines.across[of, 1 - axis] + place * lines.along[of, 1 - axis]
-    film = np.empty((len(piece), 2))
-    film[:, axis], film[:, 1 - axis] = middle, beside
+    of, towards = line[piece], sign[piece]
+    slant = lines.along[of, 1 - axis] / lines.along[of, axis]
+    start_beside = lines.across[of, 1 - axis] - slant * lines.across[of, axis]
+
+    def beside(place: Array) -> Array:
+        """Film coordinate across the axis, pixels, of places along it."""
+        return np.asarray(start_beside + slant * towards * place)
+
+    # A slanted line also leaves a pixel at its side, once at most within a pixel's length.
+    ends = beside(begin), beside(finish)
+    side = np.floor(np.maximum(*ends))
+    crosses = np.floor(np.minimum(*ends)) < side
+    steep = np.where(crosses, slant * towards, 1.0)
+    middle = np.where(crosses, np.clip((side - start_beside) / steep, begin, finish), finish)
+    second = np.flatnonzero(crosses)
+    begin, finish = np.append(begin, middle[second]), np.append(middle, finish[second])
+    number = np.append(np.arange(len(piece)), second)
+    film = np.empty((len(number), 2))
+    film[:, axis] = 0.5 * (begin + finish) * towards[number]
+    film[:, 1 - axis] = start_beside[number] + slant[number] * film[:, axis]
     pixel = camera.pixel(film)
-    keep = np.flatnonzero(pixel >= 0)
-    return pixel[keep], piece[keep], (finish - begin)[keep]
+    keep = np.flatnonzero((pixel >= 0) & (finish > begin))
+    return pixel[keep], piece[number[keep]], (finish - begin)[keep]
 
 
 def _passing(lines: ViewLines) -> Array:
