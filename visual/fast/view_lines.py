@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from relief.common.arrays import Array, Index
 from relief.grid import Halo
@@ -66,7 +67,7 @@ class ViewLines:
     weight: Array
     x: Array
     y: Array
-    inside: Array
+    inside: NDArray[np.bool_]
     triangle: Index
     along: Array
     across: Array
