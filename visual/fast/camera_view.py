@@ -64,14 +64,17 @@ class FastCamera:
 
     Attributes:
         lines: of the camera, or of one with finer pixels if `film` weighs these.
-        tables: radiance of faces toward the camera under each light, group by group.
+        tables: radiance of faces under each light, group by group, as seen from each of some places on the
+            plate; of these a perspective camera has several.
+        nearness: (places, faces) weights of the places for each face, with the sum 1.
         backgrounds: (pixels of `lines`,) radiance beside the plate under each group.
         film: (pixels, pixels of `lines`) weights of the film; None for a box.
         shape: rows and columns of the pictures.
     """
 
     lines: ViewLines
-    tables: tuple[BsdfTable, ...]
+    tables: tuple[tuple[BsdfTable, ...], ...]
+    nearness: Array
     backgrounds: tuple[Array, ...]
     film: sp.csr_matrix | None
     shape: tuple[int, int]
@@ -146,8 +149,8 @@ class CameraView:
         for camera in self._cameras:
             pieces = film_pieces(camera.lines, fine.numpy(), 8 * heights.size, moving)
             every = [
-                _lit(group, light, table, slopes)
-                for group, light, table in zip(self._groups, swept, camera.tables, strict=True)
+                _lit(group, light, tables, camera.nearness, slopes)
+                for group, light, tables in zip(self._groups, swept, camera.tables, strict=True)
             ]
             shown = [
                 _picture(pieces, lit, background)
@@ -187,12 +190,20 @@ class CameraView:
         return sp.csr_matrix(result)
 
 
-def _lit(group: LightGroup, light: SweptLight, table: BsdfTable, slopes: tuple[Tensor, Tensor]) -> _Lit:
+def _lit(
+    group: LightGroup,
+    light: SweptLight,
+    tables: Sequence[BsdfTable],
+    nearness: Array,
+    slopes: tuple[Tensor, Tensor],
+) -> _Lit:
     """What a group of lights makes of the faces of these slopes toward a camera."""
     face, shares = group.receivers.face, light.shares
     with torch.enable_grad():  # pictures are also taken inside torch functions, where there is none
         x, y = (slope.detach().clone().requires_grad_() for slope in slopes)
-        of_faces = table.to(x.dtype)(x, y).reshape(len(table.values), -1)
+        of_faces = torch.zeros(len(shares), x.numel(), dtype=x.dtype)
+        for table, near in zip(tables, torch.from_numpy(nearness), strict=True):
+            of_faces = of_faces + near * table.to(x.dtype)(x, y).reshape(of_faces.shape)
         # Many lights have one share for each face; of a single light, each triangle has its own.
         lit = of_faces if len(shares) == 1 else of_faces * torch.from_numpy(shares)
         by_slopes = torch.autograd.grad(lit.sum(), (x, y))

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from relief.common.arrays import Array
 from relief.grid import NO_HALO, Halo
 from relief.surface import Surface
 from visual.exact.background import Background
@@ -22,6 +23,9 @@ from visual.lights.parallel import ParallelLights
 LEAST_RADIANCE = 1e-9
 """Least radiance of ambient light that is not left out: below it no picture changes visibly."""
 
+PLACES = 5
+"""Places along a side of the plate from which the view toward a perspective camera is tabulated: highlights
+differ from place to place. Between places radiance is bilinear."""
 FILTER_PARTS = 2
 """Parts of a pixel's side that a filter which is no box weighs."""
 
@@ -128,14 +132,37 @@ def _camera(
         film, finer = camera.filter.of_parts(*shape, FILTER_PARTS), camera.finer(FILTER_PARTS)
     row, col = np.divmod(np.arange(finer.pixels), finer.cols)
     directions = finer.rays(np.stack((col, row), axis=1) + 0.5)[1]
-    view = camera.toward(np.zeros((1, 3)))[0]
+    places, nearness = _places(surface, PLACES if camera.perspective else 1)
+    views = camera.toward(places)
     return FastCamera(
         view_lines(surface, NO_HALO if camera.overhead else halo, finer, lines),
         tuple(
-            light_table(bsdf, lights, view, ENTRIES if len(lights) == 1 else AMBIENT_ENTRIES)
+            tuple(
+                light_table(bsdf, lights, view, ENTRIES if len(lights) == 1 else AMBIENT_ENTRIES)
+                for view in views
+            )
             for lights in groups
         ),
+        nearness,
         tuple(background(directions) for background in backgrounds),
         film,
         shape,
     )
+
+
+def _places(surface: Surface, side: int) -> tuple[Array, Array]:
+    """Places (side², 3), mm, evenly over a plate, and their bilinear weights (side², faces) in its faces."""
+    (rows, cols), (height, width) = surface.shape, surface.size_mm
+    if side == 1:
+        return np.zeros((1, 3)), np.ones((1, 2 * (rows + 1) * (cols + 1)))
+    node = np.linspace(-0.5, 0.5, side)
+
+    def weights(cells: int) -> Array:
+        """(side, cells) of the nodes at the middles of cells, of which the outermost lie on the rim."""
+        place = np.linspace(-0.5, 0.5, cells)
+        return np.maximum(1.0 - np.abs(place - node[:, None]) * (side - 1), 0.0)
+
+    y, x = np.meshgrid(-height * node, width * node, indexing="ij")
+    places = np.stack((x.ravel(), y.ravel(), np.zeros(side**2)), axis=1)
+    of_cells = np.einsum("ai,bj->abij", weights(rows + 1), weights(cols + 1)).reshape(side**2, -1)
+    return places, np.tile(of_cells, 2)
