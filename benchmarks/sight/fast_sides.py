@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, put, save, table
@@ -85,7 +86,7 @@ def _gradient(shown: Sequence[Pictures], adjoint: Array) -> Array:
     return np.asarray(np.sum(parts, axis=0))
 
 
-def _error(ours: Array, theirs: Array, shown: Array) -> float:
+def _error(ours: Array, theirs: Array, shown: NDArray[np.bool_]) -> float:
     """Mean over the pictures, % of the mean of each."""
     each = [
         np.sqrt(np.mean((one - other)[of] ** 2)) / other[of].mean()

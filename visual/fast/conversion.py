@@ -18,6 +18,7 @@ from visual.fast.swept_light import faces_of, triangles_of
 from visual.fast.view_lines import LINES, view_lines
 from visual.geometry.projection import Projection
 from visual.lights.kind import RGB
+from visual.lights.near import LightSet
 from visual.lights.parallel import ParallelLights
 
 LEAST_RADIANCE = 1e-9
@@ -110,8 +111,9 @@ def camera_view(
     return CameraView(surface, rise_mm, converted, lit, ambient)
 
 
-def _shining(lights: ParallelLights, surface: Surface) -> ParallelLights:
+def _shining(lights: LightSet, surface: Surface) -> ParallelLights:
     """The lights that reach a surface: one without sides only from above."""
+    assert isinstance(lights, ParallelLights)  # the fast look refuses near ones
     above = lights.toward[:, 2] > 0.0
     if all(surface.repeats) and above.any():
         return ParallelLights(lights.toward[above], lights.irradiance[above])
