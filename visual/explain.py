@@ -76,6 +76,8 @@ def explain(
         exact = (HIDDEN,)
     missing = variants.without_gradients(chosen.name)
     reasons, unseen = (list(filter(None, dict.fromkeys((missing, *every)))) for every in (exact, fast))
+    # Seen from a side, ambient light is swept like any other; the net is for the view from above.
+    trained = needs.around and needs.top_view == (True,)
     return [
         ("plate", _plate(description.plate, relief)),
         *_cameras(description, needs, samples),
@@ -89,7 +91,7 @@ def explain(
         ("shadow edges", NO_EDGES if reasons else _shadow_edges(needs)),
         *([] if reasons or all(needs.top_view) else [("outlines", OUTLINES)]),
         ("gradients", NO_GRADIENTS + "; ".join(reasons) if reasons else GRADIENTS),
-        ("fast look", NO_FAST + "; ".join(unseen) if unseen else FAST + (IF_TRAINED if needs.around else "")),
+        ("fast look", NO_FAST + "; ".join(unseen) if unseen else FAST + (IF_TRAINED if trained else "")),
     ]
 
 

@@ -107,20 +107,22 @@ class LookModel:
     Attributes:
         implementation: where its class is, as `module:Class`, which makes a `SceneLook` of a `Scene`.
         step_s: seconds of a step for each height sample (`optimize.estimates.forecast`).
+        side_s: seconds of a step for each height sample and each picture from the side.
         sampled: whether its pictures are sampled, so that `look.samples` applies and they have noise.
         shadows: whether its pictures have shadows, so that `descent.shadow_edges` applies.
     """
 
     implementation: str
     step_s: float
+    side_s: float = 0.0
     sampled: bool = False
     shadows: bool = False
 
 
 LOOKS: Mapping[str, LookModel] = {
-    "exact": LookModel("visual.scene_looks:ExactLook", 8e-5, sampled=True, shadows=True),
-    "fast": LookModel("visual.scene_looks:FastLook", 3e-5, shadows=True),
-    "shading": LookModel("visual.scene_looks:ShadingLook", 3e-5),
+    "exact": LookModel("visual.scene_looks:ExactLook", 8e-5, 1.5e-5, sampled=True, shadows=True),
+    "fast": LookModel("visual.scene_looks:FastLook", 3e-5, 0.8e-5, shadows=True),
+    "shading": LookModel("visual.scene_looks:ShadingLook", 3e-5, 0.8e-5),
     "heights": LookModel("visual.scene_looks:HeightsLook", 3e-5),
 }
 """Looks by their names. "shading", the fast look without shadows and ambient occlusion, and "heights", height

@@ -7,6 +7,9 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
+from relief.common.arrays import Array
 from visual.lights.kind import Light
 from visual.lights.quadrature import light_obstacle, parallel_obstacle
 from visual.needs import DIRECT_DEPTH, Needs
@@ -19,6 +22,11 @@ HIDDEN = "shape: one stands between camera and plate; gradients need a clear vie
 """Obstacle that rays find, not the description."""
 BOX_RADIUS = 0.5
 """Radius of a film's box filter, pixels; Mitsuba takes every filter of this radius for a box."""
+LOWEST_VIEW = 70.0
+"""Largest angle, degrees, between a camera of the fast look and straight above."""
+BESIDE = 2.0
+"""Least distance of a perspective camera of the fast look from the middle of the plate, along the plate, in
+units of the plate's half diagonal: the lines along which the camera sees then spread by 60 degrees."""
 WIDEST_FILTER = 3.0
 """Largest radius, pixels, of a film's filter with gradients: a Lanczos filter of three lobes, Mitsuba's usual
 number, makes Jacobians eight times as large as a box does, and wider ones would fill the memory."""
@@ -39,6 +47,13 @@ class _Case:
         return filter(None, (obstacle(light, size_mm) for light in lights))
 
     @property
+    def corners(self) -> Array:
+        """(4, 3) mm, of the plate."""
+        x = 0.5 * self.description.plate.size_mm
+        y = x * self.samples[0] / self.samples[1]
+        return np.array([(x, y, 0.0), (-x, y, 0.0), (x, -y, 0.0), (-x, -y, 0.0)])
+
+    @property
     def cameras(self) -> Iterable[Camera]:
         """The cameras that take pictures."""
         return (self.description.cameras[number] for number in self.needs.cameras)
@@ -56,6 +71,19 @@ class _Case:
             camera.filter_radius <= BOX_RADIUS or self.samples == (camera.rows, camera.cols)
             for camera in self.cameras
         )
+
+
+def _unseen(camera: Camera, corners: Array) -> Iterable[str]:
+    """Why view lines (`visual.fast.view_lines`) cannot follow a camera over a plate of these corners, mm."""
+    turn, place = camera.to_world[:3, :3], camera.to_world[:3, 3]
+    perspective = camera.kind != "orthographic"
+    toward = place - corners if perspective else np.broadcast_to(-turn[:, 2], corners.shape)
+    up = toward[:, 2] / np.linalg.norm(toward, axis=1)
+    if up.min() < np.cos(np.radians(LOWEST_VIEW)):
+        yield f"sensor: the fast look sees from at most {LOWEST_VIEW:g} degrees off straight above"
+    across = float(np.linalg.norm(corners, axis=1).max())
+    if perspective and np.hypot(*place[:2]) < BESIDE * across:
+        yield "sensor: through a perspective camera the fast look sees from a side, not from over the plate"
 
 
 Obstacle = Callable[[_Case], Iterable[str]]
@@ -98,12 +126,9 @@ _GRADIENTS: tuple[Obstacle, ...] = (
 OBSTACLES: Mapping[PictureModel, tuple[Obstacle, ...]] = {
     "exact": _GRADIENTS,
     "fast": (
+        lambda case: (reason for camera in case.cameras for reason in _unseen(camera, case.corners)),
         _unless(
-            lambda case: case.needs.top_view == (True,),
-            "sensor: the fast look has one camera that looks straight down on a plate that fills the picture",
-        ),
-        _unless(
-            lambda case: case.box_or_pixel_per_sample,
+            lambda case: case.needs.top_view != (True,) or case.box_or_pixel_per_sample,
             "film: rfilter: but for a box the fast look has one pixel at each of "
             "{case.samples[0]} x {case.samples[1]} height samples",
         ),

@@ -29,8 +29,10 @@ from visual.exact.light_scene import LightScene
 from visual.exact.render import RenderSettings, condition_pictures, light_pictures, pictures
 from visual.exact.view import Illumination, View
 from visual.explain import explain
-from visual.fast.conversion import fast_renderer
+from visual.fast.camera_view import CameraView
+from visual.fast.conversion import camera_view, fast_renderer
 from visual.fast.renderer import FastRenderer, FilmWeights, box_weights
+from visual.fast.view_lines import LINES
 from visual.geometry.film_samples import hidden_plate, plate_pixels
 from visual.geometry.halo import halo_of, rise_of
 from visual.geometry.topology import plate_topology
@@ -119,6 +121,7 @@ class Scene:
         )
         self._quadratures: dict[tuple[int, ...], Quadrature] = {}
         self._fast: dict[bool, FastRenderer] = {}
+        self._camera_views: dict[tuple[int | None, int, int, bool], CameraView] = {}
         self._cut_off: set[int] = set()
         self.white = white_radiance(self._description, max(self.surface.size_mm), self.illumination)
 
@@ -261,13 +264,8 @@ class Scene:
                 "fewer pixels"
             )
 
-        def lit(lights: Lights) -> Illumination:
-            background = self._light_scene(lights, resolution).background
-            return Illumination(self._quadrature(lights, directions).lights(), background)
-
-        alone = [lit((light,)) for light in self._needs.alone]
-        ambient = lit(self._needs.around) if self._needs.around else None
-        first = self._light_scene(self._loader.groups[0], resolution)
+        groups, first = self._illuminations(resolution, directions)
+        ambient = groups.pop() if self._needs.around else None
         return tuple(
             View(
                 first.scene,
@@ -275,7 +273,7 @@ class Scene:
                 first.set_heights,
                 self.plate,
                 camera,
-                alone,
+                groups,
                 ambient,
                 seed,
                 strata,
@@ -380,6 +378,61 @@ class Scene:
                 self.surface, rise_of(self.heights), bsdf, lights, self._description.ambient, film, shadows
             )
         return self._fast[shadows]
+
+    def camera_view(
+        self,
+        resolution: int | None = None,
+        directions: int = FIXED_DIRECTIONS,
+        lines: int = LINES,
+        shadows: bool = True,
+    ) -> CameraView:
+        """Fast pictures by all cameras with explicit Jacobians, converted once.
+
+        Args:
+            resolution: pixels along the film's longer side instead of its own.
+            directions: lights that stand for each light that is neither directional nor a point.
+            lines: in each pixel, along which cameras see.
+            shadows: whether there are shadows; False for the look "shading".
+
+        Raises:
+            InputError: what the fast look cannot show.
+        """
+        key = resolution, directions, lines, shadows
+        if key not in self._camera_views:
+            self.check_model("fast")
+            groups, first = self._illuminations(resolution, directions)
+            self._camera_views[key] = camera_view(
+                self.surface,
+                rise_of(self.heights),
+                self.plate.halo,
+                plate_bsdf(first.scene),
+                first.cameras,
+                groups,
+                bool(self._needs.around),
+                shadows,
+                lines,
+            )
+        return self._camera_views[key]
+
+    @property
+    def overhead(self) -> bool:
+        """Whether one camera looks straight down on a plate that fills its picture."""
+        return self._needs.top_view == (True,)
+
+    def _illuminations(
+        self, resolution: int | None, directions: int
+    ) -> tuple[list[Illumination], LightScene]:
+        """Each light alone, then all ambient ones; and the scene of the first, whose variant is then set."""
+        variants.use(self.variant)
+        variants.require_gradients()
+        groups = [
+            Illumination(
+                self._quadrature(lights, directions).lights(),
+                self._light_scene(lights, resolution).background,
+            )
+            for lights in self._loader.groups
+        ]
+        return groups, self._light_scene(self._loader.groups[0], resolution)
 
     def _film_weights(self) -> tuple[FilmWeights, FilmWeights] | None:
         """Weights of the fast look's film along y and x; None for a box and one pixel at each sample."""

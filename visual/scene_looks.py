@@ -1,6 +1,7 @@
 """The looks of a scene, as `visual.looks.LOOKS` names them."""
 
 import numpy as np
+import torch
 from torch import Tensor
 
 from relief.common.arrays import Array
@@ -8,6 +9,10 @@ from visual.fast.jacobian import FastView
 from visual.height_view import HeightView
 from visual.looks import FixedSamples, Rendering, StepView
 from visual.scene import Scene
+from visual.step_pictures import fixed_pictures
+
+STEP_LINES = 4
+"""Lines in each pixel of a step's fast pictures from the side."""
 
 
 class _OfScene:
@@ -37,21 +42,32 @@ class ExactLook(_OfScene):
 
 
 class FastLook(_OfScene):
-    """Pictures by the fast renderer (`visual.fast.renderer`)."""
+    """Pictures by swept shadows: from straight above (`visual.fast.renderer`) or any side
+    (`visual.fast.camera_view`)."""
 
     shadows = True
 
     def check(self) -> None:
-        """Convert the scene; see the protocol."""
-        self._scene.fast_renderer(self.shadows)
+        """Check the scene; one seen from above needs a net, too; see the protocol."""
+        self._scene.check_model("fast")
+        if self._scene.overhead:
+            self._scene.fast_renderer(self.shadows)
 
     def pictures(self, heights: Tensor, rendering: Rendering) -> Tensor:
         """Pictures without samples; see the protocol."""
-        return self._scene.fast_renderer(self.shadows).pictures(heights)
+        if self._scene.overhead:
+            return self._scene.fast_renderer(self.shadows).pictures(heights)
+        view = self._scene.camera_view(shadows=self.shadows)
+        edges = rendering.shadow_edges
+        each = [fixed_pictures(relief, (view,), edges) for relief in heights.reshape(-1, *heights.shape[-2:])]
+        return torch.stack(each).reshape(*heights.shape[:-2], *each[0].shape).to(heights.dtype)
 
     def views(self, samples: FixedSamples) -> tuple[StepView, ...]:
-        """One view; see the protocol."""
-        return (FastView(self._scene.fast_renderer(self.shadows)),)
+        """One view, of all cameras; see the protocol."""
+        if self._scene.overhead:
+            return (FastView(self._scene.fast_renderer(self.shadows)),)
+        resolution, directions = samples.resolution, samples.directions
+        return (self._scene.camera_view(resolution, directions, STEP_LINES, self.shadows),)
 
 
 class ShadingLook(FastLook):

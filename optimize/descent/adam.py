@@ -28,12 +28,12 @@ from optimize.descent.driver import PRESSURES, ArraySchema, Iterate
 from optimize.descent.methods import MethodSettings, StopRule
 from optimize.descent.problem import Problem, change_percent
 from optimize.descent.smoothing import smoothed
-from optimize.descent.step_pictures import fixed_pictures
 from optimize.descent.stop_reason import StopReason
 from relief.common.arrays import Array
 from tactile.measures import each
 from visual.exact.discontinuities import EdgeSamples
 from visual.looks import FixedSamples, StepView, look_model
+from visual.step_pictures import fixed_pictures
 
 DECAY_FLOOR = 0.02
 """Learning rate of the last step as a share of the first step's."""

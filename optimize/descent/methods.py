@@ -20,8 +20,6 @@ StopRule = Literal["schedule", "paper"]
 
 PIXEL_S = 1.5e-7
 """Seconds for each sample of each pixel of a rendered picture."""
-FROM_SIDE_S = 1.5e-5
-"""Seconds of a step for each height sample and each picture from the side (`in-hand`, gravel and leather)."""
 ADAM_STEP = 4.0
 """Seconds of one of Adam's steps in units of those of its pictures: the gradient takes most of a step."""
 ADAM_LOOK_WEIGHT = 0.1
@@ -62,6 +60,7 @@ class Effort(NamedTuple):
         rendered: number of pixels of all pictures that show one relief.
         samples: a pixel, of pictures that Mitsuba renders for each step; None if it renders none.
         step_s: seconds of a step with fixed samples, for each height sample, by the look.
+        side_s: the same for each of its pictures from the side (`in-hand`, gravel and leather).
         from_sides: number of pictures of one relief that do not look straight down, light by light.
     """
 
@@ -70,11 +69,12 @@ class Effort(NamedTuple):
     rendered: int
     samples: int | None
     step_s: float
+    side_s: float = 0.0
     from_sides: int = 0
 
 
 def _fixed_sample_seconds(effort: Effort) -> float:
-    return effort.steps * effort.heights * (effort.step_s + effort.from_sides * FROM_SIDE_S)
+    return effort.steps * effort.heights * (effort.step_s + effort.from_sides * effort.side_s)
 
 
 def _adam_seconds(effort: Effort) -> float:

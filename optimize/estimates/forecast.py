@@ -253,5 +253,5 @@ def _seconds(settings: Run, look: str, steps: int, heights: int, rendered: int, 
     final = RENDERED * PIXEL_S * rendered * (settings.verify.samples or UNTIL_KNOWN)
     model = look_model(look)
     samples = settings.look.samples if model.sampled else None
-    effort = Effort(steps, heights, rendered, samples, model.step_s, from_sides)
+    effort = Effort(steps, heights, rendered, samples, model.step_s, model.side_s, from_sides)
     return START_S + final + METHODS[settings.descent.method].seconds(effort)

@@ -27,6 +27,9 @@ PANEL = """<shape type="rectangle">
 </shape>"""
 ABOVE = '<scale x="5" y="5"/><lookat origin="0, 0, 20" target="0, 0, 0" up="0, 1, 0"/>'
 
+LOW = '<scale x="5.5" y="5.5"/><lookat origin="-12, -9, 4" target="0, 0, 0" up="0, 0, 1"/>'
+"""A camera 75 degrees off straight above, lower than the fast look sees from."""
+
 
 def hills(relief_mm: float = 1.5, smoothness: float = 1.5, seed: int = 3) -> Array:
     """A random relief from 0 to `relief_mm`; as it comes it has real shadows under lights at 35 degrees."""

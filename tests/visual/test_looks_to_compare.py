@@ -9,9 +9,10 @@ import torch
 from relief.common.arrays import Array
 from relief.common.errors import InputError
 from tests.visual.exact.test_view import OBLIQUE
-from tests.visual.scenes import PLASTIC, SIDE, hills, sky, sun
+from tests.visual.scenes import LOW, PLASTIC, SIDE, hills, sky, sun
 from visual.fast.jacobian import FastView
 from visual.height_view import LEVEL, PER_MM, HeightView
+from visual.looks import FixedSamples
 from visual.scene import Scene
 
 LIGHTS = sun(35.0, 20.0), sun(50.0, 145.0), sky()
@@ -56,9 +57,21 @@ def test_the_jacobian_of_shading_is_that_of_small_changes_and_of_torch(
 
 
 def test_shading_refuses_the_scenes_that_the_fast_look_refuses(scene_of: Callable[..., Scene]) -> None:
-    scene = scene_of(*LIGHTS, heights=hills(), camera=OBLIQUE)
-    with pytest.raises(InputError, match=r'looks straight down .*; use look.model = "exact"$'):
+    scene = scene_of(*LIGHTS, heights=hills(), camera=LOW)
+    with pytest.raises(InputError, match=r'at most 70 degrees .*; use look.model = "exact"$'):
         scene.render(model="shading")
+
+
+def test_shading_from_the_side_has_no_shadows(scene_of: Callable[..., Scene]) -> None:
+    scene = scene_of(*LIGHTS, heights=hills(), camera=OBLIQUE)
+    shaded, shadowed = (scene.render(model=model) for model in ("shading", "fast"))
+    assert (shaded >= shadowed - 1e-12).all() and shaded.mean() > 1.02 * shadowed.mean()
+    direction = np.random.default_rng(0).normal(size=hills().shape)
+    (view,) = scene.look("shading").views(FixedSamples())
+    jacobians = view.evaluate(hills()).jacobians
+    up, down = (view.evaluate(hills() + s * 1e-6 * direction, jacobian=False).pictures for s in (1, -1))
+    for jacobian, change in zip(jacobians, (up - down) / 2e-6, strict=True):
+        assert np.linalg.norm(jacobian @ direction.ravel() - change.ravel()) < 2e-3 * np.linalg.norm(change)
 
 
 def test_height_differences_of_any_scene(scene_of: Callable[..., Scene]) -> None:

@@ -14,7 +14,7 @@ import pytest
 import torch
 
 from relief.common.errors import InputError
-from tests.visual.scenes import MATTE, PANEL, PLASTIC, SIDE, Array, hills, sky, sun, write_scene
+from tests.visual.scenes import LOW, MATTE, PANEL, PLASTIC, SIDE, Array, hills, sky, sun, write_scene
 from visual import loading
 from visual.backend import rays
 from visual.exact import render
@@ -337,7 +337,7 @@ def test_every_rule_is_told_in_words(mi: ModuleType, tmp_path: Path) -> None:
 
 
 def test_what_a_richer_scene_takes_is_told_too(mi: ModuleType, tmp_path: Path) -> None:
-    rich = told(tmp_path, POINT, sky(RED), material=PLASTIC, max_depth=4, cols=2 * SIDE, pixel_format="rgb")
+    rich = told(tmp_path, POINT, sky(RED), material=PLASTIC, max_depth=4, camera=LOW, pixel_format="rgb")
     assert rich["bulb"] == "point light"
     assert "every condition" in rich["ambient"] and "ambient light once" in rich["pictures"]
     assert "at most 3" in rich["bounces"]

@@ -1,4 +1,4 @@
-"""BSDF table: radiance of faces by their slopes, toward a camera straight above, differentiable.
+"""BSDF table: radiance of faces by their slopes, toward a camera, differentiable.
 
 The entries lie on a square grid of tilted normals: a normal at angle t from the vertical stands at distance t
 from the middle, in the normal's azimuth, so that steep faces have as many entries as level ones. Between
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
 from torch import Tensor
 from torch.nn import functional
 
@@ -31,6 +32,8 @@ BATCH = 64
 """Directions of the sky evaluated at once, which bounds memory."""
 STEEPEST = 1e4
 """Slope of the outermost entries: a vertical face has none."""
+LEAST_COSINE = 0.05
+"""Least cosine between a face and a camera at its side at which the face's radiance is tabulated."""
 ABOVE = np.array([0.0, 0.0, 1.0])
 """Unit vector toward the camera."""
 
@@ -64,20 +67,33 @@ class BsdfTable:
         return BsdfTable(self.values.float())
 
 
-def light_table(bsdf: Any, lights: ParallelLights) -> BsdfTable:
+def light_table(
+    bsdf: Any,
+    lights: ParallelLights,
+    toward_camera: NDArray[np.float64] = ABOVE,
+    entries: int = ENTRIES,
+) -> BsdfTable:
     """Tabulate a material under each of some parallel lights alone.
 
     Args:
         bsdf: of Mitsuba.
         lights: parallel lights.
+        toward_camera: unit vector.
+        entries: a side for each light.
     """
-    slope_x, slope_y = _slopes(ENTRIES)
-    single = zip(lights.toward, lights.irradiance, strict=True)
+    slope_x, slope_y = _slopes(entries)
     radiance = [
-        unshadowed(bsdf, slope_x, slope_y, ParallelLights(toward[None], np.asarray(irradiance)[None]), ABOVE)
-        for toward, irradiance in single
+        unshadowed(bsdf, slope_x, slope_y, lights.single(number), toward_camera)
+        for number in range(len(lights))
     ]
-    return BsdfTable(torch.from_numpy(np.concatenate(radiance).reshape(-1, ENTRIES, ENTRIES)))
+    values = np.concatenate(radiance).reshape(-1, entries, entries)
+    normals = np.stack((-slope_x, -slope_y, np.ones_like(slope_x))) / np.sqrt(1.0 + slope_x**2 + slope_y**2)
+    seen = (toward_camera @ normals).reshape(entries, entries) > LEAST_COSINE
+    if toward_camera[2] < 1.0 - LEAST_COSINE:
+        # A face turned to its edge counts as one still seen: radiance does not fall to 0 there, as it would.
+        row, col = distance_transform_edt(~seen, return_distances=False, return_indices=True)
+        values = values[:, row, col]
+    return BsdfTable(torch.from_numpy(values))
 
 
 def ambient_table(bsdf: Any, radiance: NDArray[np.float64]) -> BsdfTable:

@@ -93,10 +93,10 @@ class FastView:
         """(4 r c, r c), from derivatives of triangles (2, 2, 2r, 2c) by slopes and of quarters by corners."""
         surface = self._renderer.surface
         result = sum(
-            _by_face(values) @ slope for values, slope in zip(by_slope, _slope_matrices(surface), strict=True)
+            _by_face(values) @ slope for values, slope in zip(by_slope, slope_matrices(surface), strict=True)
         )
         if by_shadow:
-            result = result + sum(by_shadow[1:], by_shadow[0]) @ _refinement(surface)
+            result = result + sum(by_shadow[1:], by_shadow[0]) @ refinement(surface)
         return sp.csr_matrix(result)
 
 
@@ -112,11 +112,20 @@ def _by_corner(
     sweep: ShadowSweep, boundary: BoundaryTriangles, highest_column: Tensor, radiance: Tensor
 ) -> sp.csr_matrix:
     """(quarters, corners) derivative of quarters of pixels by heights of corners, as shadows move."""
-    down, across = radiance.shape[-2:]
-    quarters, corners = down * across, (down + 1) * (across + 1)
-    weight = 0.5 * radiance.reshape(-1)[boundary.triangle] * boundary.by_clearance
-    quarter = (boundary.triangle % quarters).expand_as(boundary.corners)
-    by_clearance = _matrix(quarter, boundary.corners, weight, (quarters, corners))
+    triangles, quarters = radiance.numel(), radiance[0].numel()
+    weight = 0.5 * radiance.reshape(-1)[boundary.triangle]
+    quarter = boundary.triangle % quarters
+    gathered = _matrix(quarter, boundary.triangle, weight, (quarters, triangles))
+    return sp.csr_matrix(gathered @ shadow_changes(sweep, boundary, highest_column, triangles))
+
+
+def shadow_changes(
+    sweep: ShadowSweep, boundary: BoundaryTriangles, highest_column: Tensor, triangles: int
+) -> sp.csr_matrix:
+    """(triangles, corners) derivative of the lit shares of triangles by heights of corners, 1/mm."""
+    corners = len(sweep.previous)
+    triangle = boundary.triangle.expand_as(boundary.corners)
+    by_clearance = _matrix(triangle, boundary.corners, boundary.by_clearance, (triangles, corners))
     shaded = torch.unique(boundary.corners)
     occluders, weights = sweep.occluders(highest_column, shaded)
     cleared = _matrix(shaded.expand_as(occluders), occluders, weights, (corners, corners + 1))
@@ -147,7 +156,7 @@ def _ring(surface: Surface) -> Index:
 
 
 @lru_cache(maxsize=2)
-def _slope_matrices(surface: Surface) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+def slope_matrices(surface: Surface) -> tuple[sp.csr_matrix, sp.csr_matrix]:
     """(faces, r c) each: dz/dx and dz/dy of faces by heights, in the order of `face_slopes`."""
     ring, spacing = _ring(surface), surface.pitch_mm
     samples = surface.shape[0] * surface.shape[1]
@@ -167,7 +176,7 @@ def _slope_matrices(surface: Surface) -> tuple[sp.csr_matrix, sp.csr_matrix]:
 
 
 @lru_cache(maxsize=2)
-def _refinement(surface: Surface) -> sp.csr_matrix:
+def refinement(surface: Surface) -> sp.csr_matrix:
     """((2r + 1) (2c + 1), r c) matrix of `refined`, which is linear."""
     ring, (down, across) = _ring(surface), surface.shape
     ends = np.empty((2, 2 * down + 1, 2 * across + 1), dtype=np.int64)

@@ -3,8 +3,8 @@
 import numpy as np
 import torch
 
-from optimize.descent.step_pictures import fixed_pictures
 from visual.scene import Scene
+from visual.step_pictures import fixed_pictures
 
 SIDE = 48
 

@@ -12,7 +12,7 @@ from relief.common.errors import InputError
 from retouch.verbs.runs import optimize as run
 from tests.tactile.reliefs import waves
 from tests.visual.exact.test_view import OBLIQUE
-from tests.visual.scenes import ABOVE, FLOOR, SIDE, sun, write_scene
+from tests.visual.scenes import ABOVE, FLOOR, LOW, SIDE, sun, write_scene
 from visual.scene import load_scene
 
 
@@ -22,7 +22,8 @@ from visual.scene import load_scene
         ({}, None),
         ({"rows": 2 * SIDE, "cols": 2 * SIDE}, None),
         ({"rfilter": "gaussian"}, None),
-        ({"camera": OBLIQUE}, "sensor: the fast look has one camera that looks straight down"),
+        ({"camera": OBLIQUE}, None),
+        ({"camera": LOW}, "sensor: the fast look sees from at most 70 degrees off straight above"),
         ({"more": FLOOR}, "shape: the fast look knows no shape but the plate"),
         ({"max_depth": 3}, "integrator: max_depth: the fast look has direct light only"),
     ],
@@ -55,10 +56,10 @@ def test_other_scenes_fall_back_to_exact_light_in_one_line(
 def test_a_fast_look_that_cannot_be_is_refused_before_the_skin_is_built(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = write_scene(tmp_path, waves(SIDE, 1.0).numpy(), [sun(35)], camera=OBLIQUE)
+    path = write_scene(tmp_path, waves(SIDE, 1.0).numpy(), [sun(35)], camera=LOW)
     monkeypatch.setenv("RETOUCH_CACHE", str(tmp_path / "cache"))
     skin = ["touch.jnd=1", "touch.thickness_mm=2.2", "look.model=fast"]
-    with pytest.raises(InputError, match="looks straight down"):
+    with pytest.raises(InputError, match="at most 70 degrees"):
         run(run_from_scene(path, tmp_path / "heights.npy", skin), tmp_path / "out")
     assert not list((tmp_path / "cache").glob("*.safetensors"))
     assert not (tmp_path / "out").exists()

@@ -12,7 +12,7 @@ import torch
 from relief.common.errors import InputError
 from relief.surface import Surface
 from tests.tactile.reliefs import waves
-from tests.visual.scenes import CUBE, FLOOR, sun
+from tests.visual.scenes import CUBE, FLOOR, LOW, sun
 from visual.fast.bsdf_table import BsdfTable
 from visual.fast.jacobian import FastView
 from visual.fast.refinement import pixel_means
@@ -21,6 +21,7 @@ from visual.scene import Scene
 
 SIDE = 32
 POINT = '<emitter type="point"><point name="position" x="3" y="2" z="9"/></emitter>'
+NEAR_ABOVE = '<lookat origin="-1, -1, 30" target="0, 0, 0" up="0, 1, 0"/>'
 SPECTRAL = '<emitter type="constant"><spectrum name="radiance" value="400:0.1, 700:0.4"/></emitter>'
 
 
@@ -50,7 +51,8 @@ def test_pictures_under_parallel_lights_are_those_of_mitsuba(
     ("written", "message"),
     [
         ({"rows": 2 * SIDE, "cols": 2 * SIDE, "rfilter": "tent"}, "film: rfilter: .* one pixel at each"),
-        ({"rows": 2 * SIDE}, "looks straight down"),
+        ({"camera": LOW}, "sensor: .* at most 70 degrees off straight above"),
+        ({"camera": NEAR_ABOVE, "kind": "perspective"}, "sensor: .* from a side, not from over the plate"),
         ({"max_depth": 3}, "direct light only"),
         ({"more": FLOOR}, "shape: the fast look knows no shape but the plate"),
         ({"more": CUBE}, "shape: the fast look knows no shape but the plate"),

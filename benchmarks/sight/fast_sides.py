@@ -1,0 +1,126 @@
+"""The fast look from the side beside the exact look: pictures, gradients, seconds, and runs by both.
+
+python -m benchmarks.sight.fast_sides [RUN ...]
+
+Pictures of a step beside Mitsuba's with 256 samples a pixel: the root of the mean square over the pixels
+that show the plate, in % of the mean picture. Gradients of a smooth weighting of the pictures beside those of
+exact pictures with more samples: cosine, and ratio of the lengths. CPU seconds of pictures with Jacobians.
+RUN are folders of finished runs, for the second table; without any, those of the last time stay.
+"""
+
+import json
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from benchmarks.shared.common import DOCS, ROOT, load, machine, parser_of, put, save, table
+from relief.common.arrays import Array
+from visual.exact.discontinuities import EdgeSamples
+from visual.exact.view import Pictures
+from visual.looks import FixedSamples, StepView
+from visual.scene import Scene, load_scene
+
+NAME, COMMAND = "fast_sides", "benchmarks.sight.fast_sides"
+SCENES, TEXTURES = ("five_views", "in-hand"), ("gravel-tile", "knit-tile", "leather-tile")
+STEP = FixedSamples(None, 0, 3, EdgeSamples(shadows=2, visibility=4), 16)
+"""Samples of a step of Gauss-Newton with views from the side."""
+FINE = FixedSamples(None, 1, 6, EdgeSamples(shadows=16, visibility=16), 16)
+RENDERED = 256
+HEAD = [
+    *("scene, texture", "fast: pictures, %", "exact step: pictures, %", "fast: cosine, ratio"),
+    *("exact step: cosine, ratio", "fast, CPU s", "exact, CPU s", "ratio"),
+]
+RUN_HEAD = ["scene, texture", "JND", "look", "steps", "change, %", "rms, %", "descent, CPU s", "run, CPU s"]
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("runs", nargs="*", type=Path, metavar="RUN")
+    runs = [_run(folder) for folder in parser.parse_args().runs] or load(NAME).get("runs", [])
+    rows = [_compared(scene, texture) for scene in SCENES for texture in TEXTURES]
+    save(NAME, {"rows": rows, "runs": runs, "machine": machine()})
+    tables = table(HEAD, [_line(row) for row in rows]), table(RUN_HEAD, [list(run.values()) for run in runs])
+    text = "\n\n".join(tables) + "\n"
+    put(DOCS / "evidence" / "sides.md", NAME, COMMAND, text)
+    print(text)
+
+
+def _compared(name: str, texture: str) -> dict[str, Any]:
+    folder = ROOT / "mitsuba_scenes"
+    scene = load_scene(folder / f"{name}.xml", texture=folder / "textures" / f"{texture}.png")
+    weights = scene.plate_weights()
+    rendered = scene.render(samples=RENDERED).numpy()
+    random = np.random.default_rng(0)
+    adjoint = weights * gaussian_filter(random.normal(size=weights.shape), (0.0, 2.0, 2.0))
+    reference = _gradient(_evaluated(scene.look("exact").views(FINE), scene), adjoint)
+    row: dict[str, Any] = {"case": f"{name}, {texture}"}
+    for look in ("fast", "exact"):
+        views = scene.look(look).views(STEP)
+        _evaluated(views, scene)
+        began = time.process_time()
+        shown = _evaluated(views, scene)
+        seconds = time.process_time() - began
+        gradient = _gradient(shown, adjoint)
+        lengths = np.linalg.norm(gradient), np.linalg.norm(reference)
+        row[look] = {
+            "error_percent": _error(np.concatenate([of.pictures for of in shown]), rendered, weights > 0.0),
+            "cosine": float(gradient @ reference / (lengths[0] * lengths[1])),
+            "ratio": float(lengths[0] / lengths[1]),
+            "cpu_s": seconds,
+        }
+    return row
+
+
+def _evaluated(views: Sequence[StepView], scene: Scene) -> list[Pictures]:
+    return [view.evaluate(scene.heights) for view in views]
+
+
+def _gradient(shown: Sequence[Pictures], adjoint: Array) -> Array:
+    jacobians = [jacobian for of_view in shown for jacobian in of_view.jacobians]
+    parts = [jacobian.T @ weights.ravel() for jacobian, weights in zip(jacobians, adjoint, strict=True)]
+    return np.asarray(np.sum(parts, axis=0))
+
+
+def _error(ours: Array, theirs: Array, shown: NDArray[np.bool_]) -> float:
+    """Mean over the pictures, % of the mean of each."""
+    each = [
+        np.sqrt(np.mean((one - other)[of] ** 2)) / other[of].mean()
+        for one, other, of in zip(ours, theirs, shown, strict=True)
+    ]
+    return float(100.0 * np.mean(each))
+
+
+def _run(folder: Path) -> dict[str, Any]:
+    """A line of the second table, from a finished run."""
+    result = json.loads((folder / "result.json").read_text())
+    settings = result["settings"]
+    return {
+        "case": f"{Path(settings['scene']).stem}, {Path(settings['texture']).stem}",
+        "jnd": f"{settings['touch']['jnd']:+g}",
+        "look": result["look"]["model"],
+        "steps": result["stop"]["steps"],
+        "change": round(result["look"]["change_percent"], 1),
+        "rms": round(result["look"]["rms_change_percent_of_mean"], 1),
+        "descent_cpu_s": round(result["cpu_s"]["descent"]),
+        "cpu_s": round(result["cpu_s"]["total"]),
+    }
+
+
+def _line(row: dict[str, Any]) -> list[Any]:
+    fast, exact = row["fast"], row["exact"]
+    return [
+        row["case"],
+        *(f"{look['error_percent']:.1f}" for look in (fast, exact)),
+        *(f"{look['cosine']:.3f}, {look['ratio']:.2f}" for look in (fast, exact)),
+        *(f"{look['cpu_s']:.1f}" for look in (fast, exact)),
+        f"{exact['cpu_s'] / fast['cpu_s']:.1f}",
+    ]
+
+
+if __name__ == "__main__":
+    main()
