@@ -6,9 +6,10 @@
 
 const PlateLight = (() => {
   const OUTSIDE = -1e9;
-  const AZIMUTHS = 16;
-  /** Periods of a tile from which shadows come in, at most. */
-  const MOST_PERIODS = 3;
+  /** Directions in which horizons are looked for. */
+  const AZIMUTHS = 8;
+  /** Tangent of the lowest horizon for which a tile's neighbours are searched: lower ones hide a hundredth of the sky. */
+  const LEAST_TANGENT = 0.1;
 
   /** Where rows and columns of samples begin, with one more on each side: the outermost, or the neighbours'. */
   function ring(rows, cols, [wrapsY, wrapsX]) {
@@ -43,7 +44,7 @@ const PlateLight = (() => {
     const slope = -down / Math.abs(right), step = Math.hypot(1, slope) * spacing;
     const drop = (toward[2] / Math.hypot(toward[0], toward[1])) * step;
     const period = along - 1, wraps = repeats[turned ? 0 : 1];
-    const before = wraps ? Math.min(MOST_PERIODS * period, Math.ceil(rise / Math.max(drop, 1e-9)) + 1) : 0;
+    const before = wraps ? Math.min(period, 2 * (Math.ceil(rise / Math.max(2 * drop, 1e-9)) + 1)) : 0;
     const columns = before + along, ends = [-slope * before, -slope * (columns - 1)];
     const first = Math.floor(Math.min(...ends)) - 1, last = Math.ceil(across - 1 + Math.max(...ends)) + 1;
     const start = (k) => {
@@ -132,58 +133,42 @@ const PlateLight = (() => {
     }
   }
 
-  /** Irradiance, over that of a level face, from one azimuth above elevation h of a face with normal (a, up). */
-  function fromAzimuth(a, up, tangent) {
-    const h = Math.atan(tangent), cosine = Math.cos(h), sine = Math.sin(h);
-    return a * (Math.PI / 2 - h - sine * cosine) + up * cosine * cosine;
+  /** Irradiance of a face with normal (a, 1) from one azimuth, above a tangent of elevation, up to a factor. */
+  function fromAzimuth(a, tangent) {
+    const cosineSquared = 1 / (1 + tangent * tangent);
+    return a * (Math.PI / 2 - Math.atan(tangent) - tangent * cosineSquared) + cosineSquared;
   }
 
-  /** Share (rows, cols) of the light of an even sky, less what is below a face's own plane, that reaches each sample. */
-  function skyVisibility(heights, rows, cols, pitch, repeats) {
-    const count = rows * cols, seen = new Float32Array(count), whole = new Float32Array(count);
-    // One more row and column, those of the neighbours, so that a period is one less than the size.
-    const [down, right] = [rows + (repeats[0] ? 1 : 0), cols + (repeats[1] ? 1 : 0)];
-    const field = new Float64Array(down * right);
-    for (let i = 0; i < down; i += 1)
-      for (let j = 0; j < right; j += 1) field[i * right + j] = heights[(i % rows) * cols + (j % cols)];
-    const slopes = centralSlopes(heights, rows, cols, pitch, repeats);
-    let [low, high] = [Infinity, -Infinity];
-    for (const z of heights) { low = Math.min(low, z); high = Math.max(high, z); }
+  /**
+   * Share (rows, cols) of an even sky's light, less what is below a face's own plane, that reaches each point of a field.
+   *
+   * A generator that yields now and then and returns the share, so that a page need not stand still meanwhile.
+   */
+  function* skyVisibility(field, rows, cols, pitch, repeats, rise) {
+    const seen = new Float32Array(rows * cols), whole = new Float32Array(rows * cols);
+    const beside = (k, n, wraps) => (wraps ? (k + n - 1) % (n - 1) : Math.min(n - 1, Math.max(0, k)));
     for (let n = 0; n < AZIMUTHS; n += 1) {
       const azimuth = (2 * Math.PI * (n + 0.5)) / AZIMUTHS, [x, y] = [Math.cos(azimuth), Math.sin(azimuth)];
-      // A halo of a rise at 6 degrees: what stands lower takes a hundredth of the sky at most.
-      const sweep = course(down, right, pitch, [x, y, 0.1], repeats, high - low);
+      const sweep = course(rows, cols, pitch, [x, y, LEAST_TANGENT], repeats, rise);
       const { across, slope, step, before, columns, first, start, lines, stride } = sweep;
       const hulls = new Hulls(lines, columns), line = new Float64Array(lines);
       for (let k = 0; k < columns; k += 1) {
-        const back = Math.floor(-slope * k), part = -slope * k - back;
+        const back = Math.floor(-slope * k), part = -slope * k - back, origin = start(k);
         for (let i = 0, l = back - first; k >= before && i < across; i += 1, l += 1) {
-          const at = start(k) + i * stride, row = (at / right) | 0, col = at - row * right;
-          if (row >= rows || col >= cols) continue;
-          const own = row * cols + col, z = field[at];
-          const rise = (1 - part) * hulls.rise(l, k, z) + part * hulls.rise(l + 1, k, z);
-          const [a, up] = [-x * slopes[2 * own] - y * slopes[2 * own + 1], 1];
-          const plane = Math.max(0, -a);
-          seen[own] += fromAzimuth(a, up, Math.max(plane, rise / step));
-          whole[own] += fromAzimuth(a, up, plane);
+          const at = origin + i * stride, z = field[at], row = stride === 1 ? (origin / cols) | 0 : i, col = at - row * cols;
+          const dx = field[row * cols + beside(col + 1, cols, repeats[1])] - field[row * cols + beside(col - 1, cols, repeats[1])];
+          const dy = field[beside(row - 1, rows, repeats[0]) * cols + col] - field[beside(row + 1, rows, repeats[0]) * cols + col];
+          const a = (-x * dx - y * dy) / (2 * pitch), plane = Math.max(0, -a), open = fromAzimuth(a, plane);
+          const tangent = ((1 - part) * hulls.rise(l, k, z) + part * hulls.rise(l + 1, k, z)) / step;
+          whole[at] += open;
+          seen[at] += tangent > plane ? fromAzimuth(a, tangent) : open;
         }
         crossed(field, sweep, k, line);
         for (let l = 0; l < lines; l += 1) hulls.add(l, k, line[l]);
+        if (k % 32 === 0) yield;
       }
     }
     return seen.map((value, k) => value / whole[k]);
-  }
-
-  /** Slopes dz/dx and dz/dy at each sample, one after the other. */
-  function centralSlopes(heights, rows, cols, pitch, repeats) {
-    const result = new Float32Array(2 * rows * cols), { down, right } = ring(rows, cols, repeats);
-    for (let i = 0, k = 0; i < rows; i += 1) {
-      for (let j = 0; j < cols; j += 1) {
-        result[k++] = (heights[down[i + 1] + right[j + 2]] - heights[down[i + 1] + right[j]]) / (2 * pitch);
-        result[k++] = (heights[down[i] + right[j + 1]] - heights[down[i + 2] + right[j + 1]]) / (2 * pitch);
-      }
-    }
-    return result;
   }
 
   /** A height field with what no lamp changes. */
@@ -199,8 +184,20 @@ const PlateLight = (() => {
       this.clear = new Float32Array(this.fine.length);
       this.faces = faceNormals(heights, rows, cols, pitch, repeats);
       this.facing = new Float32Array(this.faces.length / 3);
-      this.sky = quarterSky(this.faces, skyVisibility(heights, rows, cols, pitch, repeats), rows, cols);
+      this.see(new Float32Array(this.fine.length).fill(1));
       this.radiance = new Float32Array(4 * rows * cols);
+    }
+
+    /** Finds what the relief hides of the sky, in steps: a generator, at whose end the light takes it into account. */
+    *hideSky() {
+      const { fine, rows, cols, spacing, repeats } = this;
+      this.see(yield* skyVisibility(fine, 2 * rows + 1, 2 * cols + 1, spacing, repeats, this.high - this.low));
+    }
+
+    /** Takes the share of the sky that is seen from each corner, such as that of heights which differ little. */
+    see(visible) {
+      this.visible = visible;
+      this.sky = quarterSky(this.faces, visible, this.rows, this.cols);
     }
 
     /**
@@ -260,12 +257,13 @@ const PlateLight = (() => {
 
   /** Light (2 rows, 2 cols) of an even sky on quarters of samples, over that of a level plate that sees all of it. */
   function quarterSky(faces, visible, rows, cols) {
-    const result = new Float32Array(4 * rows * cols);
+    const result = new Float32Array(4 * rows * cols), wide = 2 * cols + 1;
     for (let i = 0, k = 0; i < 2 * rows; i += 1) {
       for (let j = 0; j < 2 * cols; j += 1, k += 1) {
+        const at = i * wide + j, mean = 0.25 * (visible[at] + visible[at + 1] + visible[at + wide] + visible[at + wide + 1]);
         const cell = 2 * (((i + 1) >> 1) * (cols + 1) + ((j + 1) >> 1));
         const upper = (i | j) & 1 ? cell : cell + 1, lower = i & j & 1 ? cell : cell + 1;
-        result[k] = visible[(i >> 1) * cols + (j >> 1)] * (0.5 + 0.25 * (faces[3 * upper + 2] + faces[3 * lower + 2]));
+        result[k] = mean * (0.5 + 0.25 * (faces[3 * upper + 2] + faces[3 * lower + 2]));
       }
     }
     return result;

@@ -25,7 +25,8 @@
 //     reset()                       lamp, tilt and edge as at the start
 //     pixels()                      { width, height, data } of the picture now, RGBA bytes, the first row on top
 //     destroy()                     gives the graphics card back and empties the element
-// Properties: lamp, tilt, swipe, mode. Events of the element, which bubble, with these as `detail`:
+// Properties: lamp, tilt, swipe, mode; ready, a promise that is kept when the sky over the last heights, whose shade in
+// the hollows is found while the page goes on, is known. Events of the element, which bubble, with these as `detail`:
 //     plate-lamp { azimuth, elevation }, plate-tilt { right, down }, plate-swipe { percent }, plate-lost {}
 // Pointer: a drag moves the lamp, which stands under the pointer: the middle of the stage is straight above, its rim
 // the horizon; shift or the right button tilts; the edge is dragged by its grip. Keys of the stage: arrows for the
@@ -36,6 +37,8 @@ const PlateView = (() => {
   const LOWEST = 5, MOST_TILT = 60, STEP = 5;
   /** Cells of the tilted plate along its longer side. */
   const CELLS = 160;
+  /** Longest time for which the page stands still while the sky is looked for, ms. */
+  const SLICE = 12;
   /** Thickness of the plate below its lowest point, as a part of its width. */
   const BASE = 0.06;
 
@@ -118,7 +121,7 @@ const PlateView = (() => {
       for (const each of [heights, after])
         if (each && each.length !== rows * cols) throw new Error(`heights: ${each.length} values, not ${rows * cols}`);
       const size = { rows, cols, size_mm, repeats: repeats ?? this.repeats ?? [false, false] };
-      const plates = [heights, after].filter(Boolean).map((each) => new Plate(this.gl, each, size));
+      const plates = [heights, after].filter(Boolean).map((each, k) => new Plate(this.gl, each, size, this.plates?.[k]));
       this.plates?.forEach((plate) => plate.remove());
       Object.assign(this, size, { plates });
       const [lows, highs] = ["low", "high"].map((end) => plates.map(({ field }) => field[end]));
@@ -129,6 +132,21 @@ const PlateView = (() => {
         this.grid = grid(this.gl, ...cells);
       }
       this.edge.hidden = this.swiper.hidden = plates.length < 2;
+      this.relight();
+      this.ready = this.hideSky(plates);
+    }
+
+    /** Finds what each relief hides of the sky, in slices between which the page lives. */
+    async hideSky(plates) {
+      let since = performance.now();
+      for (const { field } of plates) {
+        for (const _ of field.hideSky()) {
+          if (performance.now() - since < SLICE) continue;
+          await new Promise((done) => setTimeout(done));
+          if (this.gone || this.plates !== plates) return;
+          since = performance.now();
+        }
+      }
       this.relight();
     }
 
@@ -342,9 +360,11 @@ const PlateView = (() => {
 
   /** One plate on the graphics card: its heights, and its light as a picture of twice its samples a side. */
   class Plate {
-    constructor(gl, heights, { rows, cols, size_mm, repeats }) {
+    constructor(gl, heights, { rows, cols, size_mm, repeats }, last) {
       this.gl = gl;
       this.field = new PlateLight.Field(heights, rows, cols, size_mm, repeats);
+      // Heights that replace others mostly differ little: until their own is known they have the others' sky.
+      if (last?.field.rows === rows && last.field.cols === cols) this.field.see(last.field.visible);
       this.size = [2 * cols, 2 * rows];
       this.fine = numbers(gl, gl.R32F, [2 * cols + 1, 2 * rows + 1], this.field.fine, gl.NEAREST);
       this.lit = numbers(gl, gl.R16F, this.size, this.field.radiance, gl.LINEAR);
