@@ -78,12 +78,13 @@ _ALLOWED = {
     ),
     "retouch.pages": (
         "optimize.run_directory optimize.runs optimize.verification relief relief.common "
-        "retouch.pages.viewer tactile visual"
+        "retouch.pages.plate_viewer retouch.pages.viewer tactile visual"
     ),
     "retouch.pages.objects": (
         "optimize.verification.solids relief relief.common relief.export relief.meshes relief.wrapping "
         "retouch.pages retouch.pages.viewer tactile visual.backend"
     ),
+    "retouch.pages.plate_viewer": "relief relief.common retouch.pages.viewer visual visual.lights",
     "retouch.pages.viewer": "relief relief.common relief.meshes",
     "retouch.people": ("optimize.run_directory relief.common retouch.pages retouch.stimulus_sets tactile"),
     "retouch.people.skin_fit": (

@@ -25,19 +25,23 @@ SCRIPTS = ("plate_light.js", "plate_viewer.js")
 """Files of the component `PlateView`, in their order; what embeds it needs no other."""
 
 FIGURE = Markup("""\
-<figure class="plate-figure" data-label="{label}" hidden>
+<figure class="plate-figure" hidden>
+<figcaption class="name">{title}</figcaption>
 <div class="plate-stage"><div class="plate-view" role="group" aria-label="{label}"></div>{tags}</div>
-<div class="plate-tools">{groups}
-<label>Lamp around <input type="range" class="azimuth" min="0" max="359" step="1"> <output></output></label>
-<label>Lamp above the plate <input type="range" class="elevation" min="5" max="90" step="1"> <output></output></label>
+<div class="plate-tools">
+{groups}
+<label><span>Lamp, around</span><input type="range" class="azimuth" min="0" max="359" step="1"><output></output></label>
+<label><span>Lamp, above the plate</span><input type="range" class="elevation" min="5" max="90" step="1"><output></output>\
+</label>
+<div><span></span><button type="button" class="reset">Reset</button></div>
 <p class="aside">Drag to move the lamp: it stands under the pointer, straight above in the middle, at the horizon on the \
-rim. With shift, or with Tilt, dragging turns the plate. Keys: arrows for the lamp, shift and arrows to tilt, \
+rim. With shift, dragging tilts the plate. Keys: arrows for the lamp, shift and arrows to tilt, \
 {swap}0 to start anew.</p>
 <p class="aside">{note}</p></div>
 <script type="application/json">{data}</script>
 </figure>""")
 TAGS = Markup('<span class="tag">{}</span><span class="tag">{}</span>')
-GROUP = Markup('<span class="group" role="group" aria-label="{}">{}</span>')
+GROUP = Markup('<div><span>{0}</span><span class="group" role="group" aria-label="{0}">{1}</span></div>\n')
 BUTTON = Markup('<button type="button"{}>{}</button>')
 
 
@@ -55,12 +59,12 @@ class NamedRelief:
 
 
 def plate_figure(
-    label: str, first: NamedRelief, second: NamedRelief | None = None, appearance: Appearance = STUDIO
+    title: str, first: NamedRelief, second: NamedRelief | None = None, appearance: Appearance = STUDIO
 ) -> Markup:
     """A figure that shows one plate, or two plates under one lamp with an edge between them.
 
     Args:
-        label: what is shown, for those who do not see it; text of any kind.
+        title: heading of the figure; text of any kind.
         first: left of the edge.
         second: right of the edge, on a plate of the same size.
         appearance: of the matte surface and its light.
@@ -78,7 +82,8 @@ def plate_figure(
     if second is not None:
         groups.append(_swaps(first.name, second.name))
     return FIGURE.format(
-        label=plain(label),
+        title=plain(title),
+        label=plain(" and ".join(each.name for each in shown)) + ", a plate under a lamp",
         tags=Markup() if second is None else TAGS.format(first.name, second.name),
         groups=Markup().join(groups),
         swap="" if second is None else "B for the other plate, ",
@@ -140,7 +145,7 @@ def _samples(relief: Relief, data: dict[str, Any]) -> str:
 
 def _lamps(appearance: Appearance) -> Markup:
     return GROUP.format(
-        "Lamps of the pictures",
+        "Lamp, as in the pictures",
         Markup().join(
             BUTTON.format(Markup(' data-lamp="{}"').format(place), lamp.name)
             for place, lamp in enumerate(appearance.lamps)
@@ -149,17 +154,16 @@ def _lamps(appearance: Appearance) -> Markup:
 
 
 def _modes() -> Markup:
-    modes = [("Lamp", "lamp", "true"), ("Tilt", "tilt", "false")]
+    modes = [("the lamp", "lamp", "true"), ("the plate", "tilt", "false")]
     buttons = [
         BUTTON.format(Markup(' data-mode="{}" aria-pressed="{}"').format(mode, pressed), name)
         for name, mode, pressed in modes
     ]
-    reset = BUTTON.format(Markup(' class="reset"'), "Reset")
-    return GROUP.format("What dragging moves", Markup().join(buttons)) + GROUP.format("View", reset)
+    return GROUP.format("Dragging moves", Markup().join(buttons))
 
 
 def _swaps(first: str, second: str) -> Markup:
-    ways = [(first, 100), ("Both", 50), (second, 0)]
+    ways = [(first, 100), ("both", 50), (second, 0)]
     buttons = [
         BUTTON.format(
             Markup(' data-swipe="{}" aria-pressed="{}"').format(percent, str(percent == 50).lower()), name

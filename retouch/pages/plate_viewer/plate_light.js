@@ -185,7 +185,8 @@ const PlateLight = (() => {
       this.faces = faceNormals(heights, rows, cols, pitch, repeats);
       this.facing = new Float32Array(this.faces.length / 3);
       this.see(new Float32Array(this.fine.length).fill(1));
-      this.radiance = new Float32Array(4 * rows * cols);
+      this.quarters = new Float32Array(4 * rows * cols);
+      this.radiance = new Float32Array(this.fine.length);
     }
 
     /** Finds what the relief hides of the sky, in steps: a generator, at whose end the light takes it into account. */
@@ -201,12 +202,13 @@ const PlateLight = (() => {
     }
 
     /**
-     * Radiance (2 rows, 2 cols) of a white matte surface, on quarters of samples: the mean of two triangles.
+     * Radiance (2 rows + 1, 2 cols + 1) of a white matte surface at the corners of quarters of samples, each the mean
+     * over the square of a sample's size around it: at samples, the pixels of the fast look.
      *
      * toward: unit vector toward the lamp; strength: radiance that faces the lamp; ambient: of the even sky.
      */
     lit(toward, strength, ambient) {
-      const { rows, cols, fine, clear, faces, facing, sky, radiance } = this, wide = 2 * cols + 1;
+      const { rows, cols, fine, clear, faces, facing, sky, quarters } = this, wide = 2 * cols + 1;
       clearance(fine, 2 * rows + 1, wide, this.spacing, toward, this.repeats, this.high - this.low, clear);
       for (let k = 0, f = 0; k < facing.length; k += 1, f += 3)
         facing[k] = Math.max(0, 0.5 * strength * (faces[f] * toward[0] + faces[f + 1] * toward[1] + faces[f + 2] * toward[2]));
@@ -219,7 +221,21 @@ const PlateLight = (() => {
           let light = ambient * sky[k];
           if (upper > 0) light += upper * litShare(a, b, c);
           if (lower > 0) light += lower * litShare(d, b, c);
-          radiance[k] = light;
+          quarters[k] = light;
+        }
+      }
+      return this.blurred();
+    }
+
+    /** Means of the four quarters around each corner; beyond a side that ends, of those within. */
+    blurred() {
+      const { quarters, radiance, rows, cols, repeats } = this, [tall, wide] = [2 * rows, 2 * cols];
+      const beyond = (k, n, wraps) => (wraps ? (k + n) % n : Math.min(n - 1, Math.max(0, k)));
+      for (let i = 0, k = 0; i <= tall; i += 1) {
+        const [above, below] = [wide * beyond(i - 1, tall, repeats[0]), wide * beyond(i, tall, repeats[0])];
+        for (let j = 0; j <= wide; j += 1, k += 1) {
+          const left = j ? j - 1 : beyond(-1, wide, repeats[1]), right = j < wide ? j : beyond(wide, wide, repeats[1]);
+          radiance[k] = 0.25 * (quarters[above + left] + quarters[above + right] + quarters[below + left] + quarters[below + right]);
         }
       }
       return radiance;

@@ -82,7 +82,8 @@ const PlateView = (() => {
       return mix(12.92 * v, 1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, v));
     }
     void main() {
-      float radiance = texture(lit, place).r;
+      vec2 corners = vec2(textureSize(lit, 0));
+      float radiance = texture(lit, (place * (corners - 1.0) + 0.5) / corners).r;
       if (foot > 0.0) {
         vec3 normal = normalize(cross(dFdx(solid), dFdy(solid)));
         radiance = strength * max(0.0, dot(normal, toward)) + 0.5 * ambient;
@@ -358,15 +359,15 @@ const PlateView = (() => {
     }
   }
 
-  /** One plate on the graphics card: its heights, and its light as a picture of twice its samples a side. */
+  /** One plate on the graphics card: its heights and its light, at the corners of quarters of its samples. */
   class Plate {
     constructor(gl, heights, { rows, cols, size_mm, repeats }, last) {
       this.gl = gl;
       this.field = new PlateLight.Field(heights, rows, cols, size_mm, repeats);
       // Heights that replace others mostly differ little: until their own is known they have the others' sky.
       if (last?.field.rows === rows && last.field.cols === cols) this.field.see(last.field.visible);
-      this.size = [2 * cols, 2 * rows];
-      this.fine = numbers(gl, gl.R32F, [2 * cols + 1, 2 * rows + 1], this.field.fine, gl.NEAREST);
+      this.size = [2 * cols + 1, 2 * rows + 1];
+      this.fine = numbers(gl, gl.R32F, this.size, this.field.fine, gl.NEAREST);
       this.lit = numbers(gl, gl.R16F, this.size, this.field.radiance, gl.LINEAR);
       this.stale = true;
     }
