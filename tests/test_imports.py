@@ -93,12 +93,14 @@ _ALLOWED = {
     ),
     "retouch.stimulus_sets": (
         "optimize.run_directory optimize.settings optimize.verification relief relief.common "
-        "relief.export relief.preparing retouch.pages retouch.studies retouch.workers tactile"
+        "relief.export relief.preparing retouch.pages retouch.pages.plate_viewer retouch.studies "
+        "retouch.workers tactile"
     ),
     "retouch.studies": (
         "mitsuba_scenes optimize.descent optimize.estimates optimize.run_directory optimize.runs "
         "optimize.settings "
-        "optimize.verification relief relief.common retouch.pages retouch.studies.measuring "
+        "optimize.verification relief relief.common retouch.pages retouch.pages.plate_viewer "
+        "retouch.studies.measuring "
         "retouch.workers visual.backend"
     ),
     "retouch.studies.measuring": (

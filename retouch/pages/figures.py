@@ -107,7 +107,7 @@ def _exposed(pictures: FloatArray, white: float) -> float:
 
 
 def lamp_figures(pair: Pair) -> list[Markup]:
-    """Figures whose lamp the reader moves: one of both reliefs, or one of each if their plates differ in size."""
+    """Figures whose lamp the reader moves: one of both reliefs, or of each if the plates differ in size."""
     appearance, first, second = STUDIO, pair.before, pair.after
     if pair.matte is not None:
         exposure = pair.white / _exposed(first.pictures, pair.white)
@@ -237,8 +237,7 @@ def relief_figures(pair: Pair) -> dict[str, Any]:
     top, bottom = max(h.max() for h in heights), min(*(h.min() for h in heights), 0.0)
     axis, wide = svg.nice_axis(bottom, top, 3), max(sizes_mm)
     profiles = [
-        svg.Profile(averaged(h, PROFILE_SIDE), size_mm)
-        for h, size_mm in zip(heights, sizes_mm, strict=True)
+        svg.Profile(averaged(h, PROFILE_SIDE), size_mm) for h, size_mm in zip(heights, sizes_mm, strict=True)
     ]
     context: dict[str, Any] = {
         "shades": [

@@ -58,7 +58,9 @@ def _note(scene: MatteScene) -> str:
     if scene.textured:
         sentences[0] += ", in the mean of its texture"
     if scene.simplified:
-        sentences.append("Of the scene's light, the lamp is the mean direction, the rest comes evenly from above")
+        sentences.append(
+            "Of the scene's light, the lamp is the mean direction, the rest comes evenly from above"
+        )
     return ". ".join(sentences) + "."
 
 

@@ -51,7 +51,7 @@ const PlateView = (() => {
     uniform sampler2D fine;
     uniform mat3 turn;
     uniform ivec2 cells;
-    uniform vec2 size, fit;
+    uniform vec2 size, fit, middle;
     uniform float base, pivot;
     out vec2 place;
     out vec3 solid;
@@ -68,7 +68,7 @@ const PlateView = (() => {
                     mix(texelFetch(fine, first + ivec2(0, 1), 0).r, texelFetch(fine, first + 1, 0).r, part.x), part.y);
       solid = vec3((place.x - 0.5) * size.x, (0.5 - place.y) * size.y, foot > 0.0 ? base : z);
       vec3 seen = turn * (solid - vec3(0.0, 0.0, pivot));
-      gl_Position = vec4(seen.xy * fit, -seen.z * 0.5 / (size.x + size.y), 1.0);
+      gl_Position = vec4((seen.xy - middle) * fit, -seen.z * 0.5 / (size.x + size.y), 1.0);
     }`;
   const SHOWN = `${HEAD}
     uniform sampler2D lit;
@@ -251,9 +251,10 @@ const PlateView = (() => {
 
     show(plate, turn, toward, [width, height]) {
       const { gl, shown, size_mm, rows, cols } = this, deep = (size_mm * rows) / cols;
+      const { base, pivot } = this.depth(), aslant = Math.hypot(this.tilt.right, this.tilt.down);
+      const { scale, middle } = fitted(turn, [size_mm / 2, deep / 2], [base - pivot, this.high - pivot], [width, height]);
       // From straight above the plate fills the stage, as it fills the pictures of the page.
-      const aslant = Math.hypot(this.tilt.right, this.tilt.down) / MOST_TILT;
-      const scale = (1 - 0.2 * Math.min(1, aslant)) * Math.min(width / size_mm, height / deep);
+      const room = scale * (1 - 0.06 * Math.min(1, aslant / 20));
       gl.useProgram(shown.program);
       bind(gl, shown, "fine", plate.fine, 0);
       bind(gl, shown, "lit", plate.lit, 1);
@@ -265,11 +266,18 @@ const PlateView = (() => {
       const { cells, buffer, count } = aslant > 0 ? this.grid : this.flat;
       gl.uniform2i(shown.at("cells"), ...cells);
       gl.uniform2f(shown.at("size"), size_mm, deep);
-      gl.uniform2f(shown.at("fit"), (2 * scale) / width, (2 * scale) / height);
-      gl.uniform1f(shown.at("base"), this.low - BASE * size_mm);
-      gl.uniform1f(shown.at("pivot"), 0.5 * (this.low + this.high));
+      gl.uniform2f(shown.at("fit"), (2 * room) / width, (2 * room) / height);
+      gl.uniform2fv(shown.at("middle"), middle);
+      gl.uniform1f(shown.at("base"), base);
+      gl.uniform1f(shown.at("pivot"), pivot);
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
       gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
+    }
+
+    /** Heights of the foot of the plates and of the point about which they turn, mm. */
+    depth() {
+      const base = this.low - BASE * this.size_mm;
+      return { base, pivot: 0.5 * (base + this.high) };
     }
 
     /** Rows of the rotation from the plate to the viewer. */
@@ -383,6 +391,16 @@ const PlateView = (() => {
     remove() {
       for (const each of [this.fine, this.lit]) this.gl.deleteTexture(each);
     }
+  }
+
+  /** Scale, pixels a mm, and middle at which a turned box of these half sides and heights fits a stage. */
+  function fitted(turn, [x, y], heights, [width, height]) {
+    const ends = [0, 1].map((axis) => {
+      const reach = Math.abs(turn[axis][0]) * x + Math.abs(turn[axis][1]) * y, deep = heights.map((z) => turn[axis][2] * z);
+      return [Math.min(...deep) - reach, Math.max(...deep) + reach];
+    });
+    const [across, up] = ends.map(([low, high]) => high - low);
+    return { scale: Math.min(width / across, height / up), middle: ends.map(([low, high]) => 0.5 * (low + high)) };
   }
 
   /** Triangles of a grid of cells with one more ring of vertices, those of the foot. */
