@@ -37,9 +37,9 @@ FIGURE = Markup("""\
 <label><span>Lamp, above the plate</span>
 <input type="range" class="elevation" min="5" max="90"><output></output></label>
 <div><span></span><button type="button" class="reset">Reset</button></div>
-<p class="aside">Drag to move the lamp: it stands under the pointer, straight above in the middle, at the horizon
-on the rim. With shift, dragging tilts the plate. Keys: arrows for the lamp, shift and arrows to tilt,
-{swap}0 to start anew.</p>
+<p class="aside">Drag to move the lamp: it stands under the pointer, straight above in the middle,
+at the horizon on the rim. With shift, dragging tilts the plate. Keys: arrows for the lamp,
+shift and arrows to tilt, {swap}0 to start anew.</p>
 <p class="aside note">{note}</p></div>
 <script type="application/json">{data}</script>
 </figure>""")

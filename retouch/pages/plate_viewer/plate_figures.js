@@ -69,7 +69,9 @@ const PlateFigures = (() => {
 
   function open(spot) {
     const button = spot.querySelector(".plate-open"), element = spot.querySelector(".plate-view");
+    const words = button.textContent;
     const close = () => {
+      button.textContent = words;
       spot.plateView?.destroy();
       spot.plateView = null;
       element.hidden = true;
@@ -80,6 +82,7 @@ const PlateFigures = (() => {
       if (!element.hidden) { instead(() => {}); return; }
       instead(close);
       element.hidden = false;
+      button.textContent = "Show the picture";
       button.setAttribute("aria-pressed", "true");
       const view = await viewed(element, read(spot));
       if (element.hidden) view.destroy();

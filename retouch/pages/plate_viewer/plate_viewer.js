@@ -119,8 +119,8 @@ const PlateView = (() => {
 
     setHeights(heights, after = null, { rows = this.rows, cols = this.cols, size_mm = this.size_mm, repeats } = {}) {
       if (!(rows > 1 && cols > 1 && size_mm > 0)) throw new Error("rows, cols and size_mm: not the size of a plate");
-      for (const each of [heights, after])
-        if (each && each.length !== rows * cols) throw new Error(`heights: ${each.length} values, not ${rows * cols}`);
+      for (const each of after ? [heights, after] : [heights])
+        if (each?.length !== rows * cols) throw new Error(`heights: ${each?.length} values, not ${rows * cols}`);
       const size = { rows, cols, size_mm, repeats: repeats ?? this.repeats ?? [false, false] };
       const plates = [heights, after].filter(Boolean).map((each, k) => new Plate(this.gl, each, size, this.plates?.[k]));
       this.plates?.forEach((plate) => plate.remove());
