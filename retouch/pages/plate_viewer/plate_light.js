@@ -8,8 +8,9 @@ const PlateLight = (() => {
   const OUTSIDE = -1e9;
   /** Directions in which horizons are looked for. */
   const AZIMUTHS = 8;
-  /** Tangent of the lowest horizon for which a tile's neighbours are searched: lower ones hide a hundredth of the sky. */
-  const LEAST_TANGENT = 0.1;
+  // What of a tile's neighbours counts, as in `visual.geometry.halo`, so that sweeps begin where those of the fast look do:
+  // factor of the rise, least samples, and tangent of the lowest horizon for light from the sky.
+  const MARGIN = 1.25, FEWEST = 2, LEAST_TANGENT = 0.5;
 
   /** Where rows and columns of samples begin, with one more on each side: the outermost, or the neighbours'. */
   function ring(rows, cols, [wrapsY, wrapsX]) {
@@ -44,7 +45,7 @@ const PlateLight = (() => {
     const slope = -down / Math.abs(right), step = Math.hypot(1, slope) * spacing;
     const drop = (toward[2] / Math.hypot(toward[0], toward[1])) * step;
     const period = along - 1, wraps = repeats[turned ? 0 : 1];
-    const before = wraps ? Math.min(period, 2 * (Math.ceil(rise / Math.max(2 * drop, 1e-9)) + 1)) : 0;
+    const before = wraps ? Math.min(period, 2 * Math.max(FEWEST, Math.ceil((MARGIN * rise) / Math.max(2 * drop, 1e-9)) + 1)) : 0;
     const columns = before + along, ends = [-slope * before, -slope * (columns - 1)];
     const first = Math.floor(Math.min(...ends)) - 1, last = Math.ceil(across - 1 + Math.max(...ends)) + 1;
     const start = (k) => {

@@ -175,7 +175,8 @@ def test_the_lamp_follows_pointer_keys_sliders_and_buttons(plates: Browser) -> N
           clientX: box.x + (0.5 + right) * box.width, clientY: box.y + (0.5 + down) * box.height,
           pointerId: 1, bubbles: true }));
         at("pointerdown", 0.3, 0.2); at("pointermove", x, y); at("pointerup", x, y); };
-      window.press = (key, shiftKey) => stage.dispatchEvent(new KeyboardEvent("keydown", { key, shiftKey, bubbles: true }));
+      window.press = (key, shiftKey) =>
+        stage.dispatchEvent(new KeyboardEvent("keydown", { key, shiftKey, bubbles: true }));
       null""")
     lamp, tilt = "[view.lamp.azimuth, view.lamp.elevation]", "[view.tilt.right, view.tilt.down]"
     azimuth, elevation = plates.evaluate(f"drag(0, -0.25); {lamp}")
