@@ -12,9 +12,11 @@ const PlateLight = (() => {
   // factor of the rise, least samples, and tangent of the lowest horizon for light from the sky.
   const MARGIN = 1.25, FEWEST = 2, LEAST_TANGENT = 0.5;
 
+  const modulo = (k, n) => ((k % n) + n) % n;
+
   /** Where rows and columns of samples begin, with one more on each side: the outermost, or the neighbours'. */
   function ring(rows, cols, [wrapsY, wrapsX]) {
-    const within = (k, n, wraps) => (wraps ? (k + n) % n : Math.min(n - 1, Math.max(0, k)));
+    const within = (k, n, wraps) => (wraps ? modulo(k, n) : Math.min(n - 1, Math.max(0, k)));
     return {
       down: Int32Array.from({ length: rows + 2 }, (_, i) => cols * within(i - 1, rows, wrapsY)),
       right: Int32Array.from({ length: cols + 2 }, (_, j) => within(j - 1, cols, wrapsX)),
@@ -47,28 +49,37 @@ const PlateLight = (() => {
     const period = along - 1, wraps = repeats[turned ? 0 : 1];
     const before = wraps ? Math.min(period, 2 * Math.max(FEWEST, Math.ceil((MARGIN * rise) / Math.max(2 * drop, 1e-9)) + 1)) : 0;
     const columns = before + along, ends = [-slope * before, -slope * (columns - 1)];
-    const first = Math.floor(Math.min(...ends)) - 1, last = Math.ceil(across - 1 + Math.max(...ends)) + 1;
+    // Lines a period apart cross the same heights, so that of those one is enough.
+    const wrapsAcross = repeats[turned ? 1 : 0], first = wrapsAcross ? 0 : Math.floor(Math.min(...ends)) - 1;
+    const lines = wrapsAcross ? across - 1 : Math.ceil(across - 1 + Math.max(...ends)) - first + 3;
     const start = (k) => {
       const place = right < 0 ? k - before : columns - 1 - k;
-      return (k < before ? ((place % period) + period) % period : place) * (turned ? cols : 1);
+      return (k < before ? modulo(place, period) : place) * (turned ? cols : 1);
     };
     return {
       across, slope, step, drop, before, columns, first, start,
-      lines: last - first + 2, stride: turned ? 1 : cols, wrapsAcross: repeats[turned ? 1 : 0],
+      lines, stride: turned ? 1 : cols, wrapsAcross,
     };
   }
 
   /** Heights at which the lines of a sweep cross column k; OUTSIDE beyond the field. */
   function crossed(values, { across, slope, first, start, lines, stride, wrapsAcross }, k, into) {
-    const shift = Math.floor(slope * k), part = slope * k - shift, origin = start(k), period = across - 1;
-    for (let line = 0; line < lines; line += 1) {
-      let row = line + first + shift;
-      if (wrapsAcross) row = ((row % period) + period) % period;
-      const inside = row >= 0 && (row < period || (row === period && part === 0));
-      if (!inside) { into[line] = OUTSIDE; continue; }
-      const at = origin + row * stride;
-      into[line] = part === 0 ? values[at] : values[at] + part * (values[at + stride] - values[at]);
+    const shift = Math.floor(slope * k), part = slope * k - shift, period = across - 1;
+    const between = (at) => values[at] + part * (values[at + stride] - values[at]);
+    if (wrapsAcross) {
+      const origin = start(k), end = origin + period * stride;
+      for (let line = 0, at = origin + modulo(shift, period) * stride; line < lines; line += 1) {
+        into[line] = between(at);
+        at += stride;
+        if (at === end) at = origin;
+      }
+      return;
     }
+    into.fill(OUTSIDE);
+    const least = Math.max(0, -first - shift), most = Math.min(lines, period - first - shift);
+    for (let line = least, at = start(k) + (line + first + shift) * stride; line < most; line += 1, at += stride) into[line] = between(at);
+    // The last row has none behind it, and needs none where a line meets it.
+    if (part === 0 && most >= 0 && most < lines) into[most] = values[start(k) + period * stride];
   }
 
   /**
@@ -81,18 +92,21 @@ const PlateLight = (() => {
     if (Math.hypot(toward[0], toward[1]) < 1e-6) return into.fill(1);
     const sweep = course(rows, cols, spacing, toward, repeats, rise);
     const { across, slope, drop, before, columns, first, start, lines, stride } = sweep;
-    const highest = new Float64Array(lines).fill(OUTSIDE), line = new Float64Array(lines);
+    // One more, the first again, for what lies between the last line and the first of a tile.
+    const highest = new Float64Array(lines + 1).fill(OUTSIDE), line = new Float64Array(lines);
     for (let k = 0; k < columns; k += 1) {
       const back = Math.floor(-slope * k), part = -slope * k - back, lowered = k * drop;
       if (k >= before) {
         const origin = start(k);
-        for (let i = 0, l = back - first; i < across; i += 1, l += 1) {
-          const at = origin + i * stride;
-          into[at] = Math.min(9, fine[at] + lowered - highest[l] - part * (highest[l + 1] - highest[l]));
+        for (let i = 0, at = origin, l = modulo(back - first, lines); i < across; i += 1, at += stride) {
+          into[at] = fine[at] + lowered - highest[l] - part * (highest[l + 1] - highest[l]);
+          l += 1;
+          if (l === lines) l = 0;
         }
       }
       crossed(fine, sweep, k, line);
       for (let l = 0; l < lines; l += 1) if (line[l] + lowered > highest[l]) highest[l] = line[l] + lowered;
+      highest[lines] = highest[0];
     }
     return into;
   }
@@ -155,12 +169,12 @@ const PlateLight = (() => {
       const hulls = new Hulls(lines, columns), line = new Float64Array(lines);
       for (let k = 0; k < columns; k += 1) {
         const back = Math.floor(-slope * k), part = -slope * k - back, origin = start(k);
-        for (let i = 0, l = back - first; k >= before && i < across; i += 1, l += 1) {
+        for (let i = 0, l = modulo(back - first, lines); k >= before && i < across; i += 1, l = (l + 1) % lines) {
           const at = origin + i * stride, z = field[at], row = stride === 1 ? (origin / cols) | 0 : i, col = at - row * cols;
           const dx = field[row * cols + beside(col + 1, cols, repeats[1])] - field[row * cols + beside(col - 1, cols, repeats[1])];
           const dy = field[beside(row - 1, rows, repeats[0]) * cols + col] - field[beside(row + 1, rows, repeats[0]) * cols + col];
           const a = (-x * dx - y * dy) / (2 * pitch), plane = Math.max(0, -a), open = fromAzimuth(a, plane);
-          const tangent = ((1 - part) * hulls.rise(l, k, z) + part * hulls.rise(l + 1, k, z)) / step;
+          const tangent = ((1 - part) * hulls.rise(l, k, z) + part * hulls.rise((l + 1) % lines, k, z)) / step;
           whole[at] += open;
           seen[at] += tangent > plane ? fromAzimuth(a, tangent) : open;
         }
