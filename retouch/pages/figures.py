@@ -112,10 +112,12 @@ def lamp_figures(pair: Pair) -> list[Markup]:
     if pair.matte is not None:
         exposure = pair.white / _exposed(first.pictures, pair.white)
         appearance = Appearance.of(pair.matte, exposure, first.colours)
-    named = [NamedRelief(side.name, side.relief) for side in (first, second)]
+    one, other = (NamedRelief(side.name, side.relief) for side in (first, second))
     if first.relief.surface.size_mm == second.relief.surface.size_mm:
-        return [plate_figure("Under a lamp that moves", *named, appearance)]
-    return [plate_figure(f"{each.name}, under a lamp that moves", each, None, appearance) for each in named]
+        return [plate_figure("Under a lamp that moves", one, other, appearance)]
+    return [
+        plate_figure(f"{each.name}, under a lamp that moves", each, None, appearance) for each in (one, other)
+    ]
 
 
 def print_figures(report: Report) -> list[tuple[str, str]]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from relief.common.arrays import Array
+from relief.common.arrays import FloatArray
 from relief.common.formatting import plain
 from relief.relief import Relief
 from relief.shading import averaged
@@ -159,7 +159,7 @@ def component() -> str:
     return "\n".join(asset(name) for name in SCRIPTS)
 
 
-def _packed(field: Array, pitch_mm: float) -> dict[str, Any]:
+def _packed(field: FloatArray, pitch_mm: float) -> dict[str, Any]:
     """Heights (rows, cols), mm, as whole steps above the lowest, and the size of a step, mm.
 
     The steps are kept as differences along the rows, of which `packed` takes those down the columns: zlib

@@ -88,9 +88,9 @@ def test_plates_of_different_sizes_share_no_figure() -> None:
 
 
 def test_the_worst_figure_and_its_program_take_less_than_a_megabyte() -> None:
-    pair = [NamedRelief(name, Relief(rough(512, 512, seed), 10.0)) for seed, name in enumerate("AB")]
+    one, other = (NamedRelief(name, Relief(rough(512, 512, seed), 10.0)) for seed, name in enumerate("AB"))
     program = component() + asset("plate_figures.js") + asset("plate_viewer.css")
-    assert len(plate_figure("t", *pair)) + len(program) < 1e6
+    assert len(plate_figure("t", one, other)) + len(program) < 1e6
 
 
 def test_words_stay_words() -> None:

@@ -88,7 +88,7 @@ def radiance(browser: Browser) -> NDArray[np.float64]:
     browser.evaluate(SMALL)
     width, height, data = browser.evaluate(PIXELS)
     assert (width, height) == (SIDE, SIDE)
-    return linear_rgb(np.reshape(data, (height, width, 4))[..., 0] / 255.0)
+    return np.asarray(linear_rgb(np.reshape(data, (height, width, 4))[..., 0] / 255.0), dtype=np.float64)
 
 
 def percent(shown: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
