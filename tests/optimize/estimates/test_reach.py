@@ -58,7 +58,7 @@ def test_other_scenes_fall_back_to_the_exact_models(
         str(tmp_path / "hills.exr"),
         "--reach",
         "--scene",
-        "five_views",
+        "evening",
         "-D",
         "resolution=16",
     ]
