@@ -1,0 +1,291 @@
+"""What the app's worker process computes: heights, how they feel, and how far the feel can change.
+
+Every function takes and returns plain values, which go through a pipe. torch and the models load in the
+worker, so that the page is up before them and an error of theirs leaves the page alive.
+"""
+
+import io
+import logging
+import signal
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import retouch
+from mitsuba_scenes import DEFAULT_SCENE
+from mitsuba_scenes.fingers import DEFAULT_SKIN
+from optimize.settings.fast_models import FAST_MODELS
+from relief.common.arrays import Array, Index
+from relief.common.errors import InputError
+from relief.common.limits import PATCH_SIDE_MM
+from relief.places import places
+from relief.relief import Relief
+from retouch.app.document import USUAL_RELIEF_MM, Feel, Picture
+from retouch.app.folders import picture_file, textures
+
+MODEL = "quick"
+"""Model of touch of the numbers that follow the hand: within 1 % of the exact one (docs/learned.md), and on
+16 places of 128 x 128 samples in 0.8 s in place of 2.3 s."""
+OWN_PACKAGES = ("relief", "tactile", "visual", "optimize", "retouch", "mitsuba_scenes")
+"""Packages whose warnings are for the person."""
+THUMBNAIL = 720
+"""Longer side of the picture that is shown for cropping, pixels."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A picture as it was found.
+
+    Attributes:
+        width, height: pixels.
+        relief_mm, size_mm: of its header; the usual ones where there is none.
+        tile: whether the header says that the picture repeats.
+        notes: what the picture is, in words.
+        thumbnail: PNG.
+    """
+
+    width: int
+    height: int
+    relief_mm: float
+    size_mm: float
+    tile: bool
+    notes: str
+    thumbnail: bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Heights and what was done to get them.
+
+    Attributes:
+        heights: (rows, cols) mm, float32.
+        size_mm: width.
+        repeats: along y and x.
+        lines: what was done, a subject and a sentence each.
+        square: x, y and side of the part of the picture that was taken, pixels.
+    """
+
+    heights: Array
+    size_mm: float
+    repeats: tuple[bool, bool]
+    lines: tuple[tuple[str, str], ...] = ()
+    square: tuple[int, int, int] = (0, 0, 0)
+
+    @property
+    def relief_mm(self) -> float:
+        """Highest above lowest point, mm."""
+        return float(np.ptp(self.heights))
+
+
+@dataclass(frozen=True)
+class Felt:
+    """How a relief feels.
+
+    Attributes:
+        roughness: V, no unit; mean over the places.
+        contact_area_mm2: mean over the places.
+        contact_fraction: share of the patch in contact.
+        places: how many.
+        least, largest: roughness over the places.
+    """
+
+    roughness: float
+    contact_area_mm2: float
+    contact_fraction: float
+    places: int
+    least: float
+    largest: float
+
+
+@dataclass(frozen=True, eq=False)
+class FeelMap:
+    """Where the strain under a finger lies, at the middle of a relief.
+
+    Attributes:
+        strain: (n, n) magnitude of the strain at the receptors beyond that of a flat plate.
+        size_mm: side of the patch.
+    """
+
+    strain: Array
+    size_mm: float
+
+
+def start() -> None:
+    """Prepare the worker: the terminal's Ctrl-C is for the app, which ends its workers itself."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def warm() -> None:
+    """Load what the numbers need, and build the finger."""
+    flat = Shape(np.zeros((128, 128), np.float32), PATCH_SIDE_MM, (False, False))
+    flat.heights[::8] = 0.1
+    felt(flat, DEFAULT_SKIN, everywhere=False)
+
+
+def source(file: str) -> Source:
+    """Open a picture. Raises InputError."""
+    picture = _opened(file)
+    from relief.preparing.preview import small_picture  # Here, as only pictures need it.
+
+    longest = min(THUMBNAIL, max(picture.width, picture.height))
+    thumbnail = io.BytesIO()
+    small_picture(picture, longest).save(thumbnail, "png")
+    bits = "" if picture.bits is None else f", {picture.bits} bits"
+    notes = f"{picture.width} × {picture.height} pixels, {picture.kind}{bits}"
+    lengths = picture.lengths
+    relief_mm = lengths.get("relief_mm", USUAL_RELIEF_MM)
+    if picture.bits is None and "relief_mm" not in lengths:
+        # Numbers without a header are mm, or else far too high.
+        span = float(np.ptp(picture.values((0, 0, picture.width, picture.height), "luminance")))
+        relief_mm = span if 0.01 <= span <= 20.0 else USUAL_RELIEF_MM
+    return Source(
+        picture.width,
+        picture.height,
+        relief_mm,
+        lengths.get("size_mm", PATCH_SIDE_MM),
+        picture.tile,
+        notes,
+        thumbnail.getvalue(),
+    )
+
+
+@lru_cache(maxsize=2)
+def _opened(file: str) -> Any:
+    from relief.preparing.pictures import open_picture
+
+    return open_picture(picture_file(file))
+
+
+@lru_cache(maxsize=8)
+def _prepared(picture: Picture) -> Any:
+    return retouch.prepare(picture_file(picture.file), **picture.arguments())
+
+
+def shape(picture: Picture) -> Shape:
+    """The heights of a picture. Raises InputError."""
+    # Heights grow with the relief, so that one preparation does for every position of its slider.
+    relief_mm = picture.relief_mm or USUAL_RELIEF_MM
+    prepared = _prepared(replace(picture, relief_mm=1.0))
+    lines = {**prepared.done, "relief": f"{relief_mm:.3g} mm"}
+    left, upper, right, _ = prepared.square
+    tile = prepared.repeats
+    return Shape(
+        (relief_mm * prepared.heights).astype(np.float32),
+        prepared.size_mm or PATCH_SIDE_MM,
+        (tile, tile),
+        tuple(lines.items()),
+        (left, upper, right - left),
+    )
+
+
+def run_shape(folder: str) -> Shape:
+    """The heights of a run's result. Raises InputError."""
+    return _of_relief(Relief.read(picture_file(folder)))
+
+
+def _of_relief(relief: Relief) -> Shape:
+    return Shape(relief.heights.astype(np.float32), relief.width_mm, relief.repeats)
+
+
+def save(picture: Picture, out: str) -> None:
+    """Write the height map of a picture, as `retouch prepare` would. Raises InputError or OSError."""
+    retouch.prepare(picture_file(picture.file), **picture.arguments()).save(out)
+
+
+def felt(shape: Shape, skin: str, everywhere: bool = True) -> Felt:
+    """How heights feel, all over or at the place nearest to the middle. Raises InputError or ContactError."""
+    relief = _relief(shape)
+    touch = _touch(relief, skin, None if everywhere else _middle(relief))
+    ends = touch.ends
+    return Felt(
+        touch.means["roughness"],
+        touch.means["contact_area_mm2"],
+        touch.contact_fraction,
+        int(ends["count"]),
+        ends["roughness_min"],
+        ends["roughness_max"],
+    )
+
+
+def feel_map(shape: Shape, skin: str) -> FeelMap:
+    """The strain under a finger in the middle. Raises InputError or ContactError."""
+    relief = _relief(shape)
+    touch = _touch(relief, skin, _middle(relief))
+    strain = np.abs(touch.strain[0]).astype(np.float32)
+    return FeelMap(strain, len(strain) * relief.pitch_mm)
+
+
+def texture_scale(skin: str) -> dict[str, float]:
+    """Roughness of the textures that come with Retouch, by name, each at one place."""
+    scale = {}
+    for name in textures():
+        relief = Relief.read(picture_file(name))
+        scale[name] = float(_touch(relief, skin, _middle(relief)).means["roughness"])
+    return dict(sorted(scale.items(), key=lambda item: item[1]))
+
+
+def reach(shape: Shape, skin: str) -> dict[str, Any]:
+    """How far the feel can change before the pictures do, as `retouch evaluate --reach --json` tells."""
+    from optimize.estimates.reach import reach as reach_of
+
+    scene = retouch.load_scene(DEFAULT_SCENE, relief=_relief(shape))
+    return reach_of(scene, retouch.load_skin(skin)).as_json()
+
+
+def forecast(heights: str, feel: Feel, out: str) -> list[tuple[str, str]]:
+    """What `retouch optimize --dry-run` tells of a run: a word and a sentence each, and its warnings.
+
+    Raises:
+        InputError: what is wrong, in a line.
+    """
+    warnings = _Warnings()
+    logging.getLogger().addHandler(warnings)
+    try:
+        shared = FAST_MODELS if feel.fast else ()
+        run = retouch.run_from_scene(DEFAULT_SCENE, heights, feel.overrides(), shared=shared)
+        run.check_texture()
+        lines = list(retouch.forecast(run, out).lines())
+    finally:
+        logging.getLogger().removeHandler(warnings)
+    return [*lines, *(("warning", line) for line in warnings.lines)]
+
+
+class _Warnings(logging.Handler):
+    """Keeps the warnings of the packages."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.lines: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if record.name.partition(".")[0] in OWN_PACKAGES:
+            self.lines.append(record.getMessage())
+
+
+def best_so_far(folder: str, size_mm: float, repeats: tuple[bool, bool]) -> Shape:
+    """The best relief of a run under way, of its checkpoint. Raises InputError."""
+    from optimize.run_directory.checkpoint import load_checkpoint
+
+    heights = load_checkpoint(Path(folder)).best.heights
+    return Shape(heights.astype(np.float32), size_mm, repeats)
+
+
+def _relief(shape: Shape) -> Relief:
+    return Relief(shape.heights.astype(np.float64), shape.size_mm, shape.repeats)
+
+
+def _middle(relief: Relief) -> Index:
+    """(1, 2) the place nearest to the middle of the relief."""
+    each = places(relief.surface)
+    return each[len(each) // 2][None]
+
+
+def _touch(relief: Relief, skin: str, at: Index | None) -> Any:
+    from tactile.measures import measure_touch
+
+    if not np.isfinite(relief.heights).all():
+        raise InputError("heights: not every value is finite")
+    return measure_touch(relief, retouch.load_skin(skin), MODEL, at=at)

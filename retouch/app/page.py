@@ -1,0 +1,129 @@
+"""The page: a bar of stages, the stage, and the line that does the same in a terminal.
+
+A page shows the session and asks it for changes; it keeps nothing but how it looks at things, such as where
+its lamp stands. `refresh` brings everything to the state of the session, and may be called at any time.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from nicegui import Client, events, ui
+
+from relief.common.errors import InputError
+from retouch.app.document import command_line
+from retouch.app.session import Session
+from retouch.app.shapes import Shapes
+from retouch.app.stages.picture import PictureStage
+
+HEAD = """
+<link rel="stylesheet" href="/app/style/app.css">
+<script src="/app/scripts/plate_light.js"></script>
+<script src="/app/scripts/plate_viewer.js"></script>
+"""
+
+
+class Stage(Protocol):
+    """A stage of the page."""
+
+    name: str
+
+    def build(self) -> None:
+        """Put its elements into the present slot."""
+
+    def refresh(self) -> None:
+        """Bring its elements to the state of the session."""
+
+
+class Page:
+    """One window's page.
+
+    Attributes:
+        session: that all windows show.
+        shapes: addresses of heights.
+        lamp, tilt: of all views of this window.
+    """
+
+    def __init__(self, session: Session, shapes: Shapes) -> None:
+        self.session, self.shapes = session, shapes
+        self.lamp = {"azimuth": 135.0, "elevation": 35.0}
+        self.tilt = {"right": 0.0, "down": 0.0}
+        self._stages: list[Stage] = [PictureStage(self)]
+
+    def build(self) -> None:
+        """Build the page of a window, and keep it up to date as long as the window is there."""
+        ui.add_head_html(HEAD)
+        with ui.element("div").classes("frame"):
+            self._bar()
+            with ui.element("main").classes("stages"), self._panels():
+                for stage in self._stages:
+                    with ui.tab_panel(stage.name):
+                        stage.build()
+            self._foot()
+        ui.keyboard(self._key, ignore=["input", "select", "textarea"])
+        self.refresh()
+        client = ui.context.client
+        client.on_delete(self.session.listen(lambda: self._told(client)))
+
+    def show(self, name: str) -> None:
+        """Turn to a stage."""
+        self._tabs.set_value(name)
+
+    def refresh(self) -> None:
+        """Bring all elements to the state of the session."""
+        session = self.session
+        for stage in self._stages:
+            stage.refresh()
+        work = next(iter(session.under_way.values()), "")
+        self._busy.set_text(work)
+        self._busy.classes(add="on" if work else "", remove="" if work else "on")
+        self._undo.set_enabled(session.can_undo)
+        self._command.set_text(self._line())
+
+    def lamp_moved(self, event: events.GenericEventArguments) -> None:
+        """Keep where the lamp stands, for the other views of this window."""
+        self.lamp = {name: float(event.args[name]) for name in ("azimuth", "elevation")}
+
+    def tilted(self, event: events.GenericEventArguments) -> None:
+        """Keep how the plate is tilted, for the other views of this window."""
+        self.tilt = {name: float(event.args[name]) for name in ("right", "down")}
+
+    def _told(self, client: Client) -> None:
+        with client:
+            self.refresh()
+
+    def _bar(self) -> None:
+        with ui.element("header").classes("bar"):
+            ui.label("Retouch").classes("word")
+            with ui.tabs().props("no-caps inline-label") as self._tabs:
+                for stage in self._stages:
+                    ui.tab(stage.name)
+            with ui.element("div").classes("end"):
+                self._busy = ui.label().classes("busy").props('role="status"')
+                self._undo = ui.button("Undo", on_click=self.session.undo).classes("button quiet")
+                self._undo.props("flat")
+
+    def _panels(self) -> ui.tab_panels:
+        panels = ui.tab_panels(self._tabs, value=self._stages[0].name, animated=False, keep_alive=False)
+        return panels.on_value_change(self.refresh)
+
+    def _foot(self) -> None:
+        with ui.element("footer").classes("foot"):
+            self._command = ui.label().props('aria-label="the same in a terminal"')
+            self._command.classes("command")
+            ui.button("Copy", on_click=self._copy).classes("button quiet").props("flat")
+
+    def _line(self) -> str:
+        try:
+            return " && ".join(command_line(words) for words in self.session.planned())
+        except InputError:
+            return "retouch app"
+
+    def _copy(self) -> None:
+        ui.clipboard.write(self._line())
+        ui.notify("Copied", position="bottom-right", timeout=1200)
+
+    def _key(self, event: events.KeyEventArguments) -> None:
+        undoing = event.modifiers.ctrl or event.modifiers.meta
+        if event.action.keydown and undoing and event.key == "z":
+            self.session.undo()

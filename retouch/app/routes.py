@@ -1,0 +1,80 @@
+"""Routes beside the page: heights for its views, and pictures that come in."""
+
+import errno
+import json
+import os
+import tempfile
+from pathlib import Path
+from urllib.parse import unquote
+
+from fastapi import FastAPI, Request
+from fastapi.responses import JSONResponse, PlainTextResponse, Response
+from fastapi.staticfiles import StaticFiles
+
+from mitsuba_scenes import FOLDER
+from relief.common.errors import InputError
+from relief.common.formatting import plain
+from retouch.app.folders import PICTURES_FOLDER, keep_picture, safe_name
+from retouch.app.runs import free_mib
+from retouch.app.shapes import PREFIX, Shapes
+from retouch.pages import plate_viewer
+
+MOST_UPLOADED = 1 << 30
+"""Most bytes of a picture: more than 179 million pixels take in any format but numbers."""
+SPARE_MIB = 64.0
+"""Room that a picture leaves on the disk, MiB: a run needs some."""
+
+
+def add_routes(app: FastAPI, shapes: Shapes) -> None:
+    """Add the routes to an application."""
+    app.mount("/app/textures", StaticFiles(directory=FOLDER / "textures"))
+    app.mount("/app/scripts", StaticFiles(directory=Path(plate_viewer.__file__).parent))
+    app.mount("/app/style", StaticFiles(directory=Path(__file__).parent / "style"))
+
+    @app.get(PREFIX + "/{key}")
+    def heights(key: str) -> Response:
+        shape = shapes.get(key)
+        if shape is None:
+            return PlainTextResponse("these heights are no longer kept", 404)
+        rows, cols = shape.heights.shape
+        form = {"rows": rows, "cols": cols, "size_mm": shape.size_mm, "repeats": list(shape.repeats)}
+        headers = {"x-form": json.dumps(form), "cache-control": "no-store"}
+        content = shape.heights.astype("<f4").tobytes()
+        return Response(content, media_type="application/octet-stream", headers=headers)
+
+    @app.post("/app/picture")
+    async def picture(request: Request) -> Response:
+        name = unquote(request.headers.get("x-name", ""))
+        try:
+            file = await _received(request, name)
+        except InputError as error:
+            return PlainTextResponse(plain(str(error)), 422)
+        except OSError as error:
+            full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+            text = "the disk is full" if full else str(error.strerror)
+            return PlainTextResponse(plain(f"{name[:60]}: {text}; nothing is kept of it"), 507)
+        return JSONResponse({"file": str(file)})
+
+
+async def _received(request: Request, name: str) -> Path:
+    """Write what a request carries into the folder of pictures. Raises InputError or OSError."""
+    safe_name(name)
+    size = request.headers.get("content-length", "0")
+    expected = int(size) if size.isdecimal() and len(size) < 20 else 0
+    if expected > MOST_UPLOADED:
+        raise InputError(f"{name[:60]}: {expected / 2**20:.0f} MiB; at most {MOST_UPLOADED >> 20} are taken")
+    PICTURES_FOLDER.mkdir(exist_ok=True)
+    if expected / 2**20 + SPARE_MIB > free_mib(PICTURES_FOLDER):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    descriptor, partial = tempfile.mkstemp(dir=PICTURES_FOLDER, prefix=".dropped-")
+    try:
+        received = 0
+        with os.fdopen(descriptor, "wb") as file:
+            async for part in request.stream():
+                received += len(part)
+                if received > MOST_UPLOADED:
+                    raise InputError(f"{name[:60]}: more than {MOST_UPLOADED >> 20} MiB")
+                file.write(part)
+        return keep_picture(Path(partial), name)
+    finally:
+        Path(partial).unlink(missing_ok=True)

@@ -1,0 +1,311 @@
+"""Session: the document that is being made, what is known of it, and who is told when either changes.
+
+There is one session for one start of the app. Every window shows this session: what is changed in one is seen
+in all, and a window that is closed or loaded again loses nothing. The document and the queue are kept in a
+file as well, so that the next start goes on with them.
+"""
+
+import asyncio
+import json
+import logging
+from collections.abc import Awaitable, Callable, Coroutine
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from relief.common.errors import InputError
+from relief.common.files import read_limited, write_atomically
+from retouch.app import measuring
+from retouch.app.document import Document, Feel, Picture
+from retouch.app.folders import RUNS_FOLDER, UNUSUAL, next_run
+from retouch.app.measuring import Felt, Shape, Source
+from retouch.app.runs import Job, Queue, State
+from retouch.app.workers import Worker
+
+_log = logging.getLogger(__name__)
+
+MOST_UNDONE = 50
+"""Steps that can be undone."""
+KEPT = RUNS_FOLDER / "app.json"
+"""File that keeps the document and the queue."""
+LARGEST_KEPT = 1 << 20
+"""Most bytes of this file; a thousand times the usual."""
+
+
+class Session:
+    """The state of the app.
+
+    Attributes:
+        document: what is chosen.
+        source, shape, felt_here, felt: of the picture; None until known.
+        scale: roughness of the bundled textures, by name.
+        reach: how far the feel can change; None until known.
+        forecast: what a run would take, a word and a sentence each.
+        queue: the runs.
+        faults: what is wrong, a line for each subject.
+        under_way: what is being computed, by subject.
+    """
+
+    def __init__(self) -> None:
+        self.document = Document()
+        self.source: Source | None = None
+        self.shape: Shape | None = None
+        self.felt_here: Felt | None = None
+        self.felt: Felt | None = None
+        self.scale: dict[str, float] = {}
+        self.reach: dict[str, Any] | None = None
+        self.queue = Queue()
+        self.faults: dict[str, str] = {}
+        self.under_way: dict[str, str] = {}
+        self.live, self.slow = Worker(), Worker()
+        self._listeners: list[Callable[[], None]] = []
+        self._undo: list[Document] = []
+        self._following: asyncio.Task[None] | None = None
+        self._again = False
+        self._tasks: set[asyncio.Task[Any]] = set()
+        self._seen: list[Any] = []
+        self._scale_of: str | None = None
+        self._reach_of: tuple[Picture | None, str] | None = None
+
+    # Who is told.
+
+    def listen(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call a function after every change; returns the function that ends this."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+
+    def tell(self) -> None:
+        """Tell the listeners that something has changed."""
+        for listener in list(self._listeners):
+            listener()
+
+    # What is changed.
+
+    def change(self, document: Document, undoable: bool = True) -> None:
+        """Take another document, and compute what follows from it."""
+        before = self.document
+        if document == before:
+            return
+        if undoable:
+            self._undo = [*self._undo, before][-MOST_UNDONE:]
+        self.document = document
+        self._keep()
+        if document.picture != before.picture:
+            self.shape = self.shape if document.picture else None
+            self.follow()
+        if document.feel.skin != before.feel.skin:
+            self.follow()
+        self.tell()
+
+    def change_picture(self, **fields: Any) -> None:
+        """Change fields of the picture."""
+        if self.document.picture is not None:
+            self.change(replace(self.document, picture=replace(self.document.picture, **fields)))
+
+    def change_feel(self, **fields: Any) -> None:
+        """Change fields of the feel."""
+        self.change(replace(self.document, feel=replace(self.document.feel, **fields)))
+
+    def undo(self) -> None:
+        """Go back to the document before the last change."""
+        if self._undo:
+            self.change(self._undo.pop(), undoable=False)
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a change to undo."""
+        return bool(self._undo)
+
+    async def choose(self, file: str) -> None:
+        """Begin with a picture, or a bundled texture by its name."""
+        self.under_way["picture"] = f"reading {Path(file).name}"
+        self.tell()
+        try:
+            source = await self.live(measuring.source, file)
+        except (InputError, OSError) as error:
+            self.faults["picture"] = str(error)
+        else:
+            self.source = source
+            picture = Picture(file, relief_mm=source.relief_mm, size_mm=source.size_mm)
+            self.faults.pop("picture", None)
+            self.change(replace(self.document, picture=picture, feel=replace(self.document.feel, region=None)))
+        finally:
+            self.under_way.pop("picture", None)
+            self.tell()
+
+    # What is computed.
+
+    def in_background(self, work: Coroutine[Any, Any, Any]) -> None:
+        """Let a computation go on by itself."""
+        task = asyncio.ensure_future(work)
+        # The loop itself keeps weak references only.
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def follow(self) -> None:
+        """Compute heights and feel of the document anew; a computation under way begins again when it can."""
+        self._again = True
+        if self._following is None or self._following.done():
+            self._following = asyncio.ensure_future(self._compute())
+
+    async def _compute(self) -> None:
+        while self._again:
+            self._again = False
+            picture, skin = self.document.picture, self.document.feel.skin
+            if picture is None:
+                return
+            self.under_way["numbers"] = "pressing"
+            await self._guarded("numbers", self._numbers(picture, skin))
+            self.under_way.pop("numbers", None)
+            self.tell()
+
+    async def _numbers(self, picture: Picture, skin: str) -> None:
+        if self.source is None:
+            self.source = await self.live(measuring.source, picture.file)
+        self.shape = await self.live(measuring.shape, picture)
+        self.felt = None
+        self.tell()
+        shape = self.shape
+        self.felt_here = await self.live(measuring.felt, shape, skin, everywhere=False)
+        self.tell()
+        if self._again:
+            return
+        self.felt = await self.live(measuring.felt, shape, skin)
+        self.tell()
+        if self._scale_of != skin and not self._again:
+            self.scale = await self.live(measuring.texture_scale, skin)
+            self._scale_of = skin
+
+    async def _guarded(self, subject: str, work: Awaitable[None]) -> None:
+        """Do work whose failure is a line about the subject."""
+        try:
+            await work
+        except (InputError, OSError, ArithmeticError) as error:
+            self.faults[subject] = str(error)
+        except Exception as error:
+            # Of the models: a contact that does not converge, for one.
+            _log.info("%s", subject, exc_info=error)
+            self.faults[subject] = f"{type(error).__name__}: {error}"
+        else:
+            self.faults.pop(subject, None)
+
+    def want_reach(self) -> None:
+        """Compute in the background how far the feel can change, if that is not known."""
+        asked = (self.document.picture, self.document.feel.skin)
+        if self.shape is None or "reach" in self.under_way or self._reach_of == asked:
+            return
+        self.reach, self._reach_of = None, asked
+        self.under_way["reach"] = "estimating how far the feel can change"
+        self.in_background(self._guarded("reach", self._reach(self.shape, asked[1])))
+        self.tell()
+
+    async def _reach(self, shape: Shape, skin: str) -> None:
+        asked = self._reach_of
+        try:
+            found = await self.slow(measuring.reach, shape, skin)
+            if self._reach_of == asked:
+                self.reach = found
+        finally:
+            self.under_way.pop("reach", None)
+            self.tell()
+
+    # Runs.
+
+    async def estimate(self) -> list[tuple[str, str]]:
+        """What a run with this document would take. Raises InputError."""
+        picture, folder = self._chosen(), next_run(self._chosen().file)
+        heights = await self._heights_of_run(picture, folder)
+        try:
+            return await self.slow(measuring.forecast, heights, self.document.feel, str(folder))
+        finally:
+            Path(heights).unlink(missing_ok=True)
+
+    async def start_run(self) -> Job:
+        """Write the height map and put a run into the queue. Raises InputError or OSError."""
+        picture, folder = self._chosen(), next_run(self._chosen().file)
+        await self._heights_of_run(picture, folder)
+        job = Job(folder, self.document.feel)
+        self.queue.add(job)
+        self.change(replace(self.document, run=str(folder)), undoable=False)
+        self._keep()
+        self.tell()
+        return job
+
+    def planned(self) -> list[list[str]]:
+        """The commands that a run would take, without `retouch`."""
+        picture = self._chosen()
+        folder = next_run(picture.file)
+        heights = f"{folder}.png"
+        return [picture.command(heights), self.document.feel.command(heights, str(folder))]
+
+    def _chosen(self) -> Picture:
+        if self.document.picture is None:
+            raise InputError("no picture is chosen yet")
+        return self.document.picture
+
+    async def _heights_of_run(self, picture: Picture, folder: Path) -> str:
+        RUNS_FOLDER.mkdir(exist_ok=True)
+        heights = f"{folder}.png"
+        await self.live(measuring.save, picture, heights)
+        return heights
+
+    def advance(self) -> None:
+        """Start the next run of the queue if none is under way."""
+        try:
+            started = self.queue.advance()
+        except OSError as error:
+            self.faults["run"] = str(error)
+            started = True
+        if started:
+            self._keep()
+            self.tell()
+
+    def look(self) -> None:
+        """Look at the runs, start the next one, and tell the windows if there is news."""
+        self.advance()
+        now = [(job.folder, job.state, job.log.stat().st_mtime_ns if job.log.exists() else 0) for job in self.queue.jobs]
+        if now != self._seen:
+            self._seen = now
+            self.tell()
+
+    # What is kept.
+
+    def _keep(self) -> None:
+        waiting = [job for job in self.queue.jobs if job.state is not State.DONE]
+        content = {
+            "document": asdict(self.document),
+            "queue": [{"folder": str(job.folder), "feel": asdict(job.feel)} for job in waiting],
+        }
+        try:
+            write_atomically(KEPT, json.dumps(content, indent=1).encode())
+            self.faults.pop("kept", None)
+        except OSError as error:
+            self.faults["kept"] = f"what is chosen cannot be kept: {error.strerror}: {KEPT}"
+
+    def restore(self) -> None:
+        """Take up the document and the queue of the last start, as far as the file holds them."""
+        if not KEPT.is_file():
+            return
+        try:
+            content = json.loads(read_limited(KEPT, LARGEST_KEPT))
+            self.document = TypeAdapter(Document).validate_python(content["document"])
+            for entry in content["queue"]:
+                self.queue.jobs.append(_job(entry))
+        except (InputError, ValidationError, ValueError, TypeError, LookupError, RecursionError) as error:
+            _log.warning("%s: not read, the app begins anew: %s", KEPT, type(error).__name__)
+            self.document, self.queue = Document(), Queue()
+
+    def close(self) -> None:
+        """End the workers."""
+        self.live.close()
+        self.slow.close()
+
+
+def _job(entry: Any) -> Job:
+    """A run of the kept queue. Raises ValueError or a LookupError."""
+    folder, feel = Path(entry["folder"]), TypeAdapter(Feel).validate_python(entry["feel"])
+    if folder.parent != RUNS_FOLDER or UNUSUAL.search(folder.name) or folder.name.startswith("."):
+        raise ValueError(f"{folder}: not a run of the app")
+    return Job(folder, feel)

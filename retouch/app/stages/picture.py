@@ -1,0 +1,195 @@
+"""Picture: what becomes the relief, how it looks under a lamp, and how rough it feels."""
+
+from __future__ import annotations
+
+import base64
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from nicegui import events, ui
+
+from mitsuba_scenes.fingers import bundled_skins
+from relief.common.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_PLATE_MM, SMALLEST_RELIEF_MM
+from retouch.app.document import Picture
+from retouch.app.elements import CropBox, DropZone, ReliefView, TextureScale
+from retouch.app.folders import SUFFIXES, textures
+from retouch.app.stages.parts import Number, NumberField, Told, section
+
+if TYPE_CHECKING:
+    from retouch.app.page import Page
+
+RELIEF_ENDS_MM = (0.1, 3.0)
+"""Ends of the slider of the relief, mm: what a finger follows. The field beside it takes any."""
+SAMPLES = {64: "64", 128: "128", 256: "256"}
+TILES = {None: "no", "auto": "yes"}
+
+
+class PictureStage:
+    """The stage on which a picture becomes a relief."""
+
+    name = "Picture"
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.session = page, page.session
+        self._thumbnail: tuple[int, str] = (0, "")
+
+    def build(self) -> None:
+        """Put its elements into the present slot."""
+        with ui.element("div").classes("stage"):
+            with ui.element("div").classes("work"):
+                self._view = ReliefView(("relief", ""))
+                self._view.on("lamp", self.page.lamp_moved).on("tilt", self.page.tilted)
+                ui.label("Drag to move the lamp, with Shift to tilt.").classes("over")
+            with ui.element("aside").classes("side"):
+                self._choosing()
+                self._shaping()
+                self._feeling()
+                self._telling()
+
+    def _choosing(self) -> None:
+        with section("Picture"):
+            DropZone(
+                "Choose a picture", "or drop one anywhere on this page", "/app/picture", SUFFIXES
+            ).on("kept", self._kept)
+            with ui.element("div").classes("gallery"):
+                self._choices = {name: self._choice(name) for name in textures()}
+            self._crop = CropBox().on("crop", self._cropped)
+            self._notes = ui.label().classes("hint")
+            self._fault = ui.label().classes("fault").props('role="alert"')
+
+    def _choice(self, name: str) -> Any:
+        button = ui.element("button").props(f'type="button" title="{name}" aria-label="texture {name}"')
+        with button.on("click", partial(self.session.choose, name)):
+            ui.element("img").props(f'src="/app/textures/{name}.png" alt="" width="44" height="44"')
+        return button
+
+    def _shaping(self) -> None:
+        change = self.session.change_picture
+        with section("Shape"):
+            with ui.element("div").classes("row-of"):
+                ui.button("Turn left", on_click=partial(self._turn, 90)).classes("button").props("flat")
+                ui.button("Turn right", on_click=partial(self._turn, 270)).classes("button").props("flat")
+            self._invert = ui.switch("Dark is high", on_change=lambda e: change(invert=bool(e.value)))
+            self._tile = ui.switch("Make a tile that repeats", on_change=self._tiled)
+            with ui.element("div").classes("line"):
+                ui.label("Relief, highest above lowest point")
+            low, high = RELIEF_ENDS_MM
+            self._slider = ui.slider(min=low, max=high, step=0.05, on_change=self._slid)
+            self._slider.props('aria-label="relief in mm"')
+            with ui.element("div").classes("pair"):
+                ends = SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM
+                self._relief = NumberField("Relief, mm", *ends, lambda value: change(relief_mm=value))
+                ends = SMALLEST_PLATE_MM, LARGEST_PLATE_MM
+                self._size = NumberField("Size, mm", *ends, lambda value: change(size_mm=value))
+            self._samples = ui.select(SAMPLES, label="Samples a side", on_change=self._sampled)
+            self._samples.props("outlined dense options-dense")
+
+    def _feeling(self) -> None:
+        with section("Feel"):
+            with ui.element("div").classes("numbers"):
+                self._roughness = Number("roughness V")
+                self._area = Number("contact area", "mm²")
+            self._scale = TextureScale()
+            self._places = ui.label().classes("hint")
+            fingers = list(bundled_skins())
+            self._skin = ui.select(fingers, label="Finger", on_change=self._other_finger)
+            self._skin.props("outlined dense options-dense")
+
+    def _telling(self) -> None:
+        with ui.element("details").classes("more"):
+            with ui.element("summary"):
+                ui.label("What was done")
+            self._lines = Told()
+
+    def refresh(self) -> None:
+        """Bring its elements to the state of the session."""
+        session, picture = self.session, self.session.document.picture
+        self._view.give(before=self.page.shapes.address(session.shape), lamp=self.page.lamp, tilt=self.page.tilt)
+        self._fault.set_text(session.faults.get("picture") or session.faults.get("numbers", ""))
+        self._skin.set_value(session.document.feel.skin)
+        self._show_numbers()
+        if picture is None:
+            return
+        for name, button in self._choices.items():
+            button.props(f'aria-pressed="{"true" if name == picture.file else "false"}"')
+        self._show_picture(picture)
+        self._invert.set_value(picture.invert)
+        self._tile.set_value(picture.tile is not None)
+        self._relief.show(picture.relief_mm)
+        self._size.show(picture.size_mm)
+        self._slider.set_value(min(max(picture.relief_mm or 0.0, RELIEF_ENDS_MM[0]), RELIEF_ENDS_MM[1]))
+        if session.shape is not None:
+            self._samples.set_value(picture.samples or len(session.shape.heights))
+            self._lines.show(session.shape.lines)
+
+    def _show_picture(self, picture: Picture) -> None:
+        source = self.session.source
+        if source is None:
+            return
+        if self._thumbnail[0] != id(source):
+            data = base64.b64encode(source.thumbnail).decode()
+            self._thumbnail = (id(source), f"data:image/png;base64,{data}")
+        square = self.session.shape.square if self.session.shape else (0, 0, 0)
+        crop = list(picture.crop[:3]) if picture.crop else (list(square) if square[2] else None)
+        address = self._thumbnail[1]
+        self._crop.give(picture=address, width=source.width, height=source.height, crop=crop)
+        name = "" if picture.file in self._choices else f"{picture.file}: "
+        self._notes.set_text(name + source.notes)
+
+    def _show_numbers(self) -> None:
+        session = self.session
+        felt = session.felt or session.felt_here
+        stale = "numbers" in session.under_way and session.felt is None
+        for figure, value in (
+            (self._roughness, None if felt is None else f"{felt.roughness:.4f}"),
+            (self._area, None if felt is None else f"{felt.contact_area_mm2:.1f}"),
+        ):
+            figure.show(value, stale)
+        self._scale.give(scale=session.scale, value=None if felt is None else felt.roughness)
+        if felt is None:
+            text = "The finger is getting ready." if session.under_way else ""
+        elif felt.places == 1:
+            text = f"at one place of the finger, {100.0 * felt.contact_fraction:.0f} % of it in contact"
+        else:
+            ends = f"V {felt.least:.4f} to {felt.largest:.4f}"
+            text = f"mean over {felt.places} places, {ends}, {100.0 * felt.contact_fraction:.0f} % in contact"
+        self._places.set_text(text)
+
+    async def _kept(self, event: events.GenericEventArguments) -> None:
+        await self.session.choose(str(event.args["file"]))
+
+    def _cropped(self, event: events.GenericEventArguments) -> None:
+        source, numbers = self.session.source, [int(one) for one in event.args]
+        if source is None or len(numbers) != 4:
+            return
+        x, y, width, height = numbers
+        if x >= 0 and y >= 0 and x + width <= source.width and y + height <= source.height:
+            self.session.change_picture(crop=(x, y, width, height))
+
+    def _turn(self, degrees: int) -> None:
+        picture = self.session.document.picture
+        if picture is not None:
+            self.session.change_picture(rotate=(picture.rotate + degrees) % 360)
+
+    def _tiled(self, event: events.ValueChangeEventArguments) -> None:
+        picture = self.session.document.picture
+        if picture is not None and bool(event.value) != (picture.tile is not None):
+            self.session.change_picture(tile="auto" if event.value else None)
+
+    def _slid(self, event: events.ValueChangeEventArguments) -> None:
+        picture = self.session.document.picture
+        if picture is None or event.value is None or picture.relief_mm is None:
+            return
+        low, high = RELIEF_ENDS_MM
+        # A relief beyond the ends of the slider stays what it is until the slider is moved.
+        if min(max(picture.relief_mm, low), high) != event.value:
+            self.session.change_picture(relief_mm=round(float(event.value), 3))
+
+    def _sampled(self, event: events.ValueChangeEventArguments) -> None:
+        shape = self.session.shape
+        if event.value and shape is not None and event.value != len(shape.heights):
+            self.session.change_picture(samples=int(event.value))
+
+    def _other_finger(self, event: events.ValueChangeEventArguments) -> None:
+        if event.value and event.value != self.session.document.feel.skin:
+            self.session.change_feel(skin=str(event.value))

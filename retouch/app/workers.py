@@ -1,0 +1,57 @@
+"""Worker: a process that computes for the page, and that a new one replaces when it dies."""
+
+import asyncio
+import logging
+import multiprocessing
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from typing import ParamSpec, TypeVar
+
+from relief.common.errors import InputError
+from retouch.app import measuring
+
+_log = logging.getLogger(__name__)
+P = ParamSpec("P")
+T = TypeVar("T")
+
+ATTEMPTS = 2
+"""How often a computation is begun before its worker's death is told: a second death is no accident."""
+
+
+class Worker:
+    """One process, started at its first use. Computations wait for one another."""
+
+    def __init__(self) -> None:
+        self._pool: ProcessPoolExecutor | None = None
+
+    async def __call__(self, function: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
+        """The value of a function of `measuring`.
+
+        Raises:
+            InputError: as of the function, or the worker has died twice.
+        """
+        for _ in range(ATTEMPTS):
+            pool = self._pool = self._pool or _new_pool()
+            try:
+                return await asyncio.wrap_future(pool.submit(function, *arguments, **named))
+            except BrokenProcessPool:
+                _log.warning("the process that computes for the page has died; a new one takes its place")
+                if self._pool is pool:
+                    self._pool = None
+        raise InputError("the process that computes has died twice; there may be too little memory")
+
+    def close(self) -> None:
+        """End the process at once: its results are wanted no more."""
+        pool, self._pool = self._pool, None
+        if pool is None:
+            return
+        for process in list((pool._processes or {}).values()):
+            process.kill()
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _new_pool() -> ProcessPoolExecutor:
+    # Spawned, as a forked child of a server with threads may hang.
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(1, mp_context=context, initializer=measuring.start)
