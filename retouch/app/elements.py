@@ -39,3 +39,15 @@ class CropBox(Given, component="components/crop_box.js"):
 
 class TextureScale(Given, component="components/texture_scale.js"):
     """Roughness on a scale of textures."""
+
+
+class JndSlider(Given, component="components/jnd_slider.js"):
+    """A change of the roughness over what it costs the look; emits `jnd`."""
+
+
+class Brush(Given, component="components/brush.js"):
+    """A brush over a relief; emits `painted` with the mask as a data URI."""
+
+
+class StepChart(Given, component="components/step_chart.js"):
+    """The way of a number over the steps of a run, and its target."""

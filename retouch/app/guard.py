@@ -133,7 +133,10 @@ def _cookies(headers: dict[bytes, list[bytes]], name: str) -> list[str]:
 def _with_headers(send: Send) -> Send:
     async def sending(message: MutableMapping[str, Any]) -> None:
         if message["type"] == "http.response.start":
-            message = {**message, "headers": [*message.get("headers", ()), *HEADERS]}
+            own = list(message.get("headers", ()))
+            known = {name.lower() for name, _ in own}
+            added = [(name, value) for name, value in HEADERS if name not in known]
+            message = {**message, "headers": [*own, *added]}
         await send(message)
 
     return sending

@@ -20,17 +20,24 @@ from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.fast_models import FAST_MODELS
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
-from relief.common.limits import PATCH_SIDE_MM
+from relief.common.files import write_atomically
+from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM
 from relief.places import places
 from relief.relief import Relief
 from retouch.app.document import USUAL_RELIEF_MM, Feel, Picture
 from retouch.app.folders import picture_file, textures
+from retouch.pages.colour_maps import PURPLE_ORANGE, VIRIDIS, Table, bar_uri, map_uri
+from tactile.quantities import LIMIT_PERCENT
 
 MODEL = "quick"
 """Model of touch of the numbers that follow the hand: within 1 % of the exact one (docs/learned.md), and on
 16 places of 128 x 128 samples in 0.8 s in place of 2.3 s."""
 OWN_PACKAGES = ("relief", "tactile", "visual", "optimize", "retouch", "mitsuba_scenes")
 """Packages whose warnings are for the person."""
+MAP_SIDE = 512
+"""Most pixels a side of a map."""
+MOST_JND, COSTS = 6.0, 49
+"""Ends of the slider of the feel, JND, and numbers of costs between them."""
 THUMBNAIL = 720
 """Longer side of the picture that is shown for cropping, pixels."""
 
@@ -100,17 +107,64 @@ class Felt:
     largest: float
 
 
-@dataclass(frozen=True, eq=False)
-class FeelMap:
-    """Where the strain under a finger lies, at the middle of a relief.
+@dataclass(frozen=True)
+class Reachable:
+    """How far the feel can change, and what it costs the look.
 
     Attributes:
-        strain: (n, n) magnitude of the strain at the receptors beyond that of a flat plate.
-        size_mm: side of the patch.
+        smoother, rougher: JND at which the pictures visibly change, both positive.
+        limit_percent: change of the pictures from which it is visible, mean in % of white.
+        costs: JND and change of the pictures, mean in % of white.
     """
 
-    strain: Array
-    size_mm: float
+    smoother: float
+    rougher: float
+    limit_percent: float
+    costs: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Map:
+    """A map in colours.
+
+    Attributes:
+        picture: data URI of a PNG.
+        bar: the same of the colours from low to high.
+        low, high: in `unit`.
+    """
+
+    picture: str
+    bar: str
+    low: float
+    high: float
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """Original and result of a run.
+
+    Attributes:
+        change: heights of the result less those of the original, each about its mean; None for two grids.
+        feel: strain under a finger, of both.
+    """
+
+    before: Shape
+    after: Shape
+    change: Map | None
+    feel: tuple[Map, Map]
+
+
+@dataclass(frozen=True)
+class Written:
+    """A file for a printer.
+
+    Attributes:
+        lines: what it holds, a word and a sentence each.
+    """
+
+    file: str
+    lines: tuple[tuple[str, str], ...]
 
 
 def start() -> None:
@@ -181,11 +235,6 @@ def shape(picture: Picture) -> Shape:
     )
 
 
-def run_shape(folder: str) -> Shape:
-    """The heights of a run's result. Raises InputError."""
-    return _of_relief(Relief.read(picture_file(folder)))
-
-
 def _of_relief(relief: Relief) -> Shape:
     return Shape(relief.heights.astype(np.float32), relief.width_mm, relief.repeats)
 
@@ -210,14 +259,6 @@ def felt(shape: Shape, skin: str, everywhere: bool = True) -> Felt:
     )
 
 
-def feel_map(shape: Shape, skin: str) -> FeelMap:
-    """The strain under a finger in the middle. Raises InputError or ContactError."""
-    relief = _relief(shape)
-    touch = _touch(relief, skin, _middle(relief))
-    strain = np.abs(touch.strain[0]).astype(np.float32)
-    return FeelMap(strain, len(strain) * relief.pitch_mm)
-
-
 def texture_scale(skin: str) -> dict[str, float]:
     """Roughness of the textures that come with Retouch, by name, each at one place."""
     scale = {}
@@ -227,12 +268,15 @@ def texture_scale(skin: str) -> dict[str, float]:
     return dict(sorted(scale.items(), key=lambda item: item[1]))
 
 
-def reach(shape: Shape, skin: str) -> dict[str, Any]:
-    """How far the feel can change before the pictures do, as `retouch evaluate --reach --json` tells."""
+def reach(shape: Shape, skin: str) -> Reachable:
+    """How far the feel can change before the pictures do, as `retouch evaluate --reach` tells."""
     from optimize.estimates.reach import reach as reach_of
 
     scene = retouch.load_scene(DEFAULT_SCENE, relief=_relief(shape))
-    return reach_of(scene, retouch.load_skin(skin)).as_json()
+    found = reach_of(scene, retouch.load_skin(skin))
+    ends = MOST_JND * np.linspace(-1.0, 1.0, COSTS)
+    costs = tuple((float(jnd), found.change_percent(jnd)) for jnd in ends)
+    return Reachable(found.smoother.jnd, found.rougher.jnd, LIMIT_PERCENT, costs)
 
 
 def forecast(heights: str, feel: Feel, out: str) -> list[tuple[str, str]]:
@@ -265,12 +309,71 @@ class _Warnings(logging.Handler):
             self.lines.append(record.getMessage())
 
 
-def best_so_far(folder: str, size_mm: float, repeats: tuple[bool, bool]) -> Shape:
-    """The best relief of a run under way, of its checkpoint. Raises InputError."""
+def sides(folder: str, skin: str) -> Sides:
+    """Original and result of a run, with the maps of what differs. Raises InputError or ContactError."""
+    from retouch.verbs.subjects import read_subjects
+
+    none = dict.fromkeys(("size_mm", "relief_mm", "height_scale"))
+    reliefs = [subject.relief for subject in read_subjects(folder, None, none, None)]
+    one, other = (relief.heights - relief.heights.mean() for relief in reliefs)
+    change = None
+    if one.shape == other.shape:
+        difference = 1000.0 * (other - one)
+        most = max(float(np.percentile(np.abs(difference), 99.5)), 1e-3)
+        change = _map(difference, -most, most, PURPLE_ORANGE, "µm")
+    strains = [np.abs(_touch(relief, skin, _middle(relief)).strain[0]) for relief in reliefs]
+    most = max(float(np.percentile(np.stack(strains), 99.5)), 1e-6)
+    before, after = (_map(strain, 0.0, most, VIRIDIS, "strain") for strain in strains)
+    return Sides(_of_relief(reliefs[0]), _of_relief(reliefs[1]), change, (before, after))
+
+
+def _map(values: Array, low: float, high: float, table: Table, unit: str) -> Map:
+    return Map(map_uri(values, low, high, table, MAP_SIDE), bar_uri(table), low, high, unit)
+
+
+def best_so_far(folder: str, heights: str) -> tuple[Shape, Shape]:
+    """Original and best relief of a run under way, of its checkpoint. Raises InputError."""
     from optimize.run_directory.checkpoint import load_checkpoint
 
-    heights = load_checkpoint(Path(folder)).best.heights
-    return Shape(heights.astype(np.float32), size_mm, repeats)
+    original = _of_relief(Relief.read(heights))
+    best = load_checkpoint(Path(folder)).best.heights
+    return original, replace(original, heights=best.astype(np.float32))
+
+
+def save_mask(content: bytes, out: str) -> bool:
+    """Write a painted mask as a black and white PNG; returns whether anything is painted.
+
+    Raises:
+        InputError: the content is no picture of a mask.
+    """
+    from PIL import Image
+
+    try:
+        with Image.open(io.BytesIO(content), formats=("PNG",)) as image:
+            if max(image.size) > LARGEST_SIDE:
+                raise InputError(f"mask: {image.size[0]} x {image.size[1]} pixels are too many")
+            white = np.asarray(image.convert("L")) > 127
+    except (OSError, ValueError, SyntaxError) as error:
+        raise InputError(f"mask: {error}") from error
+    if not white.any():
+        return False
+    picture = io.BytesIO()
+    Image.fromarray(np.where(white, 255, 0).astype(np.uint8)).save(picture, "png")
+    write_atomically(out, picture.getvalue())
+    return True
+
+
+def export(run: str, out: str, base_mm: float | None, repeat: int, printer: str | None) -> Written:
+    """Write the result of a run for a printer, as `retouch export`. Raises InputError or OSError."""
+    made = retouch.export(run, out, base_mm=base_mm, repeat=(repeat, repeat), printer=printer)
+    lines = [("file", str(made.file)), ("size", f"{made.width_mm:.4g} × {made.height_mm:.4g} mm")]
+    if made.thickness_mm is not None:
+        lines.append(("highest point", f"{made.thickness_mm:.3g} mm"))
+    if made.printer is not None and made.thickness_mm is not None:
+        layers = round(made.thickness_mm / made.printer.layer_mm)
+        lines.append(("layers", f"{layers} of {made.printer.layer_um:g} µm"))
+    lines.append(("bytes", f"{made.file.stat().st_size / 2**20:.1f} MiB"))
+    return Written(str(made.file), tuple(lines))
 
 
 def _relief(shape: Shape) -> Relief:

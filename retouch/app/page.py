@@ -14,9 +14,16 @@ from relief.common.errors import InputError
 from retouch.app.document import command_line
 from retouch.app.session import Session
 from retouch.app.shapes import Shapes
+from retouch.app.stages.compare import CompareStage
+from retouch.app.stages.feel import FeelStage
 from retouch.app.stages.picture import PictureStage
+from retouch.app.stages.printing import PrintStage
+from retouch.app.stages.run import RunStage
 
+STAGES = (PictureStage, FeelStage, RunStage, CompareStage, PrintStage)
+"""In the order of the work."""
 HEAD = """
+<link rel="stylesheet" href="/app/scripts/plate_viewer.css">
 <link rel="stylesheet" href="/app/style/app.css">
 <script src="/app/scripts/plate_light.js"></script>
 <script src="/app/scripts/plate_viewer.js"></script>
@@ -48,7 +55,7 @@ class Page:
         self.session, self.shapes = session, shapes
         self.lamp = {"azimuth": 135.0, "elevation": 35.0}
         self.tilt = {"right": 0.0, "down": 0.0}
-        self._stages: list[Stage] = [PictureStage(self)]
+        self._stages: list[Stage] = [stage(self) for stage in STAGES]
 
     def build(self) -> None:
         """Build the page of a window, and keep it up to date as long as the window is there."""
@@ -72,6 +79,9 @@ class Page:
     def refresh(self) -> None:
         """Bring all elements to the state of the session."""
         session = self.session
+        if self._tabs.value == FeelStage.name:
+            session.want_reach()
+        session.want_sides()
         for stage in self._stages:
             stage.refresh()
         work = next(iter(session.under_way.values()), "")

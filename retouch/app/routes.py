@@ -5,22 +5,27 @@ import json
 import os
 import tempfile
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 
 from fastapi import FastAPI, Request
-from fastapi.responses import JSONResponse, PlainTextResponse, Response
+from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from fastapi.staticfiles import StaticFiles
 
 from mitsuba_scenes import FOLDER
+from optimize.run_directory.key import REPORT
 from relief.common.errors import InputError
+from relief.common.formats import FORMATS
 from relief.common.formatting import plain
-from retouch.app.folders import PICTURES_FOLDER, keep_picture, safe_name
+from retouch.app.folders import PICTURES_FOLDER, RUNS_FOLDER, keep_picture, safe_name
 from retouch.app.runs import free_mib
 from retouch.app.shapes import PREFIX, Shapes
 from retouch.pages import plate_viewer
 
 MOST_UPLOADED = 1 << 30
 """Most bytes of a picture: more than 179 million pixels take in any format but numbers."""
+SANDBOX = "sandbox allow-scripts; default-src 'unsafe-inline' data: blob:"
+"""Content-Security-Policy of a report, whose file anybody may have changed."""
 SPARE_MIB = 64.0
 """Room that a picture leaves on the disk, MiB: a run needs some."""
 
@@ -42,6 +47,20 @@ def add_routes(app: FastAPI, shapes: Shapes) -> None:
         content = shape.heights.astype("<f4").tobytes()
         return Response(content, media_type="application/octet-stream", headers=headers)
 
+    @app.get("/app/mask/{name}")
+    def mask(name: str) -> Response:
+        return _file(PICTURES_FOLDER / name, name.startswith("mask-"))
+
+    @app.get("/app/print/{name}")
+    def plate(name: str) -> Response:
+        return _file(RUNS_FOLDER / name, Path(name).suffix in FORMATS, filename=name)
+
+    @app.get("/app/report/{run}/report.html")
+    def report(run: str) -> Response:
+        # A page that is not the app's own: its scripts may run, but as those of a stranger.
+        headers = {"content-security-policy": SANDBOX}
+        return _file(RUNS_FOLDER / run / REPORT, True, headers=headers)
+
     @app.post("/app/picture")
     async def picture(request: Request) -> Response:
         name = unquote(request.headers.get("x-name", ""))
@@ -54,6 +73,14 @@ def add_routes(app: FastAPI, shapes: Shapes) -> None:
             text = "the disk is full" if full else str(error.strerror)
             return PlainTextResponse(plain(f"{name[:60]}: {text}; nothing is kept of it"), 507)
         return JSONResponse({"file": str(file)})
+
+
+def _file(file: Path, allowed: bool, **settings: Any) -> Response:
+    """A file of the app's folders; parts of its path come from an address, but never lead elsewhere."""
+    plain_names = all(part not in ("", ".", "..") and "\\" not in part for part in file.parts)
+    if not (allowed and plain_names and file.is_file()):
+        return PlainTextResponse("no such file", 404)
+    return FileResponse(file, **settings)
 
 
 async def _received(request: Request, name: str) -> Path:

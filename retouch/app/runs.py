@@ -56,6 +56,7 @@ class Step:
         roughness, contact_area_mm2: means over the places.
         picture_percent: change of the pictures, % of the mean picture.
         seconds: since the run began.
+        target: roughness to be reached; None if it is no target.
     """
 
     step: int
@@ -63,6 +64,7 @@ class Step:
     contact_area_mm2: float
     picture_percent: float
     seconds: float
+    target: float | None
 
 
 @dataclass
@@ -172,7 +174,9 @@ def _read_steps(lines: list[bytes]) -> Iterator[Step]:
     for line in lines:
         try:
             row = json.loads(line)
-            yield Step(int(row["step"]), *(float(row[key]) for key in keys))
+            target = row.get("target_roughness")
+            values = [float(row[key]) for key in keys]
+            yield Step(int(row["step"]), *values, None if target is None else float(target))
         except (ValueError, TypeError, LookupError, RecursionError):
             # The last line may be half written.
             continue

@@ -6,6 +6,7 @@ file as well, so that the next start goes on with them.
 """
 
 import asyncio
+import hashlib
 import json
 import logging
 from collections.abc import Awaitable, Callable, Coroutine
@@ -17,10 +18,11 @@ from pydantic import TypeAdapter, ValidationError
 
 from relief.common.errors import InputError
 from relief.common.files import read_limited, write_atomically
+from relief.common.formats import RUN_CHECKPOINT, RUN_HEIGHTS
 from retouch.app import measuring
 from retouch.app.document import Document, Feel, Picture
-from retouch.app.folders import RUNS_FOLDER, UNUSUAL, next_run
-from retouch.app.measuring import Felt, Shape, Source
+from retouch.app.folders import PICTURES_FOLDER, RUNS_FOLDER, UNUSUAL, next_run
+from retouch.app.measuring import Felt, Reachable, Shape, Sides, Source, Written
 from retouch.app.runs import Job, Queue, State
 from retouch.app.workers import Worker
 
@@ -43,6 +45,9 @@ class Session:
         scale: roughness of the bundled textures, by name.
         reach: how far the feel can change; None until known.
         forecast: what a run would take, a word and a sentence each.
+        best, run_original: of the run that is shown, while it is under way.
+        sides: original and result of the run that is looked at.
+        written: the last file for a printer.
         queue: the runs.
         faults: what is wrong, a line for each subject.
         under_way: what is being computed, by subject.
@@ -55,7 +60,12 @@ class Session:
         self.felt_here: Felt | None = None
         self.felt: Felt | None = None
         self.scale: dict[str, float] = {}
-        self.reach: dict[str, Any] | None = None
+        self.reach: Reachable | None = None
+        self.forecast: list[tuple[str, str]] = []
+        self.best: Shape | None = None
+        self.run_original: Shape | None = None
+        self.sides: Sides | None = None
+        self.written: Written | None = None
         self.queue = Queue()
         self.faults: dict[str, str] = {}
         self.under_way: dict[str, str] = {}
@@ -66,6 +76,8 @@ class Session:
         self._again = False
         self._tasks: set[asyncio.Task[Any]] = set()
         self._seen: list[Any] = []
+        self._best_of: tuple[str, int] | None = None
+        self._sides_of: tuple[str | None, int | None] = (None, None)
         self._scale_of: str | None = None
         self._reach_of: tuple[Picture | None, str] | None = None
 
@@ -194,7 +206,8 @@ class Session:
     def want_reach(self) -> None:
         """Compute in the background how far the feel can change, if that is not known."""
         asked = (self.document.picture, self.document.feel.skin)
-        if self.shape is None or "reach" in self.under_way or self._reach_of == asked:
+        busy = self.under_way.keys() & {"reach", "numbers", "picture"}
+        if self.shape is None or busy or self._reach_of == asked:
             return
         self.reach, self._reach_of = None, asked
         self.under_way["reach"] = "estimating how far the feel can change"
@@ -213,25 +226,119 @@ class Session:
 
     # Runs.
 
-    async def estimate(self) -> list[tuple[str, str]]:
-        """What a run with this document would take. Raises InputError."""
+    def goal_told(self) -> str:
+        """What the next run is to reach, in a sentence."""
+        feel = self.document.feel
+        if feel.goal == "feel_of":
+            goal = f"As rough as {feel.feel_of}"
+        elif feel.goal == "jnd":
+            goal = f"{abs(feel.jnd):g} JND {'rougher' if feel.jnd > 0 else 'smoother'} than the original"
+        else:
+            goal = f"{feel.contact_area_scale:g} of the original's contact area"
+        where = "all over" if feel.region is None or feel.goal == "feel_of" else "where it is painted"
+        return f"{goal}, {where}, to the finger {feel.skin}."
+
+    async def estimate(self) -> None:
+        """Ask what a run with this document would take; the answer is `forecast`, or a fault."""
+        self.forecast = []
+        await self._step("run", "checking the run", self._estimate())
+
+    async def _estimate(self) -> None:
         picture, folder = self._chosen(), next_run(self._chosen().file)
         heights = await self._heights_of_run(picture, folder)
         try:
-            return await self.slow(measuring.forecast, heights, self.document.feel, str(folder))
+            self.forecast = await self.slow(measuring.forecast, heights, self.document.feel, str(folder))
         finally:
             Path(heights).unlink(missing_ok=True)
 
-    async def start_run(self) -> Job:
-        """Write the height map and put a run into the queue. Raises InputError or OSError."""
+    async def start_run(self) -> None:
+        """Write the height map and put a run into the queue; what hinders is a fault."""
+        await self._step("run", "writing the height map", self._start_run())
+
+    async def _start_run(self) -> None:
         picture, folder = self._chosen(), next_run(self._chosen().file)
         await self._heights_of_run(picture, folder)
-        job = Job(folder, self.document.feel)
-        self.queue.add(job)
+        self.forecast = []
+        self.queue.add(Job(folder, self.document.feel))
         self.change(replace(self.document, run=str(folder)), undoable=False)
         self._keep()
+
+    async def _step(self, subject: str, told: str, work: Coroutine[Any, Any, None]) -> None:
+        """Do what a person has asked for, told while it goes on; a failure is a fault of the subject."""
+        if subject in self.under_way:
+            work.close()
+            return
+        self.under_way[subject] = told
         self.tell()
-        return job
+        try:
+            await self._guarded(subject, work)
+        finally:
+            self.under_way.pop(subject, None)
+            self.tell()
+
+    def shown_job(self) -> Job | None:
+        """The run that is shown as under way: the one that runs, or else the last one looked at."""
+        busy = next((job for job in self.queue.jobs if job.state.busy), None)
+        chosen = next((job for job in self.queue.jobs if str(job.folder) == self.document.run), None)
+        return busy or chosen
+
+    def go_on(self, job: Job) -> None:
+        """Go on with a run that was stopped."""
+        try:
+            if self.queue.under_way():
+                raise InputError("another run is under way; stop it first, or wait for it")
+            job.begin()
+        except (InputError, OSError) as error:
+            self.faults["run"] = str(error)
+        self.tell()
+
+    def drop(self, job: Job) -> None:
+        """Take a run from the list; its files stay."""
+        self.queue.remove(job)
+        self._keep()
+        self.tell()
+
+    def look_at(self, folder: str) -> None:
+        """Look at a run: its original and its result, if there is one."""
+        if folder != self.document.run:
+            self.best = self.run_original = self.written = None
+            self.change(replace(self.document, run=folder), undoable=False)
+        self.want_sides()
+
+    def want_sides(self) -> None:
+        """Read original and result of the run that is looked at, if they are not known."""
+        run = self.document.run
+        result = None if run is None else Path(run) / RUN_HEIGHTS
+        stamp = result.stat().st_mtime_ns if result is not None and result.is_file() else None
+        if self._sides_of == (run, stamp) or "sides" in self.under_way:
+            return
+        self._sides_of, self.sides = (run, stamp), None
+        if run is not None and stamp is not None:
+            self.in_background(self._step("sides", "reading the run", self._read_sides(run)))
+
+    async def _read_sides(self, run: str) -> None:
+        self.sides = await self.live(measuring.sides, run, self.document.feel.skin)
+
+    async def write_print(self, suffix: str, base_mm: float | None, repeat: int, printer: str | None) -> None:
+        """Write the result of the run that is looked at for a printer; what hinders is a fault."""
+        await self._step("print", "writing the file", self._write_print(suffix, base_mm, repeat, printer))
+
+    async def _write_print(self, suffix: str, base_mm: float | None, repeat: int, printer: str | None) -> None:
+        if self.document.run is None:
+            raise InputError("no run is looked at")
+        out = f"{self.document.run}-print{suffix}"
+        self.written = None
+        self.written = await self.slow(measuring.export, self.document.run, out, base_mm, repeat, printer)
+
+    async def paint(self, mask: bytes) -> None:
+        """Take a painted mask as the region where the feel changes."""
+        await self._step("paint", "keeping the mask", self._paint(mask))
+
+    async def _paint(self, mask: bytes) -> None:
+        name = hashlib.sha256(mask).hexdigest()[:12]
+        file = PICTURES_FOLDER / f"mask-{name}.png"
+        painted = await self.live(measuring.save_mask, mask, str(file))
+        self.change_feel(region=str(file) if painted else None)
 
     def planned(self) -> list[list[str]]:
         """The commands that a run would take, without `retouch`."""
@@ -268,7 +375,25 @@ class Session:
         now = [(job.folder, job.state, job.log.stat().st_mtime_ns if job.log.exists() else 0) for job in self.queue.jobs]
         if now != self._seen:
             self._seen = now
+            self._follow_run()
+            self.want_sides()
             self.tell()
+
+    def _follow_run(self) -> None:
+        """Show the best so far of the run under way, if its checkpoint is new."""
+        job = next(iter(self.queue.under_way()), None)
+        checkpoint = None if job is None else job.folder / RUN_CHECKPOINT
+        if job is None or checkpoint is None or not checkpoint.is_file() or "best" in self.under_way:
+            return
+        stamp = (str(job.folder), checkpoint.stat().st_mtime_ns)
+        if stamp != self._best_of:
+            self._best_of = stamp
+            self.in_background(self._guarded("best", self._best_so_far(job)))
+
+    async def _best_so_far(self, job: Job) -> None:
+        found = await self.live(measuring.best_so_far, str(job.folder), str(job.heights))
+        self.run_original, self.best = found
+        self.tell()
 
     # What is kept.
 

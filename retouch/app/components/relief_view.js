@@ -4,7 +4,7 @@
 // lamp           { azimuth, elevation } that several views share
 // swipe          where the edge between both stands, percent
 // mode           what dragging moves: "lamp" or "tilt"
-// crop_round     whether clicks on the stage are told, for the place of the finger
+// blink          whether both take turns
 export default {
   template: `
     <figure class="relief-view">
@@ -20,6 +20,7 @@ export default {
     tilt: { type: Object, default: () => ({ right: 0, down: 0 }) },
     swipe: { type: Number, default: 50 },
     mode: { type: String, default: "lamp" },
+    blink: Boolean,
   },
   data: () => ({ fault: "", still: "" }),
   mounted() {
@@ -27,8 +28,14 @@ export default {
     this.$refs.stage.addEventListener("plate-lamp", (event) => this.tell("lamp", event.detail));
     this.$refs.stage.addEventListener("plate-tilt", (event) => this.tell("tilt", event.detail));
     this.load();
+    this.blinking = setInterval(() => {
+      if (!this.blink || !this.view) return;
+      this.second = !this.second;
+      this.view.setSwipe(this.second ? 0 : 100);
+    }, 600);
   },
   beforeUnmount() {
+    clearInterval(this.blinking);
     this.loading = -1;
     if (this.view) this.view.destroy();
   },
@@ -46,6 +53,7 @@ export default {
         this.quietly(() => this.view.setTilt(now.right, now.down));
     },
     swipe(now) { if (this.view) this.view.setSwipe(now); },
+    blink(now) { if (!now && this.view) this.view.setSwipe(this.swipe); },
     mode(now) { if (this.view) this.view.setMode(now); },
   },
   methods: {

@@ -62,11 +62,15 @@ class NumberField:
 
 
 class Told:
-    """A table of lines, each a word and a sentence."""
+    """A table of lines, each a word and a sentence.
+
+    Attributes:
+        element: the table.
+    """
 
     def __init__(self) -> None:
         self._lines: tuple[tuple[str, str], ...] | None = None
-        with ui.element("table").classes("told"):
+        with ui.element("table").classes("told") as self.element:
             self._body = ui.element("tbody")
 
     def show(self, lines: Iterable[tuple[str, str]]) -> None:
