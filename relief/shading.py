@@ -2,8 +2,9 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
-from relief.common.arrays import Array
+from relief.common.arrays import Array, FloatArray
 
 SKY_DIRECTIONS = 8
 """Directions in which the horizon is looked for, evenly all around."""
@@ -67,6 +68,17 @@ def open_sky(heights: Array, size_mm: float, farthest_mm: float) -> Array:
     azimuths = np.arange(SKY_DIRECTIONS) * (360.0 / SKY_DIRECTIONS)
     horizons = (_horizon(heights, size_mm, azimuth, farthest_mm) for azimuth in azimuths)
     return np.asarray(sum(1.0 / (1.0 + horizon**2) for horizon in horizons) / SKY_DIRECTIONS)
+
+
+def averaged(values: FloatArray, side: int) -> FloatArray:
+    """An array (rows, cols) averaged down to at most `side` pixels a side; a smaller one is unchanged."""
+    rows, cols = values.shape
+    scale = side / max(rows, cols)
+    if scale >= 1.0:
+        return np.asarray(values, dtype=np.float64)
+    target = (max(1, round(cols * scale)), max(1, round(rows * scale)))
+    small = Image.fromarray(values.astype(np.float32)).resize(target, Image.Resampling.BOX)
+    return np.asarray(small, dtype=np.float64)
 
 
 def _horizon(heights: Array, size_mm: float, azimuth_deg: float, farthest_mm: float) -> Array:

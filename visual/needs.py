@@ -69,7 +69,7 @@ def needs_of(description: Description, samples: tuple[int, int] = (1, 1)) -> Nee
     # Cameras that all have weight 0 count alike.
     cameras = tuple(i for i, camera in enumerate(every) if camera.weight > 0.0) or tuple(range(len(every)))
     top_view = tuple(_is_top_view(every[i], description.plate.size_mm, samples) for i in cameras)
-    lights = tuple(_name(light, i) for i, light in enumerate(alone)) or ("ambient",)
+    lights = tuple(light_name(light, i) for i, light in enumerate(alone)) or ("ambient",)
     total = sum(every[i].weight for i in cameras)
     shares = [every[i].weight / total if total else 1.0 / len(cameras) for i in cameras]
     return Needs(
@@ -106,7 +106,8 @@ def check_effort(path: Path, resolution: tuple[int, int], samples: int) -> None:
         )
 
 
-def _name(light: Light, number: int) -> str:
+def light_name(light: Light, number: int) -> str:
+    """Id of a light, or its number from 1 among those that are not ambient if the file gives none."""
     return light.id if light.id and not light.id.startswith("_") else f"light-{number + 1}"
 
 

@@ -340,6 +340,11 @@ class Scene:
         return np.repeat(np.array(scales), len(self._needs.lights))
 
     @property
+    def description(self) -> Description:
+        """What the scene file holds."""
+        return self._description
+
+    @property
     def passes(self) -> int:
         """Pictures to render for one relief."""
         return self._needs.passes

@@ -10,7 +10,7 @@ from PIL import Image
 
 from relief.common.arrays import FloatArray
 from relief.common.srgb import srgb
-from relief.shading import facing
+from relief.shading import averaged, facing
 
 Table = NDArray[np.uint8]
 
@@ -49,37 +49,26 @@ def picture_uri(radiance: FloatArray, white: float, side: int) -> str:
         radiance: (rows, cols), or (rows, cols, 3) in RGB.
     """
     channels = np.moveaxis(radiance[..., None] if radiance.ndim == 2 else radiance, -1, 0)
-    small = np.stack([shrunk(channel, side) for channel in channels], axis=-1)
+    small = np.stack([averaged(channel, side) for channel in channels], axis=-1)
     return _png(srgb(small.squeeze(-1) if radiance.ndim == 2 else small, white) * 255.0, GREY)
 
 
 def map_uri(values: FloatArray, low: float, high: float, table: Table, side: int) -> str:
     """A map (rows, cols) in the colours of a table from `low` to `high`, at most `side` pixels long."""
-    return _png((shrunk(values, side) - low) / (high - low) * 255.0, table)
+    return _png((averaged(values, side) - low) / (high - low) * 255.0, table)
 
 
 def contact_uri(pressure: FloatArray, high: float, side: int) -> str:
     """A map (rows, cols) of pressure from 0 to `high`, with pixels without pressure in grey."""
     table = YELLOW_BLUE.copy()
     table[0] = NO_CONTACT
-    small = shrunk(pressure, side)
+    small = averaged(pressure, side)
     return _png(np.where(small > 0.0, 1.0 + small / high * 254.0, 0.0), table)
 
 
 def hillshade(heights: FloatArray, size_mm: float) -> FloatArray:
     """Lambert shading in [0, 1] of heights, mm, both (rows, cols); light from the top left, 45 degrees up."""
     return np.clip(facing(heights, size_mm, 135.0, 45.0), 0.0, 1.0)
-
-
-def shrunk(values: FloatArray, side: int) -> FloatArray:
-    """An array (rows, cols) averaged down to at most `side` pixels a side; a smaller one is unchanged."""
-    rows, cols = values.shape
-    scale = side / max(rows, cols)
-    if scale >= 1.0:
-        return np.asarray(values, dtype=np.float64)
-    target = (max(1, round(cols * scale)), max(1, round(rows * scale)))
-    small = Image.fromarray(values.astype(np.float32)).resize(target, Image.Resampling.BOX)
-    return np.asarray(small, dtype=np.float64)
 
 
 def bar_uri(table: Table) -> str:

@@ -12,6 +12,7 @@ from optimize.verification.picture_metrics import mean_change, pixel_weights, rm
 from optimize.verification.verification import ChangePercent, PictureChange
 from relief.common.arrays import FloatArray
 from relief.common.formatting import number
+from relief.shading import averaged
 from retouch.pages import colour_maps, svg
 from retouch.pages.content import Baseline, Pair, Report
 from tactile.jnd import jnd_apart, tries_of_100
@@ -222,7 +223,7 @@ def relief_figures(pair: Pair) -> dict[str, Any]:
     top, bottom = max(h.max() for h in heights), min(*(h.min() for h in heights), 0.0)
     axis, wide = svg.nice_axis(bottom, top, 3), max(sizes_mm)
     profiles = [
-        svg.Profile(colour_maps.shrunk(h, PROFILE_SIDE), size_mm)
+        svg.Profile(averaged(h, PROFILE_SIDE), size_mm)
         for h, size_mm in zip(heights, sizes_mm, strict=True)
     ]
     context: dict[str, Any] = {
@@ -242,7 +243,7 @@ def relief_figures(pair: Pair) -> dict[str, Any]:
     if len({side.relief.surface.size_mm for side in pair.sides}) > 1:
         return context
     common = min(max(h.shape) for h in heights)
-    before, after = (colour_maps.shrunk(h, common) for h in heights)
+    before, after = (averaged(h, common) for h in heights)
     change = 1000.0 * (after - before)
     lift = float(change.mean())
     change -= lift

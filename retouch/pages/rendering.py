@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from relief.common.formatting import between, duration, number, percent, plain, plus_minus, rounded
 from retouch.pages.meanings import MEANINGS
+from retouch.pages.plate_viewer import figure as plate_viewer
 from retouch.pages.viewer.figure import asset
 
 
@@ -18,6 +19,7 @@ def render_page(
     scripts: Sequence[str] = ("pairs.js", "profile.js"),
     images: str = "",
     viewer: bool = False,
+    plates: bool = False,
     **context: Any,
 ) -> bytes:
     """A page in UTF-8.
@@ -27,6 +29,7 @@ def render_page(
         scripts: names of files in `templates` that become the script of the page.
         images: sources of pictures beside those within the page, as a content security policy names them.
         viewer: whether the page has figures of `retouch.pages.viewer`, which need their script and style.
+        plates: whether the page has figures of `retouch.pages.plate_viewer`.
         context: what the template shows; text is escaped, and characters that a browser obeys are shown as ?.
     """
     environment = Environment(
@@ -42,6 +45,8 @@ def render_page(
     style = environment.get_template("page.css").render()
     if viewer:
         code, style = [*code, asset("viewer.js")], style + asset("viewer.css")
+    if plates:
+        code, style = [*code, plate_viewer.component(), plate_viewer.asset("plate_figures.js")], style + plate_viewer.asset("plate_viewer.css")
     script = "\n".join(code)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     page = environment.get_template(template).render(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from relief.common.srgb import srgb
+from relief.shading import averaged
 from retouch.pages import colour_maps
 
 
@@ -76,6 +77,6 @@ def test_slopes_that_face_the_top_or_the_left_are_bright(axis: int) -> None:
 
 def test_shrinking_keeps_the_mean_and_the_proportions() -> None:
     values = np.random.default_rng(0).uniform(size=(64, 128))
-    small = colour_maps.shrunk(values, 32)
+    small = averaged(values, 32)
     assert small.shape == (16, 32)
     assert small.mean() == pytest.approx(values.mean(), rel=1e-6)
