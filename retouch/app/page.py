@@ -10,12 +10,12 @@ from typing import Protocol
 
 from nicegui import Client, events, ui
 
-from relief.common.errors import InputError
 from retouch.app.document import command_line
 from retouch.app.session import Session
 from retouch.app.shapes import Shapes
 from retouch.app.stages.compare import CompareStage
 from retouch.app.stages.feel import FeelStage
+from retouch.app.stages.parts import button
 from retouch.app.stages.picture import PictureStage
 from retouch.app.stages.printing import PrintStage
 from retouch.app.stages.run import RunStage
@@ -37,6 +37,9 @@ class Stage(Protocol):
 
     def build(self) -> None:
         """Put its elements into the present slot."""
+
+    def commands(self) -> list[list[str]]:
+        """The commands that do the same in a terminal, without `retouch`."""
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
@@ -105,13 +108,12 @@ class Page:
     def _bar(self) -> None:
         with ui.element("header").classes("bar"):
             ui.label("Retouch").classes("word")
-            with ui.tabs().props("no-caps inline-label") as self._tabs:
+            with ui.tabs(value=self._stages[0].name).props("no-caps inline-label") as self._tabs:
                 for stage in self._stages:
                     ui.tab(stage.name)
             with ui.element("div").classes("end"):
                 self._busy = ui.label().classes("busy").props('role="status"')
-                self._undo = ui.button("Undo", on_click=self.session.undo).classes("button quiet")
-                self._undo.props("flat")
+                self._undo = button("Undo", self.session.undo, "quiet")
 
     def _panels(self) -> ui.tab_panels:
         panels = ui.tab_panels(self._tabs, value=self._stages[0].name, animated=False, keep_alive=False)
@@ -121,13 +123,11 @@ class Page:
         with ui.element("footer").classes("foot"):
             self._command = ui.label().props('aria-label="the same in a terminal"')
             self._command.classes("command")
-            ui.button("Copy", on_click=self._copy).classes("button quiet").props("flat")
+            button("Copy", self._copy, "quiet")
 
     def _line(self) -> str:
-        try:
-            return " && ".join(command_line(words) for words in self.session.planned())
-        except InputError:
-            return "retouch app"
+        stage = next(one for one in self._stages if one.name == self._tabs.value)
+        return " && ".join(map(command_line, stage.commands()))
 
     def _copy(self) -> None:
         ui.clipboard.write(self._line())

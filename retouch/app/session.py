@@ -71,6 +71,7 @@ class Session:
         self.under_way: dict[str, str] = {}
         self.live, self.slow = Worker(), Worker()
         self._listeners: list[Callable[[], None]] = []
+        self._sources: dict[str, Source] = {}
         self._undo: list[Document] = []
         self._following: asyncio.Task[None] | None = None
         self._again = False
@@ -105,7 +106,9 @@ class Session:
         self.document = document
         self._keep()
         if document.picture != before.picture:
-            self.shape = self.shape if document.picture else None
+            file = None if document.picture is None else document.picture.file
+            if before.picture is None or before.picture.file != file:
+                self.source = self._sources.get(file or "")
             self.follow()
         if document.feel.skin != before.feel.skin:
             self.follow()
@@ -139,10 +142,12 @@ class Session:
         except (InputError, OSError) as error:
             self.faults["picture"] = str(error)
         else:
-            self.source = source
+            self._sources = {file: source}
             picture = Picture(file, relief_mm=source.relief_mm, size_mm=source.size_mm)
             self.faults.pop("picture", None)
-            self.change(replace(self.document, picture=picture, feel=replace(self.document.feel, region=None)))
+            feel = replace(self.document.feel, region=None)
+            first = self.document.picture is None
+            self.change(replace(self.document, picture=picture, feel=feel), undoable=not first)
         finally:
             self.under_way.pop("picture", None)
             self.tell()
@@ -342,7 +347,9 @@ class Session:
 
     def planned(self) -> list[list[str]]:
         """The commands that a run would take, without `retouch`."""
-        picture = self._chosen()
+        picture = self.document.picture
+        if picture is None:
+            return []
         folder = next_run(picture.file)
         heights = f"{folder}.png"
         return [picture.command(heights), self.document.feel.command(heights, str(folder))]

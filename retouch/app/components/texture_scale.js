@@ -5,7 +5,7 @@ export default {
       <div class="scale-axis">
         <span v-for="one in marks" :key="one.name" class="scale-mark" :style="{ left: one.left }"></span>
         <span v-for="one in marks.filter((each) => each.label)" :key="one.name + ' name'" class="scale-name"
-          :style="{ left: one.left }">{{ one.name }}</span>
+          :style="{ left: one.left, bottom: one.bottom }">{{ one.name }}</span>
         <span v-if="target" class="scale-target" :style="{ left: at(target) }"></span>
         <span v-if="value" class="scale-value" :style="{ left: at(value) }"></span>
       </div>
@@ -17,11 +17,13 @@ export default {
       return all.length ? [Math.log(Math.min(...all)) - 0.1, Math.log(Math.max(...all)) + 0.1] : [-4, -2];
     },
     marks() {
-      let last = -Infinity;
+      // Names stand in rows, each where no earlier one is in its way.
+      const ends = [-Infinity, -Infinity, -Infinity, -Infinity];
       return Object.entries(this.scale).map(([name, value]) => {
-        const percent = this.percent(value), label = percent - last >= 15 && percent <= 94;
-        if (label) last = percent;
-        return { name, left: `${percent}%`, label };
+        const percent = this.percent(value), half = 0.95 * name.length;
+        const row = ends.findIndex((end) => percent - half > end);
+        if (row >= 0) ends[row] = percent + half + 1;
+        return { name, left: `${percent}%`, bottom: `${10 + 13 * row}px`, label: row >= 0 };
       });
     },
     told() {

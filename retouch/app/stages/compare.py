@@ -12,7 +12,7 @@ from optimize.verification.verification import Verification
 from retouch.app.elements import ReliefView
 from retouch.app.measuring import Map
 from retouch.app.runs import earlier_runs, state_of
-from retouch.app.stages.parts import Number, Told, section
+from retouch.app.stages.parts import Number, Told, button, choice, section
 
 if TYPE_CHECKING:
     from retouch.app.page import Page
@@ -32,9 +32,8 @@ class CompareStage:
     def build(self) -> None:
         """Put its elements into the present slot."""
         with ui.element("div").classes("stage"):
-            with ui.element("div").classes("work column"):
-                self._ways = ui.toggle(list(WAYS), value=self._way, on_change=self._other_way)
-                self._ways.classes("choice ways").props("unelevated no-caps")
+            with ui.element("div").classes("work"):
+                choice(list(WAYS), value=self._way, on_change=self._other_way).classes("ways")
                 self._pictures()
             with ui.element("aside").classes("side"):
                 with section("Run"):
@@ -66,7 +65,7 @@ class CompareStage:
         with ui.element("figure").classes("named map") as whole:
             ui.label(name).classes("name")
             picture = ui.element("img").props(f'alt="map: {name}"')
-            bar = ui.element("img").classes("bar").props('alt=""')
+            bar = ui.element("img").classes("colours").props('alt=""')
             ends = ui.label().classes("hint")
         return whole, picture, bar, ends
 
@@ -78,8 +77,12 @@ class CompareStage:
             self._table = Told()
             with ui.element("div").classes("row-of"):
                 self._report = ui.link("Open the report", "", new_tab=True).classes("button")
-                go_on = ui.button("Go on to the print", on_click=lambda: self.page.show("Print"))
-                go_on.classes("button primary").props("flat")
+                button("Go on to the print", lambda: self.page.show("Print"), "primary")
+
+    def commands(self) -> list[list[str]]:
+        """The commands that do the same, without `retouch`."""
+        run = self.session.document.run
+        return [] if run is None else [["compare", run, "-o", f"{run}-comparison.html"]]
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""

@@ -15,7 +15,7 @@ from retouch.app.document import Goal
 from retouch.app.elements import Brush, JndSlider, ReliefView
 from retouch.app.folders import textures
 from retouch.app.measuring import MOST_JND
-from retouch.app.stages.parts import section
+from retouch.app.stages.parts import button, choice, section
 
 if TYPE_CHECKING:
     from retouch.app.page import Page
@@ -55,8 +55,7 @@ class FeelStage:
 
     def _goals(self) -> None:
         with section("The feel to reach"):
-            self._goal = ui.toggle(GOALS, on_change=self._other_goal).classes("choice")
-            self._goal.props("unelevated spread no-caps")
+            self._goal = choice(GOALS, on_change=self._other_goal).props("spread")
             with ui.element("div") as self._jnd_part:
                 self._jnd = JndSlider().on("jnd", self._jnd_chosen)
             with ui.element("div").classes("section") as self._area_part:
@@ -70,20 +69,19 @@ class FeelStage:
             self._fault = ui.label().classes("fault").props('role="alert"')
 
     def _like(self, name: str) -> Any:
-        button = ui.element("button").props(f'type="button" title="{name}" aria-label="as rough as {name}"')
-        with button.on("click", partial(self.session.change_feel, feel_of=name)):
+        like = ui.element("button").props(f'type="button" title="{name}" aria-label="as rough as {name}"')
+        with like.on("click", partial(self.session.change_feel, feel_of=name)):
             ui.element("img").props(f'src="/app/textures/{name}.png" alt="" width="44" height="44"')
-        return button
+        return like
 
     def _where(self) -> None:
         with section("Where") as self._where_part:
             self._paint = ui.switch("Only where I paint", on_change=self._painting_turned)
             with ui.element("div").classes("section") as self._tools:
-                self._size = ui.toggle(BRUSHES, value=0.12, on_change=self.refresh).classes("choice")
-                self._size.props("unelevated spread no-caps")
+                self._size = choice(BRUSHES, value=0.12, on_change=self.refresh).props("spread")
                 with ui.element("div").classes("row-of"):
                     self._erase = ui.switch("Erase", on_change=self.refresh)
-                    ui.button("Clear", on_click=self._clear).classes("button").props("flat")
+                    button("Clear", self._clear)
             self._where_told = ui.label().classes("hint")
 
     def _how(self) -> None:
@@ -97,8 +95,11 @@ class FeelStage:
                 field.props("outlined dense options-dense")
             self._fast = ui.switch("Fast models for the steps", on_change=self._fast_turned)
             ui.label("The result is verified by exact models all the same.").classes("hint")
-        go_on = ui.button("Go on to the run", on_click=lambda: self.page.show("Run"))
-        go_on.classes("button primary wide").props("flat")
+        button("Go on to the run", lambda: self.page.show("Run"), "primary wide")
+
+    def commands(self) -> list[list[str]]:
+        """The commands that do the same, without `retouch`."""
+        return self.session.planned()
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
@@ -117,8 +118,8 @@ class FeelStage:
         self._show_jnd()
         self._area.set_value(feel.contact_area_scale)
         self._area_told.set_text(self._area_text())
-        for name, button in self._likes.items():
-            button.props(f'aria-pressed="{"true" if name == feel.feel_of else "false"}"')
+        for name, like in self._likes.items():
+            like.props(f'aria-pressed="{"true" if name == feel.feel_of else "false"}"')
         self._paint.set_value(painting)
         self._paint.set_enabled(feel.goal != "feel_of")
         self._tools.set_visibility(painting)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from nicegui import events, ui
 
@@ -20,6 +21,24 @@ def heading(title: str) -> None:
     """A heading of a part of the side."""
     with ui.element("h2"):
         ui.label(title)
+
+
+def button(text: str, action: Callable[..., Any], kind: str = "") -> ui.button:
+    """A button.
+
+    Args:
+        text: of the button.
+        action: of a press.
+        kind: "primary" for the next step, "quiet" for what stands back, "wide" for the whole width.
+    """
+    # Without a colour, which Quasar would put before that of the style sheet.
+    return ui.button(text, on_click=action, color=None).classes(f"button {kind}").props("flat no-caps")
+
+
+def choice(options: Any, **settings: Any) -> ui.toggle:
+    """One of a few, side by side."""
+    toggle = ui.toggle(options, **settings).classes("choice")
+    return toggle.props("unelevated no-caps toggle-color=chosen toggle-text-color=chosen")
 
 
 class Number:

@@ -13,7 +13,7 @@ from relief.common.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_P
 from retouch.app.document import Picture
 from retouch.app.elements import CropBox, DropZone, ReliefView, TextureScale
 from retouch.app.folders import SUFFIXES, textures
-from retouch.app.stages.parts import Number, NumberField, Told, section
+from retouch.app.stages.parts import Number, NumberField, Told, button, section
 
 if TYPE_CHECKING:
     from retouch.app.page import Page
@@ -39,11 +39,10 @@ class PictureStage:
             with ui.element("div").classes("work"):
                 self._view = ReliefView(("relief", ""))
                 self._view.on("lamp", self.page.lamp_moved).on("tilt", self.page.tilted)
-                ui.label("Drag to move the lamp, with Shift to tilt.").classes("over")
+                self._feeling()
             with ui.element("aside").classes("side"):
                 self._choosing()
                 self._shaping()
-                self._feeling()
                 self._telling()
 
     def _choosing(self) -> None:
@@ -58,21 +57,20 @@ class PictureStage:
             self._fault = ui.label().classes("fault").props('role="alert"')
 
     def _choice(self, name: str) -> Any:
-        button = ui.element("button").props(f'type="button" title="{name}" aria-label="texture {name}"')
-        with button.on("click", partial(self.session.choose, name)):
+        choice = ui.element("button").props(f'type="button" title="{name}" aria-label="texture {name}"')
+        with choice.on("click", partial(self.session.choose, name)):
             ui.element("img").props(f'src="/app/textures/{name}.png" alt="" width="44" height="44"')
-        return button
+        return choice
 
     def _shaping(self) -> None:
         change = self.session.change_picture
         with section("Shape"):
             with ui.element("div").classes("row-of"):
-                ui.button("Turn left", on_click=partial(self._turn, 90)).classes("button").props("flat")
-                ui.button("Turn right", on_click=partial(self._turn, 270)).classes("button").props("flat")
+                button("Turn left", partial(self._turn, 90))
+                button("Turn right", partial(self._turn, 270))
             self._invert = ui.switch("Dark is high", on_change=lambda e: change(invert=bool(e.value)))
             self._tile = ui.switch("Make a tile that repeats", on_change=self._tiled)
-            with ui.element("div").classes("line"):
-                ui.label("Relief, highest above lowest point")
+            ui.label("Relief, from the lowest to the highest point")
             low, high = RELIEF_ENDS_MM
             self._slider = ui.slider(min=low, max=high, step=0.05, on_change=self._slid)
             self._slider.props('aria-label="relief in mm"')
@@ -82,24 +80,28 @@ class PictureStage:
                 ends = SMALLEST_PLATE_MM, LARGEST_PLATE_MM
                 self._size = NumberField("Size, mm", *ends, lambda value: change(size_mm=value))
             self._samples = ui.select(SAMPLES, label="Samples a side", on_change=self._sampled)
-            self._samples.props("outlined dense options-dense")
-
-    def _feeling(self) -> None:
-        with section("Feel"):
-            with ui.element("div").classes("numbers"):
-                self._roughness = Number("roughness V")
-                self._area = Number("contact area", "mm²")
-            self._scale = TextureScale()
-            self._places = ui.label().classes("hint")
             fingers = list(bundled_skins())
             self._skin = ui.select(fingers, label="Finger", on_change=self._other_finger)
-            self._skin.props("outlined dense options-dense")
+            for field in (self._samples, self._skin):
+                field.props("outlined dense options-dense")
+
+    def _feeling(self) -> None:
+        with ui.element("section").classes("strip").props('aria-label="how it feels"'):
+            self._roughness = Number("roughness V")
+            self._area = Number("contact area", "mm²")
+            with ui.element("div").classes("grow"):
+                self._scale = TextureScale()
+                self._places = ui.label().classes("hint")
 
     def _telling(self) -> None:
         with ui.element("details").classes("more"):
             with ui.element("summary"):
                 ui.label("What was done")
             self._lines = Told()
+
+    def commands(self) -> list[list[str]]:
+        """The commands that do the same, without `retouch`."""
+        return self.session.planned()[:1]
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
@@ -110,8 +112,8 @@ class PictureStage:
         self._show_numbers()
         if picture is None:
             return
-        for name, button in self._choices.items():
-            button.props(f'aria-pressed="{"true" if name == picture.file else "false"}"')
+        for name, choice in self._choices.items():
+            choice.props(f'aria-pressed="{"true" if name == picture.file else "false"}"')
         self._show_picture(picture)
         self._invert.set_value(picture.invert)
         self._tile.set_value(picture.tile is not None)

@@ -10,9 +10,8 @@ from nicegui import events, ui
 from relief.common.formats import FORMATS
 from relief.common.limits import BASE_MM
 from relief.printers import PRINTERS
-from retouch.app.document import command_line
 from retouch.app.elements import ReliefView
-from retouch.app.stages.parts import NumberField, Told, section
+from retouch.app.stages.parts import NumberField, Told, button, choice, section
 
 if TYPE_CHECKING:
     from retouch.app.page import Page
@@ -47,8 +46,7 @@ class PrintStage:
         with section("File"):
             self._what = ui.label().classes("hint")
             suffixes = {suffix: suffix[1:].upper() for suffix in FORMATS}
-            self._format = ui.toggle(suffixes, value=self._suffix, on_change=self._changed)
-            self._format.classes("choice").props("unelevated spread no-caps")
+            self._format = choice(suffixes, value=self._suffix, on_change=self._changed).props("spread")
             self._printer = ui.select(
                 [NO_PRINTER, *PRINTERS], label="Printer", value=NO_PRINTER, on_change=self._changed
             )
@@ -58,15 +56,13 @@ class PrintStage:
                 repeat = NumberField("Tiles a side", 1, MOST_REPEATS, self._repeat_chosen)
                 repeat.show(self._repeat)
             self._numbers = Told()
-            write = ui.button("Write the file", on_click=self._write)
-            self._button = write.classes("button primary wide").props("flat")
+            self._button = button("Write the file", self._write, "primary wide")
             self._fault = ui.label().classes("fault").props('role="alert"')
 
     def _written(self) -> None:
         with section("Written"):
             self._result = Told()
             self._download = ui.link("Save a copy", "").classes("button").props("download")
-            self._line = ui.label().classes("log")
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
@@ -84,7 +80,6 @@ class PrintStage:
         if written is not None:
             self._result.show(written.lines)
             self._download.props["href"] = f"/app/print/{Path(written.file).name}"
-            self._line.set_text(command_line(self._words()))
 
     @property
     def _base_mm(self) -> float:
@@ -110,13 +105,16 @@ class PrintStage:
         assert self.session.sides is not None
         return self._base_mm + float(self.session.sides.after.heights.max())
 
-    def _words(self) -> list[str]:
-        run = self.session.document.run or ""
+    def commands(self) -> list[list[str]]:
+        """The commands that do the same, without `retouch`."""
+        run = self.session.document.run
+        if run is None:
+            return []
         words = ["export", run, "-o", f"{run}-print{self._suffix}"]
         words += [] if self._own_base_mm is None else ["--base-mm", f"{self._own_base_mm:g}"]
         if self._repeat > 1:
             words += ["--repeat", f"{self._repeat:g}x{self._repeat:g}"]
-        return words + (["--printer", self._printer_name] if self._printer_name in PRINTERS else [])
+        return [words + (["--printer", self._printer_name] if self._printer_name in PRINTERS else [])]
 
     def _changed(self, _event: events.ValueChangeEventArguments) -> None:
         self._suffix, self._printer_name = str(self._format.value), str(self._printer.value)

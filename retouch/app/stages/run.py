@@ -9,7 +9,7 @@ from nicegui import ui
 
 from retouch.app.elements import ReliefView, StepChart
 from retouch.app.runs import Job, State, steps
-from retouch.app.stages.parts import Told, section
+from retouch.app.stages.parts import Told, button, section
 
 if TYPE_CHECKING:
     from retouch.app.page import Page
@@ -33,7 +33,7 @@ class RunStage:
             with ui.element("div").classes("work"):
                 self._view = ReliefView(("original", "best so far"))
                 self._view.on("lamp", self.page.lamp_moved).on("tilt", self.page.tilted)
-                self._caption = ui.label().classes("over")
+                self._caption = ui.label().classes("hint caption")
             with ui.element("aside").classes("side"):
                 self._starting()
                 self._following()
@@ -44,9 +44,8 @@ class RunStage:
     def _starting(self) -> None:
         with section("Next run"):
             with ui.element("div").classes("row-of"):
-                self._start = ui.button("Run", on_click=self.session.start_run).classes("button primary").props("flat")
-                self._ask = ui.button("What would it take?", on_click=self.session.estimate)
-                self._ask.classes("button").props("flat")
+                self._start = button("Run", self.session.start_run, "primary")
+                self._ask = button("What would it take?", self.session.estimate)
             self._goal = ui.label().classes("hint")
             self._estimated = Told()
             self._fault = ui.label().classes("fault").props('role="alert"')
@@ -57,13 +56,16 @@ class RunStage:
             self._chart = StepChart()
             self._table = Told()
             with ui.element("div").classes("row-of"):
-                self._stop = ui.button("Stop", on_click=self._stop_run).classes("button").props("flat")
-                self._compare = ui.button("Compare", on_click=self._to_compare)
-                self._compare.classes("button primary").props("flat")
+                self._stop = button("Stop", self._stop_run)
+                self._compare = button("Compare", self._to_compare, "primary")
             with ui.element("details").classes("more"):
                 with ui.element("summary"):
                     ui.label("What the command says")
                 self._log = ui.label().classes("log")
+
+    def commands(self) -> list[list[str]]:
+        """The commands that do the same, without `retouch`."""
+        return self.session.planned()
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
@@ -125,17 +127,12 @@ class RunStage:
 
     def _entry(self, job: Job, shown: bool) -> None:
         with ui.element("li").classes("shown" if shown else ""):
-            name = ui.button(job.folder.name, on_click=partial(self.session.look_at, str(job.folder)))
-            name.classes("button quiet").props("flat")
+            button(job.folder.name, partial(self.session.look_at, str(job.folder)), "quiet")
             ui.label(job.state.value).classes("hint")
             if job.state is State.STOPPED:
-                self._small("Go on", partial(self.session.go_on, job))
+                button("Go on", partial(self.session.go_on, job), "quiet")
             if not job.state.busy:
-                self._small("Remove from the list", partial(self.session.drop, job))
-
-    @staticmethod
-    def _small(text: str, action: partial[None]) -> None:
-        ui.button(text, on_click=action).classes("button quiet").props("flat")
+                button("Remove from the list", partial(self.session.drop, job), "quiet")
 
     def _stop_run(self) -> None:
         job = self.session.shown_job()
