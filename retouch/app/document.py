@@ -6,7 +6,6 @@ so that what the app does and what it shows to copy are one.
 
 import json
 import shlex
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -120,7 +119,10 @@ class Feel:
             target = f"touch.feel_of={json.dumps(str(find_texture(self.feel_of)), ensure_ascii=False)}"
         else:
             target = f"touch.{self.goal}={number!r}" if self.region is None else self._region()
-        texts = {"touch.skin": self.skin if self.skin != DEFAULT_SKIN else None, "print.printer": self.printer}
+        texts = {
+            "touch.skin": self.skin if self.skin != DEFAULT_SKIN else None,
+            "print.printer": self.printer,
+        }
         texts |= FAST_MODELS if self.fast else {}
         chosen = [f"{key}={json.dumps(value)}" for key, value in texts.items() if value is not None]
         return [target, *chosen, *self.settings]
@@ -131,21 +133,52 @@ class Feel:
 
 
 @dataclass(frozen=True)
+class Part:
+    """An object, and how a texture lies on it; fields are options of `retouch wrap`.
+
+    Attributes:
+        mesh: file, or name of a bundled object.
+        mask: which part of the surface carries texture; empty: all.
+        along: where the top of the texture points, "x", "-z" or so; empty: as it is found.
+        turn_deg: angle by which the texture is turned in the surface.
+        printer: name; None for none.
+    """
+
+    mesh: str = "starfish"
+    mask: str = ""
+    along: str = ""
+    turn_deg: float = 0.0
+    printer: str | None = None
+
+    def options(self) -> dict[str, Any]:
+        """Keywords of `retouch.wrap` and `retouch.preview_wrap`."""
+        options: dict[str, Any] = {"turn_deg": self.turn_deg, "printer": self.printer}
+        return options | {"mask": self.mask or None, "along": self.along or None}
+
+    def command(self, texture: str, file: str) -> list[str]:
+        """The arguments of the command that wraps, after `retouch`; `file` is a mesh, or a page as preview."""
+        words = ["wrap", texture, self.mesh, "--preview" if file.endswith(".html") else "-o", file]
+        for option, value in (("--mask", self.mask), ("--along", self.along), ("--printer", self.printer)):
+            words += [f"{option}={value}"] if value else []
+        return words + ([f"--turn-deg={self.turn_deg:g}"] if self.turn_deg else [])
+
+
+@dataclass(frozen=True)
 class Document:
     """All that a person has chosen.
 
     Attributes:
         picture: None until one is chosen.
+        part: the object that the result is to lie on.
         run: folder of the run that is looked at; None until there is one.
     """
 
     picture: Picture | None = None
     feel: Feel = field(default_factory=Feel)
+    part: Part = field(default_factory=Part)
     run: str | None = None
 
 
 def command_line(words: list[str]) -> str:
     """A line for a shell."""
     return shlex.join(["retouch", *words])
-
-

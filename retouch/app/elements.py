@@ -41,6 +41,14 @@ class TextureScale(Given, component="components/texture_scale.js"):
     """Roughness on a scale of textures."""
 
 
+class Range(Given, component="components/range.js"):
+    """A slider; emits `slid` while it is moved."""
+
+    def __init__(self, label: str, ends: tuple[float, float], step: float, unit: str = "") -> None:
+        super().__init__()
+        self.give(label=label, min=ends[0], max=ends[1], step=step, unit=unit)
+
+
 class JndSlider(Given, component="components/jnd_slider.js"):
     """A change of the roughness over what it costs the look; emits `jnd`."""
 

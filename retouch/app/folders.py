@@ -4,6 +4,7 @@ pictures/NAME.jpg   a picture as it was dropped
 runs/NAME-1.png     the height map of a run
 runs/NAME-1/        the run, as `retouch optimize` writes it
 runs/NAME-1.log     what the command said meanwhile
+parts/NAME.stl      an object as it was dropped
 """
 
 import filecmp
@@ -14,15 +15,17 @@ from pathlib import Path
 
 from mitsuba_scenes import FOLDER, find_texture
 from relief.common.errors import InputError
-from relief.common.formats import HEIGHT_MAPS, PICTURES
+from relief.common.formats import HEIGHT_MAPS, MESHES, PICTURES
 
-PICTURES_FOLDER, RUNS_FOLDER = Path("pictures"), Path("runs")
-SUFFIXES = (*HEIGHT_MAPS, *PICTURES)
-"""Suffixes of the files that become height maps."""
+PICTURES_FOLDER, PARTS_FOLDER, RUNS_FOLDER = Path("pictures"), Path("parts"), Path("runs")
+SUFFIXES = {PICTURES_FOLDER: (*HEIGHT_MAPS, *PICTURES), PARTS_FOLDER: MESHES}
+"""Suffixes of the files that may be dropped, by the folder that keeps them."""
 LONGEST_STEM = 60
 """Most characters of the name of a file, less its suffix; file systems take 255 bytes."""
 UNUSUAL = re.compile(r"[^\w.-]+")
 """What is replaced in names: all but letters, digits, dot, dash and underscore."""
+BUNDLED_OBJECTS = ("starfish", "bracelet", "slider", "frog", "curved", "ball", "cylinder")
+"""Names of the objects that come with Retouch; `relief.objects.table`, which makes them, is slow to load."""
 TILES = "-tile"
 """End of the names of bundled tiles."""
 
@@ -33,26 +36,32 @@ def textures() -> list[str]:
     return sorted(file.stem for file in files if not file.stem.endswith(TILES))
 
 
-def safe_name(name: str) -> str:
+def safe_name(name: str, folder: Path = PICTURES_FOLDER) -> str:
     """A name for a file from what a browser calls it, without folders or unusual characters.
 
+    Args:
+        name: what the browser calls the file.
+        folder: that is to keep the file, a key of `SUFFIXES`.
+
     Raises:
-        InputError: the suffix is not one of a picture.
+        InputError: the suffix is none of those that the folder keeps.
     """
     base = name.replace("\\", "/").rpartition("/")[2]
     stem, suffix = os.path.splitext(base)
-    if suffix.lower() not in SUFFIXES:
-        raise InputError(f"{base[:LONGEST_STEM]}: not a picture: expected one of {', '.join(SUFFIXES)}")
-    stem = UNUSUAL.sub("-", stem).strip(".-")[:LONGEST_STEM] or "picture"
+    if suffix.lower() not in SUFFIXES[folder]:
+        expected = ", ".join(SUFFIXES[folder])
+        raise InputError(f"{base[:LONGEST_STEM]}: cannot be taken: expected one of {expected}")
+    stem = UNUSUAL.sub("-", stem).strip(".-")[:LONGEST_STEM] or "file"
     return stem + suffix.lower()
 
 
-def keep_picture(upload: Path, name: str) -> Path:
-    """Move a dropped picture into the folder of pictures, under a name of its own.
+def keep(upload: Path, name: str, folder: Path) -> Path:
+    """Move a dropped file into its folder, under a name of its own.
 
     Args:
         upload: a file of the same file system that holds what was dropped.
         name: what the browser calls the file.
+        folder: a key of `SUFFIXES`.
 
     Returns:
         The file. One of the same content keeps its name.
@@ -61,9 +70,9 @@ def keep_picture(upload: Path, name: str) -> Path:
         InputError: as of `safe_name`.
         OSError: the file cannot be moved.
     """
-    safe = Path(safe_name(name))
+    safe = Path(safe_name(name, folder))
     for number in itertools.count(1):
-        file = PICTURES_FOLDER / (safe.name if number == 1 else f"{safe.stem}-{number}{safe.suffix}")
+        file = folder / (safe.name if number == 1 else f"{safe.stem}-{number}{safe.suffix}")
         if not file.exists():
             upload.replace(file)
             return file

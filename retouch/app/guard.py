@@ -145,6 +145,10 @@ def _with_headers(send: Send) -> Send:
 async def _answer(send: Send, status: int, text: str, headers: Any = ()) -> None:
     plain = (b"content-type", b"text/plain; charset=utf-8")
     no_store = (b"cache-control", b"no-store")
-    start = {"type": "http.response.start", "status": status, "headers": [plain, no_store, *headers, *HEADERS]}
+    start = {
+        "type": "http.response.start",
+        "status": status,
+        "headers": [plain, no_store, *headers, *HEADERS],
+    }
     await send(start)
     await send({"type": "http.response.body", "body": text.encode()})

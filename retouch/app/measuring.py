@@ -10,7 +10,7 @@ import signal
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -24,8 +24,8 @@ from relief.common.files import write_atomically
 from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM
 from relief.places import places
 from relief.relief import Relief
-from retouch.app.document import USUAL_RELIEF_MM, Feel, Picture
-from retouch.app.folders import picture_file, textures
+from retouch.app.document import USUAL_RELIEF_MM, Feel, Part, Picture
+from retouch.app.folders import RUNS_FOLDER, picture_file
 from retouch.pages.colour_maps import PURPLE_ORANGE, VIRIDIS, Table, bar_uri, map_uri
 from tactile.quantities import LIMIT_PERCENT
 
@@ -88,23 +88,26 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Felt:
-    """How a relief feels.
+class FeltPlaces:
+    """How a relief feels at some places of the finger.
 
     Attributes:
-        roughness: V, no unit; mean over the places.
-        contact_area_mm2: mean over the places.
-        contact_fraction: share of the patch in contact.
-        places: how many.
-        least, largest: roughness over the places.
+        roughness: V of each, no unit.
+        contact_area_mm2: of each.
+        contact_fraction: share of the patch in contact at each.
     """
 
-    roughness: float
-    contact_area_mm2: float
-    contact_fraction: float
-    places: int
-    least: float
-    largest: float
+    roughness: tuple[float, ...] = ()
+    contact_area_mm2: tuple[float, ...] = ()
+    contact_fraction: tuple[float, ...] = ()
+
+    def __add__(self, other: Self) -> Self:
+        """Both together."""
+        return type(self)(
+            self.roughness + other.roughness,
+            self.contact_area_mm2 + other.contact_area_mm2,
+            self.contact_fraction + other.contact_fraction,
+        )
 
 
 @dataclass(frozen=True)
@@ -176,7 +179,7 @@ def warm() -> None:
     """Load what the numbers need, and build the finger."""
     flat = Shape(np.zeros((128, 128), np.float32), PATCH_SIDE_MM, (False, False))
     flat.heights[::8] = 0.1
-    felt(flat, DEFAULT_SKIN, everywhere=False)
+    felt(flat, DEFAULT_SKIN)
 
 
 def source(file: str) -> Source:
@@ -244,28 +247,27 @@ def save(picture: Picture, out: str) -> None:
     retouch.prepare(picture_file(picture.file), **picture.arguments()).save(out)
 
 
-def felt(shape: Shape, skin: str, everywhere: bool = True) -> Felt:
-    """How heights feel, all over or at the place nearest to the middle. Raises InputError or ContactError."""
+def count_places(shape: Shape) -> int:
+    """Number of places of the finger on heights."""
+    return len(places(_relief(shape).surface))
+
+
+def felt(shape: Shape, skin: str, part: slice | None = None) -> FeltPlaces:
+    """How heights feel at a part of the places of the finger; None: at the place nearest to the middle.
+
+    Raises:
+        InputError, ContactError: as of `retouch.evaluate`.
+    """
     relief = _relief(shape)
-    touch = _touch(relief, skin, None if everywhere else _middle(relief))
-    ends = touch.ends
-    return Felt(
-        touch.means["roughness"],
-        touch.means["contact_area_mm2"],
-        touch.contact_fraction,
-        int(ends["count"]),
-        ends["roughness_min"],
-        ends["roughness_max"],
-    )
+    touch = _touch(relief, skin, _middle(relief) if part is None else places(relief.surface)[part])
+    roughness, area = (tuple(map(float, touch.values[name])) for name in ("roughness", "contact_area_mm2"))
+    return FeltPlaces(roughness, area, (touch.contact_fraction,) * len(roughness))
 
 
-def texture_scale(skin: str) -> dict[str, float]:
-    """Roughness of the textures that come with Retouch, by name, each at one place."""
-    scale = {}
-    for name in textures():
-        relief = Relief.read(picture_file(name))
-        scale[name] = float(_touch(relief, skin, _middle(relief)).means["roughness"])
-    return dict(sorted(scale.items(), key=lambda item: item[1]))
+def texture_roughness(name: str, skin: str) -> float:
+    """Roughness of a texture that comes with Retouch, at one place."""
+    relief = Relief.read(picture_file(name))
+    return float(_touch(relief, skin, _middle(relief)).means["roughness"])
 
 
 def reach(shape: Shape, skin: str) -> Reachable:
@@ -374,6 +376,39 @@ def export(run: str, out: str, base_mm: float | None, repeat: int, printer: str 
         lines.append(("layers", f"{layers} of {made.printer.layer_um:g} µm"))
     lines.append(("bytes", f"{made.file.stat().st_size / 2**20:.1f} MiB"))
     return Written(str(made.file), tuple(lines))
+
+
+def preview_object(run: str, part: Part, page: str) -> tuple[tuple[str, str], ...]:
+    """Write a page that shows the result of a run on an object. Raises InputError."""
+    made = retouch.preview_wrap(run, part.mesh, page, **part.options()).as_json()
+    sides = " × ".join(f"{side:.3g}" for side in made["size_mm"])
+    return (
+        ("size", f"{sides} mm"),
+        ("triangles", f"about {made['faces']:,} in the file, {made['shown_faces']:,} shown"),
+        ("time", f"about {made['seconds']:.0f} s"),
+        *(("warning", line) for line in made["warnings"]),
+    )
+
+
+def wrap_object(run: str, part: Part, out: str) -> Written:
+    """Lay the result of a run over an object, and write the solid. Raises InputError or OSError."""
+    made = retouch.wrap(run, part.mesh, out, **part.options()).as_json()
+    sides = " × ".join(f"{side:.3g}" for side in made["size_mm"])
+    lines = [("file", made["file"]), ("size", f"{sides} mm"), ("triangles", f"{made['faces']:,}")]
+    lines += [("bytes", f"{made['bytes'] / 2**20:.1f} MiB")]
+    return Written(made["file"], (*lines, *(("warning", line) for line in made["warnings"])))
+
+
+def feel_object(file: str, mesh: str, skin: str) -> tuple[str, tuple[tuple[str, str], ...]]:
+    """Write a page that shows the roughness of a wrapped object in colours; returns the page and its lines.
+
+    Raises:
+        InputError, ContactError: as of `retouch.evaluate`.
+    """
+    felt = retouch.evaluate(file, without_texture=mesh, skin=skin, model=MODEL, colours=RUNS_FOLDER)
+    page = next(str(one) for one in felt.files if one.suffix == ".html")
+    places = f"mean over {felt.places.count} places"
+    return page, (("roughness V", f"{felt.roughness:.4f}, {places}"),)
 
 
 def _relief(shape: Shape) -> Relief:

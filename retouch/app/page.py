@@ -15,12 +15,13 @@ from retouch.app.session import Session
 from retouch.app.shapes import Shapes
 from retouch.app.stages.compare import CompareStage
 from retouch.app.stages.feel import FeelStage
+from retouch.app.stages.part import ObjectStage
 from retouch.app.stages.parts import button
 from retouch.app.stages.picture import PictureStage
 from retouch.app.stages.printing import PrintStage
 from retouch.app.stages.run import RunStage
 
-STAGES = (PictureStage, FeelStage, RunStage, CompareStage, PrintStage)
+STAGES = (PictureStage, FeelStage, RunStage, CompareStage, ObjectStage, PrintStage)
 """In the order of the work."""
 HEAD = """
 <link rel="stylesheet" href="/app/scripts/plate_viewer.css">

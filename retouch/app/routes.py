@@ -17,7 +17,7 @@ from optimize.run_directory.key import REPORT
 from relief.common.errors import InputError
 from relief.common.formats import FORMATS
 from relief.common.formatting import plain
-from retouch.app.folders import PICTURES_FOLDER, RUNS_FOLDER, keep_picture, safe_name
+from retouch.app.folders import PARTS_FOLDER, PICTURES_FOLDER, RUNS_FOLDER, keep, safe_name
 from retouch.app.runs import free_mib
 from retouch.app.shapes import PREFIX, Shapes
 from retouch.pages import plate_viewer
@@ -61,18 +61,31 @@ def add_routes(app: FastAPI, shapes: Shapes) -> None:
         headers = {"content-security-policy": SANDBOX}
         return _file(RUNS_FOLDER / run / REPORT, True, headers=headers)
 
+    @app.get("/app/page/{name}")
+    def page(name: str) -> Response:
+        return _file(RUNS_FOLDER / name, name.endswith(".html"), headers={"content-security-policy": SANDBOX})
+
     @app.post("/app/picture")
     async def picture(request: Request) -> Response:
-        name = unquote(request.headers.get("x-name", ""))
-        try:
-            file = await _received(request, name)
-        except InputError as error:
-            return PlainTextResponse(plain(str(error)), 422)
-        except OSError as error:
-            full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-            text = "the disk is full" if full else str(error.strerror)
-            return PlainTextResponse(plain(f"{name[:60]}: {text}; nothing is kept of it"), 507)
-        return JSONResponse({"file": str(file)})
+        return await _kept(request, PICTURES_FOLDER)
+
+    @app.post("/app/part")
+    async def part(request: Request) -> Response:
+        return await _kept(request, PARTS_FOLDER)
+
+
+async def _kept(request: Request, folder: Path) -> Response:
+    """Keep what a request carries in a folder, and answer with the name of the file, or why not."""
+    name = unquote(request.headers.get("x-name", ""))
+    try:
+        file = await _received(request, name, folder)
+    except InputError as error:
+        return PlainTextResponse(plain(str(error)), 422)
+    except OSError as error:
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        text = "the disk is full" if full else str(error.strerror)
+        return PlainTextResponse(plain(f"{name[:60]}: {text}; nothing is kept of it"), 507)
+    return JSONResponse({"file": str(file)})
 
 
 def _file(file: Path, allowed: bool, **settings: Any) -> Response:
@@ -83,17 +96,17 @@ def _file(file: Path, allowed: bool, **settings: Any) -> Response:
     return FileResponse(file, **settings)
 
 
-async def _received(request: Request, name: str) -> Path:
-    """Write what a request carries into the folder of pictures. Raises InputError or OSError."""
-    safe_name(name)
+async def _received(request: Request, name: str, folder: Path) -> Path:
+    """Write what a request carries into a folder. Raises InputError or OSError."""
+    safe_name(name, folder)
     size = request.headers.get("content-length", "0")
     expected = int(size) if size.isdecimal() and len(size) < 20 else 0
     if expected > MOST_UPLOADED:
         raise InputError(f"{name[:60]}: {expected / 2**20:.0f} MiB; at most {MOST_UPLOADED >> 20} are taken")
-    PICTURES_FOLDER.mkdir(exist_ok=True)
-    if expected / 2**20 + SPARE_MIB > free_mib(PICTURES_FOLDER):
+    folder.mkdir(exist_ok=True)
+    if expected / 2**20 + SPARE_MIB > free_mib(folder):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-    descriptor, partial = tempfile.mkstemp(dir=PICTURES_FOLDER, prefix=".dropped-")
+    descriptor, partial = tempfile.mkstemp(dir=folder, prefix=".dropped-")
     try:
         received = 0
         with os.fdopen(descriptor, "wb") as file:
@@ -102,6 +115,6 @@ async def _received(request: Request, name: str) -> Path:
                 if received > MOST_UPLOADED:
                     raise InputError(f"{name[:60]}: more than {MOST_UPLOADED >> 20} MiB")
                 file.write(part)
-        return keep_picture(Path(partial), name)
+        return keep(Path(partial), name, folder)
     finally:
         Path(partial).unlink(missing_ok=True)

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import uvicorn
 from fastapi import FastAPI
-from nicegui import app as pages
 from nicegui import ui
 
 from relief.common.errors import InputError
@@ -69,7 +68,9 @@ def bound(port: int) -> Iterator[socket.socket]:
         try:
             listening.bind((HOST, port))
         except OSError as error:
-            raise InputError(f"port: {port}: {error.strerror}", f"--port: {port}: {error.strerror}") from error
+            raise InputError(
+                f"port: {port}: {error.strerror}", f"--port: {port}: {error.strerror}"
+            ) from error
         yield listening
 
 

@@ -9,6 +9,7 @@ import asyncio
 import hashlib
 import json
 import logging
+import time
 from collections.abc import Awaitable, Callable, Coroutine
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -21,15 +22,19 @@ from relief.common.files import read_limited, write_atomically
 from relief.common.formats import RUN_CHECKPOINT, RUN_HEIGHTS
 from retouch.app import measuring
 from retouch.app.document import Document, Feel, Picture
-from retouch.app.folders import PICTURES_FOLDER, RUNS_FOLDER, UNUSUAL, next_run
-from retouch.app.measuring import Felt, Reachable, Shape, Sides, Source, Written
+from retouch.app.folders import PICTURES_FOLDER, RUNS_FOLDER, UNUSUAL, next_run, textures
+from retouch.app.measuring import FeltPlaces, Reachable, Shape, Sides, Source, Written
 from retouch.app.runs import Job, Queue, State
-from retouch.app.workers import Worker
+from retouch.app.workers import Superseded, Worker
 
 _log = logging.getLogger(__name__)
 
+ONE_CHANGE_S = 0.7
+"""Changes that follow one another faster, as those of a slider, are undone together, s."""
 MOST_UNDONE = 50
 """Steps that can be undone."""
+PLACES_AT_ONCE = 4
+"""Places that are pressed in one go: a fifth of a second, the longest wait of the next change."""
 KEPT = RUNS_FOLDER / "app.json"
 """File that keeps the document and the queue."""
 LARGEST_KEPT = 1 << 20
@@ -47,7 +52,8 @@ class Session:
         forecast: what a run would take, a word and a sentence each.
         best, run_original: of the run that is shown, while it is under way.
         sides: original and result of the run that is looked at.
-        written: the last file for a printer.
+        written, wrapped: the last file for a printer, and the last object.
+        part_page, part_lines: address of the page about the object, and what it tells.
         queue: the runs.
         faults: what is wrong, a line for each subject.
         under_way: what is being computed, by subject.
@@ -57,8 +63,8 @@ class Session:
         self.document = Document()
         self.source: Source | None = None
         self.shape: Shape | None = None
-        self.felt_here: Felt | None = None
-        self.felt: Felt | None = None
+        self.felt_here: FeltPlaces | None = None
+        self.felt: FeltPlaces | None = None
         self.scale: dict[str, float] = {}
         self.reach: Reachable | None = None
         self.forecast: list[tuple[str, str]] = []
@@ -66,13 +72,19 @@ class Session:
         self.run_original: Shape | None = None
         self.sides: Sides | None = None
         self.written: Written | None = None
+        self.wrapped: Written | None = None
+        self.part_page = ""
+        self.part_lines: tuple[tuple[str, str], ...] = ()
+        self._pages = 0
         self.queue = Queue()
         self.faults: dict[str, str] = {}
         self.under_way: dict[str, str] = {}
-        self.live, self.slow = Worker(), Worker()
+        # What follows the hand, what a person waits for, and what nobody waits for.
+        self.live, self.slow, self.idle = Worker(), Worker(), Worker()
         self._listeners: list[Callable[[], None]] = []
         self._sources: dict[str, Source] = {}
         self._undo: list[Document] = []
+        self._changed_at = 0.0
         self._following: asyncio.Task[None] | None = None
         self._again = False
         self._tasks: set[asyncio.Task[Any]] = set()
@@ -80,6 +92,7 @@ class Session:
         self._best_of: tuple[str, int] | None = None
         self._sides_of: tuple[str | None, int | None] = (None, None)
         self._scale_of: str | None = None
+        self._scale_found: dict[str, float] = {}
         self._reach_of: tuple[Picture | None, str] | None = None
 
     # Who is told.
@@ -101,8 +114,10 @@ class Session:
         before = self.document
         if document == before:
             return
-        if undoable:
+        now = time.monotonic()
+        if undoable and now - self._changed_at > ONE_CHANGE_S:
             self._undo = [*self._undo, before][-MOST_UNDONE:]
+        self._changed_at = now
         self.document = document
         self._keep()
         if document.picture != before.picture:
@@ -164,6 +179,8 @@ class Session:
     def follow(self) -> None:
         """Compute heights and feel of the document anew; a computation under way begins again when it can."""
         self._again = True
+        self.felt = None
+        self.under_way["numbers"] = "pressing"
         if self._following is None or self._following.done():
             self._following = asyncio.ensure_future(self._compute())
 
@@ -173,27 +190,43 @@ class Session:
             picture, skin = self.document.picture, self.document.feel.skin
             if picture is None:
                 return
-            self.under_way["numbers"] = "pressing"
             await self._guarded("numbers", self._numbers(picture, skin))
-            self.under_way.pop("numbers", None)
+            if not self._again:
+                self.under_way.pop("numbers", None)
             self.tell()
 
     async def _numbers(self, picture: Picture, skin: str) -> None:
         if self.source is None:
             self.source = await self.live(measuring.source, picture.file)
         self.shape = await self.live(measuring.shape, picture)
-        self.felt = None
         self.tell()
         shape = self.shape
-        self.felt_here = await self.live(measuring.felt, shape, skin, everywhere=False)
+        self.felt_here = await self.live(measuring.felt, shape, skin)
         self.tell()
-        if self._again:
-            return
-        self.felt = await self.live(measuring.felt, shape, skin)
+        await self._all_over(shape, skin)
+        await self._scale(skin)
+
+    async def _all_over(self, shape: Shape, skin: str) -> None:
+        """Press all over, in parts, so that the next change need not wait."""
+        count, felt = await self.live(measuring.count_places, shape), FeltPlaces()
+        for first in range(0, count, PLACES_AT_ONCE):
+            if self._again:
+                return
+            part = slice(first, first + PLACES_AT_ONCE)
+            felt += await self.live(measuring.felt, shape, skin, part)
+        self.felt = felt
         self.tell()
-        if self._scale_of != skin and not self._again:
-            self.scale = await self.live(measuring.texture_scale, skin)
-            self._scale_of = skin
+
+    async def _scale(self, skin: str) -> None:
+        """Press the bundled textures with the finger, one by one for the same reason."""
+        if self._scale_of != skin:
+            self._scale_of, self._scale_found = skin, {}
+        for name in textures():
+            if self._again:
+                return
+            if name not in self._scale_found:
+                self._scale_found[name] = await self.live(measuring.texture_roughness, name, skin)
+        self.scale = dict(sorted(self._scale_found.items(), key=lambda item: item[1]))
 
     async def _guarded(self, subject: str, work: Awaitable[None]) -> None:
         """Do work whose failure is a line about the subject."""
@@ -211,10 +244,11 @@ class Session:
     def want_reach(self) -> None:
         """Compute in the background how far the feel can change, if that is not known."""
         asked = (self.document.picture, self.document.feel.skin)
-        busy = self.under_way.keys() & {"reach", "numbers", "picture"}
-        if self.shape is None or busy or self._reach_of == asked:
+        unready = self.felt is None or self.under_way.keys() & {"numbers", "picture"}
+        if self.shape is None or unready or self._reach_of == asked or self.queue.under_way():
             return
-        self.reach, self._reach_of = None, asked
+        self.forget_reach()
+        self._reach_of = asked
         self.under_way["reach"] = "estimating how far the feel can change"
         self.in_background(self._guarded("reach", self._reach(self.shape, asked[1])))
         self.tell()
@@ -222,12 +256,21 @@ class Session:
     async def _reach(self, shape: Shape, skin: str) -> None:
         asked = self._reach_of
         try:
-            found = await self.slow(measuring.reach, shape, skin)
-            if self._reach_of == asked:
-                self.reach = found
+            found = await self.idle(measuring.reach, shape, skin)
+        except Superseded:
+            return
         finally:
-            self.under_way.pop("reach", None)
-            self.tell()
+            if self._reach_of == asked:
+                self.under_way.pop("reach", None)
+                self.tell()
+        self.reach = found
+        self.tell()
+
+    def forget_reach(self) -> None:
+        """End the estimate of how far the feel can change, which is of another picture or would be in the way."""
+        self.reach = self._reach_of = None
+        if self.under_way.pop("reach", None):
+            self.idle.close()
 
     # Runs.
 
@@ -264,6 +307,7 @@ class Session:
         picture, folder = self._chosen(), next_run(self._chosen().file)
         await self._heights_of_run(picture, folder)
         self.forecast = []
+        self.forget_reach()
         self.queue.add(Job(folder, self.document.feel))
         self.change(replace(self.document, run=str(folder)), undoable=False)
         self._keep()
@@ -306,7 +350,8 @@ class Session:
     def look_at(self, folder: str) -> None:
         """Look at a run: its original and its result, if there is one."""
         if folder != self.document.run:
-            self.best = self.run_original = self.written = None
+            self.best = self.run_original = self.written = self.wrapped = None
+            self.part_page, self.part_lines = "", ()
             self.change(replace(self.document, run=folder), undoable=False)
         self.want_sides()
 
@@ -328,12 +373,58 @@ class Session:
         """Write the result of the run that is looked at for a printer; what hinders is a fault."""
         await self._step("print", "writing the file", self._write_print(suffix, base_mm, repeat, printer))
 
-    async def _write_print(self, suffix: str, base_mm: float | None, repeat: int, printer: str | None) -> None:
-        if self.document.run is None:
-            raise InputError("no run is looked at")
-        out = f"{self.document.run}-print{suffix}"
+    async def _write_print(
+        self, suffix: str, base_mm: float | None, repeat: int, printer: str | None
+    ) -> None:
+        run = self._looked_at()
         self.written = None
-        self.written = await self.slow(measuring.export, self.document.run, out, base_mm, repeat, printer)
+        self.written = await self.slow(
+            measuring.export, run, f"{run}-print{suffix}", base_mm, repeat, printer
+        )
+
+    async def preview_part(self) -> None:
+        """Show the result of the run that is looked at on the object; what hinders is a fault."""
+        await self._step("object", "wrapping few triangles", self._preview_part())
+
+    async def _preview_part(self) -> None:
+        run, part = self._looked_at(), self.document.part
+        page = f"{run}-object.html"
+        self.part_lines = await self.slow(measuring.preview_object, run, part, page)
+        self._show_part(page)
+
+    async def wrap_part(self) -> None:
+        """Write the object with the result of the run; what hinders is a fault."""
+        await self._step("object", "wrapping the object; the preview told about how long", self._wrap_part())
+
+    async def _wrap_part(self) -> None:
+        run, part = self._looked_at(), self.document.part
+        self.wrapped = None
+        self.wrapped = await self.slow(measuring.wrap_object, run, part, f"{run}-object.3mf")
+
+    async def feel_part(self) -> None:
+        """Show the roughness of the wrapped object in colours; what hinders is a fault."""
+        await self._step("object", "pressing fingers all over the object", self._feel_part())
+
+    async def _feel_part(self) -> None:
+        if self.wrapped is None:
+            raise InputError("the object is not wrapped yet")
+        mesh, skin = self.document.part.mesh, self.document.feel.skin
+        page, self.part_lines = await self.slow(measuring.feel_object, self.wrapped.file, mesh, skin)
+        self._show_part(page)
+
+    def _show_part(self, page: str) -> None:
+        self._pages += 1
+        # A number, so that a page of the same name is loaded again.
+        self.part_page = f"/app/page/{Path(page).name}?{self._pages}"
+
+    def _looked_at(self) -> str:
+        if self.document.run is None or self.sides is None:
+            raise InputError("no run with a result is looked at")
+        return self.document.run
+
+    def change_part(self, **fields: Any) -> None:
+        """Change fields of the object."""
+        self.change(replace(self.document, part=replace(self.document.part, **fields)))
 
     async def paint(self, mask: bytes) -> None:
         """Take a painted mask as the region where the feel changes."""
@@ -379,7 +470,10 @@ class Session:
     def look(self) -> None:
         """Look at the runs, start the next one, and tell the windows if there is news."""
         self.advance()
-        now = [(job.folder, job.state, job.log.stat().st_mtime_ns if job.log.exists() else 0) for job in self.queue.jobs]
+        now = [
+            (job.folder, job.state, job.log.stat().st_mtime_ns if job.log.exists() else 0)
+            for job in self.queue.jobs
+        ]
         if now != self._seen:
             self._seen = now
             self._follow_run()
@@ -431,8 +525,8 @@ class Session:
 
     def close(self) -> None:
         """End the workers."""
-        self.live.close()
-        self.slow.close()
+        for worker in (self.live, self.slow, self.idle):
+            worker.close()
 
 
 def _job(entry: Any) -> Job:

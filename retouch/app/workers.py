@@ -19,6 +19,10 @@ ATTEMPTS = 2
 """How often a computation is begun before its worker's death is told: a second death is no accident."""
 
 
+class Superseded(Exception):
+    """A computation whose worker was ended, because its result is wanted no more."""
+
+
 class Worker:
     """One process, started at its first use. Computations wait for one another."""
 
@@ -30,15 +34,19 @@ class Worker:
 
         Raises:
             InputError: as of the function, or the worker has died twice.
+            Superseded: the worker was ended by `close`.
         """
         for _ in range(ATTEMPTS):
             pool = self._pool = self._pool or _new_pool()
             try:
                 return await asyncio.wrap_future(pool.submit(function, *arguments, **named))
-            except BrokenProcessPool:
+            except (BrokenProcessPool, asyncio.CancelledError) as error:
+                if self._pool is not pool:
+                    raise Superseded from error
+                if isinstance(error, asyncio.CancelledError):
+                    raise
                 _log.warning("the process that computes for the page has died; a new one takes its place")
-                if self._pool is pool:
-                    self._pool = None
+                self._pool = None
         raise InputError("the process that computes has died twice; there may be too little memory")
 
     def close(self) -> None:

@@ -56,9 +56,12 @@ export default {
         const pixels = context.getImageData(0, 0, this.cols, this.rows);
         for (let k = 0; k < pixels.data.length; k += 4) pixels.data[k + 3] = pixels.data[k] > 127 ? 255 : 0;
         context.putImageData(pixels, 0, 0);
+        Object.assign(context, { globalCompositeOperation: "source-in", fillStyle: this.colour() });
+        context.fillRect(0, 0, this.cols, this.rows);
       };
       picture.src = this.mask;
     },
+    colour() { return getComputedStyle(this.$el).getPropertyValue("--accent"); },
     wipe() {
       this.$refs.mask.getContext("2d").clearRect(0, 0, this.cols, this.rows);
     },
@@ -70,7 +73,7 @@ export default {
     paint(from, to, erase) {
       const context = this.$refs.mask.getContext("2d");
       context.globalCompositeOperation = erase ? "destination-out" : "source-over";
-      Object.assign(context, { lineCap: "round", lineWidth: 2 * this.radius * this.cols, strokeStyle: "#fff" });
+      Object.assign(context, { lineCap: "round", lineWidth: 2 * this.radius * this.cols, strokeStyle: this.colour() });
       context.beginPath();
       context.moveTo(from[0] * this.cols, from[1] * this.rows);
       context.lineTo(to[0] * this.cols + 0.01, to[1] * this.rows);
@@ -109,8 +112,11 @@ export default {
       const flat = document.createElement("canvas");
       Object.assign(flat, { width: this.cols, height: this.rows });
       const context = flat.getContext("2d");
-      context.fillRect(0, 0, this.cols, this.rows);
       context.drawImage(this.$refs.mask, 0, 0);
+      for (const [way, colour] of [["source-in", "#fff"], ["destination-over", "#000"]]) {
+        Object.assign(context, { globalCompositeOperation: way, fillStyle: colour });
+        context.fillRect(0, 0, this.cols, this.rows);
+      }
       this.$emit("painted", flat.toDataURL("image/png"));
     },
   },

@@ -173,4 +173,3 @@ def _lines(result: Verification) -> list[tuple[str, str]]:
     lines.append(("pictures", f"changed by {result.look.change_percent:.2f} % of the mean, {white}"))
     lines.append(("time", f"{result.time_s.get('total', 0.0):.0f} s"))
     return lines
-

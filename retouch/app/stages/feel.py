@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import binascii
 from functools import partial
+from statistics import fmean
 from typing import TYPE_CHECKING, Any, cast
 
 from nicegui import events, ui
@@ -12,7 +13,7 @@ from nicegui import events, ui
 from mitsuba_scenes.fingers import bundled_skins
 from relief.printers import PRINTERS
 from retouch.app.document import Goal
-from retouch.app.elements import Brush, JndSlider, ReliefView
+from retouch.app.elements import Brush, JndSlider, Range, ReliefView
 from retouch.app.folders import textures
 from retouch.app.measuring import MOST_JND
 from retouch.app.stages.parts import button, choice, section
@@ -60,9 +61,8 @@ class FeelStage:
                 self._jnd = JndSlider().on("jnd", self._jnd_chosen)
             with ui.element("div").classes("section") as self._area_part:
                 self._area_told = ui.label()
-                low, high = AREA_ENDS
-                self._area = ui.slider(min=low, max=high, step=0.05, on_change=self._area_chosen)
-                self._area.props('aria-label="contact area, as a factor"')
+                self._area = Range("contact area, as a factor", AREA_ENDS, 0.05)
+                self._area.on("slid", self._area_chosen)
                 ui.label("A smaller area feels warmer, a larger one colder.").classes("hint")
             with ui.element("div").classes("gallery") as self._like_part:
                 self._likes = {name: self._like(name) for name in textures()}
@@ -88,9 +88,7 @@ class FeelStage:
         with section("How"):
             fingers = list(bundled_skins())
             self._skin = ui.select(fingers, label="Finger", on_change=self._other_finger)
-            self._printer = ui.select(
-                [NO_PRINTER, *PRINTERS], label="Printer", on_change=self._other_printer
-            )
+            self._printer = ui.select([NO_PRINTER, *PRINTERS], label="Printer", on_change=self._other_printer)
             for field in (self._skin, self._printer):
                 field.props("outlined dense options-dense")
             self._fast = ui.switch("Fast models for the steps", on_change=self._fast_turned)
@@ -116,7 +114,7 @@ class FeelStage:
         for goal, part in zip(GOALS, (self._jnd_part, self._area_part, self._like_part), strict=True):
             part.set_visibility(goal == feel.goal)
         self._show_jnd()
-        self._area.set_value(feel.contact_area_scale)
+        self._area.give(value=feel.contact_area_scale)
         self._area_told.set_text(self._area_text())
         for name, like in self._likes.items():
             like.props(f'aria-pressed="{"true" if name == feel.feel_of else "false"}"')
@@ -143,7 +141,7 @@ class FeelStage:
         scale, felt = self.session.document.feel.contact_area_scale, self.session.felt
         if felt is None:
             return f"{scale:.2f} of the original's contact area"
-        area = felt.contact_area_mm2
+        area = fmean(felt.contact_area_mm2)
         return f"{scale:.2f} of the original's: {area:.1f} to {scale * area:.1f} mm²"
 
     def _where_text(self, painting: bool) -> str:
@@ -163,9 +161,9 @@ class FeelStage:
         if -MOST_JND <= jnd <= MOST_JND:
             self.session.change_feel(jnd=jnd)
 
-    def _area_chosen(self, event: events.ValueChangeEventArguments) -> None:
-        if event.value is not None:
-            self.session.change_feel(contact_area_scale=round(float(event.value), 3))
+    def _area_chosen(self, event: events.GenericEventArguments) -> None:
+        if AREA_ENDS[0] <= float(event.args) <= AREA_ENDS[1]:
+            self.session.change_feel(contact_area_scale=round(float(event.args), 3))
 
     def _painting_turned(self, event: events.ValueChangeEventArguments) -> None:
         self._painting = bool(event.value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 from functools import partial
+from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from nicegui import events, ui
@@ -11,8 +12,9 @@ from nicegui import events, ui
 from mitsuba_scenes.fingers import bundled_skins
 from relief.common.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_PLATE_MM, SMALLEST_RELIEF_MM
 from retouch.app.document import Picture
-from retouch.app.elements import CropBox, DropZone, ReliefView, TextureScale
-from retouch.app.folders import SUFFIXES, textures
+from retouch.app.elements import CropBox, DropZone, Range, ReliefView, TextureScale
+from retouch.app.folders import PICTURES_FOLDER, SUFFIXES, textures
+from retouch.app.measuring import FeltPlaces
 from retouch.app.stages.parts import Number, NumberField, Told, button, section
 
 if TYPE_CHECKING:
@@ -22,6 +24,15 @@ RELIEF_ENDS_MM = (0.1, 3.0)
 """Ends of the slider of the relief, mm: what a finger follows. The field beside it takes any."""
 SAMPLES = {64: "64", 128: "128", 256: "256"}
 TILES = {None: "no", "auto": "yes"}
+
+
+def _places_told(felt: FeltPlaces) -> str:
+    """Where the finger pressed, in words."""
+    share = f"{100.0 * fmean(felt.contact_fraction):.0f} %"
+    if len(felt.roughness) == 1:
+        return f"at one place of the finger, {share} of it in contact"
+    ends = f"V {min(felt.roughness):.4f} to {max(felt.roughness):.4f}"
+    return f"mean over {len(felt.roughness)} places, {ends}, {share} in contact"
 
 
 class PictureStage:
@@ -48,7 +59,10 @@ class PictureStage:
     def _choosing(self) -> None:
         with section("Picture"):
             DropZone(
-                "Choose a picture", "or drop one anywhere on this page", "/app/picture", SUFFIXES
+                "Choose a picture",
+                "or drop one anywhere on this page",
+                "/app/picture",
+                SUFFIXES[PICTURES_FOLDER],
             ).on("kept", self._kept)
             with ui.element("div").classes("gallery"):
                 self._choices = {name: self._choice(name) for name in textures()}
@@ -71,9 +85,7 @@ class PictureStage:
             self._invert = ui.switch("Dark is high", on_change=lambda e: change(invert=bool(e.value)))
             self._tile = ui.switch("Make a tile that repeats", on_change=self._tiled)
             ui.label("Relief, from the lowest to the highest point")
-            low, high = RELIEF_ENDS_MM
-            self._slider = ui.slider(min=low, max=high, step=0.05, on_change=self._slid)
-            self._slider.props('aria-label="relief in mm"')
+            self._slider = Range("relief", RELIEF_ENDS_MM, 0.05, "mm").on("slid", self._slid)
             with ui.element("div").classes("pair"):
                 ends = SMALLEST_RELIEF_MM, LARGEST_RELIEF_MM
                 self._relief = NumberField("Relief, mm", *ends, lambda value: change(relief_mm=value))
@@ -106,7 +118,9 @@ class PictureStage:
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
         session, picture = self.session, self.session.document.picture
-        self._view.give(before=self.page.shapes.address(session.shape), lamp=self.page.lamp, tilt=self.page.tilt)
+        self._view.give(
+            before=self.page.shapes.address(session.shape), lamp=self.page.lamp, tilt=self.page.tilt
+        )
         self._fault.set_text(session.faults.get("picture") or session.faults.get("numbers", ""))
         self._skin.set_value(session.document.feel.skin)
         self._show_numbers()
@@ -119,7 +133,7 @@ class PictureStage:
         self._tile.set_value(picture.tile is not None)
         self._relief.show(picture.relief_mm)
         self._size.show(picture.size_mm)
-        self._slider.set_value(min(max(picture.relief_mm or 0.0, RELIEF_ENDS_MM[0]), RELIEF_ENDS_MM[1]))
+        self._slider.give(value=picture.relief_mm)
         if session.shape is not None:
             self._samples.set_value(picture.samples or len(session.shape.heights))
             self._lines.show(session.shape.lines)
@@ -141,21 +155,14 @@ class PictureStage:
     def _show_numbers(self) -> None:
         session = self.session
         felt = session.felt or session.felt_here
-        stale = "numbers" in session.under_way and session.felt is None
+        stale = session.felt is None
         for figure, value in (
-            (self._roughness, None if felt is None else f"{felt.roughness:.4f}"),
-            (self._area, None if felt is None else f"{felt.contact_area_mm2:.1f}"),
+            (self._roughness, None if felt is None else f"{fmean(felt.roughness):.4f}"),
+            (self._area, None if felt is None else f"{fmean(felt.contact_area_mm2):.1f}"),
         ):
             figure.show(value, stale)
-        self._scale.give(scale=session.scale, value=None if felt is None else felt.roughness)
-        if felt is None:
-            text = "The finger is getting ready." if session.under_way else ""
-        elif felt.places == 1:
-            text = f"at one place of the finger, {100.0 * felt.contact_fraction:.0f} % of it in contact"
-        else:
-            ends = f"V {felt.least:.4f} to {felt.largest:.4f}"
-            text = f"mean over {felt.places} places, {ends}, {100.0 * felt.contact_fraction:.0f} % in contact"
-        self._places.set_text(text)
+        self._scale.give(scale=session.scale, value=None if felt is None else fmean(felt.roughness))
+        self._places.set_text(_places_told(felt) if felt is not None else "The finger is getting ready.")
 
     async def _kept(self, event: events.GenericEventArguments) -> None:
         await self.session.choose(str(event.args["file"]))
@@ -178,14 +185,10 @@ class PictureStage:
         if picture is not None and bool(event.value) != (picture.tile is not None):
             self.session.change_picture(tile="auto" if event.value else None)
 
-    def _slid(self, event: events.ValueChangeEventArguments) -> None:
-        picture = self.session.document.picture
-        if picture is None or event.value is None or picture.relief_mm is None:
-            return
+    def _slid(self, event: events.GenericEventArguments) -> None:
         low, high = RELIEF_ENDS_MM
-        # A relief beyond the ends of the slider stays what it is until the slider is moved.
-        if min(max(picture.relief_mm, low), high) != event.value:
-            self.session.change_picture(relief_mm=round(float(event.value), 3))
+        if low <= float(event.args) <= high:
+            self.session.change_picture(relief_mm=round(float(event.args), 3))
 
     def _sampled(self, event: events.ValueChangeEventArguments) -> None:
         shape = self.session.shape

@@ -102,7 +102,10 @@ class RunStage:
         told = []
         if made:
             last = made[-1]
-            told += [("step", f"{last.step}, after {last.seconds:.0f} s"), ("roughness", f"{last.roughness:.4f}")]
+            told += [
+                ("step", f"{last.step}, after {last.seconds:.0f} s"),
+                ("roughness", f"{last.roughness:.4f}"),
+            ]
             if last.target is not None:
                 told.append(("target", f"{last.target:.4f}"))
             told.append(("pictures", f"changed by about {last.picture_percent:.1f} % of the mean picture"))

@@ -3,7 +3,6 @@
 import json
 import time
 from pathlib import Path
-from typing import Any
 
 from benchmarks.shared.browser import COMPLAINTS, Browser
 
@@ -64,7 +63,9 @@ class Window(Browser):
 
     def click_text(self, tag: str, text: str) -> None:
         """Click the element of a tag with this text."""
-        found = f"[...document.querySelectorAll('{tag}')].find((e) => e.innerText.trim() === {json.dumps(text)})"
+        found = (
+            f"[...document.querySelectorAll('{tag}')].find((e) => e.innerText.trim() === {json.dumps(text)})"
+        )
         self.wait(found)
         self.evaluate(f"{found}.setAttribute('data-clicked-by-test', '')")
         self.click("[data-clicked-by-test]")
