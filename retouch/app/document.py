@@ -156,7 +156,7 @@ class Part:
         return options | {"mask": self.mask or None, "along": self.along or None}
 
     def command(self, texture: str, file: str) -> list[str]:
-        """The arguments of the command that wraps, after `retouch`; `file` is a mesh, or a page as preview."""
+        """The arguments of the command that wraps, after `retouch`; `file` is a mesh, or a preview's page."""
         words = ["wrap", texture, self.mesh, "--preview" if file.endswith(".html") else "-o", file]
         for option, value in (("--mask", self.mask), ("--along", self.along), ("--printer", self.printer)):
             words += [f"{option}={value}"] if value else []

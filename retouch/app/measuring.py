@@ -7,8 +7,11 @@ worker, so that the page is up before them and an error of theirs leaves the pag
 import io
 import logging
 import signal
+import time
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Self
 
@@ -22,6 +25,7 @@ from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
 from relief.common.files import write_atomically
 from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM
+from relief.common.progress import Progress, progress
 from relief.places import places
 from relief.relief import Relief
 from retouch.app.document import USUAL_RELIEF_MM, Feel, Part, Picture
@@ -38,6 +42,8 @@ MAP_SIDE = 512
 """Most pixels a side of a map."""
 MOST_JND, COSTS = 6.0, 49
 """Ends of the slider of the feel, JND, and numbers of costs between them."""
+TOLD_EVERY_S = 0.25
+"""Least time between two lines about what is under way, s."""
 THUMBNAIL = 720
 """Longer side of the picture that is shown for cropping, pixels."""
 
@@ -170,9 +176,38 @@ class Written:
     lines: tuple[tuple[str, str], ...]
 
 
-def start() -> None:
-    """Prepare the worker: the terminal's Ctrl-C is for the app, which ends its workers itself."""
+def start(told: Connection) -> None:
+    """Prepare the worker.
+
+    Args:
+        told: takes lines about what is under way, an empty one where nothing is.
+    """
+    # The terminal's Ctrl-C is for the app, which ends its workers itself.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Left by no one: the process listens to its own work as long as it lives.
+    _open.enter_context(progress(_Teller(told)))
+
+
+_open = ExitStack()
+
+
+class _Teller:
+    """Sends what is under way, the outermost stage first, a few times a second."""
+
+    def __init__(self, told: Connection) -> None:
+        self._told, self._stages, self._next = told, list[Progress](), 0.0
+
+    def __call__(self, now: Progress) -> None:
+        self._stages = self._stages[: now.level] + ([] if now.ended else [now])
+        if time.monotonic() >= self._next or not self._stages:
+            self._next = time.monotonic() + TOLD_EVERY_S
+            self._told.send(": ".join(map(_sentence, self._stages)))
+
+
+def _sentence(stage: Progress) -> str:
+    if stage.at_most and stage.total is not None and stage.done:
+        return f"{stage.stage}, {stage.done:g} of at most {stage.total:g}"
+    return f"{stage.stage}, {100.0 * stage.fraction:.0f} %" if stage.fraction else stage.stage
 
 
 def warm() -> None:

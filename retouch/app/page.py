@@ -88,7 +88,8 @@ class Page:
         session.want_sides()
         for stage in self._stages:
             stage.refresh()
-        work = next(iter(session.under_way.values()), "")
+        work = session.doing()
+        self._fault.set_text(session.fault())
         self._busy.set_text(work)
         self._busy.classes(add="on" if work else "", remove="" if work else "on")
         self._undo.set_enabled(session.can_undo)
@@ -113,6 +114,7 @@ class Page:
                 for stage in self._stages:
                     ui.tab(stage.name)
             with ui.element("div").classes("end"):
+                self._fault = ui.label().classes("fault").props('role="alert"')
                 self._busy = ui.label().classes("busy").props('role="status"')
                 self._undo = button("Undo", self.session.undo, "quiet")
 

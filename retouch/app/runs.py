@@ -26,6 +26,8 @@ from retouch.app.folders import RUNS_FOLDER
 
 LARGEST_FILE = 1 << 24
 """Most bytes of a log or a history that the app reads: far more than any run writes."""
+ENDED = (0, 3, 130)
+"""Exit statuses of runs that were not cut off: target met, short of it, interrupted."""
 LOG_LINES = 200
 """Last lines of a log that are shown."""
 
@@ -111,6 +113,12 @@ class Job:
         if self.process is None and not self.folder.exists():
             return State.WAITING
         return state_of(self.folder)
+
+    @property
+    def died(self) -> bool:
+        """Whether the command ended by an error or was killed, and not by a person's wish."""
+        status = None if self.process is None else self.process.poll()
+        return status is not None and status not in ENDED
 
     def begin(self) -> None:
         """Start the command, or go on with a run that was stopped. Raises OSError."""

@@ -31,6 +31,8 @@ _log = logging.getLogger(__name__)
 
 ONE_CHANGE_S = 0.7
 """Changes that follow one another faster, as those of a slider, are undone together, s."""
+ORDER = ("object", "print", "run", "sides", "picture", "paint", "numbers", "reach")
+"""Subjects of what is under way, those first that a person waits for."""
 MOST_UNDONE = 50
 """Steps that can be undone."""
 PLACES_AT_ONCE = 4
@@ -88,7 +90,7 @@ class Session:
         self._following: asyncio.Task[None] | None = None
         self._again = False
         self._tasks: set[asyncio.Task[Any]] = set()
-        self._seen: list[Any] = []
+        self._seen: tuple[list[Any], str] = ([], "")
         self._best_of: tuple[str, int] | None = None
         self._sides_of: tuple[str | None, int | None] = (None, None)
         self._scale_of: str | None = None
@@ -163,6 +165,9 @@ class Session:
             feel = replace(self.document.feel, region=None)
             first = self.document.picture is None
             self.change(replace(self.document, picture=picture, feel=feel), undoable=not first)
+            if self.shape is None:
+                # The picture of the last start, chosen again.
+                self.follow()
         finally:
             self.under_way.pop("picture", None)
             self.tell()
@@ -174,7 +179,14 @@ class Session:
         task = asyncio.ensure_future(work)
         # The loop itself keeps weak references only.
         self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        task.add_done_callback(self._over)
+
+    def _over(self, task: asyncio.Task[Any]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled() and task.exception() is not None:
+            _log.error("a computation for the page has failed", exc_info=task.exception())
+            self.faults["kept"] = f"{type(task.exception()).__name__}: {task.exception()}"
+            self.tell()
 
     def follow(self) -> None:
         """Compute heights and feel of the document anew; a computation under way begins again when it can."""
@@ -183,6 +195,7 @@ class Session:
         self.under_way["numbers"] = "pressing"
         if self._following is None or self._following.done():
             self._following = asyncio.ensure_future(self._compute())
+            self._following.add_done_callback(self._over)
 
     async def _compute(self) -> None:
         while self._again:
@@ -267,7 +280,7 @@ class Session:
         self.tell()
 
     def forget_reach(self) -> None:
-        """End the estimate of how far the feel can change, which is of another picture or would be in the way."""
+        """End the estimate of how far the feel can change: it is of another picture, or in the way."""
         self.reach = self._reach_of = None
         if self.under_way.pop("reach", None):
             self.idle.close()
@@ -467,6 +480,18 @@ class Session:
             self._keep()
             self.tell()
 
+    def doing(self) -> str:
+        """What is being computed, and how far it is; empty if nothing is."""
+        subject = next((one for one in ORDER if one in self.under_way), None)
+        if subject is None:
+            return next(iter(self.under_way.values()), "")
+        told = {"reach": self.idle.told, "numbers": ""}.get(subject, self.slow.told)
+        return f"{self.under_way[subject]}: {told}" if told else self.under_way[subject]
+
+    def fault(self) -> str:
+        """What is wrong beside the subjects of the stages."""
+        return next((self.faults[one] for one in ("kept", "best", "paint") if one in self.faults), "")
+
     def look(self) -> None:
         """Look at the runs, start the next one, and tell the windows if there is news."""
         self.advance()
@@ -474,8 +499,9 @@ class Session:
             (job.folder, job.state, job.log.stat().st_mtime_ns if job.log.exists() else 0)
             for job in self.queue.jobs
         ]
-        if now != self._seen:
-            self._seen = now
+        seen = (now, self.doing())
+        if seen != self._seen:
+            self._seen = seen
             self._follow_run()
             self.want_sides()
             self.tell()

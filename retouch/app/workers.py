@@ -6,6 +6,7 @@ import multiprocessing
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import Connection
 from typing import ParamSpec, TypeVar
 
 from relief.common.errors import InputError
@@ -24,10 +25,16 @@ class Superseded(Exception):
 
 
 class Worker:
-    """One process, started at its first use. Computations wait for one another."""
+    """One process, started at its first use. Computations wait for one another.
+
+    Attributes:
+        told: what the process is doing and how far it is; empty if nothing that says so.
+    """
 
     def __init__(self) -> None:
+        self.told = ""
         self._pool: ProcessPoolExecutor | None = None
+        self._telling: Connection | None = None
 
     async def __call__(self, function: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
         """The value of a function of `measuring`.
@@ -37,7 +44,7 @@ class Worker:
             Superseded: the worker was ended by `close`.
         """
         for _ in range(ATTEMPTS):
-            pool = self._pool = self._pool or _new_pool()
+            pool = self._pool = self._pool or self._new_pool()
             try:
                 return await asyncio.wrap_future(pool.submit(function, *arguments, **named))
             except (BrokenProcessPool, asyncio.CancelledError) as error:
@@ -54,12 +61,30 @@ class Worker:
         pool, self._pool = self._pool, None
         if pool is None:
             return
+        self._hear_no_more()
         for process in list((pool._processes or {}).values()):
             process.kill()
         pool.shutdown(wait=False, cancel_futures=True)
 
+    def _new_pool(self) -> ProcessPoolExecutor:
+        # Spawned, as a forked child of a server with threads may hang.
+        context = multiprocessing.get_context("spawn")
+        telling, told = context.Pipe(duplex=False)
+        self._hear_no_more()
+        self._telling = telling
+        asyncio.get_running_loop().add_reader(telling.fileno(), self._hear)
+        return ProcessPoolExecutor(1, mp_context=context, initializer=measuring.start, initargs=(told,))
 
-def _new_pool() -> ProcessPoolExecutor:
-    # Spawned, as a forked child of a server with threads may hang.
-    context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(1, mp_context=context, initializer=measuring.start)
+    def _hear(self) -> None:
+        try:
+            while self._telling is not None and self._telling.poll():
+                self.told = str(self._telling.recv())
+        except (EOFError, OSError):
+            self._hear_no_more()
+
+    def _hear_no_more(self) -> None:
+        self.told = ""
+        if self._telling is not None:
+            asyncio.get_running_loop().remove_reader(self._telling.fileno())
+            self._telling.close()
+            self._telling = None

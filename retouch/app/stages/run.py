@@ -111,7 +111,7 @@ class RunStage:
             told.append(("pictures", f"changed by about {last.picture_percent:.1f} % of the mean picture"))
         if job.state.busy and lines:
             told.append(("now", lines[-1]))
-        if job.state is State.FAILED and lines:
+        if (job.state is State.FAILED or job.died) and lines:
             told.append(("warning", lines[-1]))
         self._table.show(told)
         self._log.set_text("\n".join(lines[-LINES:]))
