@@ -1,8 +1,9 @@
 """The app: a page of this machine that makes, feels, runs and compares with the functions of `retouch`.
 
-session    what is being made, apart from any page
-measuring  what a worker process computes of it
-runs       runs as processes of the command, followed by their folders
-stages     the page, stage by stage
-serve      the server, and the guard at its door
+state      what is being made, apart from any page: the session, its worker processes, its runs
+stages     the page, stage by stage, and its elements
+page       the frame of a window
+routes     heights and files beside the page
+guard      who may speak to the server
+serve      the server
 """

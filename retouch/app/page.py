@@ -10,16 +10,17 @@ from typing import Protocol
 
 from nicegui import Client, events, ui
 
-from retouch.app.document import command_line
-from retouch.app.session import Session
-from retouch.app.shapes import Shapes
 from retouch.app.stages.compare import CompareStage
+from retouch.app.stages.controls import button
 from retouch.app.stages.feel import FeelStage
-from retouch.app.stages.part import ObjectStage
-from retouch.app.stages.parts import button
+from retouch.app.stages.objects import ObjectStage
 from retouch.app.stages.picture import PictureStage
 from retouch.app.stages.printing import PrintStage
 from retouch.app.stages.run import RunStage
+from retouch.app.stages.window import Window
+from retouch.app.state.document import command_line
+from retouch.app.state.session import Session
+from retouch.app.state.shapes import Shapes
 
 STAGES = (PictureStage, FeelStage, RunStage, CompareStage, ObjectStage, PrintStage)
 """In the order of the work."""
@@ -51,15 +52,12 @@ class Page:
 
     Attributes:
         session: that all windows show.
-        shapes: addresses of heights.
-        lamp, tilt: of all views of this window.
     """
 
     def __init__(self, session: Session, shapes: Shapes) -> None:
-        self.session, self.shapes = session, shapes
-        self.lamp = {"azimuth": 135.0, "elevation": 35.0}
-        self.tilt = {"right": 0.0, "down": 0.0}
-        self._stages: list[Stage] = [stage(self) for stage in STAGES]
+        self.session = session
+        window = Window(session, shapes, self.show)
+        self._stages: list[Stage] = [stage(window) for stage in STAGES]
 
     def build(self) -> None:
         """Build the page of a window, and keep it up to date as long as the window is there."""
@@ -94,14 +92,6 @@ class Page:
         self._busy.classes(add="on" if work else "", remove="" if work else "on")
         self._undo.set_enabled(session.can_undo)
         self._command.set_text(self._line())
-
-    def lamp_moved(self, event: events.GenericEventArguments) -> None:
-        """Keep where the lamp stands, for the other views of this window."""
-        self.lamp = {name: float(event.args[name]) for name in ("azimuth", "elevation")}
-
-    def tilted(self, event: events.GenericEventArguments) -> None:
-        """Keep how the plate is tilted, for the other views of this window."""
-        self.tilt = {name: float(event.args[name]) for name in ("right", "down")}
 
     def _told(self, client: Client) -> None:
         with client:

@@ -18,8 +18,8 @@ from relief.common.errors import InputError
 from retouch.app.guard import Guard, new_token
 from retouch.app.page import Page
 from retouch.app.routes import add_routes
-from retouch.app.session import Session
-from retouch.app.shapes import Shapes
+from retouch.app.state.session import Session
+from retouch.app.state.shapes import Shapes
 
 HOST = "127.0.0.1"
 FIRST_TEXTURE = "gravel"

@@ -1,21 +1,16 @@
 """Compare: original and result of a run under one lamp, what differs, and the numbers."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nicegui import events, ui
 
 from optimize.run_directory.key import REPORT, read_verification
 from optimize.verification.verification import Verification
-from retouch.app.elements import ReliefView
-from retouch.app.measuring import Map
-from retouch.app.runs import earlier_runs, state_of
-from retouch.app.stages.parts import Number, Told, button, choice, section
-
-if TYPE_CHECKING:
-    from retouch.app.page import Page
+from retouch.app.stages.controls import Number, Told, button, choice, section
+from retouch.app.stages.elements import ReliefView
+from retouch.app.stages.window import Window
+from retouch.app.state.measuring import Map
+from retouch.app.state.runs import earlier_runs, state_of
 
 WAYS = ("Swipe", "Side by side", "Blink", "Change", "Feel")
 
@@ -25,8 +20,8 @@ class CompareStage:
 
     name = "Compare"
 
-    def __init__(self, page: Page) -> None:
-        self.page, self.session = page, page.session
+    def __init__(self, window: Window) -> None:
+        self.window, self.session = window, window.session
         self._way = WAYS[0]
 
     def build(self) -> None:
@@ -77,7 +72,7 @@ class CompareStage:
             self._table = Told()
             with ui.element("div").classes("row-of"):
                 self._report = ui.link("Open the report", "", new_tab=True).classes("button")
-                button("Go on to the print", lambda: self.page.show("Print"), "primary")
+                button("Go on to the print", lambda: self.window.show("Print"), "primary")
 
     def commands(self) -> list[list[str]]:
         """The commands that do the same, without `retouch`."""
@@ -97,8 +92,8 @@ class CompareStage:
         self._fault.set_text(session.faults.get("sides", ""))
         self._show_way()
         if sides is not None:
-            before, after = map(self.page.shapes.address, (sides.before, sides.after))
-            shared = {"lamp": self.page.lamp, "tilt": self.page.tilt}
+            before, after = map(self.window.shapes.address, (sides.before, sides.after))
+            shared = {"lamp": self.window.lamp, "tilt": self.window.tilt}
             self._one.give(before=before, after=after, blink=self._way == "Blink", **shared)
             for view, address in zip(self._each, (before, after), strict=True):
                 view.give(before=address, **shared)
@@ -150,11 +145,11 @@ class CompareStage:
             self.session.look_at(str(event.value))
 
     def _lamp(self, event: events.GenericEventArguments) -> None:
-        self.page.lamp_moved(event)
+        self.window.lamp_moved(event)
         self.refresh()
 
     def _tilt(self, event: events.GenericEventArguments) -> None:
-        self.page.tilted(event)
+        self.window.tilted(event)
         self.refresh()
 
 

@@ -1,25 +1,21 @@
 """Feel: how the result is to feel, where, to which finger, and what that costs the look."""
 
-from __future__ import annotations
-
 import base64
 import binascii
 from functools import partial
 from statistics import fmean
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from nicegui import events, ui
 
 from mitsuba_scenes.fingers import bundled_skins
 from relief.printers import PRINTERS
-from retouch.app.document import Goal
-from retouch.app.elements import Brush, JndSlider, Range, ReliefView
-from retouch.app.folders import textures
-from retouch.app.measuring import MOST_JND
-from retouch.app.stages.parts import button, choice, section
-
-if TYPE_CHECKING:
-    from retouch.app.page import Page
+from retouch.app.stages.controls import button, choice, section
+from retouch.app.stages.elements import Brush, JndSlider, Range, ReliefView
+from retouch.app.stages.window import Window
+from retouch.app.state.document import Goal
+from retouch.app.state.folders import textures
+from retouch.app.state.measuring import MOST_JND
 
 GOALS: dict[Goal, str] = {"jnd": "Roughness", "contact_area_scale": "Contact area", "feel_of": "Like another"}
 NO_PRINTER = "no printer"
@@ -36,8 +32,8 @@ class FeelStage:
 
     name = "Feel"
 
-    def __init__(self, page: Page) -> None:
-        self.page, self.session = page, page.session
+    def __init__(self, window: Window) -> None:
+        self.window, self.session = window, window.session
         self._painting = False
         self._cleared = 0
 
@@ -46,7 +42,7 @@ class FeelStage:
         with ui.element("div").classes("stage"):
             with ui.element("div").classes("work"):
                 self._view = ReliefView(("relief", ""))
-                self._view.on("lamp", self.page.lamp_moved).on("tilt", self.page.tilted)
+                self._view.on("lamp", self.window.lamp_moved).on("tilt", self.window.tilted)
                 with ui.element("div").classes("brush-frame") as self._canvas:
                     self._brush = Brush().on("painted", self._painted)
             with ui.element("aside").classes("side"):
@@ -93,7 +89,7 @@ class FeelStage:
                 field.props("outlined dense options-dense")
             self._fast = ui.switch("Fast models for the steps", on_change=self._fast_turned)
             ui.label("The result is verified by exact models all the same.").classes("hint")
-        button("Go on to the run", lambda: self.page.show("Run"), "primary wide")
+        button("Go on to the run", lambda: self.window.show("Run"), "primary wide")
 
     def commands(self) -> list[list[str]]:
         """The commands that do the same, without `retouch`."""
@@ -102,9 +98,9 @@ class FeelStage:
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
         session, feel = self.session, self.session.document.feel
-        address = self.page.shapes.address(session.shape)
+        address = self.window.shapes.address(session.shape)
         painting = (self._painting or feel.region is not None) and feel.goal != "feel_of"
-        self._view.give(before=address, lamp=self.page.lamp, tilt=self.page.tilt)
+        self._view.give(before=address, lamp=self.window.lamp, tilt=self.window.tilt)
         self._view.set_visibility(not painting)
         self._canvas.set_visibility(painting)
         mask = f"/app/mask/{feel.region.rpartition('/')[2]}" if feel.region else ""

@@ -1,24 +1,20 @@
 """Picture: what becomes the relief, how it looks under a lamp, and how rough it feels."""
 
-from __future__ import annotations
-
 import base64
 from functools import partial
 from statistics import fmean
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import events, ui
 
 from mitsuba_scenes.fingers import bundled_skins
 from relief.common.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_PLATE_MM, SMALLEST_RELIEF_MM
-from retouch.app.document import Picture
-from retouch.app.elements import CropBox, DropZone, Range, ReliefView, TextureScale
-from retouch.app.folders import PICTURES_FOLDER, SUFFIXES, textures
-from retouch.app.measuring import FeltPlaces
-from retouch.app.stages.parts import Number, NumberField, Told, button, section
-
-if TYPE_CHECKING:
-    from retouch.app.page import Page
+from retouch.app.stages.controls import Number, NumberField, Told, button, section
+from retouch.app.stages.elements import CropBox, DropZone, Range, ReliefView, TextureScale
+from retouch.app.stages.window import Window
+from retouch.app.state.document import Picture
+from retouch.app.state.folders import PICTURES_FOLDER, SUFFIXES, textures
+from retouch.app.state.measuring import FeltPlaces
 
 RELIEF_ENDS_MM = (0.1, 3.0)
 """Ends of the slider of the relief, mm: what a finger follows. The field beside it takes any."""
@@ -40,8 +36,8 @@ class PictureStage:
 
     name = "Picture"
 
-    def __init__(self, page: Page) -> None:
-        self.page, self.session = page, page.session
+    def __init__(self, window: Window) -> None:
+        self.window, self.session = window, window.session
         self._thumbnail: tuple[int, str] = (0, "")
 
     def build(self) -> None:
@@ -49,7 +45,7 @@ class PictureStage:
         with ui.element("div").classes("stage"):
             with ui.element("div").classes("work"):
                 self._view = ReliefView(("relief", ""))
-                self._view.on("lamp", self.page.lamp_moved).on("tilt", self.page.tilted)
+                self._view.on("lamp", self.window.lamp_moved).on("tilt", self.window.tilted)
                 self._feeling()
             with ui.element("aside").classes("side"):
                 self._choosing()
@@ -119,7 +115,7 @@ class PictureStage:
         """Bring its elements to the state of the session."""
         session, picture = self.session, self.session.document.picture
         self._view.give(
-            before=self.page.shapes.address(session.shape), lamp=self.page.lamp, tilt=self.page.tilt
+            before=self.window.shapes.address(session.shape), lamp=self.window.lamp, tilt=self.window.tilt
         )
         self._fault.set_text(session.faults.get("picture") or session.faults.get("numbers", ""))
         self._skin.set_value(session.document.feel.skin)

@@ -1,20 +1,15 @@
 """Print: the file for a printer, of the result of a run or of the picture itself."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nicegui import events, ui
 
 from relief.common.formats import FORMATS
 from relief.common.limits import BASE_MM
 from relief.printers import PRINTERS
-from retouch.app.elements import ReliefView
-from retouch.app.stages.parts import NumberField, Told, button, choice, section
-
-if TYPE_CHECKING:
-    from retouch.app.page import Page
+from retouch.app.stages.controls import NumberField, Told, button, choice, section
+from retouch.app.stages.elements import ReliefView
+from retouch.app.stages.window import Window
 
 NO_PRINTER = "no printer"
 FEWEST_BASE_MM, MOST_BASE_MM = 0.2, 50.0
@@ -26,8 +21,8 @@ class PrintStage:
 
     name = "Print"
 
-    def __init__(self, page: Page) -> None:
-        self.page, self.session = page, page.session
+    def __init__(self, window: Window) -> None:
+        self.window, self.session = window, window.session
         self._suffix, self._printer_name = ".3mf", NO_PRINTER
         self._own_base_mm: float | None = None
         self._repeat = 1.0
@@ -37,7 +32,7 @@ class PrintStage:
         with ui.element("div").classes("stage"):
             with ui.element("div").classes("work"):
                 self._view = ReliefView(("result", ""))
-                self._view.on("lamp", self.page.lamp_moved).on("tilt", self.page.tilted)
+                self._view.on("lamp", self.window.lamp_moved).on("tilt", self.window.tilted)
             with ui.element("aside").classes("side"):
                 self._choices()
                 self._written()
@@ -69,8 +64,8 @@ class PrintStage:
         session, sides = self.session, self.session.sides
         missing = "No run has a result yet."
         self._what.set_text(missing if sides is None else f"The result of {session.document.run}.")
-        address = "" if sides is None else self.page.shapes.address(sides.after)
-        self._view.give(before=address, lamp=self.page.lamp, tilt=self.page.tilt)
+        address = "" if sides is None else self.window.shapes.address(sides.after)
+        self._view.give(before=address, lamp=self.window.lamp, tilt=self.window.tilt)
         self._button.set_enabled(sides is not None and "print" not in session.under_way)
         self._base.show(self._base_mm)
         self._numbers.show(self._planned())

@@ -1,18 +1,13 @@
 """Run: what it would take, how far it is, its best so far, and the queue."""
 
-from __future__ import annotations
-
 from functools import partial
-from typing import TYPE_CHECKING
 
 from nicegui import ui
 
-from retouch.app.elements import ReliefView, StepChart
-from retouch.app.runs import Job, State, steps
-from retouch.app.stages.parts import Told, button, section
-
-if TYPE_CHECKING:
-    from retouch.app.page import Page
+from retouch.app.stages.controls import Told, button, section
+from retouch.app.stages.elements import ReliefView, StepChart
+from retouch.app.stages.window import Window
+from retouch.app.state.runs import Job, State, steps
 
 LINES = 12
 """Last lines of the command that are shown."""
@@ -23,8 +18,8 @@ class RunStage:
 
     name = "Run"
 
-    def __init__(self, page: Page) -> None:
-        self.page, self.session = page, page.session
+    def __init__(self, window: Window) -> None:
+        self.window, self.session = window, window.session
         self._listed: list[tuple[str, State, bool]] = []
 
     def build(self) -> None:
@@ -32,7 +27,7 @@ class RunStage:
         with ui.element("div").classes("stage"):
             with ui.element("div").classes("work"):
                 self._view = ReliefView(("original", "best so far"))
-                self._view.on("lamp", self.page.lamp_moved).on("tilt", self.page.tilted)
+                self._view.on("lamp", self.window.lamp_moved).on("tilt", self.window.tilted)
                 self._caption = ui.label().classes("hint caption")
             with ui.element("aside").classes("side"):
                 self._starting()
@@ -72,11 +67,11 @@ class RunStage:
         session = self.session
         job = session.shown_job()
         best = session.best
-        before = self.page.shapes.address(session.shape)
-        after = self.page.shapes.address(best) if best is not None and job is not None else ""
+        before = self.window.shapes.address(session.shape)
+        after = self.window.shapes.address(best) if best is not None and job is not None else ""
         if after:
-            before, after = self.page.shapes.address(session.run_original) or after, after
-        self._view.give(before=before, after=after, lamp=self.page.lamp, tilt=self.page.tilt)
+            before, after = self.window.shapes.address(session.run_original) or after, after
+        self._view.give(before=before, after=after, lamp=self.window.lamp, tilt=self.window.tilt)
         self._caption.set_text("Left the original, right the best so far." if after else "")
         self._goal.set_text(session.goal_told())
         self._estimated.show(session.forecast)
@@ -147,4 +142,4 @@ class RunStage:
         job = self.session.shown_job()
         if job is not None:
             self.session.look_at(str(job.folder))
-            self.page.show("Compare")
+            self.window.show("Compare")

@@ -21,9 +21,11 @@ from relief.common.errors import InputError
 from relief.common.files import read_limited
 from relief.common.formats import RUN_CHECKPOINT, RUN_HISTORY
 from relief.common.locks import locked
-from retouch.app.document import Feel, command_line
-from retouch.app.folders import RUNS_FOLDER
+from retouch.app.state.document import Feel, command_line
+from retouch.app.state.folders import RUNS_FOLDER
 
+COMMAND = (sys.executable, "-m", "retouch")
+"""How the command is started."""
 LARGEST_FILE = 1 << 24
 """Most bytes of a log or a history that the app reads: far more than any run writes."""
 ENDED = (0, 3, 130)
@@ -128,7 +130,7 @@ class Job:
         with self.log.open("ab") as log:
             # A session of its own: a Ctrl-C in the terminal is for the app, which asks the run to stop.
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "retouch", *words],
+                [*COMMAND, *words],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,

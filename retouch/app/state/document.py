@@ -160,7 +160,7 @@ class Part:
         words = ["wrap", texture, self.mesh, "--preview" if file.endswith(".html") else "-o", file]
         for option, value in (("--mask", self.mask), ("--along", self.along), ("--printer", self.printer)):
             words += [f"{option}={value}"] if value else []
-        return words + ([f"--turn-deg={self.turn_deg:g}"] if self.turn_deg else [])
+        return words + ([f"--turn={self.turn_deg:g}"] if self.turn_deg else [])
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,14 @@
 """Object: the result laid over a part, shown before it is written, and its feel in colours."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nicegui import events, ui
 
 from relief.printers import PRINTERS
-from retouch.app.elements import DropZone
-from retouch.app.folders import BUNDLED_OBJECTS, PARTS_FOLDER, SUFFIXES
-from retouch.app.stages.parts import NumberField, Told, button, section
-
-if TYPE_CHECKING:
-    from retouch.app.page import Page
+from retouch.app.stages.controls import NumberField, Told, button, section
+from retouch.app.stages.elements import DropZone
+from retouch.app.stages.window import Window
+from retouch.app.state.folders import BUNDLED_OBJECTS, PARTS_FOLDER, SUFFIXES
 
 DIRECTIONS = {
     "": "as it is found",
@@ -28,8 +23,8 @@ class ObjectStage:
 
     name = "Object"
 
-    def __init__(self, page: Page) -> None:
-        self.page, self.session = page, page.session
+    def __init__(self, window: Window) -> None:
+        self.window, self.session = window, window.session
 
     def build(self) -> None:
         """Put its elements into the present slot."""

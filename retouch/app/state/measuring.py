@@ -28,8 +28,8 @@ from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM
 from relief.common.progress import Progress, progress
 from relief.places import places
 from relief.relief import Relief
-from retouch.app.document import USUAL_RELIEF_MM, Feel, Part, Picture
-from retouch.app.folders import RUNS_FOLDER, picture_file
+from retouch.app.state.document import USUAL_RELIEF_MM, Feel, Part, Picture
+from retouch.app.state.folders import RUNS_FOLDER, picture_file
 from retouch.pages.colour_maps import PURPLE_ORANGE, VIRIDIS, Table, bar_uri, map_uri
 from tactile.quantities import LIMIT_PERCENT
 

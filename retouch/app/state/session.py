@@ -20,12 +20,12 @@ from pydantic import TypeAdapter, ValidationError
 from relief.common.errors import InputError
 from relief.common.files import read_limited, write_atomically
 from relief.common.formats import RUN_CHECKPOINT, RUN_HEIGHTS
-from retouch.app import measuring
-from retouch.app.document import Document, Feel, Picture
-from retouch.app.folders import PICTURES_FOLDER, RUNS_FOLDER, UNUSUAL, next_run, textures
-from retouch.app.measuring import FeltPlaces, Reachable, Shape, Sides, Source, Written
-from retouch.app.runs import Job, Queue, State
-from retouch.app.workers import Superseded, Worker
+from retouch.app.state import measuring
+from retouch.app.state.document import Document, Feel, Picture
+from retouch.app.state.folders import PICTURES_FOLDER, RUNS_FOLDER, UNUSUAL, next_run, textures
+from retouch.app.state.measuring import FeltPlaces, Reachable, Shape, Sides, Source, Written
+from retouch.app.state.runs import Job, Queue, State
+from retouch.app.state.workers import Superseded, Worker
 
 _log = logging.getLogger(__name__)
 

@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection
 from typing import ParamSpec, TypeVar
 
 from relief.common.errors import InputError
-from retouch.app import measuring
+from retouch.app.state import measuring
 
 _log = logging.getLogger(__name__)
 P = ParamSpec("P")
