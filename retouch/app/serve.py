@@ -18,12 +18,10 @@ from relief.common.errors import InputError
 from retouch.app.guard import Guard, new_token
 from retouch.app.page import Page
 from retouch.app.routes import add_routes
-from retouch.app.state.session import Session
+from retouch.app.state.session import FIRST_TEXTURE, Session
 from retouch.app.state.shapes import Shapes
 
 HOST = "127.0.0.1"
-FIRST_TEXTURE = "gravel"
-"""Bundled texture that is shown where no picture is named."""
 PATIENCE_S = 60.0
 """Longest wait, when the app is closed, for a run to write its best relief, s. It goes on by itself then."""
 LOOK_S = 0.5
@@ -32,10 +30,11 @@ RECONNECT_S = 30.0
 """How long a window that was cut off finds its page as it was, s; later, it loads the page again."""
 
 
-def serve(picture: str | None, port: int, browser: bool) -> None:
+def serve(session: Session, picture: str | None, port: int, browser: bool) -> None:
     """Serve the page until Ctrl-C.
 
     Args:
+        session: that the page shows.
         picture: file, or name of a bundled texture, to begin with; None: what was chosen last.
         port: 0 for any that is free.
         browser: whether to open the page in the person's browser.
@@ -45,9 +44,7 @@ def serve(picture: str | None, port: int, browser: bool) -> None:
     """
     with bound(port) as listening:
         port, token = listening.getsockname()[1], new_token()
-        session, shapes = Session(), Shapes()
-        session.restore()
-        application = _application(session, shapes)
+        application = _application(session, Shapes())
         config = uvicorn.Config(
             Guard(application, port, token),
             log_level="error",

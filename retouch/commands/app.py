@@ -54,8 +54,15 @@ def run(arguments: argparse.Namespace) -> int:
         picture = arguments.picture
         if not find_texture(picture).is_file():
             raise InputError(f"{picture}: no such file")
-    # Imported here: the other verbs need no server.
-    from retouch.app.serve import serve
+    # Imported here: the other verbs need no server. Its worker starts first, as the server takes a second.
+    from retouch.app.state.session import Session
 
-    serve(None if picture is None else str(picture), arguments.port, arguments.browser)
+    chosen, session = None if picture is None else str(picture), Session()
+    session.open(chosen)
+    try:
+        from retouch.app.serve import serve
+
+        serve(session, chosen, arguments.port, arguments.browser)
+    finally:
+        session.close()
     return 0

@@ -19,7 +19,6 @@ import numpy as np
 
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE
-from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.fast_models import FAST_MODELS
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError
@@ -210,11 +209,9 @@ def _sentence(stage: Progress) -> str:
     return f"{stage.stage}, {100.0 * stage.fraction:.0f} %" if stage.fraction else stage.stage
 
 
-def warm() -> None:
-    """Load what the numbers need, and build the finger."""
-    flat = Shape(np.zeros((128, 128), np.float32), PATCH_SIDE_MM, (False, False))
-    flat.heights[::8] = 0.1
-    felt(flat, DEFAULT_SKIN)
+def warm(file: str) -> None:
+    """Load what heights need, and keep the picture's file open, before anybody asks for them."""
+    shape(Picture(file, relief_mm=source(file).relief_mm))
 
 
 def source(file: str) -> Source:

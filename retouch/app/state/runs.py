@@ -183,7 +183,7 @@ def _read_steps(lines: list[bytes]) -> Iterator[Step]:
     keys = ("roughness", "contact_area_mm2", "picture_mean_percent", "seconds")
     for line in lines:
         try:
-            row = json.loads(line)
+            row = dict(json.loads(line))
             target = row.get("target_roughness")
             values = [float(row[key]) for key in keys]
             yield Step(int(row["step"]), *values, None if target is None else float(target))

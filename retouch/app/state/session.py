@@ -29,6 +29,8 @@ from retouch.app.state.workers import Superseded, Worker
 
 _log = logging.getLogger(__name__)
 
+FIRST_TEXTURE = "gravel"
+"""Bundled texture that is shown where no picture was chosen yet."""
 ONE_CHANGE_S = 0.7
 """Changes that follow one another faster, as those of a slider, are undone together, s."""
 ORDER = ("object", "print", "run", "sides", "picture", "paint", "numbers", "reach")
@@ -96,6 +98,16 @@ class Session:
         self._scale_of: str | None = None
         self._scale_found: dict[str, float] = {}
         self._reach_of: tuple[Picture | None, str] | None = None
+
+    def open(self, picture: str | None) -> None:
+        """Take up what was chosen last, and let the worker begin with the picture that is to be shown.
+
+        Args:
+            picture: that is chosen now; None: the last one.
+        """
+        self.restore()
+        last = self.document.picture
+        self.live.begin(measuring.warm, picture or (FIRST_TEXTURE if last is None else last.file))
 
     # Who is told.
 

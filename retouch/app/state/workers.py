@@ -35,6 +35,12 @@ class Worker:
         self.told = ""
         self._pool: ProcessPoolExecutor | None = None
         self._telling: Connection | None = None
+        self._listening = False
+
+    def begin(self, function: Callable[P, object], *arguments: P.args, **named: P.kwargs) -> None:
+        """Let the process start with a function whose value nobody waits for."""
+        self._pool = self._pool or self._new_pool()
+        self._pool.submit(function, *arguments, **named)
 
     async def __call__(self, function: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
         """The value of a function of `measuring`.
@@ -45,6 +51,7 @@ class Worker:
         """
         for _ in range(ATTEMPTS):
             pool = self._pool = self._pool or self._new_pool()
+            self._listen()
             try:
                 return await asyncio.wrap_future(pool.submit(function, *arguments, **named))
             except (BrokenProcessPool, asyncio.CancelledError) as error:
@@ -69,11 +76,14 @@ class Worker:
     def _new_pool(self) -> ProcessPoolExecutor:
         # Spawned, as a forked child of a server with threads may hang.
         context = multiprocessing.get_context("spawn")
-        telling, told = context.Pipe(duplex=False)
         self._hear_no_more()
-        self._telling = telling
-        asyncio.get_running_loop().add_reader(telling.fileno(), self._hear)
+        self._telling, told = context.Pipe(duplex=False)
         return ProcessPoolExecutor(1, mp_context=context, initializer=measuring.start, initargs=(told,))
+
+    def _listen(self) -> None:
+        if self._telling is not None and not self._listening:
+            asyncio.get_running_loop().add_reader(self._telling.fileno(), self._hear)
+            self._listening = True
 
     def _hear(self) -> None:
         try:
@@ -85,6 +95,7 @@ class Worker:
     def _hear_no_more(self) -> None:
         self.told = ""
         if self._telling is not None:
-            asyncio.get_running_loop().remove_reader(self._telling.fileno())
+            if self._listening:
+                asyncio.get_running_loop().remove_reader(self._telling.fileno())
             self._telling.close()
-            self._telling = None
+        self._telling, self._listening = None, False
