@@ -6,6 +6,7 @@ its lamp stands. `refresh` brings everything to the state of the session, and ma
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Protocol
 
 from nicegui import Client, events, ui
@@ -64,10 +65,13 @@ class Page:
         ui.add_head_html(HEAD)
         with ui.element("div").classes("frame"):
             self._bar()
-            with ui.element("main").classes("stages"), self._panels():
-                for stage in self._stages:
-                    with ui.tab_panel(stage.name):
-                        stage.build()
+            with ui.element("main").classes("stages"):
+                first = self._stages[0].name
+                self._panels = ui.tab_panels(value=first, animated=False, keep_alive=False)
+                with self._panels.on_value_change(self.refresh):
+                    for stage in self._stages:
+                        with ui.tab_panel(stage.name):
+                            stage.build()
             self._foot()
         ui.keyboard(self._key, ignore=["input", "select", "textarea"])
         self.refresh()
@@ -76,12 +80,14 @@ class Page:
 
     def show(self, name: str) -> None:
         """Turn to a stage."""
-        self._tabs.set_value(name)
+        self._panels.set_value(name)
 
     def refresh(self) -> None:
         """Bring all elements to the state of the session."""
         session = self.session
-        if self._tabs.value == FeelStage.name:
+        for name, link in self._links.items():
+            link.props(f"aria-current={'page' if name == self._panels.value else 'false'}")
+        if self._panels.value == FeelStage.name:
             session.want_reach()
         session.want_sides()
         for stage in self._stages:
@@ -100,17 +106,18 @@ class Page:
     def _bar(self) -> None:
         with ui.element("header").classes("bar"):
             ui.label("Retouch").classes("word")
-            with ui.tabs(value=self._stages[0].name).props("no-caps inline-label") as self._tabs:
-                for stage in self._stages:
-                    ui.tab(stage.name)
+            with ui.element("nav").props('aria-label="stages"'):
+                self._links = {stage.name: self._link(stage.name) for stage in self._stages}
             with ui.element("div").classes("end"):
                 self._fault = ui.label().classes("fault").props('role="alert"')
                 self._busy = ui.label().classes("busy").props('role="status"')
                 self._undo = button("Undo", self.session.undo, "quiet")
 
-    def _panels(self) -> ui.tab_panels:
-        panels = ui.tab_panels(self._tabs, value=self._stages[0].name, animated=False, keep_alive=False)
-        return panels.on_value_change(self.refresh)
+    def _link(self, name: str) -> ui.element:
+        link = ui.element("button").props("type=button").on("click", partial(self.show, name))
+        with link:
+            ui.label(name)
+        return link
 
     def _foot(self) -> None:
         with ui.element("footer").classes("foot"):
@@ -119,7 +126,7 @@ class Page:
             button("Copy", self._copy, "quiet")
 
     def _line(self) -> str:
-        stage = next(one for one in self._stages if one.name == self._tabs.value)
+        stage = next(one for one in self._stages if one.name == self._panels.value)
         return " && ".join(map(command_line, stage.commands()))
 
     def _copy(self) -> None:

@@ -35,7 +35,7 @@ class Worker:
         self.told = ""
         self._pool: ProcessPoolExecutor | None = None
         self._telling: Connection | None = None
-        self._listening = False
+        self._loop: asyncio.AbstractEventLoop | None = None
 
     def begin(self, function: Callable[P, object], *arguments: P.args, **named: P.kwargs) -> None:
         """Let the process start with a function whose value nobody waits for."""
@@ -71,7 +71,7 @@ class Worker:
         self._hear_no_more()
         for process in list((pool._processes or {}).values()):
             process.kill()
-        pool.shutdown(wait=False, cancel_futures=True)
+        pool.shutdown(wait=True, cancel_futures=True)
 
     def _new_pool(self) -> ProcessPoolExecutor:
         # Spawned, as a forked child of a server with threads may hang.
@@ -81,9 +81,9 @@ class Worker:
         return ProcessPoolExecutor(1, mp_context=context, initializer=measuring.start, initargs=(told,))
 
     def _listen(self) -> None:
-        if self._telling is not None and not self._listening:
-            asyncio.get_running_loop().add_reader(self._telling.fileno(), self._hear)
-            self._listening = True
+        if self._telling is not None and self._loop is None:
+            self._loop = asyncio.get_running_loop()
+            self._loop.add_reader(self._telling.fileno(), self._hear)
 
     def _hear(self) -> None:
         try:
@@ -95,7 +95,7 @@ class Worker:
     def _hear_no_more(self) -> None:
         self.told = ""
         if self._telling is not None:
-            if self._listening:
-                asyncio.get_running_loop().remove_reader(self._telling.fileno())
+            if self._loop is not None and not self._loop.is_closed():
+                self._loop.remove_reader(self._telling.fileno())
             self._telling.close()
-        self._telling, self._listening = None, False
+        self._telling = self._loop = None

@@ -28,6 +28,7 @@ QUICK = ("define.resolution=32", "verify.model=layer", "verify.samples=16", "ver
 """Settings of runs that take seconds."""
 DONE = "/-1: done/.test(document.querySelector('.state')?.innerText)"
 SHOWN = "document.querySelector('.relief-stage')?.dataset.shown"
+NAMES = ("Picture", "Feel", "Run", "Compare", "Object", "Print")
 COMMAND = "document.querySelector('.command').innerText"
 
 
@@ -107,7 +108,7 @@ def dropped(window: Window, file: Path) -> None:
 
 
 def to(window: Window, stage: str) -> None:
-    window.click_text(".q-tab", stage)
+    window.click_text("nav button", stage)
 
 
 def test_the_whole_way_by_mouse(app: App, window: Window, tmp_path: Path) -> None:
@@ -117,6 +118,7 @@ def test_the_whole_way_by_mouse(app: App, window: Window, tmp_path: Path) -> Non
     for picture in reversed(pictures(tmp_path)):
         dropped(window, picture)
     assert window.evaluate("document.querySelectorAll('.side b').length") == 0  # a name is text
+    window.wait("document.querySelector('.crop-box img')?.complete")
     left, top, *_ = window.place(".crop-box")
     window.drag([(left + 20, top + 20), (left + 60, top + 50), (left + 110, top + 110)])
     window.wait(f"{COMMAND}.includes('--crop=')")
@@ -125,6 +127,7 @@ def test_the_whole_way_by_mouse(app: App, window: Window, tmp_path: Path) -> Non
     assert 0.0 < float(roughness) < 0.5
 
     to(window, "Feel")
+    window.wait("document.querySelector('.jnd-slider input')")
     left, top, width, height = window.place(".jnd-slider input")
     for _ in range(2):
         window.drag([(left + width * (8.0 / 12.0), top + height / 2)])
@@ -133,9 +136,9 @@ def test_the_whole_way_by_mouse(app: App, window: Window, tmp_path: Path) -> Non
     assert 1.5 < wanted < 2.5
 
     to(window, "Run")
-    window.click_text("button", "Run")
-    window.wait("document.querySelector('.state')?.innerText.includes('running')")
-    window.visit(app.address.split("?")[0], 1280, 800)  # loaded again while it runs
+    window.click_text(".side button", "Run")
+    window.wait("document.querySelector('.state')?.innerText.includes('-1: running')")
+    window.visit(app.address, 1280, 800)  # loaded again while it runs
     to(window, "Run")
     window.wait(DONE, 120)
     folder = app.folder / "runs" / "b-photo-1"
@@ -158,7 +161,7 @@ def test_the_whole_way_by_mouse(app: App, window: Window, tmp_path: Path) -> Non
 
 
 def test_the_whole_way_by_keys(app: App, window: Window) -> None:
-    window.visit(app.address.split("?")[0], 1920, 1080)
+    window.visit(app.address, 1920, 1080)
     window.wait(SHOWN)
 
     def tab_to(selector: str, most: int = 80) -> None:
@@ -172,16 +175,15 @@ def test_the_whole_way_by_keys(app: App, window: Window) -> None:
                 return
         raise AssertionError(f"{selector}: not reached by the tabulator")
 
-    def stage(name: str, keys: int) -> None:
-        tab_to(".q-tab")
-        for _ in range(keys):
-            window.key("ArrowRight")
+    def stage(name: str) -> None:
+        window.evaluate("document.activeElement.blur()")
+        tab_to(f"nav button:nth-child({1 + NAMES.index(name)})")
         window.key("Enter")
-        window.wait(f"document.querySelector('.q-tab--active').innerText == '{name}'")
+        window.wait(f"document.querySelector('nav [aria-current=page]').innerText == '{name}'")
 
     tab_to("button[title=dots]")
     window.key("Enter")
-    window.wait(f"{COMMAND}.includes('prepare dots')")
+    window.wait(f"{COMMAND}.includes('prepare dots') && !document.querySelector('.number.stale')")
     tab_to(".crop-square")
     for _ in range(3):
         window.key("ArrowLeft", shift=True)
@@ -193,19 +195,16 @@ def test_the_whole_way_by_keys(app: App, window: Window) -> None:
     window.key("z", control=True)
     window.wait("!document.querySelector('.number.stale')")
 
-    window.evaluate("document.activeElement.blur()")
-    stage("Feel", 1)
+    stage("Feel")
     tab_to(".jnd-slider input")
     for _ in range(5):
         window.key("ArrowRight")
     window.wait(f"/--jnd=/.test({COMMAND})")
-    window.evaluate("document.activeElement.blur()")
-    stage("Run", 1)
+    stage("Run")
     tab_to("button.primary")
     window.key("Enter")
     window.wait("/dots-1: done/.test(document.querySelector('.state')?.innerText)", 120)
-    window.evaluate("document.activeElement.blur()")
-    stage("Print", 3)
+    stage("Print")
     tab_to("button.primary")
     window.key("Enter")
     window.wait("document.querySelector('.side').innerText.includes('MiB')")
@@ -214,10 +213,10 @@ def test_the_whole_way_by_keys(app: App, window: Window) -> None:
 
 
 def test_two_windows_show_one_session(app: App, window: Window) -> None:
-    window.visit(app.address.split("?")[0], 1280, 800)
+    window.visit(app.address, 1280, 800)
     window.wait(SHOWN)
     with window.another() as other:
-        other.visit(app.address.split("?")[0], 1280, 800)
+        other.visit(app.address, 1280, 800)
         other.wait(SHOWN)
         other.click(".gallery button[title=brick]")
     window.wait(f"{COMMAND}.includes('prepare brick')")
@@ -231,7 +230,7 @@ def test_a_closed_app_leaves_a_run_that_goes_on(window: Window, tmp_path: Path) 
         window.visit(app.address)
         window.wait(SHOWN)
         to(window, "Run")
-        window.click_text("button", "Run")
+        window.click_text(".side button", "Run")
         window.wait("document.querySelectorAll('.step-chart .dot').length > 1", 60)
         assert app.close() == 0
     assert (tmp_path / "runs" / "waves-1" / "heights.exr").is_file()
