@@ -89,12 +89,13 @@ _ALLOWED = {
     ),
     "retouch.pages": (
         "optimize.run_directory optimize.runs optimize.verification relief relief.common "
-        "retouch.pages.viewer tactile visual"
+        "retouch.pages.plate_viewer retouch.pages.viewer tactile visual"
     ),
     "retouch.pages.objects": (
         "optimize.verification.solids relief relief.common relief.export relief.meshes relief.wrapping "
         "retouch.pages retouch.pages.viewer tactile visual.backend"
     ),
+    "retouch.pages.plate_viewer": "relief relief.common retouch.pages.viewer visual visual.lights",
     "retouch.pages.viewer": "relief relief.common relief.meshes",
     "retouch.people": ("optimize.run_directory relief.common retouch.pages retouch.stimulus_sets tactile"),
     "retouch.people.skin_fit": (
@@ -103,12 +104,14 @@ _ALLOWED = {
     ),
     "retouch.stimulus_sets": (
         "optimize.run_directory optimize.settings optimize.verification relief relief.common "
-        "relief.export relief.preparing retouch.pages retouch.studies retouch.workers tactile"
+        "relief.export relief.preparing retouch.pages retouch.pages.plate_viewer retouch.studies "
+        "retouch.workers tactile"
     ),
     "retouch.studies": (
         "mitsuba_scenes optimize.descent optimize.estimates optimize.run_directory optimize.runs "
         "optimize.settings "
-        "optimize.verification relief relief.common retouch.pages retouch.studies.measuring "
+        "optimize.verification relief relief.common retouch.pages retouch.pages.plate_viewer "
+        "retouch.studies.measuring "
         "retouch.workers visual.backend"
     ),
     "retouch.studies.measuring": (

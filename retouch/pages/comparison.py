@@ -20,6 +20,7 @@ def write_comparison(path: Path, comparison: Comparison) -> Path:
     numbers = comparison.numbers
     page = render_page(
         "comparison.html.j2",
+        plates=True,
         pair=comparison,
         numbers=numbers,
         sides=numbers.sides,
@@ -28,6 +29,7 @@ def write_comparison(path: Path, comparison: Comparison) -> Path:
         all_numbers=list(leaves(numbers.as_json())),
         **_roughness(numbers),
         **({"change": None} if numbers.look is None else figures.look_figures(comparison, numbers.look)),
+        lamp_figures=figures.lamp_figures(comparison),
         **figures.touch_maps(comparison),
         **figures.relief_figures(comparison),
     )

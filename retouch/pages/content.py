@@ -11,6 +11,7 @@ from optimize.verification.verification import Fingers, Measured, PictureChange,
 from relief.common.arrays import Array, FloatArray
 from relief.relief import Relief
 from tactile.measures import TouchMeasures
+from visual.matte import MatteScene
 from visual.noise import Batches
 
 
@@ -63,6 +64,7 @@ class Pair:
         plate: (conditions, rows, cols) weights of the pixels that show the first plate, with mean 1 over each
             picture; None if the plate fills all pictures.
         cameras: (conditions,) weights of the conditions in the look; None if all count alike.
+        matte: the scene of the pictures for the figure whose lamp moves; None without pictures.
 
     Raises:
         ValueError: the shapes of two arrays to compare differ.
@@ -75,6 +77,7 @@ class Pair:
     white: float = 1.0
     plate: Array | None = None
     cameras: Array | None = None
+    matte: MatteScene | None = None
 
     @property
     def sides(self) -> tuple[Side, Side]:

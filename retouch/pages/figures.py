@@ -15,6 +15,8 @@ from relief.common.formatting import number
 from relief.shading import averaged
 from retouch.pages import colour_maps, svg
 from retouch.pages.content import Baseline, Pair, Report
+from retouch.pages.plate_viewer.appearance import STUDIO, Appearance
+from retouch.pages.plate_viewer.figure import NamedRelief, plate_figure
 from tactile.jnd import jnd_apart, tries_of_100
 
 PICTURE_BYTES = 3.0e6
@@ -102,6 +104,20 @@ def _exposed(pictures: FloatArray, white: float) -> float:
     Relief under a raking light is dark; such an exposure makes its brightest parts nearly white.
     """
     return min(white, max(float(np.percentile(pictures, PERCENTILE)), 1e-3 * white))
+
+
+def lamp_figures(pair: Pair) -> list[Markup]:
+    """Figures whose lamp the reader moves: one of both reliefs, or of each if the plates differ in size."""
+    appearance, first, second = STUDIO, pair.before, pair.after
+    if pair.matte is not None:
+        exposure = pair.white / _exposed(first.pictures, pair.white)
+        appearance = Appearance.of(pair.matte, exposure, first.colours)
+    one, other = (NamedRelief(side.name, side.relief) for side in (first, second))
+    if first.relief.surface.size_mm == second.relief.surface.size_mm:
+        return [plate_figure("Under a lamp that moves", one, other, appearance)]
+    return [
+        plate_figure(f"{each.name}, under a lamp that moves", each, None, appearance) for each in (one, other)
+    ]
 
 
 def print_figures(report: Report) -> list[tuple[str, str]]:
@@ -223,8 +239,7 @@ def relief_figures(pair: Pair) -> dict[str, Any]:
     top, bottom = max(h.max() for h in heights), min(*(h.min() for h in heights), 0.0)
     axis, wide = svg.nice_axis(bottom, top, 3), max(sizes_mm)
     profiles = [
-        svg.Profile(averaged(h, PROFILE_SIDE), size_mm)
-        for h, size_mm in zip(heights, sizes_mm, strict=True)
+        svg.Profile(averaged(h, PROFILE_SIDE), size_mm) for h, size_mm in zip(heights, sizes_mm, strict=True)
     ]
     context: dict[str, Any] = {
         "shades": [

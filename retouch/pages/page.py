@@ -36,11 +36,13 @@ def write_report(run_dir: Path, report: Report) -> Path:
     """
     page = render_page(
         "report.html.j2",
+        plates=True,
         report=report,
         pair=report,
         files=[(name, use) for name, use in FILES.items() if (run_dir / name).is_file()],
         other_suffixes=OTHER_SUFFIXES,
         **_context(report),
+        lamp_figures=figures.lamp_figures(report),
         **figures.touch_maps(report),
         **place_figures(report),
         **figures.relief_figures(report),

@@ -46,7 +46,8 @@ def render_page(
     if viewer:
         code, style = [*code, asset("viewer.js")], style + asset("viewer.css")
     if plates:
-        code, style = [*code, plate_viewer.component(), plate_viewer.asset("plate_figures.js")], style + plate_viewer.asset("plate_viewer.css")
+        code += [plate_viewer.component(), plate_viewer.asset("plate_figures.js")]
+        style += plate_viewer.asset("plate_viewer.css")
     script = "\n".join(code)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     page = environment.get_template(template).render(

@@ -8,6 +8,7 @@ from relief.relief import Relief
 from retouch.pages.content import Baseline, Report, Side
 from retouch.pages.page import write_report
 from tactile.quantities import ROUGHNESS
+from visual.matte import matte_scene
 
 
 def publish(finished: Finished) -> None:
@@ -34,6 +35,7 @@ def publish(finished: Finished) -> None:
             white=problem.scene.white,
             plate=problem.scene.plate_weights(),
             cameras=problem.scene.weights,
+            matte=matte_scene(problem.scene),
             verification=finished.verification,
             history=steps,
             heights_png_mm=(0.0, white_mm(best)),

@@ -2,14 +2,17 @@
 
 import base64
 import io
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 from PIL import Image
 
 from optimize.run_directory.key import REPORT
 from relief.relief import Relief
+from retouch.pages.plate_viewer.figure import SPOT_SAMPLES, plate_spot
 from retouch.pages.rendering import render_page
 from retouch.stimulus_sets.document import RENDERS
 from retouch.stimulus_sets.levels import CONTACT, CONTROLS, ROUGHNESS, SCALED
@@ -48,6 +51,7 @@ def page(content: dict[str, Any], stimuli: StimulusSet, out: Path) -> bytes:
     return render_page(
         "stimuli.html.j2",
         scripts=("pairs.js",),
+        plates=True,
         pair={"title": f"Stimuli: {', '.join(stimuli.names)}"},
         content=content,
         textures=textures,
@@ -55,29 +59,41 @@ def page(content: dict[str, Any], stimuli: StimulusSet, out: Path) -> bytes:
         settings=stimuli.print,
         printer=stimuli.printer,
         shade=_shade,
+        spot_samples=SPOT_SAMPLES,
     )
 
 
 def _shown(plate: dict[str, Any], stimuli: StimulusSet, out: Path) -> dict[str, Any]:
     folder = out / plate["folder"]
     report = f"{plate['folder']}/{REPORT}" if (folder / REPORT).is_file() else None
-    return {**plate, "picture": _picture(folder, stimuli.print.plate_mm), "report": report}
+    return {**plate, "spot": _spot(folder, plate["label"], stimuli.print.plate_mm), "report": report}
 
 
-def _picture(folder: Path, plate_mm: float) -> str | None:
-    """The plate under the first light, as data URI.
+def _spot(folder: Path, label: str, plate_mm: float) -> Markup | None:
+    """The plate under the first light, which a lamp lights that moves; None without a picture.
 
     Under parallel light from a camera straight above, the picture of a plate is that of its tile, repeated.
     """
     first = next(iter(sorted((folder / RENDERS).glob(f"*{PNG_AFTER}"))), None)
     if first is None:
         return None
-    side_mm = Relief.read(folder / "heights.exr", repeats=False).width_mm
-    whole = Image.fromarray(cut_square(np.asarray(Image.open(first).convert("L")), side_mm, plate_mm)[0])
+    tile = Relief.read(folder / "heights.exr", repeats=False)
+    whole = Image.fromarray(
+        cut_square(np.asarray(Image.open(first).convert("L")), tile.width_mm, plate_mm)[0]
+    )
     whole.thumbnail((2 * SIDE, 2 * SIDE), Image.Resampling.BOX)
     file = io.BytesIO()
     whole.save(file, "JPEG", quality=QUALITY)
-    return "data:image/jpeg;base64," + base64.b64encode(file.getvalue()).decode("ascii")
+    picture = "data:image/jpeg;base64," + base64.b64encode(file.getvalue()).decode("ascii")
+    return plate_spot(picture, label, _part(tile, plate_mm))
+
+
+def _part(tile: Relief, plate_mm: float) -> Relief:
+    """The plate, or one period of a plate that is larger: averaged down, more would look smoother."""
+    if plate_mm > tile.width_mm:
+        return replace(tile, repeats=(True, True))
+    heights, side_mm = cut_square(tile.heights, tile.width_mm, plate_mm)
+    return replace(tile, heights=heights, width_mm=side_mm)
 
 
 def _shade(probability: float) -> str:

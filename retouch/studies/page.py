@@ -1,15 +1,14 @@
 """The page of a study: tables to sort, plots, and the pictures of a row on click, in one file."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from optimize.run_directory.key import REPORT
 from relief.common.formatting import number
+from retouch.pages.plate_viewer.figure import as_json, figure_template
 from retouch.pages.rendering import render_page
 from retouch.studies.columns import Column, filled, heading
 from retouch.studies.document import Document, TableOfDocument
@@ -17,6 +16,7 @@ from retouch.studies.engine import ROWS
 from retouch.studies.plots import charts
 from retouch.studies.records import Cell
 from retouch.studies.row_key import SHORT
+from retouch.studies.row_plates import NAMES, row_plates
 from retouch.studies.study_file import label_text
 
 RENDERS, BEFORE = "renders", "-before.png"
@@ -39,6 +39,7 @@ def page(content: Document, out: Path) -> bytes:
     return render_page(
         "study.html.j2",
         scripts=("pairs.js", "study.js"),
+        plates=True,
         images=" 'self' file:",
         pair={"title": content.title},
         content=content,
@@ -46,7 +47,9 @@ def page(content: Document, out: Path) -> bytes:
         note=note,
         summary=_summary(cells, len(keys), len(content.failures)),
         tables=[_table(content, table, out) for table in content.tables],
-        data=_data({key: _details(key, numbers, out) for key, numbers in cells.items()}),
+        data=as_json({key: _details(key, numbers, out) for key, numbers in cells.items()}),
+        plate_figure=figure_template(*NAMES),
+        plates_of_rows=as_json(row_plates({key: out / ROWS / key[:SHORT] for key in cells})),
         missing=sum(key not in content.records and key not in content.failures for key in keys),
         meanings_of=filled(list(cells.values())).items(),
     )
@@ -116,8 +119,3 @@ def _details(key: str, cells: Mapping[str, Cell], out: Path) -> dict[str, Any]:
         if value is not None
     }
     return {"folder": folder, "pictures": names, "numbers": numbers}
-
-
-def _data(values: Mapping[str, Any]) -> Markup:
-    """JSON for a script element: no text in it can end the element."""
-    return Markup(json.dumps(values).replace("<", "\\u003c"))

@@ -33,6 +33,7 @@ from tactile.measures import TouchMeasures, measure_touch
 from tactile.model import ModelName
 from tactile.quantities import ROUGHNESS
 from tactile.skin import Skin
+from visual.matte import matte_scene
 from visual.noise import Batches, batched
 from visual.scene import Scene, load_scene, plate_size_mm
 from visual.scene_file.fitting import film_of
@@ -267,6 +268,7 @@ def _content(
         white=1.0 if scene is None else scene.white,
         plate=None if scene is None else scene.plate_weights(),
         cameras=None if scene is None else scene.weights,
+        matte=None if scene is None else matte_scene(scene),
         numbers=numbers,
     )
 

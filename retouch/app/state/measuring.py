@@ -13,14 +13,14 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 import retouch
 from mitsuba_scenes import DEFAULT_SCENE
 from optimize.settings.fast_models import FAST_MODELS
-from relief.common.arrays import Array, Index
+from relief.common.arrays import Array, FloatArray, Index
 from relief.common.errors import InputError
 from relief.common.files import write_atomically
 from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM
@@ -32,7 +32,10 @@ from retouch.app.state.folders import RUNS_FOLDER, picture_file
 from retouch.pages.colour_maps import PURPLE_ORANGE, VIRIDIS, Table, bar_uri, map_uri
 from tactile.quantities import LIMIT_PERCENT
 
-MODEL = "quick"
+if TYPE_CHECKING:
+    from tactile.model import ModelName
+
+MODEL: "ModelName" = "quick"
 """Model of touch of the numbers that follow the hand: within 1 % of the exact one (docs/learned.md), and on
 16 places of 128 x 128 samples in 0.8 s in place of 2.3 s."""
 OWN_PACKAGES = ("relief", "tactile", "visual", "optimize", "retouch", "mitsuba_scenes")
@@ -80,7 +83,7 @@ class Shape:
         square: x, y and side of the part of the picture that was taken, pixels.
     """
 
-    heights: Array
+    heights: FloatArray
     size_mm: float
     repeats: tuple[bool, bool]
     lines: tuple[tuple[str, str], ...] = ()

@@ -185,8 +185,9 @@ def _read_steps(lines: list[bytes]) -> Iterator[Step]:
         try:
             row = dict(json.loads(line))
             target = row.get("target_roughness")
-            values = [float(row[key]) for key in keys]
-            yield Step(int(row["step"]), *values, None if target is None else float(target))
+            roughness, area, change, seconds = (float(row[key]) for key in keys)
+            goal = None if target is None else float(target)
+            yield Step(int(row["step"]), roughness, area, change, seconds, goal)
         except (ValueError, TypeError, LookupError, RecursionError):
             # The last line may be half written.
             continue

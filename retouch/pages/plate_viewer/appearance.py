@@ -58,14 +58,16 @@ def _note(scene: MatteScene) -> str:
     if scene.textured:
         sentences[0] += ", in the mean of its texture"
     if scene.simplified:
-        sentences.append("Of the scene's light, the lamp is the mean direction, the rest comes evenly from above")
+        sentences.append(
+            "Of the scene's light, the lamp is the mean direction, the rest comes evenly from above"
+        )
     return ". ".join(sentences) + "."
 
 
 STUDIO = Appearance(
-    albedo=(0.5, 0.5, 0.5),
+    albedo=(0.436, 0.436, 0.436),
     lamps=tuple(Lamp(f"light-{azimuth}", float(azimuth), 35.0, 1.0, 0.23) for azimuth in (10, 130, 250)),
-    exposure=1.6,
+    exposure=1.0,
     note="The surface is shown matte and grey, under the lamps of the bundled studio.",
 )
-"""Grey under the light of the bundled scene `studio`."""
+"""The bundled scene `studio` as `visual.matte.matte_scene` tells it, as bright as the pictures of a run."""

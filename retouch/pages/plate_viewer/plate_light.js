@@ -6,13 +6,17 @@
 
 const PlateLight = (() => {
   const OUTSIDE = -1e9;
-  const AZIMUTHS = 16;
-  /** Periods of a tile from which shadows come in, at most. */
-  const MOST_PERIODS = 3;
+  /** Directions in which horizons are looked for. */
+  const AZIMUTHS = 8;
+  // What of a tile's neighbours counts, as in `visual.geometry.halo`, so that sweeps begin where those of the fast look do:
+  // factor of the rise, least samples, and tangent of the lowest horizon for light from the sky.
+  const MARGIN = 1.25, FEWEST = 2, LEAST_TANGENT = 0.5;
+
+  const modulo = (k, n) => ((k % n) + n) % n;
 
   /** Where rows and columns of samples begin, with one more on each side: the outermost, or the neighbours'. */
   function ring(rows, cols, [wrapsY, wrapsX]) {
-    const within = (k, n, wraps) => (wraps ? (k + n) % n : Math.min(n - 1, Math.max(0, k)));
+    const within = (k, n, wraps) => (wraps ? modulo(k, n) : Math.min(n - 1, Math.max(0, k)));
     return {
       down: Int32Array.from({ length: rows + 2 }, (_, i) => cols * within(i - 1, rows, wrapsY)),
       right: Int32Array.from({ length: cols + 2 }, (_, j) => within(j - 1, cols, wrapsX)),
@@ -43,30 +47,39 @@ const PlateLight = (() => {
     const slope = -down / Math.abs(right), step = Math.hypot(1, slope) * spacing;
     const drop = (toward[2] / Math.hypot(toward[0], toward[1])) * step;
     const period = along - 1, wraps = repeats[turned ? 0 : 1];
-    const before = wraps ? Math.min(MOST_PERIODS * period, Math.ceil(rise / Math.max(drop, 1e-9)) + 1) : 0;
+    const before = wraps ? Math.min(period, 2 * Math.max(FEWEST, Math.ceil((MARGIN * rise) / Math.max(2 * drop, 1e-9)) + 1)) : 0;
     const columns = before + along, ends = [-slope * before, -slope * (columns - 1)];
-    const first = Math.floor(Math.min(...ends)) - 1, last = Math.ceil(across - 1 + Math.max(...ends)) + 1;
+    // Lines a period apart cross the same heights, so that of those one is enough.
+    const wrapsAcross = repeats[turned ? 1 : 0], first = wrapsAcross ? 0 : Math.floor(Math.min(...ends)) - 1;
+    const lines = wrapsAcross ? across - 1 : Math.ceil(across - 1 + Math.max(...ends)) - first + 3;
     const start = (k) => {
       const place = right < 0 ? k - before : columns - 1 - k;
-      return (k < before ? ((place % period) + period) % period : place) * (turned ? cols : 1);
+      return (k < before ? modulo(place, period) : place) * (turned ? cols : 1);
     };
     return {
       across, slope, step, drop, before, columns, first, start,
-      lines: last - first + 2, stride: turned ? 1 : cols, wrapsAcross: repeats[turned ? 1 : 0],
+      lines, stride: turned ? 1 : cols, wrapsAcross,
     };
   }
 
   /** Heights at which the lines of a sweep cross column k; OUTSIDE beyond the field. */
   function crossed(values, { across, slope, first, start, lines, stride, wrapsAcross }, k, into) {
-    const shift = Math.floor(slope * k), part = slope * k - shift, origin = start(k), period = across - 1;
-    for (let line = 0; line < lines; line += 1) {
-      let row = line + first + shift;
-      if (wrapsAcross) row = ((row % period) + period) % period;
-      const inside = row >= 0 && (row < period || (row === period && part === 0));
-      if (!inside) { into[line] = OUTSIDE; continue; }
-      const at = origin + row * stride;
-      into[line] = part === 0 ? values[at] : values[at] + part * (values[at + stride] - values[at]);
+    const shift = Math.floor(slope * k), part = slope * k - shift, period = across - 1;
+    const between = (at) => values[at] + part * (values[at + stride] - values[at]);
+    if (wrapsAcross) {
+      const origin = start(k), end = origin + period * stride;
+      for (let line = 0, at = origin + modulo(shift, period) * stride; line < lines; line += 1) {
+        into[line] = between(at);
+        at += stride;
+        if (at === end) at = origin;
+      }
+      return;
     }
+    into.fill(OUTSIDE);
+    const least = Math.max(0, -first - shift), most = Math.min(lines, period - first - shift);
+    for (let line = least, at = start(k) + (line + first + shift) * stride; line < most; line += 1, at += stride) into[line] = between(at);
+    // The last row has none behind it, and needs none where a line meets it.
+    if (part === 0 && most >= 0 && most < lines) into[most] = values[start(k) + period * stride];
   }
 
   /**
@@ -79,18 +92,21 @@ const PlateLight = (() => {
     if (Math.hypot(toward[0], toward[1]) < 1e-6) return into.fill(1);
     const sweep = course(rows, cols, spacing, toward, repeats, rise);
     const { across, slope, drop, before, columns, first, start, lines, stride } = sweep;
-    const highest = new Float64Array(lines).fill(OUTSIDE), line = new Float64Array(lines);
+    // One more, the first again, for what lies between the last line and the first of a tile.
+    const highest = new Float64Array(lines + 1).fill(OUTSIDE), line = new Float64Array(lines);
     for (let k = 0; k < columns; k += 1) {
       const back = Math.floor(-slope * k), part = -slope * k - back, lowered = k * drop;
       if (k >= before) {
         const origin = start(k);
-        for (let i = 0, l = back - first; i < across; i += 1, l += 1) {
-          const at = origin + i * stride;
-          into[at] = Math.min(9, fine[at] + lowered - highest[l] - part * (highest[l + 1] - highest[l]));
+        for (let i = 0, at = origin, l = modulo(back - first, lines); i < across; i += 1, at += stride) {
+          into[at] = fine[at] + lowered - highest[l] - part * (highest[l + 1] - highest[l]);
+          l += 1;
+          if (l === lines) l = 0;
         }
       }
       crossed(fine, sweep, k, line);
       for (let l = 0; l < lines; l += 1) if (line[l] + lowered > highest[l]) highest[l] = line[l] + lowered;
+      highest[lines] = highest[0];
     }
     return into;
   }
@@ -132,58 +148,42 @@ const PlateLight = (() => {
     }
   }
 
-  /** Irradiance, over that of a level face, from one azimuth above elevation h of a face with normal (a, up). */
-  function fromAzimuth(a, up, tangent) {
-    const h = Math.atan(tangent), cosine = Math.cos(h), sine = Math.sin(h);
-    return a * (Math.PI / 2 - h - sine * cosine) + up * cosine * cosine;
+  /** Irradiance of a face with normal (a, 1) from one azimuth, above a tangent of elevation, up to a factor. */
+  function fromAzimuth(a, tangent) {
+    const cosineSquared = 1 / (1 + tangent * tangent);
+    return a * (Math.PI / 2 - Math.atan(tangent) - tangent * cosineSquared) + cosineSquared;
   }
 
-  /** Share (rows, cols) of the light of an even sky, less what is below a face's own plane, that reaches each sample. */
-  function skyVisibility(heights, rows, cols, pitch, repeats) {
-    const count = rows * cols, seen = new Float32Array(count), whole = new Float32Array(count);
-    // One more row and column, those of the neighbours, so that a period is one less than the size.
-    const [down, right] = [rows + (repeats[0] ? 1 : 0), cols + (repeats[1] ? 1 : 0)];
-    const field = new Float64Array(down * right);
-    for (let i = 0; i < down; i += 1)
-      for (let j = 0; j < right; j += 1) field[i * right + j] = heights[(i % rows) * cols + (j % cols)];
-    const slopes = centralSlopes(heights, rows, cols, pitch, repeats);
-    let [low, high] = [Infinity, -Infinity];
-    for (const z of heights) { low = Math.min(low, z); high = Math.max(high, z); }
+  /**
+   * Share (rows, cols) of an even sky's light, less what is below a face's own plane, that reaches each point of a field.
+   *
+   * A generator that yields now and then and returns the share, so that a page need not stand still meanwhile.
+   */
+  function* skyVisibility(field, rows, cols, pitch, repeats, rise) {
+    const seen = new Float32Array(rows * cols), whole = new Float32Array(rows * cols);
+    const beside = (k, n, wraps) => (wraps ? (k + n - 1) % (n - 1) : Math.min(n - 1, Math.max(0, k)));
     for (let n = 0; n < AZIMUTHS; n += 1) {
       const azimuth = (2 * Math.PI * (n + 0.5)) / AZIMUTHS, [x, y] = [Math.cos(azimuth), Math.sin(azimuth)];
-      // A halo of a rise at 6 degrees: what stands lower takes a hundredth of the sky at most.
-      const sweep = course(down, right, pitch, [x, y, 0.1], repeats, high - low);
+      const sweep = course(rows, cols, pitch, [x, y, LEAST_TANGENT], repeats, rise);
       const { across, slope, step, before, columns, first, start, lines, stride } = sweep;
       const hulls = new Hulls(lines, columns), line = new Float64Array(lines);
       for (let k = 0; k < columns; k += 1) {
-        const back = Math.floor(-slope * k), part = -slope * k - back;
-        for (let i = 0, l = back - first; k >= before && i < across; i += 1, l += 1) {
-          const at = start(k) + i * stride, row = (at / right) | 0, col = at - row * right;
-          if (row >= rows || col >= cols) continue;
-          const own = row * cols + col, z = field[at];
-          const rise = (1 - part) * hulls.rise(l, k, z) + part * hulls.rise(l + 1, k, z);
-          const [a, up] = [-x * slopes[2 * own] - y * slopes[2 * own + 1], 1];
-          const plane = Math.max(0, -a);
-          seen[own] += fromAzimuth(a, up, Math.max(plane, rise / step));
-          whole[own] += fromAzimuth(a, up, plane);
+        const back = Math.floor(-slope * k), part = -slope * k - back, origin = start(k);
+        for (let i = 0, l = modulo(back - first, lines); k >= before && i < across; i += 1, l = (l + 1) % lines) {
+          const at = origin + i * stride, z = field[at], row = stride === 1 ? (origin / cols) | 0 : i, col = at - row * cols;
+          const dx = field[row * cols + beside(col + 1, cols, repeats[1])] - field[row * cols + beside(col - 1, cols, repeats[1])];
+          const dy = field[beside(row - 1, rows, repeats[0]) * cols + col] - field[beside(row + 1, rows, repeats[0]) * cols + col];
+          const a = (-x * dx - y * dy) / (2 * pitch), plane = Math.max(0, -a), open = fromAzimuth(a, plane);
+          const tangent = ((1 - part) * hulls.rise(l, k, z) + part * hulls.rise((l + 1) % lines, k, z)) / step;
+          whole[at] += open;
+          seen[at] += tangent > plane ? fromAzimuth(a, tangent) : open;
         }
         crossed(field, sweep, k, line);
         for (let l = 0; l < lines; l += 1) hulls.add(l, k, line[l]);
+        if (k % 32 === 0) yield;
       }
     }
     return seen.map((value, k) => value / whole[k]);
-  }
-
-  /** Slopes dz/dx and dz/dy at each sample, one after the other. */
-  function centralSlopes(heights, rows, cols, pitch, repeats) {
-    const result = new Float32Array(2 * rows * cols), { down, right } = ring(rows, cols, repeats);
-    for (let i = 0, k = 0; i < rows; i += 1) {
-      for (let j = 0; j < cols; j += 1) {
-        result[k++] = (heights[down[i + 1] + right[j + 2]] - heights[down[i + 1] + right[j]]) / (2 * pitch);
-        result[k++] = (heights[down[i] + right[j + 1]] - heights[down[i + 2] + right[j + 1]]) / (2 * pitch);
-      }
-    }
-    return result;
   }
 
   /** A height field with what no lamp changes. */
@@ -199,17 +199,31 @@ const PlateLight = (() => {
       this.clear = new Float32Array(this.fine.length);
       this.faces = faceNormals(heights, rows, cols, pitch, repeats);
       this.facing = new Float32Array(this.faces.length / 3);
-      this.sky = quarterSky(this.faces, skyVisibility(heights, rows, cols, pitch, repeats), rows, cols);
-      this.radiance = new Float32Array(4 * rows * cols);
+      this.see(new Float32Array(this.fine.length).fill(1));
+      this.quarters = new Float32Array(4 * rows * cols);
+      this.radiance = new Float32Array(this.fine.length);
+    }
+
+    /** Finds what the relief hides of the sky, in steps: a generator, at whose end the light takes it into account. */
+    *hideSky() {
+      const { fine, rows, cols, spacing, repeats } = this;
+      this.see(yield* skyVisibility(fine, 2 * rows + 1, 2 * cols + 1, spacing, repeats, this.high - this.low));
+    }
+
+    /** Takes the share of the sky that is seen from each corner, such as that of heights which differ little. */
+    see(visible) {
+      this.visible = visible;
+      this.sky = quarterSky(this.faces, visible, this.rows, this.cols);
     }
 
     /**
-     * Radiance (2 rows, 2 cols) of a white matte surface, on quarters of samples: the mean of two triangles.
+     * Radiance (2 rows + 1, 2 cols + 1) of a white matte surface at the corners of quarters of samples, each the mean
+     * over the square of a sample's size around it: at samples, the pixels of the fast look.
      *
      * toward: unit vector toward the lamp; strength: radiance that faces the lamp; ambient: of the even sky.
      */
     lit(toward, strength, ambient) {
-      const { rows, cols, fine, clear, faces, facing, sky, radiance } = this, wide = 2 * cols + 1;
+      const { rows, cols, fine, clear, faces, facing, sky, quarters } = this, wide = 2 * cols + 1;
       clearance(fine, 2 * rows + 1, wide, this.spacing, toward, this.repeats, this.high - this.low, clear);
       for (let k = 0, f = 0; k < facing.length; k += 1, f += 3)
         facing[k] = Math.max(0, 0.5 * strength * (faces[f] * toward[0] + faces[f + 1] * toward[1] + faces[f + 2] * toward[2]));
@@ -222,7 +236,21 @@ const PlateLight = (() => {
           let light = ambient * sky[k];
           if (upper > 0) light += upper * litShare(a, b, c);
           if (lower > 0) light += lower * litShare(d, b, c);
-          radiance[k] = light;
+          quarters[k] = light;
+        }
+      }
+      return this.blurred();
+    }
+
+    /** Means of the four quarters around each corner; beyond a side that ends, of those within. */
+    blurred() {
+      const { quarters, radiance, rows, cols, repeats } = this, [tall, wide] = [2 * rows, 2 * cols];
+      const beyond = (k, n, wraps) => (wraps ? (k + n) % n : Math.min(n - 1, Math.max(0, k)));
+      for (let i = 0, k = 0; i <= tall; i += 1) {
+        const [above, below] = [wide * beyond(i - 1, tall, repeats[0]), wide * beyond(i, tall, repeats[0])];
+        for (let j = 0; j <= wide; j += 1, k += 1) {
+          const left = j ? j - 1 : beyond(-1, wide, repeats[1]), right = j < wide ? j : beyond(wide, wide, repeats[1]);
+          radiance[k] = 0.25 * (quarters[above + left] + quarters[above + right] + quarters[below + left] + quarters[below + right]);
         }
       }
       return radiance;
@@ -260,12 +288,13 @@ const PlateLight = (() => {
 
   /** Light (2 rows, 2 cols) of an even sky on quarters of samples, over that of a level plate that sees all of it. */
   function quarterSky(faces, visible, rows, cols) {
-    const result = new Float32Array(4 * rows * cols);
+    const result = new Float32Array(4 * rows * cols), wide = 2 * cols + 1;
     for (let i = 0, k = 0; i < 2 * rows; i += 1) {
       for (let j = 0; j < 2 * cols; j += 1, k += 1) {
+        const at = i * wide + j, mean = 0.25 * (visible[at] + visible[at + 1] + visible[at + wide] + visible[at + wide + 1]);
         const cell = 2 * (((i + 1) >> 1) * (cols + 1) + ((j + 1) >> 1));
         const upper = (i | j) & 1 ? cell : cell + 1, lower = i & j & 1 ? cell : cell + 1;
-        result[k] = visible[(i >> 1) * cols + (j >> 1)] * (0.5 + 0.25 * (faces[3 * upper + 2] + faces[3 * lower + 2]));
+        result[k] = mean * (0.5 + 0.25 * (faces[3 * upper + 2] + faces[3 * lower + 2]));
       }
     }
     return result;

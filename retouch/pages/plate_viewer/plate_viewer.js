@@ -25,7 +25,8 @@
 //     reset()                       lamp, tilt and edge as at the start
 //     pixels()                      { width, height, data } of the picture now, RGBA bytes, the first row on top
 //     destroy()                     gives the graphics card back and empties the element
-// Properties: lamp, tilt, swipe, mode. Events of the element, which bubble, with these as `detail`:
+// Properties: lamp, tilt, swipe, mode; ready, a promise that is kept when the sky over the last heights, whose shade in
+// the hollows is found while the page goes on, is known. Events of the element, which bubble, with these as `detail`:
 //     plate-lamp { azimuth, elevation }, plate-tilt { right, down }, plate-swipe { percent }, plate-lost {}
 // Pointer: a drag moves the lamp, which stands under the pointer: the middle of the stage is straight above, its rim
 // the horizon; shift or the right button tilts; the edge is dragged by its grip. Keys of the stage: arrows for the
@@ -36,6 +37,8 @@ const PlateView = (() => {
   const LOWEST = 5, MOST_TILT = 60, STEP = 5;
   /** Cells of the tilted plate along its longer side. */
   const CELLS = 160;
+  /** Longest time for which the page stands still while the sky is looked for, ms. */
+  const SLICE = 12;
   /** Thickness of the plate below its lowest point, as a part of its width. */
   const BASE = 0.06;
 
@@ -48,7 +51,7 @@ const PlateView = (() => {
     uniform sampler2D fine;
     uniform mat3 turn;
     uniform ivec2 cells;
-    uniform vec2 size, fit;
+    uniform vec2 size, fit, middle;
     uniform float base, pivot;
     out vec2 place;
     out vec3 solid;
@@ -65,7 +68,7 @@ const PlateView = (() => {
                     mix(texelFetch(fine, first + ivec2(0, 1), 0).r, texelFetch(fine, first + 1, 0).r, part.x), part.y);
       solid = vec3((place.x - 0.5) * size.x, (0.5 - place.y) * size.y, foot > 0.0 ? base : z);
       vec3 seen = turn * (solid - vec3(0.0, 0.0, pivot));
-      gl_Position = vec4(seen.xy * fit, -seen.z * 0.5 / (size.x + size.y), 1.0);
+      gl_Position = vec4((seen.xy - middle) * fit, -seen.z * 0.5 / (size.x + size.y), 1.0);
     }`;
   const SHOWN = `${HEAD}
     uniform sampler2D lit;
@@ -79,7 +82,8 @@ const PlateView = (() => {
       return mix(12.92 * v, 1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, v));
     }
     void main() {
-      float radiance = texture(lit, place).r;
+      vec2 corners = vec2(textureSize(lit, 0));
+      float radiance = texture(lit, (place * (corners - 1.0) + 0.5) / corners).r;
       if (foot > 0.0) {
         vec3 normal = normalize(cross(dFdx(solid), dFdy(solid)));
         radiance = strength * max(0.0, dot(normal, toward)) + 0.5 * ambient;
@@ -115,10 +119,10 @@ const PlateView = (() => {
 
     setHeights(heights, after = null, { rows = this.rows, cols = this.cols, size_mm = this.size_mm, repeats } = {}) {
       if (!(rows > 1 && cols > 1 && size_mm > 0)) throw new Error("rows, cols and size_mm: not the size of a plate");
-      for (const each of [heights, after])
-        if (each && each.length !== rows * cols) throw new Error(`heights: ${each.length} values, not ${rows * cols}`);
+      for (const each of after ? [heights, after] : [heights])
+        if (each?.length !== rows * cols) throw new Error(`heights: ${each?.length} values, not ${rows * cols}`);
       const size = { rows, cols, size_mm, repeats: repeats ?? this.repeats ?? [false, false] };
-      const plates = [heights, after].filter(Boolean).map((each) => new Plate(this.gl, each, size));
+      const plates = [heights, after].filter(Boolean).map((each, k) => new Plate(this.gl, each, size, this.plates?.[k]));
       this.plates?.forEach((plate) => plate.remove());
       Object.assign(this, size, { plates });
       const [lows, highs] = ["low", "high"].map((end) => plates.map(({ field }) => field[end]));
@@ -129,6 +133,21 @@ const PlateView = (() => {
         this.grid = grid(this.gl, ...cells);
       }
       this.edge.hidden = this.swiper.hidden = plates.length < 2;
+      this.relight();
+      this.ready = this.hideSky(plates);
+    }
+
+    /** Finds what each relief hides of the sky, in slices between which the page lives. */
+    async hideSky(plates) {
+      let since = performance.now();
+      for (const { field } of plates) {
+        for (const _ of field.hideSky()) {
+          if (performance.now() - since < SLICE) continue;
+          await new Promise((done) => setTimeout(done));
+          if (this.gone || this.plates !== plates) return;
+          since = performance.now();
+        }
+      }
       this.relight();
     }
 
@@ -232,9 +251,10 @@ const PlateView = (() => {
 
     show(plate, turn, toward, [width, height]) {
       const { gl, shown, size_mm, rows, cols } = this, deep = (size_mm * rows) / cols;
+      const { base, pivot } = this.depth(), aslant = Math.hypot(this.tilt.right, this.tilt.down);
+      const { scale, middle } = fitted(turn, [size_mm / 2, deep / 2], [base - pivot, this.high - pivot], [width, height]);
       // From straight above the plate fills the stage, as it fills the pictures of the page.
-      const aslant = Math.hypot(this.tilt.right, this.tilt.down) / MOST_TILT;
-      const scale = (1 - 0.2 * Math.min(1, aslant)) * Math.min(width / size_mm, height / deep);
+      const room = scale * (1 - 0.06 * Math.min(1, aslant / 20));
       gl.useProgram(shown.program);
       bind(gl, shown, "fine", plate.fine, 0);
       bind(gl, shown, "lit", plate.lit, 1);
@@ -246,11 +266,18 @@ const PlateView = (() => {
       const { cells, buffer, count } = aslant > 0 ? this.grid : this.flat;
       gl.uniform2i(shown.at("cells"), ...cells);
       gl.uniform2f(shown.at("size"), size_mm, deep);
-      gl.uniform2f(shown.at("fit"), (2 * scale) / width, (2 * scale) / height);
-      gl.uniform1f(shown.at("base"), this.low - BASE * size_mm);
-      gl.uniform1f(shown.at("pivot"), 0.5 * (this.low + this.high));
+      gl.uniform2f(shown.at("fit"), (2 * room) / width, (2 * room) / height);
+      gl.uniform2fv(shown.at("middle"), middle);
+      gl.uniform1f(shown.at("base"), base);
+      gl.uniform1f(shown.at("pivot"), pivot);
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
       gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
+    }
+
+    /** Heights of the foot of the plates and of the point about which they turn, mm. */
+    depth() {
+      const base = this.low - BASE * this.size_mm;
+      return { base, pivot: 0.5 * (base + this.high) };
     }
 
     /** Rows of the rotation from the plate to the viewer. */
@@ -340,13 +367,15 @@ const PlateView = (() => {
     }
   }
 
-  /** One plate on the graphics card: its heights, and its light as a picture of twice its samples a side. */
+  /** One plate on the graphics card: its heights and its light, at the corners of quarters of its samples. */
   class Plate {
-    constructor(gl, heights, { rows, cols, size_mm, repeats }) {
+    constructor(gl, heights, { rows, cols, size_mm, repeats }, last) {
       this.gl = gl;
       this.field = new PlateLight.Field(heights, rows, cols, size_mm, repeats);
-      this.size = [2 * cols, 2 * rows];
-      this.fine = numbers(gl, gl.R32F, [2 * cols + 1, 2 * rows + 1], this.field.fine, gl.NEAREST);
+      // Heights that replace others mostly differ little: until their own is known they have the others' sky.
+      if (last?.field.rows === rows && last.field.cols === cols) this.field.see(last.field.visible);
+      this.size = [2 * cols + 1, 2 * rows + 1];
+      this.fine = numbers(gl, gl.R32F, this.size, this.field.fine, gl.NEAREST);
       this.lit = numbers(gl, gl.R16F, this.size, this.field.radiance, gl.LINEAR);
       this.stale = true;
     }
@@ -362,6 +391,16 @@ const PlateView = (() => {
     remove() {
       for (const each of [this.fine, this.lit]) this.gl.deleteTexture(each);
     }
+  }
+
+  /** Scale, pixels a mm, and middle at which a turned box of these half sides and heights fits a stage. */
+  function fitted(turn, [x, y], heights, [width, height]) {
+    const ends = [0, 1].map((axis) => {
+      const reach = Math.abs(turn[axis][0]) * x + Math.abs(turn[axis][1]) * y, deep = heights.map((z) => turn[axis][2] * z);
+      return [Math.min(...deep) - reach, Math.max(...deep) + reach];
+    });
+    const [across, up] = ends.map(([low, high]) => high - low);
+    return { scale: Math.min(width / across, height / up), middle: ends.map(([low, high]) => 0.5 * (low + high)) };
   }
 
   /** Triangles of a grid of cells with one more ring of vertices, those of the foot. */

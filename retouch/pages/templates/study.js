@@ -6,7 +6,7 @@ function sortBy(heading) {
   const place = [...heading.parentElement.children].indexOf(heading);
   const value = (row) => row.children[place]?.dataset.value ?? "";
   const body = table.tBodies[0];
-  body.querySelectorAll("tr.opened").forEach((row) => row.remove());
+  body.querySelectorAll("tr.opened").forEach(closed);
   const rows = [...body.rows];
   rows.sort((one, other) => {
     const [first, second] = [value(one), value(other)];
@@ -24,7 +24,7 @@ for (const heading of document.querySelectorAll("table.rows th[aria-sort]")) {
   heading.querySelector("button").addEventListener("click", () => sortBy(heading));
 }
 
-// Rows. A click opens a row: its pictures, which lie in its run directory, and every number.
+// Rows. A click opens a row: its pictures, which lie in its run directory, its plates, and every number.
 const details = JSON.parse(document.getElementById("details").textContent);
 const make = (name, properties, ...children) => {
   const element = Object.assign(document.createElement(name), properties);
@@ -42,10 +42,31 @@ function pictures(row) {
     return make("figure", {}, make("figcaption", { className: "name", textContent: name }), pair);
   });
 }
-function opened(row, columns) {
+const plates = JSON.parse(document.getElementById("plates").textContent);
+function underALamp(key) {
+  const plate = plates.rows[key];
+  if (!plate || !PlateFigures.able) return [];
+  const figure = document.getElementById("plate-figure").content.firstElementChild.cloneNode(true);
+  figure.querySelector(".note").textContent = plate.note;
+  // It is drawn once it stands in the page.
+  setTimeout(() => {
+    PlateFigures.instead(() => {
+      figure.plateView?.destroy();
+      figure.remove();
+    });
+    PlateFigures.start(figure, { ...plate, ...plates.options, heights: plate.heights.map((place) => plates.fields[place]) });
+  });
+  return [figure];
+}
+function closed(details) {
+  if (details.querySelector(".plate-figure")) PlateFigures.instead(() => {});
+  details.remove();
+}
+function opened(row, columns, key) {
   const content = make("div", { className: "details" });
   if (row.pictures.length) content.append(make("div", { className: "lights" }, ...pictures(row)));
   else content.append(make("p", { className: "aside", textContent: "The run directory of this row is not beside the page, so there are no pictures." }));
+  content.append(...underALamp(key));
   const numbers = Object.entries(row.numbers).map(([key, value]) =>
     make("tr", {}, make("th", { scope: "row", textContent: key }), make("td", { textContent: value })));
   content.append(make("details", {}, make("summary", { textContent: "All numbers of this row" }),
@@ -58,7 +79,7 @@ for (const row of document.querySelectorAll("table.rows tbody tr[data-key]")) {
     if (event.target.closest("a")) return;
     const open = button.getAttribute("aria-expanded") === "true";
     button.setAttribute("aria-expanded", String(!open));
-    if (open) row.nextElementSibling.remove();
-    else row.after(opened(details[row.dataset.key], row.children.length));
+    if (open) closed(row.nextElementSibling);
+    else row.after(opened(details[row.dataset.key], row.children.length, row.dataset.key));
   });
 }

@@ -145,10 +145,10 @@ def test_the_whole_way_by_mouse(app: App, window: Window, tmp_path: Path) -> Non
     result = json.loads((folder / "result.json").read_text())
     assert abs(result["touch"]["jnd_from_original"] - wanted) < 0.1
 
-    window.click_text("button", "Compare")
+    window.click_text(".side button", "Compare")
     window.wait(SHOWN)
     for way in ("Side by side", "Blink", "Change", "Feel", "Swipe"):
-        window.click_text("button", way)
+        window.click_text(".ways button", way)
     window.wait(SHOWN)
     jnd = window.evaluate("document.querySelector('.side .value').innerText")
     assert np.isclose(float(jnd), result["touch"]["jnd_from_original"], atol=0.006)

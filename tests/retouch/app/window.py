@@ -5,7 +5,7 @@ import json
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from benchmarks.shared.browser import COMPLAINTS, Browser
 
@@ -99,7 +99,7 @@ class Window(Browser):
 
     def key(self, name: str, *, shift: bool = False, control: bool = False) -> None:
         """Press a key."""
-        code = {"key": " " if name == "Space" else name, "code": name}
+        code: dict[str, Any] = {"key": " " if name == "Space" else name, "code": name}
         code |= {"windowsVirtualKeyCode": KEYS.get(name, ord(name[0].upper()))}
         modifiers = 8 * shift + 2 * control
         text = {"text": TEXTS[name]} if name in TEXTS else {}

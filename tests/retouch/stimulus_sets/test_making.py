@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from benchmarks.shared.browser import Browser, chromium
 from relief.common.errors import InputError
 from relief.common.locks import only_writer
 from relief.export.plate import RAISED_MM
@@ -245,3 +246,34 @@ def test_the_folder_of_another_set_is_refused(copy: Path, tile: Path, tmp_path: 
     (tmp_path / "notes" / "a.txt").touch()
     with pytest.raises(InputError, match="holds files that are no stimulus set's"):
         make(request(tile), tmp_path / "notes", None)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(chromium() is None, reason="no Chromium here")
+def test_one_plate_at_a_time_is_under_a_lamp_that_moves(whole: Path) -> None:
+    """On the page of the set, and in the rows of the page of its study."""
+    alive = "[...document.querySelectorAll('.plate-spot')].map((spot) => Boolean(spot.plateView))"
+    opened = "document.querySelectorAll('.plate-spot canvas').length"
+    with Browser(webgl=True) as browser:
+        seen = browser.open(whole / "index.html", 1280)
+        for number in (0, 1):
+            browser.evaluate(f"document.querySelectorAll('.plate-open')[{number}].click()")
+            browser.evaluate(waiting(f"document.querySelectorAll('.plate-spot')[{number}].plateView"))
+            assert [place for place, on in enumerate(browser.evaluate(alive)) if on] == [number]
+        browser.evaluate("document.querySelectorAll('.plate-open')[1].click()")
+        assert not any(browser.evaluate(alive)) and browser.evaluate(opened) == 0
+        assert seen.asked == [] and browser.complaints() == []
+        browser.open(whole / "study.html", 1280)
+        for number in (0, 1):
+            browser.evaluate(f"document.querySelectorAll('table.rows tr[data-key] button')[{number}].click()")
+            browser.evaluate(waiting("document.querySelector('.opened .plate-figure')?.plateView"))
+            assert browser.evaluate("document.querySelectorAll('.opened .plate-figure').length") == 1
+        assert (
+            browser.evaluate("document.querySelector('.opened .plate-figure').plateView.plates.length") == 2
+        )
+        assert browser.complaints() == []
+
+
+def waiting(condition: str) -> str:
+    """A script that waits until a condition holds."""
+    return f"(async () => {{ while (!({condition})) await new Promise((done) => setTimeout(done, 20)); }})()"

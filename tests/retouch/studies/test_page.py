@@ -70,7 +70,7 @@ PLOTS = [
 
 def test_text_of_files_stays_text(tmp_path: Path) -> None:
     text = page(document(PLOTS, failed=2, missing=3), tmp_path).decode()
-    assert text.count("<script") == 2 and "alert(1)" in text
+    assert text.count("<script") == 4 and "alert(1)" in text
     (data,) = re.findall(r'<script type="application/json" id="details">(.*?)</script>', text, re.DOTALL)
     rows = json.loads(data)
     assert len(rows) == 19 and all(row["pictures"] == [] for row in rows.values())
