@@ -84,8 +84,8 @@ _ALLOWED = {
     ),
     "retouch.commands": (
         "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.settings "
-        "optimize.verification relief relief.common relief.preparing retouch retouch.pages "
-        "retouch.app retouch.verbs surrogate.nets tactile"
+        "optimize.verification relief relief.common relief.preparing retouch retouch.app "
+        "retouch.app.state retouch.pages retouch.verbs surrogate.nets tactile"
     ),
     "retouch.pages": (
         "optimize.run_directory optimize.runs optimize.verification relief relief.common "
