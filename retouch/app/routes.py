@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from fastapi import FastAPI, Request
-from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse, Response
+from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, PlainTextResponse, Response
 from fastapi.staticfiles import StaticFiles
 
 from mitsuba_scenes import FOLDER
@@ -26,6 +26,8 @@ MOST_UPLOADED = 1 << 30
 """Most bytes of a picture: more than 179 million pixels take in any format but numbers."""
 SANDBOX = "sandbox allow-scripts; default-src 'unsafe-inline' data: blob:"
 """Content-Security-Policy of a report, whose file anybody may have changed."""
+FRAMED = "<style>header, footer { display: none } main > .wide { margin-top: 0 }</style>"
+"""What a page about an object leaves out within the app."""
 SPARE_MIB = 64.0
 """Room that a picture leaves on the disk, MiB: a run needs some."""
 
@@ -63,7 +65,13 @@ def add_routes(app: FastAPI, shapes: Shapes) -> None:
 
     @app.get("/app/page/{name}")
     def page(name: str) -> Response:
-        return _file(RUNS_FOLDER / name, name.endswith(".html"), headers={"content-security-policy": SANDBOX})
+        file = RUNS_FOLDER / name
+        found = _file(file, name.endswith(".html"), headers={"content-security-policy": SANDBOX})
+        if found.status_code != 200:
+            return found
+        # Within the app, which says the rest, only the object is wanted.
+        content = file.read_text(encoding="utf-8", errors="replace").replace("</head>", f"{FRAMED}</head>", 1)
+        return HTMLResponse(content, headers={"content-security-policy": SANDBOX})
 
     @app.post("/app/picture")
     async def picture(request: Request) -> Response:
