@@ -6,7 +6,10 @@ worker, so that the page is up before them and an error of theirs leaves the pag
 
 import io
 import logging
+import multiprocessing
+import os
 import signal
+import threading
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -186,8 +189,17 @@ def start(told: Connection) -> None:
     """
     # The terminal's Ctrl-C is for the app, which ends its workers itself.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     # Left by no one: the process listens to its own work as long as it lives.
     _open.enter_context(progress(_Teller(told)))
+
+
+def _end_with_parent() -> None:
+    """End this process when the app does, however that ends: nobody would hear the results."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(0)
 
 
 _open = ExitStack()

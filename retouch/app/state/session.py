@@ -141,6 +141,9 @@ class Session:
             self.follow()
         if document.feel.skin != before.feel.skin:
             self.follow()
+        if document.run != before.run:
+            self.best = self.run_original = self.written = self.wrapped = None
+            self.part_page, self.part_lines = "", ()
         self.tell()
 
     def change_picture(self, **fields: Any) -> None:
@@ -374,10 +377,7 @@ class Session:
 
     def look_at(self, folder: str) -> None:
         """Look at a run: its original and its result, if there is one."""
-        if folder != self.document.run:
-            self.best = self.run_original = self.written = self.wrapped = None
-            self.part_page, self.part_lines = "", ()
-            self.change(replace(self.document, run=folder), undoable=False)
+        self.change(replace(self.document, run=folder), undoable=False)
         self.want_sides()
 
     def want_sides(self) -> None:
