@@ -72,8 +72,8 @@ class PrintStage:
         self._fault.set_text(session.faults.get("print", ""))
         written = session.written
         self._download.set_visibility(written is not None)
+        self._result.show(() if written is None else written.lines)
         if written is not None:
-            self._result.show(written.lines)
             self._download.props["href"] = f"/app/print/{Path(written.file).name}"
 
     @property
