@@ -84,12 +84,11 @@ def test_what_has_no_reach_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 def test_what_a_feel_costs_the_look_passes_the_limit_at_the_reach() -> None:
-    rougher, smoother = ((2.0, 0.5), (4.0, 1.6)), ((2.0, 0.6),)
-    curves = [
-        ChangeCurve(crossing(ends, bends), True, ends) for ends, bends in ((rougher, True), (smoother, False))
-    ]
-    found = Reach(*curves, touch="quick", look="fast", mean_percent_of_white=20.0)
+    bent, straight = ((2.0, 0.5), (4.0, 1.6)), ((2.0, 0.6),)
+    rougher = ChangeCurve(crossing(bent, True), True, bent)
+    smoother = ChangeCurve(crossing(straight, False), True, straight)
+    found = Reach(rougher, smoother, touch="quick", look="fast", mean_percent_of_white=20.0)
     assert found.change_percent(4.0) == pytest.approx(1.6)
-    assert found.change_percent(found.rougher.jnd) == pytest.approx(LIMIT_PERCENT)
-    assert found.change_percent(-found.smoother.jnd) == pytest.approx(LIMIT_PERCENT)
+    assert found.change_percent(rougher.jnd) == pytest.approx(LIMIT_PERCENT)
+    assert found.change_percent(-smoother.jnd) == pytest.approx(LIMIT_PERCENT)
     assert found.change_percent(0.0) == 0.0
