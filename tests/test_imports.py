@@ -71,10 +71,21 @@ _ALLOWED = {
         "tactile visual visual.scene_file"
     ),
     "retouch.__main__": "optimize.runs retouch.commands",
+    "retouch.app": (
+        "mitsuba_scenes optimize.run_directory relief.common retouch.app.stages retouch.app.state "
+        "retouch.pages.plate_viewer"
+    ),
+    "retouch.app.stages": (
+        "mitsuba_scenes optimize.run_directory optimize.verification relief relief.common retouch.app.state"
+    ),
+    "retouch.app.state": (
+        "mitsuba_scenes optimize.descent optimize.estimates optimize.run_directory optimize.settings relief "
+        "relief.common relief.preparing retouch retouch.pages retouch.verbs tactile"
+    ),
     "retouch.commands": (
         "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.settings "
-        "optimize.verification relief relief.common relief.preparing retouch retouch.pages "
-        "retouch.verbs surrogate.nets tactile"
+        "optimize.verification relief relief.common relief.preparing retouch retouch.app "
+        "retouch.app.state retouch.pages retouch.verbs surrogate.nets tactile"
     ),
     "retouch.pages": (
         "optimize.run_directory optimize.runs optimize.verification relief relief.common "

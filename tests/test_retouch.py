@@ -53,7 +53,7 @@ def test_no_submodule_hides_a_public_name(package: str) -> None:
     assert child.stdout.strip() == ""
 
 
-@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("verb", [verb for verb in VERBS if verb != "app"])  # which is a page for a person
 def test_every_verb_of_the_command_has_a_documented_function(verb: str) -> None:
     function = getattr(retouch, verb)
     assert inspect.isfunction(function)

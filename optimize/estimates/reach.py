@@ -77,6 +77,12 @@ class Reach:
         """The limit in % of the mean picture, the unit of the changes that runs tell."""
         return 100.0 * LIMIT_PERCENT / self.mean_percent_of_white
 
+    def change_percent(self, jnd: float) -> float:
+        """About how much the pictures change, % of white, if the feel changes by so many JND."""
+        rougher = jnd > 0.0
+        slope, bend = _fitted((self.rougher if rougher else self.smoother).ends, rougher)
+        return slope * abs(jnd) + bend * abs(jnd) ** 3
+
     def as_json(self) -> dict[str, Any]:
         """Everything, for `retouch evaluate --reach --json`."""
         limits = {
@@ -140,11 +146,20 @@ def _curve(
 
 
 def crossing(ends: Sequence[tuple[float, float]], bends: bool) -> float:
-    """JND at which the change passes the limit, `LARGEST_JND` at most.
+    """JND at which the change passes the limit, `LARGEST_JND` at most; arguments as of `_fitted`."""
+    slope, bend = _fitted(ends, bends)
+    if bend > 0.0:
+        roots = np.roots([bend, 0.0, slope, -LIMIT_PERCENT])
+        return min(LARGEST_JND, *(float(root.real) for root in roots if root.imag == 0.0 < root.real))
+    return float(min(LIMIT_PERCENT / max(slope, 1e-9), LARGEST_JND))
+
+
+def _fitted(ends: Sequence[tuple[float, float]], bends: bool) -> tuple[float, float]:
+    """a and b of the change a jnd + b jnd³, % of white.
 
     Args:
         ends: JND and change of the pictures in % of white, each positive.
-        bends: whether the curve is a jnd + b jnd³ through the last two ends, if there are two and b > 0; else
+        bends: whether the curve goes through the last two ends, if there are two and b > 0; else b is 0, and
             the curve is the line from 0 to the last end.
     """
     jnd, change = ends[-1]
@@ -153,9 +168,8 @@ def crossing(ends: Sequence[tuple[float, float]], bends: bool) -> float:
         before, change_before = ends[-2]
         bend = (rate - change_before / before) / (jnd**2 - before**2)
         if bend > 0.0:
-            roots = np.roots([bend, 0.0, rate - bend * jnd**2, -LIMIT_PERCENT])
-            return min(LARGEST_JND, *(float(root.real) for root in roots if root.imag == 0.0 < root.real))
-    return float(min(LIMIT_PERCENT / max(rate, 1e-9), LARGEST_JND))
+            return rate - bend * jnd**2, bend
+    return rate, 0.0
 
 
 def _change(scene: Scene, look: str) -> tuple[Callable[[Array], float], float]:

@@ -14,9 +14,10 @@ from optimize.descent.targets import Targets
 from optimize.run_directory.checkpoint import stuck
 from relief.common.arrays import Array
 from relief.common.files import naming_errors, read_limited, write_atomically
+from relief.common.formats import RUN_HISTORY
 from tactile.quantities import QUANTITIES
 
-HISTORY = "history.jsonl"
+HISTORY = RUN_HISTORY
 PARTS = ("fingers", "broad", "shape")
 """Terms of the cost of an iterate beside the rms of its pictures, each a key of its own where it counts."""
 LARGEST_HISTORY = 1 << 28

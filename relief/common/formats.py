@@ -30,6 +30,8 @@ DISPLACEMENT = ".png"
 
 RUN_HEIGHTS = "heights.exr"
 """Name of the height map in mm that each run writes."""
+RUN_HISTORY = "history.jsonl"
+"""Name of the file with a line for each step of a run."""
 RUN_CHECKPOINT = "checkpoint/descent.safetensors"
 """Path in a run's folder of the state from which the run goes on."""
 

@@ -19,6 +19,8 @@ Those of luminance are of ITU-R BT.709.
 """
 METHODS = ("blend", "cut")
 """Ways to join the borders of a tile; `relief.preparing.tiling` tells them apart."""
+TURNS = (0, 90, 180, 270)
+"""Degrees by which a picture may be turned."""
 AUTO = "auto"
 """The way with the smaller seam error."""
 MOST_USUAL_SAMPLES = 128

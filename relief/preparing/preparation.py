@@ -21,7 +21,7 @@ from relief.common.limits import (
 )
 from relief.common.progress import stage
 from relief.heightmap import save_heights_exr, save_heights_png
-from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS
+from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS, TURNS
 from relief.preparing.levels import AS_STORED, FULL, WHITE, Levels
 from relief.preparing.pictures import Picture, open_picture
 from relief.preparing.plates import repeated
@@ -100,6 +100,7 @@ def prepare(
     grey: str = "luminance",
     crop: Box | None = None,
     centre: int | None = None,
+    rotate: int = 0,
     samples: int | None = None,
     invert: bool = False,
     levels: str | None = None,
@@ -116,6 +117,7 @@ def prepare(
         grey: What of a coloured picture is height: "luminance", "mean", "red", "green", "blue" or "alpha".
         crop: Part of the picture: x and y of its upper left corner, width and height, pixels.
         centre: Side of the square in the middle of the picture or part, pixels; None takes the largest.
+        rotate: Degrees by which the part is turned anticlockwise: 0, 90, 180 or 270.
         samples: Samples a side; None takes one a pixel, at most 128.
         invert: Whether dark is high.
         levels: Values that become the lowest and the highest height, as `Levels.read` takes them. None takes
@@ -138,6 +140,8 @@ def prepare(
         for key, value, names in (("grey", grey, tuple(GREYS)), ("tile", tile, (None, AUTO, *METHODS))):
             if value not in names:
                 raise InputError(f"{key}: {value!r} is not one of {', '.join(filter(None, names))}")
+        if rotate not in TURNS:
+            raise InputError(f"rotate: {rotate!r} is not one of {', '.join(map(str, TURNS))}")
         asked = {"size_mm": size_mm, "relief_mm": relief_mm}
         checked = {key: in_range(key, length) for key, length in asked.items() if length is not None}
     with stage(f"reading {path}"):
@@ -149,7 +153,7 @@ def prepare(
         wanted = AS_STORED
     with naming(path):
         work = _Work(picture)
-        values = work.part(crop, centre, grey)
+        values = work.part(crop, centre, grey, rotate)
         heights = work.sampled(values, samples, keep_steps, tile)
         if size_mm is None and "size_mm" in lengths:
             lengths["size_mm"] = in_range("size_mm", lengths["size_mm"] * work.side / picture.width)
@@ -198,8 +202,8 @@ class _Work:
         self.side = 0.0
         """Side of what becomes the plate or the tile, in pixels of the picture."""
 
-    def part(self, crop: Box | None, centre: int | None, grey: str) -> NDArray[np.float32]:
-        """Grey values of the square that is taken."""
+    def part(self, crop: Box | None, centre: int | None, grey: str, rotate: int) -> NDArray[np.float32]:
+        """Grey values of the square that is taken, turned by `rotate` degrees."""
         picture = self.picture
         self.square = left, upper, right, _ = square_in(picture.width, picture.height, crop, centre)
         side = right - left
@@ -215,7 +219,11 @@ class _Work:
             parts = " + ".join(f"{weight:.4g} {name}" for name, weight in GREYS[grey].items())
             self.done["grey"] = f"{grey}, {parts} as stored"
             self.numbers["grey"] = grey
-        return picture.values(self.square, grey)
+        if rotate:
+            self.done["turned"] = f"{rotate}° anticlockwise"
+            self.numbers["rotate"] = rotate
+        # Copied, as what follows wants rows that lie one behind the other.
+        return np.ascontiguousarray(np.rot90(picture.values(self.square, grey), rotate // 90))
 
     def sampled(
         self, values: NDArray[np.float32], samples: int | None, keep_steps: bool, tile: str | None

@@ -9,6 +9,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from relief.common.arrays import Array
 from relief.common.limits import PATCH_SIDE_MM
+from relief.preparing.pictures import Picture
 from relief.preparing.preparation import Prepared
 from relief.shading import facing, lit, open_sky
 
@@ -105,8 +106,23 @@ def _wrapped(text: str, width: int, size: int) -> list[str]:
 
 def _picture(prepared: Prepared) -> Image.Image:
     """The picture in a panel, with a frame around the square that was taken."""
-    picture = prepared.picture
-    scale = PANEL / max(picture.width, picture.height)
+    small = small_picture(prepared.picture, PANEL)
+    scale = PANEL / max(prepared.picture.width, prepared.picture.height)
+    panel = Image.new("RGB", (PANEL, PANEL), PAPER)
+    left, upper = (PANEL - small.width) // 2, (PANEL - small.height) // 2
+    panel.paste(small, (left, upper))
+    box = [round(scale * edge) for edge in prepared.square]
+    frame = (left + box[0], upper + box[1], left + box[2] - 1, upper + box[3] - 1)
+    ImageDraw.Draw(panel).rectangle(frame, outline=ACCENT, width=3)
+    return panel
+
+
+def small_picture(picture: Picture, longest: int) -> Image.Image:
+    """A picture whose longer side has so many pixels, in RGB, with transparent parts white.
+
+    Of a file of numbers, the lowest and the highest half per cent of the values are black and white.
+    """
+    scale = longest / max(picture.width, picture.height)
     size = max(1, round(scale * picture.width)), max(1, round(scale * picture.height))
     names = "RGB" if picture.coloured else "YYY"
     channels = np.stack([_shown(picture.bands[name], size, picture.white) for name in names], axis=-1)
@@ -116,14 +132,7 @@ def _picture(prepared: Prepared) -> Image.Image:
     elif "A" in picture.bands:
         alpha = _shown(picture.bands["A"], size, picture.white)[..., None]
         channels = 1.0 - (1.0 - channels) * alpha
-    small = Image.fromarray(np.rint(np.clip(channels, 0.0, 1.0) * 255).astype(np.uint8))
-    panel = Image.new("RGB", (PANEL, PANEL), PAPER)
-    left, upper = (PANEL - small.width) // 2, (PANEL - small.height) // 2
-    panel.paste(small, (left, upper))
-    box = [round(scale * edge) for edge in prepared.square]
-    frame = (left + box[0], upper + box[1], left + box[2] - 1, upper + box[3] - 1)
-    ImageDraw.Draw(panel).rectangle(frame, outline=ACCENT, width=3)
-    return panel
+    return Image.fromarray(np.rint(np.clip(channels, 0.0, 1.0) * 255).astype(np.uint8))
 
 
 def _shown(band: Image.Image, size: tuple[int, int], white: float) -> Array:

@@ -23,6 +23,7 @@ from optimize.runs.interrupts import INTERRUPTED, interruptible, leave_interrupt
 from relief.common.errors import InputError
 from retouch.commands import (
     answers,
+    app,
     compare,
     dataset,
     doctor,
@@ -61,6 +62,7 @@ USERS_OWN = frozenset(
 VERBS = {
     verb.__name__.rpartition(".")[2]: verb
     for verb in (
+        app,
         prepare,
         optimize,
         resume,

@@ -13,7 +13,7 @@ from relief.common.formats import PREVIEW
 from relief.common.formatting import number
 from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM, SMALLEST_SIDE
 from relief.common.progress import stage
-from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS
+from relief.preparing.choices import AUTO, GREYS, METHODS, MOST_USUAL_SAMPLES, OUTPUTS, TURNS
 from retouch.commands.options import (
     add_talk,
     console,
@@ -35,7 +35,7 @@ HIGH_MM = 2.0
 """Relief, mm, at which every bundled texture of 10 mm is natural: what is smoother has too fine features."""
 
 OPTIONS = (
-    *("grey", "crop", "centre", "samples", "invert", "levels", "keep_steps", "tile"),
+    *("grey", "crop", "centre", "rotate", "samples", "invert", "levels", "keep_steps", "tile"),
     *("plate_mm", "relief_mm", "size_mm"),
 )
 """Options that are arguments of `relief.preparing.preparation.prepare`, by the same names."""
@@ -105,6 +105,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=whole_number(1, 10**6),
         metavar="N",
         help="the square of N pixels a side in the middle (default: the largest)",
+    )
+    what.add_argument(
+        "--rotate",
+        type=int,
+        choices=TURNS,
+        default=0,
+        metavar="DEGREES",
+        help="turn the part anticlockwise by 90, 180 or 270 degrees (default: 0)",
     )
     what.add_argument(
         "--samples",

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from optimize.estimates import reach as reaching
-from optimize.estimates.reach import crossing, reach
+from optimize.estimates.reach import ChangeCurve, Reach, crossing, reach
 from relief.common.errors import InputError
 from relief.heightmap import save_heights_exr
 from retouch.commands.main import main
@@ -81,3 +81,14 @@ def test_what_has_no_reach_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
     for option in (["--scene", "studio"], ["-D", "spp=4"], ["-m", "scalar_rgb"]):
         assert main(["evaluate", str(tmp_path / "hills.exr"), *option]) == 2
         assert capsys.readouterr().err == f"retouch: {option[0]}: belongs to --reach; nothing else renders\n"
+
+
+def test_what_a_feel_costs_the_look_passes_the_limit_at_the_reach() -> None:
+    bent, straight = ((2.0, 0.5), (4.0, 1.6)), ((2.0, 0.6),)
+    rougher = ChangeCurve(crossing(bent, True), True, bent)
+    smoother = ChangeCurve(crossing(straight, False), True, straight)
+    found = Reach(rougher, smoother, touch="quick", look="fast", mean_percent_of_white=20.0)
+    assert found.change_percent(4.0) == pytest.approx(1.6)
+    assert found.change_percent(rougher.jnd) == pytest.approx(LIMIT_PERCENT)
+    assert found.change_percent(-smoother.jnd) == pytest.approx(LIMIT_PERCENT)
+    assert found.change_percent(0.0) == 0.0

@@ -39,6 +39,18 @@ def test_every_step_is_told(stone: Path) -> None:
     assert prepared.numbers["steps"]["largest_change"] <= 0.5 * (1 + 1e-9)
 
 
+@pytest.mark.parametrize("degrees", [90, 180, 270])
+def test_a_turned_picture_has_turned_heights(stone: Path, degrees: int) -> None:
+    as_taken, turned = (prepare(stone, keep_steps=True, relief_mm=1.0, rotate=each) for each in (0, degrees))
+    np.testing.assert_allclose(turned.heights, np.rot90(as_taken.heights, degrees // 90), atol=1e-6)
+    assert turned.done["turned"] == f"{degrees}° anticlockwise" and turned.square == as_taken.square
+
+
+def test_a_picture_is_turned_by_quarters_only(stone: Path) -> None:
+    with pytest.raises(InputError, match="rotate: 45 is not one of"):
+        prepare(stone, rotate=45)
+
+
 def test_heights_are_the_grey_of_the_square(stone: Path) -> None:
     prepared = prepare(stone, keep_steps=True, levels="0,255", relief_mm=2.0, crop=(6, 3, 20, 30), centre=18)
     np.testing.assert_allclose(prepared.heights, 2.0 * values(stone)[9:27, 7:25], atol=1e-6)

@@ -1,0 +1,154 @@
+"""Guard of the app's server: who may speak to it.
+
+The server listens on the machine itself alone, but every page that the same browser shows can send requests
+there. So each request and each websocket has to name this server as its host (a name that another site has
+pointed here is refused: DNS rebinding), must not come from a page of another origin, and has to show the
+token of this start, which only who reads the terminal knows. The token comes in the first address, goes into
+a cookie that scripts cannot read and that other sites' pages do not send, and leaves the address.
+"""
+
+import secrets
+from collections.abc import Awaitable, Callable, MutableMapping
+from http.cookies import CookieError, SimpleCookie
+from typing import Any
+from urllib.parse import parse_qsl, urlencode
+
+Scope = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
+Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
+Application = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+TOKEN_BYTES = 24
+"""Random bytes of a token: 192 bits, beyond all guessing."""
+SAFE_METHODS = frozenset({"GET", "HEAD"})
+"""Methods that change nothing. A browser states the origin of every other request."""
+POLICY = (
+    "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; frame-ancestors 'none'; "
+    "base-uri 'self'; form-action 'self'; object-src 'none'"
+)
+"""Content-Security-Policy: the page asks nothing of another machine. NiceGUI compiles its templates in the
+browser, which takes inline scripts and `eval`."""
+HEADERS = (
+    (b"content-security-policy", POLICY.encode()),
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+)
+"""Headers of every answer."""
+
+
+def new_token() -> str:
+    """A token for one start of the server."""
+    return secrets.token_urlsafe(TOKEN_BYTES)
+
+
+class Guard:
+    """An ASGI application that lets the requests of the app's own page through to another one.
+
+    Args:
+        application: that answers.
+        port: of the server.
+        token: that requests have to show.
+    """
+
+    def __init__(self, application: Application, port: int, token: str) -> None:
+        self._application, self._token = application, token
+        self._hosts = {f"{name}:{port}".encode() for name in ("127.0.0.1", "localhost")}
+        self._origins = {b"http://" + host for host in self._hosts}
+        # Browsers keep one jar of cookies for all ports of a machine.
+        self._cookie = f"retouch-{port}"
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] not in ("http", "websocket"):
+            await self._application(scope, receive, send)
+            return
+        fault = self.fault(scope)
+        if fault is None and scope["type"] == "http" and self._token_of_query(scope) is not None:
+            await self._enter(scope, send)
+        elif fault is None:
+            await self._application(scope, receive, _with_headers(send))
+        elif scope["type"] == "websocket":
+            await receive()
+            await send({"type": "websocket.close", "code": 1008, "reason": fault})
+        else:
+            await _answer(send, 403, fault)
+
+    def fault(self, scope: Scope) -> str | None:
+        """Why a request is refused, in a line; None if it may pass."""
+        headers = _headers(scope)
+        hosts, origins = headers.get(b"host", []), headers.get(b"origin", [])
+        if len(hosts) != 1 or hosts[0].lower() not in self._hosts:
+            return "The host of this request is not this server."
+        states_origin = scope["type"] == "websocket" or scope["method"] not in SAFE_METHODS
+        if (states_origin and len(origins) != 1) or not set(origins) <= self._origins:
+            return "This request comes from another page."
+        if not self._knows_token(scope, headers):
+            return "The token is missing or old: open the address that retouch app printed."
+        return None
+
+    def _knows_token(self, scope: Scope, headers: dict[bytes, list[bytes]]) -> bool:
+        shown = [self._token_of_query(scope)] if scope["type"] == "http" else []
+        shown += _cookies(headers, self._cookie)
+        # Compared as bytes: `compare_digest` takes ASCII texts only.
+        return any(one and secrets.compare_digest(one.encode(), self._token.encode()) for one in shown)
+
+    @staticmethod
+    def _token_of_query(scope: Scope) -> str | None:
+        if scope["path"] != "/" or scope["method"] not in SAFE_METHODS:
+            return None
+        return dict(_query(scope)).get("token")
+
+    async def _enter(self, scope: Scope, send: Send) -> None:
+        """Keep the token as a cookie, and lead to the address without it."""
+        rest = urlencode([(key, value) for key, value in _query(scope) if key != "token"])
+        cookie = f"{self._cookie}={self._token}; Path=/; HttpOnly; SameSite=Strict"
+        headers = [(b"location", b"/" + (b"?" + rest.encode() if rest else b""))]
+        await _answer(send, 303, "", [*headers, (b"set-cookie", cookie.encode())])
+
+
+def _headers(scope: Scope) -> dict[bytes, list[bytes]]:
+    headers: dict[bytes, list[bytes]] = {}
+    for name, value in scope["headers"]:
+        headers.setdefault(name.lower(), []).append(value)
+    return headers
+
+
+def _query(scope: Scope) -> list[tuple[str, str]]:
+    return parse_qsl(scope["query_string"].decode("latin-1"), errors="replace")
+
+
+def _cookies(headers: dict[bytes, list[bytes]], name: str) -> list[str]:
+    values = []
+    for header in headers.get(b"cookie", []):
+        try:
+            jar = SimpleCookie(header.decode("latin-1"))
+        except CookieError:
+            continue
+        if name in jar:
+            values.append(jar[name].value)
+    return values
+
+
+def _with_headers(send: Send) -> Send:
+    async def sending(message: MutableMapping[str, Any]) -> None:
+        if message["type"] == "http.response.start":
+            own = list(message.get("headers", ()))
+            known = {name.lower() for name, _ in own}
+            added = [(name, value) for name, value in HEADERS if name not in known]
+            message = {**message, "headers": [*own, *added]}
+        await send(message)
+
+    return sending
+
+
+async def _answer(send: Send, status: int, text: str, headers: Any = ()) -> None:
+    plain = (b"content-type", b"text/plain; charset=utf-8")
+    no_store = (b"cache-control", b"no-store")
+    start = {
+        "type": "http.response.start",
+        "status": status,
+        "headers": [plain, no_store, *headers, *HEADERS],
+    }
+    await send(start)
+    await send({"type": "http.response.body", "body": text.encode()})

@@ -1,0 +1,1 @@
+"""Stages of the page, in the order of the work."""

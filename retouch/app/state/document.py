@@ -1,0 +1,184 @@
+"""What is being made, as values: the picture and how it becomes heights, and the feel to reach.
+
+A document knows nothing of pages or processes. Each part tells the options of the command that do the same,
+so that what the app does and what it shows to copy are one.
+"""
+
+import json
+import shlex
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from mitsuba_scenes import find_texture
+from mitsuba_scenes.fingers import DEFAULT_SKIN
+from optimize.settings.fast_models import FAST_MODELS
+
+Tile = Literal["auto", "blend", "cut"]
+Goal = Literal["jnd", "contact_area_scale", "feel_of"]
+Crop = tuple[int, int, int, int]
+
+USUAL_RELIEF_MM = 0.8
+"""Relief of a picture that does not tell its own, mm: what docs/pictures.md advises for fine textures."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture, and how it becomes heights; fields are arguments of `retouch.prepare`.
+
+    Attributes:
+        file: path of the picture, or name of a bundled texture.
+        crop: x, y, width and height, pixels; None for the whole.
+        rotate: degrees anticlockwise, 0, 90, 180 or 270.
+        relief_mm, size_mm: None: as the file's header says.
+    """
+
+    file: str
+    crop: Crop | None = None
+    rotate: int = 0
+    invert: bool = False
+    tile: Tile | None = None
+    samples: int | None = None
+    relief_mm: float | None = None
+    size_mm: float | None = None
+
+    def arguments(self) -> dict[str, Any]:
+        """Keywords of `retouch.prepare`."""
+        names = ("crop", "rotate", "invert", "tile", "samples", "relief_mm", "size_mm")
+        return {name: getattr(self, name) for name in names}
+
+    def command(self, out: str) -> list[str]:
+        """The arguments of the command that makes the height map, after `retouch`."""
+        words = ["prepare", self.file, "-o", out]
+        if self.crop is not None:
+            words.append(f"--crop={','.join(map(str, self.crop))}")
+        if self.rotate:
+            words += ["--rotate", str(self.rotate)]
+        words += ["--invert"] * self.invert
+        words += ["--tile", self.tile] if self.tile else []
+        for option, value in (
+            ("--samples", self.samples),
+            ("--relief-mm", self.relief_mm),
+            ("--size-mm", self.size_mm),
+        ):
+            if value is not None:
+                words += [option, f"{value:g}"]
+        return words
+
+
+@dataclass(frozen=True)
+class Feel:
+    """The feel to reach, and how it is made.
+
+    Attributes:
+        goal: which of the fields that follow counts.
+        jnd: just-noticeable differences by which the result is to be rougher (+) or smoother (-).
+        contact_area_scale: factor on the contact area.
+        feel_of: a bundled texture, or the folder of a run.
+        region: file of a mask, white where the goal holds, while the rest keeps its feel; None: all over.
+        skin: name of the finger.
+        fast: whether each step is computed with the fast models.
+        printer: name of the printer whose relief is made; None for none.
+        settings: further `KEY=VALUE` of the command's `--set`.
+    """
+
+    goal: Goal = "jnd"
+    jnd: float = 2.0
+    contact_area_scale: float = 0.8
+    feel_of: str = "brick"
+    region: str | None = None
+    skin: str = DEFAULT_SKIN
+    fast: bool = True
+    printer: str | None = None
+    settings: tuple[str, ...] = ()
+
+    def number(self) -> float | None:
+        """The number of the goal; None where the goal is another texture."""
+        return None if self.goal == "feel_of" else float(getattr(self, self.goal))
+
+    def command(self, heights: str, out: str) -> list[str]:
+        """The arguments of the command that runs, after `retouch`."""
+        words = ["optimize", heights, "-o", out]
+        number = self.number()
+        if number is None:
+            words += ["--feel-of", self.feel_of]
+        elif self.region is None:
+            words.append(f"--{self.goal.replace('_', '-')}={number:g}")
+        else:
+            words += ["--set", self._region()]
+        words += ["--skin", self.skin] if self.skin != DEFAULT_SKIN else []
+        words += ["--printer", self.printer] if self.printer else []
+        words += ["--fast"] * self.fast
+        for setting in self.settings:
+            words += ["--set", setting]
+        return words
+
+    def overrides(self) -> list[str]:
+        """The same as overrides of a run file, for `retouch.run_from_scene`."""
+        number = self.number()
+        if number is None:
+            target = f"touch.feel_of={json.dumps(str(find_texture(self.feel_of)), ensure_ascii=False)}"
+        else:
+            target = f"touch.{self.goal}={number!r}" if self.region is None else self._region()
+        texts = {
+            "touch.skin": self.skin if self.skin != DEFAULT_SKIN else None,
+            "print.printer": self.printer,
+        }
+        texts |= FAST_MODELS if self.fast else {}
+        chosen = [f"{key}={json.dumps(value)}" for key, value in texts.items() if value is not None]
+        return [target, *chosen, *self.settings]
+
+    def _region(self) -> str:
+        mask = json.dumps(str(self.region), ensure_ascii=False)
+        return f"touch.region=[{{mask = {mask}, {self.goal} = {self.number()!r}}}]"
+
+
+@dataclass(frozen=True)
+class Part:
+    """An object, and how a texture lies on it; fields are options of `retouch wrap`.
+
+    Attributes:
+        mesh: file, or name of a bundled object.
+        mask: which part of the surface carries texture; empty: all.
+        along: where the top of the texture points, "x", "-z" or so; empty: as it is found.
+        turn_deg: angle by which the texture is turned in the surface.
+        printer: name; None for none.
+    """
+
+    mesh: str = "starfish"
+    mask: str = ""
+    along: str = ""
+    turn_deg: float = 0.0
+    printer: str | None = None
+
+    def options(self) -> dict[str, Any]:
+        """Keywords of `retouch.wrap` and `retouch.preview_wrap`."""
+        options: dict[str, Any] = {"turn_deg": self.turn_deg, "printer": self.printer}
+        return options | {"mask": self.mask or None, "along": self.along or None}
+
+    def command(self, texture: str, file: str) -> list[str]:
+        """The arguments of the command that wraps, after `retouch`; `file` is a mesh, or a preview's page."""
+        words = ["wrap", texture, self.mesh, "--preview" if file.endswith(".html") else "-o", file]
+        for option, value in (("--mask", self.mask), ("--along", self.along), ("--printer", self.printer)):
+            words += [f"{option}={value}"] if value else []
+        return words + ([f"--turn={self.turn_deg:g}"] if self.turn_deg else [])
+
+
+@dataclass(frozen=True)
+class Document:
+    """All that a person has chosen.
+
+    Attributes:
+        picture: None until one is chosen.
+        part: the object that the result is to lie on.
+        run: folder of the run that is looked at; None until there is one.
+    """
+
+    picture: Picture | None = None
+    feel: Feel = field(default_factory=Feel)
+    part: Part = field(default_factory=Part)
+    run: str | None = None
+
+
+def command_line(words: list[str]) -> str:
+    """A line for a shell."""
+    return shlex.join(["retouch", *words])

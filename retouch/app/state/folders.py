@@ -1,0 +1,101 @@
+"""Files of the app: pictures that were dropped, and the names of runs, below the working folder.
+
+pictures/NAME.jpg   a picture as it was dropped
+runs/NAME-1.png     the height map of a run
+runs/NAME-1/        the run, as `retouch optimize` writes it
+runs/NAME-1.log     what the command said meanwhile
+parts/NAME.stl      an object as it was dropped
+"""
+
+import filecmp
+import itertools
+import os
+import re
+from pathlib import Path
+
+from mitsuba_scenes import FOLDER, find_texture
+from relief.common.errors import InputError
+from relief.common.formats import HEIGHT_MAPS, MESHES, PICTURES
+
+PICTURES_FOLDER, PARTS_FOLDER, RUNS_FOLDER = Path("pictures"), Path("parts"), Path("runs")
+SUFFIXES = {PICTURES_FOLDER: (*HEIGHT_MAPS, *PICTURES), PARTS_FOLDER: MESHES}
+"""Suffixes of the files that may be dropped, by the folder that keeps them."""
+LONGEST_STEM = 60
+"""Most characters of the name of a file, less its suffix; file systems take 255 bytes."""
+UNUSUAL = re.compile(r"[^\w.-]+")
+"""What is replaced in names: all but letters, digits, dot, dash and underscore."""
+BUNDLED_OBJECTS = ("starfish", "bracelet", "slider", "frog", "curved", "ball", "cylinder")
+"""Names of the objects that come with Retouch; `relief.objects.table`, which makes them, is slow to load."""
+TILES = "-tile"
+"""End of the names of bundled tiles."""
+
+
+def textures() -> list[str]:
+    """Names of the textures that come with Retouch."""
+    files = (FOLDER / "textures").glob("*.png")
+    return sorted(file.stem for file in files if not file.stem.endswith(TILES))
+
+
+def safe_name(name: str, folder: Path = PICTURES_FOLDER) -> str:
+    """A name for a file from what a browser calls it, without folders or unusual characters.
+
+    Args:
+        name: what the browser calls the file.
+        folder: that is to keep the file, a key of `SUFFIXES`.
+
+    Raises:
+        InputError: the suffix is none of those that the folder keeps.
+    """
+    base = name.replace("\\", "/").rpartition("/")[2]
+    stem, suffix = os.path.splitext(base)
+    if suffix.lower() not in SUFFIXES[folder]:
+        expected = ", ".join(SUFFIXES[folder])
+        raise InputError(f"{base[:LONGEST_STEM]}: cannot be taken: expected one of {expected}")
+    stem = UNUSUAL.sub("-", stem).strip(".-")[:LONGEST_STEM] or "file"
+    return stem + suffix.lower()
+
+
+def keep(upload: Path, name: str, folder: Path) -> Path:
+    """Move a dropped file into its folder, under a name of its own.
+
+    Args:
+        upload: a file of the same file system that holds what was dropped.
+        name: what the browser calls the file.
+        folder: a key of `SUFFIXES`.
+
+    Returns:
+        The file. One of the same content keeps its name.
+
+    Raises:
+        InputError: as of `safe_name`.
+        OSError: the file cannot be moved.
+    """
+    safe = Path(safe_name(name, folder))
+    for number in itertools.count(1):
+        file = folder / (safe.name if number == 1 else f"{safe.stem}-{number}{safe.suffix}")
+        if not file.exists():
+            upload.replace(file)
+            return file
+        if filecmp.cmp(file, upload, shallow=False):
+            upload.unlink()
+            return file
+    raise AssertionError("count ends never")
+
+
+def next_run(picture: str) -> Path:
+    """A folder for the next run with a picture, which is not there yet.
+
+    Args:
+        picture: file or name of the picture.
+    """
+    stem = UNUSUAL.sub("-", Path(picture).stem).strip(".-")[:LONGEST_STEM] or "picture"
+    for number in itertools.count(1):
+        folder = RUNS_FOLDER / f"{stem}-{number}"
+        if not any(os.path.lexists(f"{folder}{suffix}") for suffix in ("", ".png", ".log")):
+            return folder
+    raise AssertionError("count ends never")
+
+
+def picture_file(picture: str) -> Path:
+    """The file of a picture, or of a bundled texture by its name. Raises InputError if there is none."""
+    return find_texture(picture)

@@ -1,0 +1,255 @@
+"""Runs: each a process of the command, known by its folder, and the queue that starts one after another.
+
+The process writes the same run directory as a command in a terminal, and its words go into a log beside it.
+The app only looks at these files: if the app dies, the run goes on, and the next app finds it there.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+
+from optimize.descent.stop_reason import StopReason
+from optimize.run_directory.key import SETTINGS, read_verification
+from relief.common.errors import InputError
+from relief.common.files import read_limited
+from relief.common.formats import RUN_CHECKPOINT, RUN_HISTORY
+from relief.common.locks import locked
+from retouch.app.state.document import Feel, command_line
+from retouch.app.state.folders import RUNS_FOLDER
+
+COMMAND = (sys.executable, "-m", "retouch")
+"""How the command is started."""
+LARGEST_FILE = 1 << 24
+"""Most bytes of a log or a history that the app reads: far more than any run writes."""
+ENDED = (0, 3, 130)
+"""Exit statuses of runs that were not cut off: target met, short of it, interrupted."""
+LOG_LINES = 200
+"""Last lines of a log that are shown."""
+
+
+class State(Enum):
+    """Where a run stands; the value is what the page says."""
+
+    WAITING = "waiting"
+    RUNNING = "running"
+    STOPPING = "stopping: the best relief so far is measured and written"
+    DONE = "done"
+    SHORT = "ended short of the target"
+    STOPPED = "stopped; it can go on"
+    FAILED = "failed"
+
+    @property
+    def busy(self) -> bool:
+        """Whether a process writes the run."""
+        return self in (State.RUNNING, State.STOPPING)
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of a run, of its history.
+
+    Attributes:
+        step: number.
+        roughness, contact_area_mm2: means over the places.
+        picture_percent: change of the pictures, % of the mean picture.
+        seconds: since the run began.
+        target: roughness to be reached; None if it is no target.
+    """
+
+    step: int
+    roughness: float
+    contact_area_mm2: float
+    picture_percent: float
+    seconds: float
+    target: float | None
+
+
+@dataclass
+class Job:
+    """A run of the queue.
+
+    Attributes:
+        folder: the run directory.
+        feel: that it is to reach.
+        process: of the command, if this app started it.
+        asked_to_stop: whether the person did.
+    """
+
+    folder: Path
+    feel: Feel
+    process: subprocess.Popen[bytes] | None = field(default=None, repr=False)
+    asked_to_stop: bool = False
+
+    @property
+    def heights(self) -> Path:
+        """The height map that the run changes."""
+        return self.folder.with_name(f"{self.folder.name}.png")
+
+    @property
+    def words(self) -> list[str]:
+        """Arguments of the command that begins the run, after `retouch`."""
+        return self.feel.command(str(self.heights), str(self.folder))
+
+    @property
+    def log(self) -> Path:
+        """What the command has said."""
+        return self.folder.with_name(f"{self.folder.name}.log")
+
+    @property
+    def command(self) -> str:
+        """The line that does the same in a terminal."""
+        return command_line(self.words)
+
+    @property
+    def state(self) -> State:
+        """Where the run stands, by its process and its files."""
+        if self.process is not None and self.process.poll() is None:
+            return State.STOPPING if self.asked_to_stop else State.RUNNING
+        if self.process is None and not self.folder.exists():
+            return State.WAITING
+        return state_of(self.folder)
+
+    @property
+    def died(self) -> bool:
+        """Whether the command ended by an error or was killed, and not by a person's wish."""
+        status = None if self.process is None else self.process.poll()
+        return status is not None and status not in ENDED
+
+    def begin(self) -> None:
+        """Start the command, or go on with a run that was stopped. Raises OSError."""
+        resumes = (self.folder / RUN_CHECKPOINT).is_file()
+        words = ["resume", str(self.folder)] if resumes else self.words
+        self.asked_to_stop = False
+        with self.log.open("ab") as log:
+            # A session of its own: a Ctrl-C in the terminal is for the app, which asks the run to stop.
+            self.process = subprocess.Popen(
+                [*COMMAND, *words],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                start_new_session=True,
+            )
+
+    def stop(self) -> None:
+        """Ask the command to stop, as Ctrl-C does: the best relief so far is written. Again: at once."""
+        if self.process is not None and self.process.poll() is None:
+            self.asked_to_stop = True
+            self.process.send_signal(signal.SIGINT)
+
+    def lines(self) -> list[str]:
+        """Last lines that the command has said."""
+        try:
+            text = read_limited(self.log, LARGEST_FILE).decode("utf-8", "replace")
+        except InputError:
+            return []
+        return [line.rstrip() for line in text.splitlines() if line.strip()][-LOG_LINES:]
+
+
+def state_of(folder: Path) -> State:
+    """Where a run in a folder stands, by its files alone."""
+    try:
+        with locked(folder):
+            pass
+    except BlockingIOError:
+        return State.RUNNING
+    except (ImportError, OSError):
+        pass
+    result = read_verification(folder)
+    if result is not None:
+        reason = StopReason.__members__.get(result.stop.reason.upper())
+        if reason is StopReason.INTERRUPTED:
+            return State.STOPPED
+        return State.DONE if reason is not None and reason.met else State.SHORT
+    return State.STOPPED if (folder / RUN_CHECKPOINT).is_file() else State.FAILED
+
+
+def steps(folder: Path) -> list[Step]:
+    """The steps of a run so far."""
+    try:
+        lines = read_limited(folder / RUN_HISTORY, LARGEST_FILE).splitlines(keepends=True)
+    except InputError:
+        return []
+    return list(_read_steps(lines))
+
+
+def _read_steps(lines: list[bytes]) -> Iterator[Step]:
+    keys = ("roughness", "contact_area_mm2", "picture_mean_percent", "seconds")
+    for line in lines:
+        try:
+            row = dict(json.loads(line))
+            target = row.get("target_roughness")
+            roughness, area, change, seconds = (float(row[key]) for key in keys)
+            goal = None if target is None else float(target)
+            yield Step(int(row["step"]), roughness, area, change, seconds, goal)
+        except (ValueError, TypeError, LookupError, RecursionError):
+            # The last line may be half written.
+            continue
+
+
+def earlier_runs() -> list[Path]:
+    """Folders of runs, the latest first."""
+    if not RUNS_FOLDER.is_dir():
+        return []
+    runs = [settings.parent for settings in RUNS_FOLDER.glob(f"*/{SETTINGS}")]
+    return sorted(runs, key=lambda folder: (folder / SETTINGS).stat().st_mtime, reverse=True)
+
+
+class Queue:
+    """Runs that are to be made, one after another, as two would take the cores from one another."""
+
+    def __init__(self) -> None:
+        self.jobs: list[Job] = []
+
+    def add(self, job: Job) -> None:
+        """Put a run at the end."""
+        self.jobs.append(job)
+        self.advance()
+
+    def under_way(self) -> list[Job]:
+        """The runs that this app has started and that have not ended."""
+        return [job for job in self.jobs if job.process is not None and job.state.busy]
+
+    def advance(self) -> bool:
+        """Start the next run if none is under way; returns whether one was started. Raises OSError."""
+        if any(job.state.busy for job in self.jobs):
+            return False
+        waiting = next((job for job in self.jobs if job.state is State.WAITING), None)
+        if waiting is None:
+            return False
+        waiting.begin()
+        return True
+
+    def remove(self, job: Job) -> None:
+        """Take a run from the queue that is not under way; its files stay."""
+        if not job.state.busy:
+            self.jobs.remove(job)
+
+    def stop_all(self, patience_s: float) -> list[Job]:
+        """Ask the runs under way to stop, and wait for them; returns those that were under way.
+
+        A run that takes longer goes on by itself, as it needs no app.
+        """
+        busy = self.under_way()
+        for job in busy:
+            job.stop()
+        end = time.monotonic() + patience_s
+        for job in busy:
+            assert job.process is not None
+            try:
+                job.process.wait(max(0.0, end - time.monotonic()))
+            except subprocess.TimeoutExpired:
+                continue
+        return busy
+
+
+def free_mib(folder: Path) -> float:
+    """Room on the disk of the working folder, MiB."""
+    stats = os.statvfs(folder)
+    return stats.f_bavail * stats.f_frsize / 2**20

@@ -1,0 +1,101 @@
+"""Worker: a process that computes for the page, and that a new one replaces when it dies."""
+
+import asyncio
+import logging
+import multiprocessing
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import Connection
+from typing import ParamSpec, TypeVar
+
+from relief.common.errors import InputError
+from retouch.app.state import measuring
+
+_log = logging.getLogger(__name__)
+P = ParamSpec("P")
+T = TypeVar("T")
+
+ATTEMPTS = 2
+"""How often a computation is begun before its worker's death is told: a second death is no accident."""
+
+
+class Superseded(Exception):
+    """A computation whose worker was ended, because its result is wanted no more."""
+
+
+class Worker:
+    """One process, started at its first use. Computations wait for one another.
+
+    Attributes:
+        told: what the process is doing and how far it is; empty if nothing that says so.
+    """
+
+    def __init__(self) -> None:
+        self.told = ""
+        self._pool: ProcessPoolExecutor | None = None
+        self._telling: Connection | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    def begin(self, function: Callable[P, object], *arguments: P.args, **named: P.kwargs) -> None:
+        """Let the process start with a function whose value nobody waits for."""
+        self._pool = self._pool or self._new_pool()
+        self._pool.submit(function, *arguments, **named)
+
+    async def __call__(self, function: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
+        """The value of a function of `measuring`.
+
+        Raises:
+            InputError: as of the function, or the worker has died twice.
+            Superseded: the worker was ended by `close`.
+        """
+        for _ in range(ATTEMPTS):
+            pool = self._pool = self._pool or self._new_pool()
+            self._listen()
+            try:
+                return await asyncio.wrap_future(pool.submit(function, *arguments, **named))
+            except (BrokenProcessPool, asyncio.CancelledError) as error:
+                if self._pool is not pool:
+                    raise Superseded from error
+                if isinstance(error, asyncio.CancelledError):
+                    raise
+                _log.warning("the process that computes for the page has died; a new one takes its place")
+                self._pool = None
+        raise InputError("the process that computes has died twice; there may be too little memory")
+
+    def close(self) -> None:
+        """End the process at once: its results are wanted no more."""
+        pool, self._pool = self._pool, None
+        if pool is None:
+            return
+        self._hear_no_more()
+        for process in list((pool._processes or {}).values()):
+            process.kill()
+        pool.shutdown(wait=True, cancel_futures=True)
+
+    def _new_pool(self) -> ProcessPoolExecutor:
+        # Spawned, as a forked child of a server with threads may hang.
+        context = multiprocessing.get_context("spawn")
+        self._hear_no_more()
+        self._telling, told = context.Pipe(duplex=False)
+        return ProcessPoolExecutor(1, mp_context=context, initializer=measuring.start, initargs=(told,))
+
+    def _listen(self) -> None:
+        if self._telling is not None and self._loop is None:
+            self._loop = asyncio.get_running_loop()
+            self._loop.add_reader(self._telling.fileno(), self._hear)
+
+    def _hear(self) -> None:
+        try:
+            while self._telling is not None and self._telling.poll():
+                self.told = str(self._telling.recv())
+        except (EOFError, OSError):
+            self._hear_no_more()
+
+    def _hear_no_more(self) -> None:
+        self.told = ""
+        if self._telling is not None:
+            if self._loop is not None and not self._loop.is_closed():
+                self._loop.remove_reader(self._telling.fileno())
+            self._telling.close()
+        self._telling = self._loop = None

@@ -1,0 +1,68 @@
+"""`retouch app`: the page on which textures are made, felt, run and compared."""
+
+import argparse
+import importlib.util
+from pathlib import Path
+
+from mitsuba_scenes import find_texture
+from relief.common.errors import InputError
+from retouch.commands.options import whole_number
+
+PORT = 8642
+"""Port where none is given; none of the registered services of common machines has it."""
+
+HELP = "make, feel, run and compare on a page in the browser"
+DESCRIPTION = """\
+Opens a page in the browser: drop a picture, light it, see how rough it feels, choose another feel, run, and
+compare. The page is served by this machine to itself alone; the address that is printed holds a token without
+which nobody gets in. Pictures are kept in the folder `pictures`, runs in `runs`, as `retouch optimize` writes
+them. Ctrl-C closes the app; a run under way writes its best relief and can go on later.
+"""
+EPILOG = """\
+examples:
+  retouch app
+  retouch app stone.jpg
+  retouch app --no-browser --port 8080
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "picture",
+        nargs="?",
+        type=Path,
+        metavar="PICTURE",
+        help="any picture to begin with; a bundled texture goes by its name (default: the last one)",
+    )
+    parser.add_argument(
+        "--port",
+        type=whole_number(0, 65535),
+        default=PORT,
+        metavar="N",
+        help=f"port of this machine; 0 takes any that is free (default: {PORT})",
+    )
+    parser.add_argument(
+        "--no-browser", dest="browser", action="store_false", help="only print the address of the page"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    if importlib.util.find_spec("nicegui") is None:
+        raise InputError("retouch app needs NiceGUI; install it with: pip install 'retouch[app]'")
+    picture = None
+    if arguments.picture is not None:
+        picture = arguments.picture
+        if not find_texture(picture).is_file():
+            raise InputError(f"{picture}: no such file")
+    # Imported here: the other verbs need no server. Its worker starts first, as the server takes a second.
+    from retouch.app.state.session import Session
+
+    chosen, session = None if picture is None else str(picture), Session()
+    session.open(chosen)
+    try:
+        from retouch.app.serve import serve
+
+        serve(session, chosen, arguments.port, arguments.browser)
+    finally:
+        session.close()
+    return 0

@@ -1,0 +1,71 @@
+"""The commands that the app shows are those that do what the app does."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import retouch
+from mitsuba_scenes import DEFAULT_SCENE
+from optimize.settings.fast_models import FAST_MODELS
+from retouch.app.state.document import Feel, Part, Picture, command_line
+from retouch.commands import optimize, prepare
+from retouch.commands.main import parse
+
+
+@pytest.fixture
+def heights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A height map in a folder of its own, which is the working folder."""
+    monkeypatch.chdir(tmp_path)
+    relief = retouch.Relief.of(np.random.default_rng(0).random((32, 32)))
+    retouch.save_heights_png("stone.png", relief.heights, 1.0, 10.0)
+    retouch.save_heights_png("mask.png", relief.heights, 1.0, 10.0)
+    return "stone.png"
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [
+        Picture("gravel"),
+        Picture("a b.jpg", crop=(3, 4, 50, 50), rotate=90, invert=True, relief_mm=0.85, size_mm=12.5),
+        Picture("stone.png", tile="auto", samples=64, relief_mm=0.1),
+    ],
+)
+def test_the_height_map_is_that_of_the_command(picture: Picture) -> None:
+    arguments = parse(picture.command("runs/stone-1.png"))
+    shown = {name: getattr(arguments, name) for name in prepare.OPTIONS}
+    kept = {name: value for name, value in picture.arguments().items() if name in prepare.OPTIONS}
+    assert {name: shown[name] for name in kept} == kept
+    others = parse(["prepare", picture.file, "-o", "x.png"])
+    assert all(shown[name] == getattr(others, name) for name in prepare.OPTIONS if name not in kept)
+
+
+@pytest.mark.parametrize(
+    "feel",
+    [
+        Feel(),
+        Feel(jnd=-1.5, fast=False),
+        Feel(goal="contact_area_scale", contact_area_scale=0.7, skin="exploring"),
+        Feel(goal="feel_of", feel_of="brick", printer="mask-50"),
+        Feel(jnd=1.0, region="mask.png", settings=("descent.steps=5",)),
+    ],
+)
+def test_the_run_that_is_forecast_is_that_of_the_command(heights: str, feel: Feel) -> None:
+    shown = optimize.load(parse(feel.command(heights, "runs/stone-1")))
+    shared = FAST_MODELS if feel.fast else ()
+    forecast = retouch.run_from_scene(DEFAULT_SCENE, heights, feel.overrides(), shared=shared)
+    assert shown == forecast
+
+
+def test_an_object_is_that_of_the_command() -> None:
+    part = Part("part.stl", mask="z>2 & angle<80", along="-z", turn_deg=-30.0, printer="mask-50")
+    arguments = parse(part.command("runs/stone-1", "runs/stone-1-object.3mf"))
+    assert {name: getattr(arguments, name) for name in ("mask", "turn_deg", "printer")} == {
+        name: value for name, value in part.options().items() if name != "along"
+    }
+    assert str(arguments.mesh) == "part.stl" and arguments.along is not None
+    assert str(parse(Part().command("runs/x", "runs/x.html")).preview) == "runs/x.html"
+
+
+def test_a_line_can_be_copied_into_a_shell() -> None:
+    assert command_line(["prepare", "a b;c.jpg"]) == "retouch prepare 'a b;c.jpg'"

@@ -1,0 +1,241 @@
+"""The whole way in a real browser: from a picture that nobody has prepared to a file for a printer."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+import pytest
+from PIL import Image
+
+pytest.importorskip("nicegui", reason="without the extra app")
+
+from benchmarks.shared.browser import chromium
+from tests.retouch.app.window import Window
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(chromium() is None, reason="no Chromium here"),
+]
+
+QUICK = ("define.resolution=32", "verify.model=layer", "verify.samples=16", "verify.baseline=false")
+"""Settings of runs that take seconds."""
+DONE = "/-1: done/.test(document.querySelector('.state')?.innerText)"
+SHOWN = "document.querySelector('.relief-stage')?.dataset.shown"
+NAMES = ("Picture", "Feel", "Run", "Compare", "Object", "Print")
+COMMAND = "document.querySelector('.command').innerText"
+
+
+class App:
+    """The app in a folder of its own; `address` is the one that it prints."""
+
+    def __init__(self, folder: Path, *words: str) -> None:
+        self.folder = folder
+        command = [sys.executable, "-m", "retouch", "app", "--port", "0", "--no-browser", *words]
+        paths = f"{Path(__file__).parents[3]}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"
+        self.process = subprocess.Popen(
+            command, cwd=folder, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": paths}
+        )
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        found = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", line)
+        assert found is not None, line
+        self.address = found[0]
+
+    def close(self) -> int:
+        """Close the app as Ctrl-C does; returns its exit status."""
+        assert self.process.stdout is not None
+        self.process.send_signal(signal.SIGINT)
+        with self.process.stdout:
+            return self.process.wait(60)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.process.poll() is None:
+            self.close()
+
+
+@pytest.fixture(scope="module")
+def app(tmp_path_factory: pytest.TempPathFactory) -> Iterator[App]:
+    folder = tmp_path_factory.mktemp("app")
+    (folder / "runs").mkdir()
+    feel = {"jnd": 1.0, "settings": QUICK}
+    kept = {"document": {"feel": feel}, "queue": []}
+    (folder / "runs" / "app.json").write_text(json.dumps(kept))
+    with App(folder) as app:
+        yield app
+        assert app.close() == 0
+
+
+@pytest.fixture(scope="module")
+def window() -> Iterator[Window]:
+    with Window(webgl=True) as window:
+        yield window
+
+
+def pictures(folder: Path) -> list[Path]:
+    """Three pictures of unlike kinds: a photograph in colour, a drawing with a palette, grey of 16 bits."""
+    rng = np.random.default_rng(3)
+    y, x = np.mgrid[0:120, 0:160] / 12.0
+    waves = np.stack([np.sin(x + 0.3 * k) * np.cos(y - 0.2 * k) for k in range(3)], axis=-1)
+    colours = np.clip(128 + 90 * waves + 12 * rng.standard_normal(waves.shape), 0, 255).astype(np.uint8)
+    files = [folder / name for name in ("<b>photo.jpg", "drawing.gif", "grey.tif")]
+    Image.fromarray(colours).save(files[0])
+    Image.fromarray(colours).quantize(8).save(files[1])
+    Image.fromarray((40000 + 20000 * waves[..., 0]).astype(np.uint16)).save(files[2])
+    return files
+
+
+def whole(window: Window) -> list[str]:
+    """What is wrong with the page as a whole: console messages, other machines, parts cut off."""
+    asked = [one for one in window.asked() if not re.match(r"(http|ws)://127\.0\.0\.1:\d+/|data:|blob:", one)]
+    wider = window.evaluate("document.documentElement.scrollWidth > innerWidth")
+    return [*window.faults(), *asked, *(["wider than the window"] if wider else [])]
+
+
+def dropped(window: Window, file: Path) -> None:
+    window.choose_file(".drop-zone input[type=file]", file)
+    window.wait(f"{COMMAND}.includes('{file.stem.replace('<b>', 'b-')}')")
+    window.wait("document.querySelector('.side').innerText.includes('160 × 120 pixels')")
+
+
+def to(window: Window, stage: str) -> None:
+    window.click_text("nav button", stage)
+
+
+def test_the_whole_way_by_mouse(app: App, window: Window, tmp_path: Path) -> None:
+    window.visit(app.address, 1280, 800)
+    window.wait(SHOWN)
+    assert "token" not in window.evaluate("location.href")
+    for picture in reversed(pictures(tmp_path)):
+        dropped(window, picture)
+    assert window.evaluate("document.querySelectorAll('.side b').length") == 0  # a name is text
+    window.wait("document.querySelector('.crop-box img')?.complete")
+    left, top, *_ = window.place(".crop-box")
+    window.drag([(left + 20, top + 20), (left + 60, top + 50), (left + 110, top + 110)])
+    window.wait(f"{COMMAND}.includes('--crop=')")
+    window.wait("!document.querySelector('.number.stale')")
+    roughness = window.evaluate("document.querySelector('.number .value').innerText")
+    assert 0.0 < float(roughness) < 0.5
+
+    to(window, "Feel")
+    window.wait("document.querySelector('.jnd-slider input')")
+    left, top, width, height = window.place(".jnd-slider input")
+    for _ in range(2):
+        window.drag([(left + width * (8.0 / 12.0), top + height / 2)])
+    window.wait(f"!{COMMAND}.includes('--jnd=1 ')")
+    wanted = float(window.evaluate(f"{COMMAND}.match(/--jnd=([0-9.]+)/)[1]"))
+    assert 1.5 < wanted < 2.5
+
+    to(window, "Run")
+    window.click_text(".side button", "Run")
+    window.wait("document.querySelector('.state')?.innerText.includes('-1: running')")
+    window.visit(app.address, 1280, 800)  # loaded again while it runs
+    to(window, "Run")
+    window.wait(DONE, 120)
+    folder = app.folder / "runs" / "b-photo-1"
+    result = json.loads((folder / "result.json").read_text())
+    assert abs(result["touch"]["jnd_from_original"] - wanted) < 0.1
+
+    window.click_text(".side button", "Compare")
+    window.wait(SHOWN)
+    for way in ("Side by side", "Blink", "Change", "Feel", "Swipe"):
+        window.click_text(".ways button", way)
+    window.wait(SHOWN)
+    jnd = window.evaluate("document.querySelector('.side .value').innerText")
+    assert np.isclose(float(jnd), result["touch"]["jnd_from_original"], atol=0.006)
+
+    to(window, "Print")
+    window.click_text("button", "Write the file")
+    window.wait("document.querySelector('.side').innerText.includes('MiB')")
+    assert (app.folder / "runs" / "b-photo-1-print.3mf").stat().st_size > 1000
+    assert whole(window) == []
+
+
+def test_the_whole_way_by_keys(app: App, window: Window) -> None:
+    window.visit(app.address, 1920, 1080)
+    window.wait(SHOWN)
+
+    def tab_to(selector: str, most: int = 80) -> None:
+        """Go on by the tabulator until an element has the focus, which is then to be seen."""
+        for _ in range(most):
+            window.key("Tab")
+            if window.evaluate(f"document.activeElement.matches({json.dumps(selector)})"):
+                style = "getComputedStyle(document.activeElement)"
+                seen = window.evaluate(f"{style}.outlineStyle != 'none' || {style}.boxShadow != 'none'")
+                assert seen or "range" in selector, selector
+                return
+        raise AssertionError(f"{selector}: not reached by the tabulator")
+
+    def stage(name: str) -> None:
+        window.evaluate("document.activeElement.blur()")
+        tab_to(f"nav button:nth-child({1 + NAMES.index(name)})")
+        window.key("Enter")
+        window.wait(f"document.querySelector('nav [aria-current=page]').innerText == '{name}'")
+
+    tab_to("button[title=dots]")
+    window.key("Enter")
+    window.wait(f"{COMMAND}.includes('prepare dots') && !document.querySelector('.number.stale')")
+    tab_to(".crop-square")
+    for _ in range(3):
+        window.key("ArrowLeft", shift=True)
+    window.wait(f"{COMMAND}.includes('--crop=')")
+    tab_to("input.range")
+    before = window.evaluate(COMMAND)
+    window.key("ArrowLeft")
+    window.wait(f"{COMMAND} != {json.dumps(before)}")
+    window.key("z", control=True)
+    window.wait("!document.querySelector('.number.stale')")
+
+    stage("Feel")
+    tab_to(".jnd-slider input")
+    for _ in range(5):
+        window.key("ArrowRight")
+    window.wait(f"/--jnd=/.test({COMMAND})")
+    stage("Run")
+    tab_to("button.primary")
+    window.key("Enter")
+    window.wait("/dots-1: done/.test(document.querySelector('.state')?.innerText)", 120)
+    stage("Print")
+    tab_to("button.primary")
+    window.key("Enter")
+    window.wait("document.querySelector('.side').innerText.includes('MiB')")
+    assert (app.folder / "runs" / "dots-1-print.3mf").is_file()
+    assert whole(window) == []
+
+
+def test_two_windows_show_one_session(app: App, window: Window) -> None:
+    window.visit(app.address, 1280, 800)
+    window.wait(SHOWN)
+    with window.another() as other:
+        other.visit(app.address, 1280, 800)
+        other.wait(SHOWN)
+        other.click(".gallery button[title=brick]")
+    window.wait(f"{COMMAND}.includes('prepare brick')")
+
+
+def test_a_closed_app_leaves_a_run_that_goes_on(window: Window, tmp_path: Path) -> None:
+    (tmp_path / "runs").mkdir()
+    slow = {"settings": [*QUICK, "descent.method=adam", "descent.steps=5000"]}
+    (tmp_path / "runs" / "app.json").write_text(json.dumps({"document": {"feel": slow}, "queue": []}))
+    with App(tmp_path, "waves") as app:
+        window.visit(app.address)
+        window.wait(SHOWN)
+        to(window, "Run")
+        window.click_text(".side button", "Run")
+        window.wait("document.querySelectorAll('.step-chart .dot').length > 1", 60)
+        assert app.close() == 0
+    assert (tmp_path / "runs" / "waves-1" / "heights.exr").is_file()
+    with App(tmp_path) as app:
+        window.visit(app.address)
+        window.wait(SHOWN)
+        to(window, "Run")
+        window.wait("document.querySelector('.queue')?.innerText.includes('it can go on')")

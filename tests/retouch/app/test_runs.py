@@ -1,0 +1,133 @@
+"""Runs are processes of the command, known by what lies in their folders."""
+
+import json
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from relief.common.formats import RUN_CHECKPOINT, RUN_HISTORY
+from relief.common.locks import locked
+from retouch.app.state import runs
+from retouch.app.state.document import Feel
+from retouch.app.state.runs import Job, Queue, State, earlier_runs, state_of, steps
+
+ROW = {"step": 1, "roughness": 0.05, "contact_area_mm2": 30.0, "picture_mean_percent": 1.5, "seconds": 2.0}
+
+
+@pytest.fixture(autouse=True)
+def _working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("runs").mkdir()
+
+
+def commanded(monkeypatch: pytest.MonkeyPatch, script: str) -> None:
+    """Let a script take the place of the command; `sys.argv[1:]` are the words."""
+    monkeypatch.setattr(runs, "COMMAND", (sys.executable, "-S", "-c", script))
+
+
+def until(job: Job, *states: State) -> State:
+    end = time.monotonic() + 20.0
+    while job.state not in states:
+        assert time.monotonic() < end, job.state
+        time.sleep(0.01)
+    return job.state
+
+
+def checkpoint(folder: Path) -> None:
+    (folder / RUN_CHECKPOINT).parent.mkdir(parents=True)
+    (folder / RUN_CHECKPOINT).touch()
+
+
+def test_a_run_stands_where_its_files_say() -> None:
+    folder = Path("runs/stone-1")
+    folder.mkdir()
+    assert state_of(folder) is State.FAILED
+    checkpoint(folder)
+    assert state_of(folder) is State.STOPPED
+    with locked(folder):
+        assert state_of(folder) is State.RUNNING
+    (folder / "result.json").write_text("not JSON")
+    assert state_of(folder) is State.STOPPED
+
+
+def test_runs_follow_one_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    commanded(monkeypatch, "import sys, os; os.makedirs(sys.argv[4])")
+    queue = Queue()
+    first, second = (Job(Path(f"runs/stone-{number}"), Feel()) for number in (1, 2))
+    queue.add(first)
+    queue.add(second)
+    assert second.state is State.WAITING
+    until(first, State.FAILED)
+    assert queue.advance() and not queue.advance()
+    until(second, State.FAILED)
+    assert first.words[:4] == ["optimize", "runs/stone-1.png", "-o", "runs/stone-1"]
+
+
+def test_a_killed_run_can_go_on_by_resume(monkeypatch: pytest.MonkeyPatch) -> None:
+    job = Job(Path("runs/stone-1"), Feel())
+    commanded(monkeypatch, "import time; time.sleep(60)")
+    job.begin()
+    checkpoint(job.folder)
+    assert job.state is State.RUNNING and job.process is not None
+    os.kill(job.process.pid, signal.SIGKILL)
+    assert until(job, State.STOPPED) is State.STOPPED
+    assert job.died
+    commanded(monkeypatch, "import sys; print(sys.argv[1:])")
+    job.begin()
+    until(job, State.STOPPED)
+    assert job.lines()[-1] == "['resume', 'runs/stone-1']"
+
+
+def test_a_run_is_asked_to_stop_as_by_the_keyboard(monkeypatch: pytest.MonkeyPatch) -> None:
+    script = """
+import signal, sys, time
+def stop(*_):
+    print("interrupted", flush=True)
+    sys.exit(130)
+signal.signal(signal.SIGINT, stop)
+print("ready", flush=True)
+time.sleep(60)
+"""
+    commanded(monkeypatch, script)
+    job, queue = Job(Path("runs/stone-1"), Feel()), Queue()
+    queue.add(job)
+    end = time.monotonic() + 20.0
+    while job.lines() != ["ready"]:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    assert os.getpgid(job.process.pid) != os.getpgid(0)  # type: ignore[union-attr]
+    assert queue.stop_all(20.0) == [job]
+    assert job.lines() == ["ready", "interrupted"] and not job.died
+
+
+def test_a_run_that_the_command_refuses_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    script = "import sys; print('retouch: jnd: too much', file=sys.stderr); sys.exit(2)"
+    commanded(monkeypatch, script)
+    job = Job(Path("runs/stone-1"), Feel())
+    job.begin()
+    until(job, State.FAILED)
+    assert job.lines() == ["retouch: jnd: too much"] and job.died
+
+
+def test_steps_are_read_while_they_are_written() -> None:
+    folder = Path("runs/stone-1")
+    folder.mkdir()
+    assert steps(folder) == []
+    row = json.dumps(ROW | {"target_roughness": 0.06})
+    lines = [row, "[]", json.dumps(ROW), '{"step": 2, "rough']
+    (folder / RUN_HISTORY).write_text("\n".join(lines))
+    assert [step.target for step in steps(folder)] == [0.06, None]
+
+
+def test_earlier_runs_are_found_the_latest_first() -> None:
+    for number in (1, 2):
+        folder = Path(f"runs/stone-{number}")
+        folder.mkdir()
+        (folder / "run.toml").touch()
+        os.utime(folder / "run.toml", (number, number))
+    Path("runs/other").mkdir()
+    assert earlier_runs() == [Path("runs/stone-2"), Path("runs/stone-1")]

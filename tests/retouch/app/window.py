@@ -1,0 +1,141 @@
+"""A window of the app in headless Chromium: what a person does, by mouse and keys, and what is asked for."""
+
+import contextlib
+import json
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Self
+
+from benchmarks.shared.browser import COMPLAINTS, Browser
+
+KEYS = {
+    "Tab": 9,
+    "Enter": 13,
+    "Escape": 27,
+    "Space": 32,
+    "End": 35,
+    "Home": 36,
+    "ArrowLeft": 37,
+    "ArrowUp": 38,
+    "ArrowRight": 39,
+    "ArrowDown": 40,
+}
+"""Virtual codes of the keys that are no letters."""
+TEXTS = {"Enter": "\r", "Space": " "}
+
+
+class Window(Browser):
+    """A window on an address of this machine."""
+
+    def visit(self, address: str, width: int = 1280, height: int = 800) -> None:
+        """Open an address in a window of this size."""
+        self.size(width, height)
+        self._events.clear()
+        self._call("Page.navigate", url=address)
+        self._until("Page.loadEventFired")
+
+    @contextlib.contextmanager
+    def another(self) -> Iterator[Self]:
+        """Another window of the same browser, in place of this one until the block ends."""
+        session, self._session = self._session, None
+        target = self._call("Target.createTarget", url="about:blank")["targetId"]
+        self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime"):
+            self._call(f"{domain}.enable")
+        yield self
+        self._session = None
+        self._call("Target.closeTarget", targetId=target)
+        self._session = session
+
+    def size(self, width: int, height: int) -> None:
+        """Give the window another size, CSS pixels."""
+        screen = {"deviceScaleFactor": 1, "mobile": False}
+        self._call("Emulation.setDeviceMetricsOverride", width=width, height=height, **screen)
+
+    def wait(self, condition: str, seconds: float = 60.0) -> float:
+        """Wait until an expression is true; returns how long that took, s."""
+        begun = time.monotonic()
+        while not self.evaluate(f"Boolean({condition})"):
+            if time.monotonic() - begun > seconds:
+                text = self.evaluate("document.body.innerText.slice(0, 2000)")
+                raise AssertionError(f"not within {seconds:g} s: {condition}\n{text}\n{self.complaints()}")
+            time.sleep(0.05)
+        return time.monotonic() - begun
+
+    def place(self, selector: str) -> tuple[float, float, float, float]:
+        """Left, top, width and height of an element, scrolled into view."""
+        box = self.evaluate(
+            f"(() => {{ const e = document.querySelector({json.dumps(selector)});"
+            "e.scrollIntoView({block: 'nearest'}); const b = e.getBoundingClientRect();"
+            "return [b.left, b.top, b.width, b.height] })()"
+        )
+        return (box[0], box[1], box[2], box[3])
+
+    def click(self, selector: str) -> None:
+        """Click the middle of an element."""
+        left, top, width, height = self.place(selector)
+        self.drag([(left + width / 2, top + height / 2)])
+
+    def click_text(self, tag: str, text: str) -> None:
+        """Click the element of a tag with this text."""
+        found = (
+            f"[...document.querySelectorAll('{tag}')].find((e) => e.innerText.trim() === {json.dumps(text)})"
+        )
+        self.wait(found)
+        self.evaluate(f"{found}.setAttribute('data-clicked-by-test', '')")
+        self.click("[data-clicked-by-test]")
+        self.evaluate(
+            "document.querySelector('[data-clicked-by-test]')?.removeAttribute('data-clicked-by-test')"
+        )
+
+    def drag(self, points: list[tuple[float, float]]) -> None:
+        """Press the mouse at the first point, move over the others, and let go at the last."""
+        button = {"button": "left", "clickCount": 1}
+        kinds = ["mouseMoved", "mousePressed", *["mouseMoved"] * (len(points) - 1), "mouseReleased"]
+        for kind, (x, y) in zip(kinds, [points[0], *points, points[-1]], strict=True):
+            held = {} if kind == "mouseMoved" and points.index((x, y)) == 0 else button
+            self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, buttons=1 if held else 0, **held)
+
+    def key(self, name: str, *, shift: bool = False, control: bool = False) -> None:
+        """Press a key."""
+        code: dict[str, Any] = {"key": " " if name == "Space" else name, "code": name}
+        code |= {"windowsVirtualKeyCode": KEYS.get(name, ord(name[0].upper()))}
+        modifiers = 8 * shift + 2 * control
+        text = {"text": TEXTS[name]} if name in TEXTS else {}
+        self._call("Input.dispatchKeyEvent", type="keyDown", modifiers=modifiers, **code, **text)
+        self._call("Input.dispatchKeyEvent", type="keyUp", modifiers=modifiers, **code)
+
+    def write(self, text: str) -> None:
+        """Type a text into what has the focus."""
+        self._call("Input.insertText", text=text)
+
+    def choose_file(self, selector: str, file: Path) -> None:
+        """Choose a file for an input element."""
+        root = self._call("DOM.getDocument")["root"]["nodeId"]
+        node = self._call("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
+        self._call("DOM.setFileInputFiles", nodeId=node, files=[str(file.resolve())])
+
+    def shot(self, file: Path) -> None:
+        """Write a picture of what the window shows."""
+        import base64
+
+        answer = self._call("Page.captureScreenshot", format="png")
+        file.write_bytes(base64.b64decode(answer["data"]))
+
+    def asked(self) -> list[str]:
+        """Addresses that were asked for since the visit, also by scripts and websockets."""
+        self.evaluate("1")
+        addresses = []
+        for event in self._events:
+            told = event["params"]
+            if event["method"] == "Network.requestWillBeSent":
+                addresses.append(told["request"]["url"])
+            elif event["method"] == "Network.webSocketCreated":
+                addresses.append(told["url"])
+        return addresses
+
+    def faults(self) -> list[str]:
+        """Messages on the console since the visit."""
+        self.evaluate("1")
+        return [json.dumps(e["params"])[:400] for e in self._events if e["method"] in COMPLAINTS]
