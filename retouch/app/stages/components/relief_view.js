@@ -111,6 +111,8 @@ export default {
           // Without WebGL 2, a picture that the server has lit.
           this.view = null;
           this.still = `${this.after || this.before}/picture`;
+          this.$refs.stage.hidden = true;
+          this.$refs.stage.dataset.shown = `${this.before} ${this.after}`;
           return;
         }
         this.view.setMode(this.mode);
