@@ -1,0 +1,114 @@
+"""A design as a blurring printer makes it: exact Gaussian blur, with its derivatives, at any point.
+
+On the grid of the design a cosine transform holds the relief, which then goes on beyond its rim as in a
+mirror. Blur of variance q multiplies the coefficient of wave number k by exp(-q k²/2), whatever the sampling.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import dctn, idctn
+from scipy.ndimage import map_coordinates
+
+from relief.common.arrays import Array
+
+CUBIC, LINEAR = 3, 1
+"""Orders of the splines of heights, and of derivatives, which decide the number of steps alone."""
+
+
+@dataclass(frozen=True, eq=False)
+class Derivatives:
+    """A blurred design at points, (n,) each.
+
+    Attributes:
+        heights: mm.
+        along_x, along_y: slopes, no unit.
+        by_variance: derivative by the variance of the blur, mm per mm².
+    """
+
+    heights: Array
+    along_x: Array
+    along_y: Array
+    by_variance: Array
+
+
+class Design:
+    """A design that can be blurred.
+
+    Args:
+        heights: (rows, cols) mm, row 0 at +y.
+        pitch_mm: distance of neighbouring samples.
+        most: samples a side; more are brought down to so many, without aliasing.
+
+    Attributes:
+        size_mm: extents along y and x.
+        pitch_mm: of the grid on which it is held.
+        shape: of that grid.
+    """
+
+    def __init__(self, heights: Array, pitch_mm: float, most: int) -> None:
+        rows, cols = heights.shape
+        self.size_mm = rows * pitch_mm, cols * pitch_mm
+        self.level_mm = float(heights.mean())
+        held = min(1.0, most / max(rows, cols))
+        down, across = round(rows * held), round(cols * held)
+        coefficients = dctn(heights - self.level_mm, norm="ortho")[:down, :across]
+        self._coefficients = coefficients * np.sqrt(down * across / (rows * cols))
+        self.shape = down, across
+        self._steps = self.size_mm[0] / down, self.size_mm[1] / across
+        self.pitch_mm = self._steps[1]
+        # Wave numbers, rad/mm.
+        down_k, across_k = (
+            np.pi * np.arange(n) / size for n, size in zip(self.shape, self.size_mm, strict=True)
+        )
+        self._squares = down_k[:, None] ** 2 + across_k**2
+
+    def variance_kept(self, variance_mm2: float) -> float:
+        """Share of the variance of the heights that is left after a blur."""
+        squares = np.square(self._coefficients)
+        squares[0, 0] = 0.0
+        whole = max(float(squares.sum()), np.finfo(float).tiny)
+        return float((squares * np.exp(-variance_mm2 * self._squares)).sum()) / whole
+
+    def blurred(self, variance_mm2: float) -> Array:
+        """Heights on the grid about their mean, after a blur of this variance, 0 or more."""
+        return np.asarray(idctn(self._coefficients * np.exp(-0.5 * variance_mm2 * self._squares), norm="ortho"))
+
+    def inside(self, x: Array, y: Array, margin_mm: float = 0.0) -> Array:
+        """Whether points, mm from the middle, y upward, lie on the plate, off its rim by a margin."""
+        high, wide = self.size_mm
+        return (np.abs(x) <= 0.5 * wide - margin_mm) & (np.abs(y) <= 0.5 * high - margin_mm)
+
+    def at(self, x: Array, y: Array, variance_mm2: float) -> Derivatives:
+        """The blurred design and its derivatives at points, mm from the middle, y upward.
+
+        A negative variance, which noise can suggest, goes on linearly from a variance of 0.
+        """
+        positive, negative = max(variance_mm2, 0.0), min(variance_mm2, 0.0)
+        spectrum = self._coefficients * np.exp(-0.5 * positive * self._squares)
+        by_variance = idctn(-0.5 * self._squares * spectrum, norm="ortho")
+        heights = idctn(spectrum, norm="ortho") + negative * by_variance
+        down, along = np.gradient(heights, *self._steps)
+        places = self.places(x, y)
+        return Derivatives(
+            _read(heights, places, CUBIC),
+            _read(along, places, LINEAR),
+            -_read(down, places, LINEAR),
+            _read(by_variance, places, LINEAR),
+        )
+
+    def places(self, x: Array, y: Array) -> Array:
+        """(2, n) rows and columns of the grid at points, mm from the middle, y upward."""
+        down, along = self._steps
+        return np.stack([0.5 * (self.shape[0] - 1) - y / down, x / along + 0.5 * (self.shape[1] - 1)])
+
+    def grid_mm(self) -> tuple[Array, Array]:
+        """Places x and y (rows, cols) of the grid, mm from the middle, y upward."""
+        rows, cols = self.shape
+        x = (np.arange(cols) - 0.5 * (cols - 1)) * self._steps[1]
+        y = (0.5 * (rows - 1) - np.arange(rows)) * self._steps[0]
+        return tuple(np.meshgrid(x, y))  # type: ignore[return-value]
+
+
+def _read(values: Array, places: Array, order: int) -> Array:
+    return np.asarray(map_coordinates(values, places, order=order, mode="reflect"))

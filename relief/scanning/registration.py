@@ -1,0 +1,318 @@
+"""Registration: a scan laid on its design, and what it measures there, with intervals."""
+
+from dataclasses import dataclass, replace
+from math import atan, degrees, hypot, inf, log, pi, sqrt
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+from relief.common.arrays import Array
+from relief.common.errors import InputError
+from relief.common.progress import stage
+from relief.scanning.blurred import Design
+from relief.scanning.fitting import Fit, LostError, fit
+from relief.scanning.pose import Pose
+from relief.scanning.scans import Scan
+from relief.scanning.searching import Candidate, Search
+
+NORMAL_95 = 1.959964
+"""Standard deviations of a normal distribution on either side that hold 95 %."""
+WORKING_SIDE = 600
+"""Most samples a side of a scan on which a pose is fitted; finer ones are averaged in blocks."""
+FIRST_SIDE = 160
+"""The same for the first steps of each candidate."""
+DESIGN_SIDE = 1024
+"""Most samples a side of the design while a pose is fitted."""
+CANDIDATES = 6
+"""Most candidates of the search that are fitted."""
+SAME_DESIGN = 0.6
+"""Least correlation of scan and blurred design, where the mirrored scan fits much worse."""
+SURELY_SAME = 0.85
+"""The same where the mirrored scan fits as well, as of a design that is its own mirror image. Scans of other
+plates reach 0.3 to 0.5, and 0.8 if the design has a few hills alone (docs/evidence/scans.md)."""
+BETTER = 0.15
+"""Correlation by which a scan fits much better than another."""
+OTHER_SCALES = (0.93, 1.075, 0.86, 1.16)
+"""Scales that are tried where nothing is found at the size of the design."""
+UNITS_APART = (1e-3, 0.1, 1.0 / 25.4, 10.0, 25.4, 1000.0)
+"""Ratios of lengths in different units: um, cm, inches and metres for mm."""
+UNIT_MARGIN = 1.6
+"""How far a ratio may be off such a one, as a factor, and still suggest another unit."""
+FARTHEST_SCALE = 0.08
+"""Change of the logarithm of the scale from where a fit began, beyond which it shows no print."""
+MOST_BLUR = 0.1
+"""Greatest standard deviation of the blur in sides of the design."""
+LEAST_ON_PLATE = 0.6
+"""Least share of the scan, or of the plate if that is smaller, where one lies over the other. Scans of other
+plates fit best where a corner of one lies over a corner of the other."""
+LEAST_SEEN = 0.05
+"""Least area of the scan in that of the design."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A number that was measured, with the ends of an interval that holds the truth with 95 %."""
+
+    value: float
+    low: float
+    high: float
+
+    @classmethod
+    def about(cls, value: float, sigma: float) -> "Interval":
+        """The interval of a normal distribution."""
+        return cls(value, value - NORMAL_95 * sigma, value + NORMAL_95 * sigma)
+
+    def holds(self, truth: float) -> bool:
+        """Whether a value lies within."""
+        return self.low <= truth <= self.high
+
+    def as_json(self, name: str) -> dict[str, float]:
+        """Value and ends by `name`, `name_low` and `name_high`."""
+        return {name: self.value, f"{name}_low": self.low, f"{name}_high": self.high}
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """A scan laid on its design.
+
+    Attributes:
+        scan: as read.
+        design: heights (rows, cols) mm of the design.
+        pitch_mm: of the design.
+        fitted: the pose, its covariance and the residuals, on the samples of `working`.
+        working: the scan on the samples on which the pose was fitted.
+    """
+
+    scan: Scan
+    design: Array
+    pitch_mm: float
+    fitted: Fit
+    working: Scan
+
+    @property
+    def pose(self) -> Pose:
+        """How the print lies."""
+        return self.fitted.pose
+
+    @property
+    def turned_degrees(self) -> Interval:
+        """Turn of the print in the scan, counter-clockwise."""
+        return Interval.about(degrees(self.pose.turn), degrees(self.fitted.sigma("turn")))
+
+    @property
+    def shift_x_mm(self) -> Interval:
+        """Shift of the middle of the print from the middle of the scan's file, to the right."""
+        return Interval.about(self.pose.shift_x_mm, self.fitted.sigma("shift_x_mm"))
+
+    @property
+    def shift_y_mm(self) -> Interval:
+        """The same, upward."""
+        return Interval.about(self.pose.shift_y_mm, self.fitted.sigma("shift_y_mm"))
+
+    @property
+    def scale(self) -> Interval:
+        """Lengths of the print in the plane over those of the design."""
+        sigma = self.pose.scale * self.fitted.sigma("log_scale")
+        return Interval.about(self.pose.scale, sigma)
+
+    @property
+    def height_scale(self) -> Interval:
+        """Heights of the print over those of the design blurred alike."""
+        return Interval.about(self.pose.height_scale, self.fitted.sigma("height_scale"))
+
+    @property
+    def blur_mm(self) -> Interval:
+        """Standard deviation of the Gaussian blur of printer and scanner together, mm."""
+        # Means of blocks and the reading of the file have blurred the scan too.
+        of_blocks = (self.working.pitch_mm**2 - self.scan.pitch_mm**2) / 12.0
+        added = (of_blocks + self.scan.variance_mm2) / self.pose.scale**2
+        variance = self.pose.variance_mm2 - added
+        sigma = self.fitted.sigma("variance_mm2")
+        ends = (sqrt(max(0.0, variance + times * sigma)) for times in (0.0, -NORMAL_95, NORMAL_95))
+        return Interval(*ends)
+
+    @property
+    def tilted_degrees(self) -> float:
+        """Angle between the plate and the plane of the scan."""
+        return degrees(atan(hypot(self.pose.tilt_x, self.pose.tilt_y)))
+
+    def levelled(self) -> tuple[Array, Array]:
+        """The print on the samples of the design.
+
+        Returns:
+            Heights (rows, cols) mm, at the level of the design and without its tilt, and the deviations from
+            the design blurred as fitted; both NaN where nothing was measured, or outliers were.
+        """
+        grid = Design(self.design, self.pitch_mm, max(self.design.shape))
+        x, y = grid.grid_mm()
+        pose, scan = self.pose, self._smoothed(grid)
+        on_x, on_y = pose.on_scan(x, y)
+        rows, cols = scan.heights.shape
+        places = np.stack(
+            [
+                0.5 * (rows - 1) - (on_y - scan.middle_mm[1]) / scan.pitch_mm,
+                (on_x - scan.middle_mm[0]) / scan.pitch_mm + 0.5 * (cols - 1),
+            ]
+        )
+        measured = self._read(scan, places) - pose.level_mm - pose.tilt_x * x - pose.tilt_y * y
+        model = grid.at(x.ravel(), y.ravel(), pose.variance_mm2).heights.reshape(x.shape)
+        deviations = measured - pose.height_scale * model
+        outliers = np.abs(deviations) > OUTLIER * self.fitted.spread_mm
+        measured[outliers] = deviations[outliers] = np.nan
+        return measured + grid.level_mm, deviations
+
+    def model(self) -> Array:
+        """The design (rows, cols) mm, blurred and scaled in height as the print is."""
+        grid = Design(self.design, self.pitch_mm, max(self.design.shape))
+        x, y = grid.grid_mm()
+        heights = grid.at(x.ravel(), y.ravel(), self.pose.variance_mm2).heights.reshape(x.shape)
+        return np.asarray(self.pose.height_scale * heights + grid.level_mm)
+
+    def _smoothed(self, grid: Design) -> Scan:
+        """The scan in blocks no finer than the design, so that each sample of the design has their mean."""
+        return self.scan.averaged(max(1, int(grid.pitch_mm * self.pose.scale / self.scan.pitch_mm)))
+
+    @staticmethod
+    def _read(scan: Scan, places: Array) -> Array:
+        """Heights at places (2, ...) of the samples, NaN beyond and beside holes."""
+        known = scan.measured
+        level = float(np.median(scan.heights[known]))
+        filled = np.where(known, scan.heights - level, 0.0)
+        there = map_coordinates(known.astype(np.float64), places, order=1, cval=0.0)
+        # Linear between samples: a spline would ring beside holes, and add to what is felt.
+        values = map_coordinates(filled, places, order=1, cval=0.0)
+        return np.where(there > 0.999, values + level, np.nan)
+
+
+OUTLIER = 6.0
+"""Standard deviations of the residuals beyond which a sample is an outlier, as in the fit."""
+
+
+def register(scan: Scan, heights: Array, pitch_mm: float) -> Registration:
+    """Lay a scan on its design.
+
+    Args:
+        scan: of a print.
+        heights: (rows, cols) mm of the design.
+        pitch_mm: of the design.
+
+    Raises:
+        InputError: the scan is of another plate, mirrored, upside down or in another unit.
+    """
+    if float(np.ptp(heights)) <= 0.0:
+        raise InputError(f"{scan.name}: cannot be registered: the design is flat")
+    _check_size(scan, heights.shape, pitch_mm)
+    design = Design(heights, pitch_mm, DESIGN_SIDE)
+    working = scan.averaged(-(-max(scan.heights.shape) // WORKING_SIDE))
+    found = _found(design, working, scan.name)
+    with stage("fitting the pose"):
+        fitted = fit(design, working, found.pose)
+    _check_heights(fitted, design, scan.name)
+    return Registration(scan, heights, pitch_mm, fitted, working)
+
+
+def _found(design: Design, scan: Scan, name: str) -> Fit:
+    """The best pose of the scan as it is. Raises InputError."""
+    search = Search(design)
+    small = scan.averaged(-(-max(scan.heights.shape) // FIRST_SIDE))
+    # A scan upside down or mirrored fits its design in another way.
+    with stage("finding the print in its scan", total=2 * search.angles):
+        direct = _best(search, design, small)
+        mirrored = _best(search, design, small.flipped())
+    if _quality(direct) < SAME_DESIGN and _quality(mirrored) < SAME_DESIGN:
+        with stage("trying other scales", total=len(OTHER_SCALES) * search.angles):
+            tried = [_best(search, design, small, scale) for scale in OTHER_SCALES]
+        direct = max([direct, *tried], key=_quality)
+    if _is_print(mirrored, direct) and _quality(mirrored) > _quality(direct) + BETTER:
+        raise InputError(f"{name}: is mirrored; the scan fits its design with left and right exchanged")
+    if direct is None or not _is_print(direct, mirrored):
+        best = max(0.0, _quality(direct))
+        raise InputError(
+            f"{name}: shows another plate than this design: the two correlate by {best:.2f} at the best place"
+        )
+    return direct
+
+
+def _quality(found: Fit | None) -> float:
+    return -1.0 if found is None else found.quality
+
+
+def _is_print(found: Fit | None, other: Fit | None) -> bool:
+    """Whether a scan fits the design, beside how its mirror image does."""
+    quality, chance = _quality(found), _quality(other)
+    return quality >= SAME_DESIGN and (quality >= SURELY_SAME or quality >= chance + BETTER)
+
+
+def _best(search: Search, design: Design, scan: Scan, scale: float = 1.0) -> Fit | None:
+    """The best fit from the candidates of a search; None if none is a print of this design."""
+    fits = []
+    for candidate in _distinct(sorted(search.candidates(scan, scale), reverse=True), search):
+        start = replace(candidate.pose, variance_mm2=search.variance_mm2)
+        try:
+            fitted = fit(design, scan, _heights_fitted(design, scan, start))
+        except LostError:
+            continue
+        if _plausible(fitted, start, design):
+            fits.append(fitted)
+    return max(fits, key=_quality, default=None)
+
+
+def _plausible(fitted: Fit, start: Pose, design: Design) -> bool:
+    """Whether a fit stayed where it began: one that grows, blurs away or leaves the plate shows no print."""
+    pose = fitted.pose
+    grown = abs(pose.log_scale - start.log_scale) > FARTHEST_SCALE
+    blurred = pose.variance_mm2 > (MOST_BLUR * max(design.size_mm)) ** 2
+    return fitted.overlap >= LEAST_ON_PLATE and not (grown or blurred)
+
+
+def _distinct(candidates: list[Candidate], search: Search) -> list[Candidate]:
+    """The best candidates, of which neighbouring angles count once."""
+    kept: list[Candidate] = []
+    for each in candidates:
+        apart = (abs((each.pose.turn - other.pose.turn + pi) % (2.0 * pi) - pi) for other in kept)
+        if min(apart, default=inf) > 4.5 * pi / search.angles:
+            kept.append(each)
+        if len(kept) == CANDIDATES:
+            break
+    return kept
+
+
+def _heights_fitted(design: Design, scan: Scan, start: Pose) -> Pose:
+    """The pose with heights and tilt by least squares, with all else as it is."""
+    plane = ("turn", "log_scale", "shift_x_mm", "shift_y_mm", "variance_mm2")
+    level = float(np.median(scan.heights[scan.measured]))
+    return fit(design, scan, replace(start, level_mm=level), fixed=plane, steps=3).pose
+
+
+def _check_size(scan: Scan, shape: tuple[int, ...], pitch_mm: float) -> None:
+    """Raise InputError for a scan whose size suggests another unit, or that is far too small or large."""
+    size_mm = max(shape) * pitch_mm
+    ratio = max(scan.size_mm) / size_mm
+    sizes = f"{scan.name}: measures {max(scan.size_mm):.4g} mm, and its design {size_mm:.4g} mm"
+    unit = next((unit for unit in UNITS_APART if abs(log(ratio / unit)) < log(UNIT_MARGIN)), None)
+    area = ratio**2
+    if unit is not None and (area < LEAST_SEEN or ratio > SEARCHED):
+        raise InputError(
+            f"{sizes}: {ratio:.3g} times as much; is the scan in another unit? State units",
+            f"{sizes}: {ratio:.3g} times as much; is the scan in another unit? State --units or --size-mm",
+        )
+    if area < LEAST_SEEN or ratio > SEARCHED:
+        raise InputError(f"{sizes}; cut the scan to the plate, or state its size or unit")
+
+
+SEARCHED = 4.0
+"""Sides of the design that a scan measures at most."""
+FLAT_SHARE = 0.02
+"""Height scale below which a print is flat, for all that is known."""
+
+
+def _check_heights(fitted: Fit, design: Design, name: str) -> None:
+    """Raise InputError for heights that are upside down or in another unit."""
+    height = fitted.pose.height_scale
+    if height < 0.0:
+        raise InputError(f"{name}: is upside down: ridges of the design are grooves of the scan")
+    if not 0.2 < height < 5.0:
+        raise InputError(
+            f"{name}: its heights are {height:.3g} times those of the design; state height_scale",
+            f"{name}: its heights are {height:.3g} times those of the design; state --height-scale",
+        )
