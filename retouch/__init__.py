@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from retouch.verbs.rendering import Rendering, explain, render
     from retouch.verbs.runs import forecast, optimize, resume
     from retouch.verbs.stimulus_plates import redraw_stimuli, stimuli
+    from retouch.verbs.scanning import ScannedPrint, scan
     from retouch.verbs.studying import StudyTables, list_studies, study
     from surrogate.data.field_set import open_fieldset
     from tactile.area import contact_area
@@ -59,6 +60,7 @@ __all__ = [
     "Rendering",
     "Result",
     "Run",
+    "ScannedPrint",
     "Scene",
     "Skin",
     "StimulusPlates",
@@ -100,6 +102,7 @@ __all__ = [
     "save_heights_exr",
     "save_heights_png",
     "save_preview",
+    "scan",
     "scene_relief",
     "stimuli",
     "study",

@@ -17,7 +17,8 @@ from relief.scanning.registration import DESIGN_SIDE, NORMAL_95, Interval, Regis
 BANDS = 24
 """Bands of frequency up to the finest that design and scan both show."""
 LEAST_POWER = 1e-4
-"""Power of a band in that of the strongest below which a band tells nothing."""
+"""Power of a wave of a band, in that of the strongest band, below which the band tells nothing: there the window
+shows the feet of stronger waves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +26,7 @@ class Kept:
     """The share of the design's detail that is in the print, by frequency.
 
     Attributes:
-        per_mm: (k,) frequencies in the middle of bands, periods a mm of the design.
+        per_mm: (k,) mean frequencies of bands, each weighted by its power, periods a mm of the design.
         share: (k,) amplitude in the print over that in the design.
         low, high: (k,) ends of intervals of 95 %.
         coherence: (k,) share of the scan's power at these frequencies that the design explains, 0 to 1.
@@ -65,14 +66,16 @@ def detail_kept(registration: Registration) -> Kept:
     )
     # Half of the waves are the mirror images of the others, and a window of cosines joins neighbours.
     waves = np.maximum(sums(np.ones(band.shape)) / 2.0 / WINDOW_WAVES, 1.0)
-    told = of_design > LEAST_POWER * of_design.max()
+    density = of_design / waves
+    told = density > LEAST_POWER * density.max()
     told[0] = False
     cross, of_print, of_design, waves = (each[told] for each in (cross, of_print, of_design, waves))
     share = cross / of_design
     coherence = np.minimum(cross**2 / np.maximum(of_print * of_design, np.finfo(float).tiny), 1.0)
     unexplained = np.maximum(of_print - cross**2 / of_design, 0.0)
     sigma = np.sqrt(unexplained / of_design / (2.0 * waves))
-    per_mm = ((np.arange(BANDS) + 0.5) * width)[told]
+    # The strongest waves of a band decide its share.
+    per_mm = sums(radius * np.abs(other) ** 2)[told] / of_design
     return Kept(per_mm, share, share - NORMAL_95 * sigma, share + NORMAL_95 * sigma, coherence)
 
 
