@@ -4,6 +4,7 @@ On the grid of the design a cosine transform holds the relief, which then goes o
 mirror. Blur of variance q multiplies the coefficient of wave number k by exp(-q k²/2), whatever the sampling.
 """
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.fft import dctn, idctn
 from scipy.ndimage import map_coordinates
 
 from relief.common.arrays import Array
+from relief.relief import Relief
 
 CUBIC, LINEAR = 3, 1
 """Orders of the splines of heights, and of derivatives, which decide the number of steps alone."""
@@ -32,12 +34,34 @@ class Derivatives:
     by_variance: Array
 
 
+FINER = 8
+"""Most samples for one of a relief, along a side, that hold the surface between its samples."""
+
+
+def surface_of(relief: Relief, most: int) -> Array:
+    """The surface of a relief as a plate has it, on finer samples: linear between samples, or flat pixels.
+
+    Args:
+        relief: the print of a printer has a flat pixel for each sample (`relief.export.plate`).
+        most: samples a side, unless the relief has more.
+
+    Returns:
+        (rows * n, cols * n) mm.
+    """
+    times = max(1, min(FINER, most // max(relief.heights.shape)))
+    if relief.printer is not None:
+        return np.asarray(relief.heights.repeat(times, axis=0).repeat(times, axis=1))
+    along = [(np.arange(side * times) + 0.5) / times - 0.5 for side in relief.heights.shape]
+    places = np.meshgrid(*along, indexing="ij")
+    return np.asarray(map_coordinates(relief.heights, places, order=LINEAR, mode="nearest"))
+
+
 class Design:
     """A design that can be blurred.
 
     Args:
         heights: (rows, cols) mm, row 0 at +y.
-        pitch_mm: distance of neighbouring samples.
+        width_mm: extent along x.
         most: samples a side; more are brought down to so many, without aliasing.
 
     Attributes:
@@ -46,14 +70,26 @@ class Design:
         shape: of that grid.
     """
 
-    def __init__(self, heights: Array, pitch_mm: float, most: int) -> None:
+    def __init__(self, heights: Array, width_mm: float, most: int) -> None:
         rows, cols = heights.shape
-        self.size_mm = rows * pitch_mm, cols * pitch_mm
+        self.size_mm = width_mm * rows / cols, width_mm
         self.level_mm = float(heights.mean())
+        self._hold(dctn(heights - self.level_mm, norm="ortho"), most)
+
+    def coarser(self, most: int) -> "Design":
+        """The same design on at most so many samples a side, without aliasing."""
+        if max(self.shape) <= most:
+            return self
+        other = copy(self)
+        other._hold(self._coefficients, most)
+        return other
+
+    def _hold(self, coefficients: Array, most: int) -> None:
+        """Keep as many coefficients as there are samples."""
+        rows, cols = coefficients.shape
         held = min(1.0, most / max(rows, cols))
         down, across = round(rows * held), round(cols * held)
-        coefficients = dctn(heights - self.level_mm, norm="ortho")[:down, :across]
-        self._coefficients = coefficients * np.sqrt(down * across / (rows * cols))
+        self._coefficients = coefficients[:down, :across] * np.sqrt(down * across / (rows * cols))
         self.shape = down, across
         self._steps = self.size_mm[0] / down, self.size_mm[1] / across
         self.pitch_mm = self._steps[1]
@@ -102,13 +138,14 @@ class Design:
         down, along = self._steps
         return np.stack([0.5 * (self.shape[0] - 1) - y / down, x / along + 0.5 * (self.shape[1] - 1)])
 
-    def grid_mm(self) -> tuple[Array, Array]:
-        """Places x and y (rows, cols) of the grid, mm from the middle, y upward."""
-        rows, cols = self.shape
-        x = (np.arange(cols) - 0.5 * (cols - 1)) * self._steps[1]
-        y = (0.5 * (rows - 1) - np.arange(rows)) * self._steps[0]
-        return tuple(np.meshgrid(x, y))  # type: ignore[return-value]
-
 
 def _read(values: Array, places: Array, order: int) -> Array:
     return np.asarray(map_coordinates(values, places, order=order, mode="reflect"))
+
+
+def samples_mm(relief: Relief) -> tuple[Array, Array]:
+    """Places x and y (rows, cols) of the samples of a relief, mm from its middle, y upward."""
+    (rows, cols), pitch_mm = relief.heights.shape, relief.pitch_mm
+    x = (np.arange(cols) - 0.5 * (cols - 1)) * pitch_mm
+    y = (0.5 * (rows - 1) - np.arange(rows)) * pitch_mm
+    return tuple(np.meshgrid(x, y))  # type: ignore[return-value]

@@ -24,7 +24,7 @@ MOST_STEPS = 30
 """Most steps; from a coarse pose 5 to 10 are taken."""
 DONE = 1e-3
 """Change of every number in its standard deviations, below which a fit ends."""
-LONGEST_CORRELATION = 0.125
+LONGEST_CORRELATION = 0.25
 """Farthest distance, in sides of the scan, over which errors are taken to be correlated: beyond, the few
 independent parts of a scan tell nothing of it."""
 FEWEST = 100

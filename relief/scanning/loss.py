@@ -11,8 +11,7 @@ import numpy as np
 from scipy.fft import fft2, fftfreq
 
 from relief.common.arrays import Array
-from relief.scanning.blurred import Design
-from relief.scanning.registration import DESIGN_SIDE, NORMAL_95, Interval, Registration
+from relief.scanning.registration import NORMAL_95, Interval, Registration
 
 BANDS = 24
 """Bands of frequency up to the finest that design and scan both show."""
@@ -51,7 +50,7 @@ def detail_kept(registration: Registration) -> Kept:
     pitch_mm = registration.working.pitch_mm / registration.pose.scale
     down, across = (fftfreq(side, pitch_mm) for side in print_.shape)
     radius = np.hypot(down[:, None], across)
-    finest = 0.5 / max(pitch_mm, registration.pitch_mm)
+    finest = 0.5 / max(pitch_mm, registration.design.pitch_mm)
     width = finest / BANDS
     band = np.minimum((radius / width).astype(np.int64), BANDS)
     one, other = fft2(print_), fft2(original)
@@ -86,7 +85,7 @@ WINDOW_WAVES = 2.25
 def _windowed(registration: Registration) -> tuple[Array, Array]:
     """Heights of print and design (rows, cols) on the samples of the scan, fading to 0 at the rim."""
     pose, scan = registration.pose, registration.working
-    design = Design(registration.design, registration.pitch_mm, DESIGN_SIDE)
+    design = registration.surface
     x, y = pose.on_design(*np.meshgrid(*scan.axes_mm()))
     original, model = (
         design.at(x.ravel(), y.ravel(), variance).heights.reshape(x.shape)

@@ -9,7 +9,8 @@ from scipy.ndimage import map_coordinates
 from relief.common.arrays import Array
 from relief.common.errors import InputError
 from relief.common.progress import stage
-from relief.scanning.blurred import Design
+from relief.relief import Relief
+from relief.scanning.blurred import Design, samples_mm, surface_of
 from relief.scanning.fitting import Fit, LostError, fit
 from relief.scanning.pose import Pose
 from relief.scanning.scans import Scan
@@ -21,8 +22,8 @@ WORKING_SIDE = 600
 """Most samples a side of a scan on which a pose is fitted; finer ones are averaged in blocks."""
 FIRST_SIDE = 160
 """The same for the first steps of each candidate."""
-DESIGN_SIDE = 1024
-"""Most samples a side of the design while a pose is fitted."""
+DESIGN_SIDE = 512
+"""Samples a side with which the surface of the design is held, unless it has more."""
 CANDIDATES = 6
 """Most candidates of the search that are fitted."""
 SAME_DESIGN = 0.6
@@ -77,15 +78,15 @@ class Registration:
 
     Attributes:
         scan: as read.
-        design: heights (rows, cols) mm of the design.
-        pitch_mm: of the design.
+        design: what was printed.
+        surface: the design on the samples with which the pose was fitted.
         fitted: the pose, its covariance and the residuals, on the samples of `working`.
         working: the scan on the samples on which the pose was fitted.
     """
 
     scan: Scan
-    design: Array
-    pitch_mm: float
+    design: Relief
+    surface: Design
     fitted: Fit
     working: Scan
 
@@ -124,8 +125,7 @@ class Registration:
     def blur_mm(self) -> Interval:
         """Standard deviation of the Gaussian blur of printer and scanner together, mm."""
         # Means of blocks and the reading of the file have blurred the scan too.
-        of_blocks = (self.working.pitch_mm**2 - self.scan.pitch_mm**2) / 12.0
-        added = (of_blocks + self.scan.variance_mm2) / self.pose.scale**2
+        added = self._working_mm2 + self.scan.variance_mm2 / self.pose.scale**2
         variance = self.pose.variance_mm2 - added
         sigma = self.fitted.sigma("variance_mm2")
         ends = (sqrt(max(0.0, variance + times * sigma)) for times in (0.0, -NORMAL_95, NORMAL_95))
@@ -139,76 +139,83 @@ class Registration:
     def levelled(self) -> tuple[Array, Array]:
         """The print on the samples of the design.
 
+        Deviations are read between the samples of the scan, and added to the design as blurred, which is known
+        everywhere: heights themselves, read between samples, would be smoothed.
+
         Returns:
             Heights (rows, cols) mm, at the level of the design and without its tilt, and the deviations from
-            the design blurred as fitted; both NaN where nothing was measured, or outliers were.
+            the design as blurred; both NaN where nothing was measured, or outliers were.
         """
-        grid = Design(self.design, self.pitch_mm, max(self.design.shape))
-        x, y = grid.grid_mm()
-        pose, scan = self.pose, self._smoothed(grid)
-        on_x, on_y = pose.on_scan(x, y)
+        # Blocks no finer than the design, so that each of its samples has their mean.
+        times = max(1, int(self.design.pitch_mm * self.pose.scale / self.scan.pitch_mm))
+        scan = self.scan.averaged(times)
+        x, y = self.pose.on_design(*np.meshgrid(*scan.axes_mm()))
+        plane = self.pose.level_mm + self.pose.tilt_x * x + self.pose.tilt_y * y
+        left = scan.heights - plane - self._model(x, y, self._blocks_mm2(times))
+        left[~self.surface.inside(x, y) | (np.abs(left) > OUTLIER * self.fitted.spread_mm)] = np.nan
+        x, y = self.pose.on_scan(*samples_mm(self.design))
         rows, cols = scan.heights.shape
         places = np.stack(
             [
-                0.5 * (rows - 1) - (on_y - scan.middle_mm[1]) / scan.pitch_mm,
-                (on_x - scan.middle_mm[0]) / scan.pitch_mm + 0.5 * (cols - 1),
+                0.5 * (rows - 1) - (y - scan.middle_mm[1]) / scan.pitch_mm,
+                (x - scan.middle_mm[0]) / scan.pitch_mm + 0.5 * (cols - 1),
             ]
         )
-        measured = self._read(scan, places) - pose.level_mm - pose.tilt_x * x - pose.tilt_y * y
-        model = grid.at(x.ravel(), y.ravel(), pose.variance_mm2).heights.reshape(x.shape)
-        deviations = measured - pose.height_scale * model
-        outliers = np.abs(deviations) > OUTLIER * self.fitted.spread_mm
-        measured[outliers] = deviations[outliers] = np.nan
-        return measured + grid.level_mm, deviations
+        deviations = _between_holes(left, places)
+        return deviations + self.model(), deviations
 
     def model(self) -> Array:
         """The design (rows, cols) mm, blurred and scaled in height as the print is."""
-        grid = Design(self.design, self.pitch_mm, max(self.design.shape))
-        x, y = grid.grid_mm()
-        heights = grid.at(x.ravel(), y.ravel(), self.pose.variance_mm2).heights.reshape(x.shape)
-        return np.asarray(self.pose.height_scale * heights + grid.level_mm)
+        return self._model(*samples_mm(self.design), 0.0) + self.surface.level_mm
 
-    def _smoothed(self, grid: Design) -> Scan:
-        """The scan in blocks no finer than the design, so that each sample of the design has their mean."""
-        return self.scan.averaged(max(1, int(grid.pitch_mm * self.pose.scale / self.scan.pitch_mm)))
+    def _model(self, x: Array, y: Array, added_mm2: float) -> Array:
+        """The print at points of the design, about its mean, blurred by an additional variance in the scan."""
+        variance = self.pose.variance_mm2 - self._working_mm2 + added_mm2 / self.pose.scale**2
+        heights = self.surface.at(x.ravel(), y.ravel(), variance).heights
+        return np.asarray(self.pose.height_scale * heights.reshape(x.shape))
 
-    @staticmethod
-    def _read(scan: Scan, places: Array) -> Array:
-        """Heights at places (2, ...) of the samples, NaN beyond and beside holes."""
-        known = scan.measured
-        level = float(np.median(scan.heights[known]))
-        filled = np.where(known, scan.heights - level, 0.0)
-        there = map_coordinates(known.astype(np.float64), places, order=1, cval=0.0)
-        # Linear between samples: a spline would ring beside holes, and add to what is felt.
-        values = map_coordinates(filled, places, order=1, cval=0.0)
-        return np.where(there > 0.999, values + level, np.nan)
+    def _blocks_mm2(self, times: int) -> float:
+        """Variance of the blur by blocks of samples of the scan."""
+        return (times**2 - 1) / 12.0 * self.scan.pitch_mm**2
+
+    @property
+    def _working_mm2(self) -> float:
+        """Variance by which the blocks of the working scan have blurred the print, in the plane of the design."""
+        return self._blocks_mm2(round(self.working.pitch_mm / self.scan.pitch_mm)) / self.pose.scale**2
+
+
+def _between_holes(values: Array, places: Array) -> Array:
+    """Values (rows, cols) at places (2, ...) of their grid, linear between samples; NaN beside holes."""
+    known = np.isfinite(values)
+    there = map_coordinates(known.astype(np.float64), places, order=1, cval=0.0)
+    read = map_coordinates(np.where(known, values, 0.0), places, order=1, cval=0.0)
+    return np.where(there > 1.0 - 1e-6, read, np.nan)
 
 
 OUTLIER = 6.0
 """Standard deviations of the residuals beyond which a sample is an outlier, as in the fit."""
 
 
-def register(scan: Scan, heights: Array, pitch_mm: float) -> Registration:
+def register(scan: Scan, design: Relief) -> Registration:
     """Lay a scan on its design.
 
     Args:
         scan: of a print.
-        heights: (rows, cols) mm of the design.
-        pitch_mm: of the design.
+        design: what was printed; its rim is one, whether or not it is a tile.
 
     Raises:
         InputError: the scan is of another plate, mirrored, upside down or in another unit.
     """
-    if float(np.ptp(heights)) <= 0.0:
-        raise InputError(f"{scan.name}: cannot be registered: the design is flat")
-    _check_size(scan, heights.shape, pitch_mm)
-    design = Design(heights, pitch_mm, DESIGN_SIDE)
+    if float(np.ptp(design.heights)) <= 0.0:
+        raise InputError(f"{scan.name}: cannot be laid on {design.name}, which is flat")
+    _check_size(scan, max(design.surface.size_mm))
+    surface = Design(surface_of(design, DESIGN_SIDE), design.width_mm, DESIGN_SIDE)
     working = scan.averaged(-(-max(scan.heights.shape) // WORKING_SIDE))
-    found = _found(design, working, scan.name)
+    found = _found(surface.coarser(FIRST_SIDE), working, scan.name)
     with stage("fitting the pose"):
-        fitted = fit(design, working, found.pose)
-    _check_heights(fitted, design, scan.name)
-    return Registration(scan, heights, pitch_mm, fitted, working)
+        fitted = fit(surface, working, found.pose)
+    _check_heights(fitted, scan.name)
+    return Registration(scan, design, surface, fitted, working)
 
 
 def _found(design: Design, scan: Scan, name: str) -> Fit:
@@ -284,9 +291,8 @@ def _heights_fitted(design: Design, scan: Scan, start: Pose) -> Pose:
     return fit(design, scan, replace(start, level_mm=level), fixed=plane, steps=3).pose
 
 
-def _check_size(scan: Scan, shape: tuple[int, ...], pitch_mm: float) -> None:
+def _check_size(scan: Scan, size_mm: float) -> None:
     """Raise InputError for a scan whose size suggests another unit, or that is far too small or large."""
-    size_mm = max(shape) * pitch_mm
     ratio = max(scan.size_mm) / size_mm
     sizes = f"{scan.name}: measures {max(scan.size_mm):.4g} mm, and its design {size_mm:.4g} mm"
     unit = next((unit for unit in UNITS_APART if abs(log(ratio / unit)) < log(UNIT_MARGIN)), None)
@@ -306,7 +312,7 @@ FLAT_SHARE = 0.02
 """Height scale below which a print is flat, for all that is known."""
 
 
-def _check_heights(fitted: Fit, design: Design, name: str) -> None:
+def _check_heights(fitted: Fit, name: str) -> None:
     """Raise InputError for heights that are upside down or in another unit."""
     height = fitted.pose.height_scale
     if height < 0.0:

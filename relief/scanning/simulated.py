@@ -6,12 +6,13 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from relief.common.arrays import Array
-from relief.scanning.blurred import Design
+from relief.relief import Relief
+from relief.scanning.blurred import Design, surface_of
 from relief.scanning.pose import Pose
 from relief.scanning.scans import Scan
 
-FINEST = 4096
-"""Most samples a side of a design that is printed."""
+FINEST = 1024
+"""Most samples a side of a surface that is printed, unless the relief has more."""
 
 
 @dataclass(frozen=True)
@@ -35,14 +36,11 @@ class Scanner:
     spikes: float = 0.0
 
 
-def scanned(
-    heights: Array, pitch_mm: float, pose: Pose, scanner: Scanner, random: np.random.Generator
-) -> Scan:
+def scanned(relief: Relief, pose: Pose, scanner: Scanner, random: np.random.Generator) -> Scan:
     """The scan of a print.
 
     Args:
-        heights: (rows, cols) mm of the design, or of what the printer's pixels and layers make of it.
-        pitch_mm: of these.
+        relief: the design, or what a printer's pixels and layers make of it.
         pose: how the print lies, with its blur and shrinkage.
         scanner: what it adds.
         random: for noise, holes and spikes.
@@ -50,7 +48,7 @@ def scanned(
     Returns:
         The scan, with holes beyond the rim of the print.
     """
-    design = Design(heights, pitch_mm, FINEST)
+    design = Design(surface_of(relief, FINEST), relief.width_mm, FINEST)
     high, wide = scanner.size_mm or (1.1 * side for side in design.size_mm)
     rows, cols = round(high / scanner.pitch_mm), round(wide / scanner.pitch_mm)
     scan = Scan(np.zeros((rows, cols)), scanner.pitch_mm, "simulated")
@@ -60,7 +58,7 @@ def scanned(
     values += scanner.noise_mm * _noise((rows, cols), scanner.noise_length_mm / scanner.pitch_mm, random)
     if scanner.spikes:
         spiked = random.random((rows, cols)) < scanner.spikes
-        values[spiked] += 10.0 * np.ptp(heights) * random.standard_normal(np.count_nonzero(spiked))
+        values[spiked] += 10.0 * np.ptp(relief.heights) * random.standard_normal(np.count_nonzero(spiked))
     if scanner.holes:
         blobs = _noise((rows, cols), 3.0, random)
         values[blobs < np.quantile(blobs, scanner.holes)] = np.nan

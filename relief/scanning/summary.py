@@ -72,10 +72,10 @@ class PrintScanned:
             lines.append(
                 f"the scan is tilted by {found.tilted_degrees:.0f} degrees, which falsifies heights; level the plate"
             )
-        if found.scan.pitch_mm > 2.0 * found.pitch_mm:
+        if found.scan.pitch_mm > 2.0 * found.design.pitch_mm:
             lines.append(
                 f"the scan has a sample each {1000.0 * found.scan.pitch_mm:.0f} um, its design each "
-                f"{1000.0 * found.pitch_mm:.0f} um; what is finer is lost in the scan"
+                f"{1000.0 * found.design.pitch_mm:.0f} um; what is finer is lost in the scan"
             )
         return lines
 

@@ -18,7 +18,7 @@ from relief.common.files import permitted, write_atomically
 from relief.common.progress import Progress, stage
 from relief.heightmap import save_heights_exr
 from relief.relief import Relief
-from relief.scanning.blurred import Design
+from relief.scanning.blurred import samples_mm
 from relief.scanning.reading import ScanLengths, read_scan
 from relief.scanning.registration import NORMAL_95, Interval, register
 from relief.scanning.summary import PrintScanned, print_scanned
@@ -108,7 +108,7 @@ def scan(
         InputError: a file cannot be read, or the scan does not show a print of the design.
         ContactError: a contact does not converge.
     """
-    subject, out = read_subject(design, "design"), Path(out)
+    subject, out = _printed_subject(design), Path(out)
     lengths = ScanLengths(units, size_mm, relief_mm, height_scale)
     files = [Path(each) for each in (file, other) if each is not None]
     settings = {"scene": scene, "defines": defines, "variant": variant, "samples": samples}
@@ -131,11 +131,18 @@ def scan(
     return ScannedPrint(prints[0], prints[1] if other is not None else None, content, out)
 
 
+def _printed_subject(design: str | os.PathLike[str]) -> Subject:
+    """What was printed; the result of a run with a printer has flat pixels. Raises InputError."""
+    subject = read_subject(Path(design), "design")
+    printer = None if subject.run is None else subject.run.print.described
+    return replace(subject, relief=replace(subject.relief, printer=printer))
+
+
 def _shown(file: Path, design: Relief, lengths: ScanLengths) -> PrintScanned:
     """A scan, laid on its design. Raises InputError."""
     measured = read_scan(file, lengths)
     with stage(f"laying {file.name} on its design"):
-        return print_scanned(register(measured, design.heights, design.pitch_mm))
+        return print_scanned(register(measured, design))
 
 
 def _content(subject: Subject, sides: list[dict[str, Any]], compared: dict[str, Any]) -> dict[str, Any]:
@@ -196,10 +203,10 @@ class _Pressing:
         measured = self.roughness(shown.heights)
         noisier = [self.roughness(heights) - measured for heights in _noisier(shown)]
         added, spread = max(0.0, float(np.mean(noisier))), float(np.std(noisier, ddof=1))
-        design = shown.registration
-        variance = shown.registration.scan.pitch_mm**2 / 12.0
-        seen = Design(design.design, design.pitch_mm, max(design.design.shape)).blurred(variance)
-        unseen = max(0.0, 1.0 - self.roughness(seen + design.design.mean()) / max(self.of_design, 1e-12))
+        found, relief = shown.registration, self.subject.relief
+        seen = found.surface.at(*(each.ravel() for each in samples_mm(relief)), found.scan.pitch_mm**2 / 12.0)
+        means = seen.heights.reshape(relief.heights.shape) + found.surface.level_mm
+        unseen = max(0.0, 1.0 - self.roughness(means) / max(self.of_design, 1e-12))
         error = NORMAL_95 * spread
         return Interval(measured, max(0.0, measured - added - error), measured * (1.0 + unseen) + error)
 
