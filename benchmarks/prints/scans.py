@@ -88,7 +88,8 @@ def simulated(kind: Kind, seed: int) -> tuple[Registration, dict[str, float]]:
     made, variance = design, pose.variance_mm2
     if kind.printer:
         made = design.printed(find_printer(kind.printer))
-        variance += made.pitch_mm**2 / 12.0
+        # A pixel takes the middle of what lies over it, and is flat: twice the variance of a pixel.
+        variance += made.pitch_mm**2 / 6.0
     scan = scanned(made, pose, kind.scanner, random)
     truth = {
         "turned_degrees": float(np.degrees(pose.turn)),

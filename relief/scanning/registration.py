@@ -11,7 +11,7 @@ from relief.common.errors import InputError
 from relief.common.progress import stage
 from relief.relief import Relief
 from relief.scanning.blurred import Design, samples_mm, surface_of
-from relief.scanning.fitting import Fit, LostError, fit
+from relief.scanning.fitting import TUKEY, Fit, LostError, fit
 from relief.scanning.pose import Pose
 from relief.scanning.scans import Scan
 from relief.scanning.searching import Candidate, Search
@@ -20,12 +20,12 @@ NORMAL_95 = 1.959964
 """Standard deviations of a normal distribution on either side that hold 95 %."""
 WORKING_SIDE = 600
 """Most samples a side of a scan on which a pose is fitted; finer ones are averaged in blocks."""
-FIRST_SIDE = 160
+FIRST_SIDE = 100
 """The same for the first steps of each candidate."""
-DESIGN_SIDE = 512
-"""Samples a side with which the surface of the design is held, unless it has more."""
-CANDIDATES = 6
-"""Most candidates of the search that are fitted."""
+DESIGN_SIDE, MOST_SIDE = 512, 1024
+"""Samples a side with which the surface of the design is held, and most where the design has more."""
+CANDIDATES, FIRST_STEPS = 4, 8
+"""Most candidates of the search that are fitted, and steps of each before the best goes on."""
 SAME_DESIGN = 0.6
 """Least correlation of scan and blurred design, where the mirrored scan fits much worse."""
 SURELY_SAME = 0.85
@@ -136,11 +136,14 @@ class Registration:
         """Angle between the plate and the plane of the scan."""
         return degrees(atan(hypot(self.pose.tilt_x, self.pose.tilt_y)))
 
-    def levelled(self) -> tuple[Array, Array]:
+    def levelled(self, outlier: float = TUKEY) -> tuple[Array, Array]:
         """The print on the samples of the design.
 
         Deviations are read between the samples of the scan, and added to the design as blurred, which is known
         everywhere: heights themselves, read between samples, would be smoothed.
+
+        Args:
+            outlier: standard deviations of the residuals beyond which a sample is left out.
 
         Returns:
             Heights (rows, cols) mm, at the level of the design and without its tilt, and the deviations from
@@ -152,7 +155,7 @@ class Registration:
         x, y = self.pose.on_design(*np.meshgrid(*scan.axes_mm()))
         plane = self.pose.level_mm + self.pose.tilt_x * x + self.pose.tilt_y * y
         left = scan.heights - plane - self._model(x, y, self._blocks_mm2(times))
-        left[~self.surface.inside(x, y) | (np.abs(left) > OUTLIER * self.fitted.spread_mm)] = np.nan
+        left[~self.surface.inside(x, y) | (np.abs(left) > outlier * self.fitted.spread_mm)] = np.nan
         x, y = self.pose.on_scan(*samples_mm(self.design))
         rows, cols = scan.heights.shape
         places = np.stack(
@@ -192,10 +195,6 @@ def _between_holes(values: Array, places: Array) -> Array:
     return np.where(there > 1.0 - 1e-6, read, np.nan)
 
 
-OUTLIER = 6.0
-"""Standard deviations of the residuals beyond which a sample is an outlier, as in the fit."""
-
-
 def register(scan: Scan, design: Relief) -> Registration:
     """Lay a scan on its design.
 
@@ -209,7 +208,8 @@ def register(scan: Scan, design: Relief) -> Registration:
     if float(np.ptp(design.heights)) <= 0.0:
         raise InputError(f"{scan.name}: cannot be laid on {design.name}, which is flat")
     _check_size(scan, max(design.surface.size_mm))
-    surface = Design(surface_of(design, DESIGN_SIDE), design.width_mm, DESIGN_SIDE)
+    side = min(MOST_SIDE, max(DESIGN_SIDE, *design.heights.shape))
+    surface = Design(surface_of(design, side), design.width_mm, side)
     working = scan.averaged(-(-max(scan.heights.shape) // WORKING_SIDE))
     found = _found(surface.coarser(FIRST_SIDE), working, scan.name)
     with stage("fitting the pose"):
@@ -256,12 +256,16 @@ def _best(search: Search, design: Design, scan: Scan, scale: float = 1.0) -> Fit
     for candidate in _distinct(sorted(search.candidates(scan, scale), reverse=True), search):
         start = replace(candidate.pose, variance_mm2=search.variance_mm2)
         try:
-            fitted = fit(design, scan, _heights_fitted(design, scan, start))
+            fitted = fit(design, scan, _heights_fitted(design, scan, start), steps=FIRST_STEPS)
         except LostError:
             continue
         if _plausible(fitted, start, design):
-            fits.append(fitted)
-    return max(fits, key=_quality, default=None)
+            fits.append((fitted, start))
+    if not fits:
+        return None
+    best, start = max(fits, key=lambda each: each[0].quality)
+    fitted = fit(design, scan, best.pose)
+    return fitted if _plausible(fitted, start, design) else best
 
 
 def _plausible(fitted: Fit, start: Pose, design: Design) -> bool:

@@ -11,7 +11,7 @@ from relief.scanning.blurred import Design, surface_of
 from relief.scanning.pose import Pose
 from relief.scanning.scans import Scan
 
-FINEST = 1024
+FINEST = 2048
 """Most samples a side of a surface that is printed, unless the relief has more."""
 
 
