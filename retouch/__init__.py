@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from retouch.verbs.rendering import Rendering, explain, render
     from retouch.verbs.runs import forecast, optimize, resume
     from retouch.verbs.stimulus_plates import redraw_stimuli, stimuli
-    from retouch.verbs.scanning import ScannedPrint, scan
+    from retouch.verbs.scanning import MeasuredPrinter, ScannedPrint, coupon, scan, scan_coupon
     from retouch.verbs.studying import StudyTables, list_studies, study
     from surrogate.data.field_set import open_fieldset
     from tactile.area import contact_area
@@ -54,6 +54,7 @@ __all__ = [
     "Forecast",
     "InputError",
     "PeoplesAnswers",
+    "MeasuredPrinter",
     "Prepared",
     "Progress",
     "Relief",
@@ -72,6 +73,7 @@ __all__ = [
     "answers",
     "compare",
     "contact_area",
+    "coupon",
     "dataset",
     "discrimination_probability",
     "doctor",
@@ -103,6 +105,7 @@ __all__ = [
     "save_heights_png",
     "save_preview",
     "scan",
+    "scan_coupon",
     "scene_relief",
     "stimuli",
     "study",

@@ -139,7 +139,17 @@ def coverage(count: int, kinds: list[str], seconds: float) -> None:
 
 def coverage_table() -> str:
     """Percentages of intervals that hold the truth, with their median half widths."""
-    head = ["print and scan", "scans", "turn", "x", "y", "scale", "height", "blur", "half widths: turn, degrees"]
+    head = [
+        "print and scan",
+        "scans",
+        "turn",
+        "x",
+        "y",
+        "scale",
+        "height",
+        "blur",
+        "half widths: turn, degrees",
+    ]
     head += ["x, um", "scale, %", "height, %", "blur, um", "CPU s"]
     rows = []
     for name, each in load("scans").get("coverage", {}).items():

@@ -108,7 +108,9 @@ class Design:
 
     def blurred(self, variance_mm2: float) -> Array:
         """Heights on the grid about their mean, after a blur of this variance, 0 or more."""
-        return np.asarray(idctn(self._coefficients * np.exp(-0.5 * variance_mm2 * self._squares), norm="ortho"))
+        return np.asarray(
+            idctn(self._coefficients * np.exp(-0.5 * variance_mm2 * self._squares), norm="ortho")
+        )
 
     def inside(self, x: Array, y: Array, margin_mm: float = 0.0) -> Array:
         """Whether points, mm from the middle, y upward, lie on the plate, off its rim by a margin."""

@@ -301,13 +301,17 @@ def _footprint(contrasts: dict[float, Interval], name: str) -> Interval:
         raise InputError(f"{name}: its gratings are blurred away; take the coupon of a coarser printer")
     pitches = np.array(list(enough))
     shares = np.array([each.value for each in enough.values()])
-    sigmas = np.array([np.hypot((each.high - each.value) / NORMAL_95, MODEL_ERROR) for each in enough.values()])
+    sigmas = np.array(
+        [np.hypot((each.high - each.value) / NORMAL_95, MODEL_ERROR) for each in enough.values()]
+    )
 
     def misfit(numbers: Array) -> Array:
         return (numbers[1] * np.sinc(numbers[0] / pitches) - shares) / sigmas
 
     # Heights of all gratings may differ from those of the plate by a common factor.
-    fitted = least_squares(misfit, (0.3 * pitches.min(), 1.0), bounds=((1e-4, 0.5), (2.0 * pitches.max(), 1.5)))
+    fitted = least_squares(
+        misfit, (0.3 * pitches.min(), 1.0), bounds=((1e-4, 0.5), (2.0 * pitches.max(), 1.5))
+    )
     inverse = np.linalg.pinv(fitted.jac.T @ fitted.jac)
     # Where the model explains less than the errors allow, the errors are larger.
     excess = max(1.0, 2.0 * fitted.cost / max(1, len(pitches) - 2))

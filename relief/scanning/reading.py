@@ -151,7 +151,9 @@ def _of_mesh(mesh: Mesh) -> Scan:
         up = total / length * (1.0 if total[2] >= 0.0 else -1.0)
         if up[2] < np.cos(np.radians(LEVELLED_DEGREES)):
             vertices = vertices @ _upright(up).T
-            normals = np.cross(*(vertices[mesh.body.faces[:, n]] - vertices[mesh.body.faces[:, 0]] for n in (1, 2)))
+            normals = np.cross(
+                *(vertices[mesh.body.faces[:, n]] - vertices[mesh.body.faces[:, 0]] for n in (1, 2))
+            )
     area_mm2 = 0.5 * float(np.abs(normals[:, 2]).sum())
     # Of a plate one half of the area is the bottom, which has next to no vertices.
     closed = length <= OPEN * float(np.linalg.norm(normals, axis=1).sum())
@@ -164,7 +166,9 @@ def _upright(up: Array) -> Array:
     """(3, 3) rotation that brings a unit vector, which does not point down, to z on the shortest way."""
     x, y, z = up
     share = 1.0 / (1.0 + z)
-    return np.array([[1.0 - x * x * share, -x * y * share, -x], [-x * y * share, 1.0 - y * y * share, -y], up])
+    return np.array(
+        [[1.0 - x * x * share, -x * y * share, -x], [-x * y * share, 1.0 - y * y * share, -y], up]
+    )
 
 
 def _of_triangles(vertices: Array, faces: Index, pitch_mm: float, name: str) -> Scan:
@@ -257,4 +261,3 @@ def _on_grid(points: Array, name: str) -> Scan | None:
     if abs(pitches[0] * times[0] - pitches[1] * times[1]) > 0.01 * coarse:
         return None
     return Scan(block_means(heights, times[1], times[0]), pitches[0] * times[0], name)
-

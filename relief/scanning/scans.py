@@ -66,7 +66,9 @@ class Scan:
         """Share of the convex hull of what is measured that holds no height."""
         rows, cols = np.nonzero(self.measured)
         # The ends of each row span the hull of all.
-        ends = np.flatnonzero(np.diff(rows, prepend=-1) | np.diff(rows, append=rows[-1] + 1 if rows.size else 0))
+        ends = np.flatnonzero(
+            np.diff(rows, prepend=-1) | np.diff(rows, append=rows[-1] + 1 if rows.size else 0)
+        )
         corners = np.column_stack([rows[ends], cols[ends]])
         around = np.concatenate([corners + move for move in ((0, 0), (0, 1), (1, 0), (1, 1))])
         return max(0.0, 1.0 - rows.size / float(ConvexHull(around).volume))

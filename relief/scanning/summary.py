@@ -57,7 +57,8 @@ class PrintScanned:
             "pitch_um": 1000.0 * scan.pitch_mm,
             "noise_um": 1000.0 * scan.noise_mm,
             "holes_percent": 100.0 * scan.hole_share,
-            "outliers_percent": 100.0 * float(found.fitted.outliers.sum() / max(1, found.working.measured.sum())),
+            "outliers_percent": 100.0
+            * float(found.fitted.outliers.sum() / max(1, found.working.measured.sum())),
             "covered_percent": self.covered_percent,
         }
 
@@ -84,7 +85,9 @@ def print_scanned(registration: Registration) -> PrintScanned:
     """What a registered scan shows."""
     heights, deviations = registration.levelled()
     heights = np.where(np.isfinite(deviations), heights, registration.model())
-    return PrintScanned(registration, heights - min(0.0, float(heights.min())), deviations, detail_kept(registration))
+    return PrintScanned(
+        registration, heights - min(0.0, float(heights.min())), deviations, detail_kept(registration)
+    )
 
 
 def _times(interval: Interval, factor: float) -> Interval:

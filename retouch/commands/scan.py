@@ -10,6 +10,7 @@ from relief.common.formats import UNITS
 from retouch.commands.options import (
     LENGTHS,
     add_mitsuba,
+    add_printer,
     add_skin,
     add_talk,
     console,
@@ -37,17 +38,24 @@ examples:
   retouch scan runs/stone print.stl
   retouch scan runs/stone print.png --size-mm 12 --relief-mm 0.9
   retouch scan runs/stone first.xyz --other second.xyz -o scans/both
+  retouch scan --coupon coupon-scan.stl -o mine.toml
 """
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("design", type=Path, metavar="RUN", help="run directory, or height map that was printed")
-    parser.add_argument("file", type=Path, metavar="FILE", help="scan of the print")
+    parser.add_argument(
+        "design", type=Path, nargs="?", metavar="RUN", help="run directory, or height map that was printed"
+    )
+    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help="scan of the print")
     parser.add_argument(
         "--other", type=Path, metavar="FILE2", help="scan of a second print, to be compared with the first"
     )
     parser.add_argument(
-        "-o", dest="out", type=Path, metavar="DIR", help="folder to write (default: scans/NAME of FILE)"
+        "-o",
+        dest="out",
+        type=Path,
+        metavar="OUT",
+        help="folder to write (default: scans/NAME of FILE); of a coupon, the printer file (.toml)",
     )
     parser.add_argument("--units", choices=tuple(UNITS), help="unit of a mesh or of points (default: mm)")
     for flag, metavar, meaning in (
@@ -61,6 +69,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_skin(parser, "the run's, or ")
     add_talk(parser, "every number")
+    measured = parser.add_argument_group("a printer by its coupon")
+    measured.add_argument(
+        "--coupon", type=Path, metavar="FILE", help="scan of the coupon that retouch export --coupon wrote"
+    )
+    add_printer(measured, "printer that export was given for the coupon's size")
+    measured.add_argument(
+        "--layer-um", type=float, metavar="UM", help="thickness of layers (default: as the scan shows)"
+    )
     pictures = parser.add_argument_group("the pictures")
     pictures.add_argument(
         "--scene", type=Path, metavar="SCENE", help="Mitsuba scene (default: that of the run, or studio)"
@@ -72,7 +88,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    if arguments.coupon is not None:
+        return _coupon(arguments)
     file = arguments.file
+    if file is None:
+        missing = "RUN and FILE are needed, or --coupon FILE"
+        raise InputError(f"file: missing; {missing}", missing)
+    for name in ("printer", "layer_um"):
+        if getattr(arguments, name) is not None:
+            raise InputError(f"{name}: is for coupons; a run knows its printer")
     if not file.is_file():
         raise InputError(f"{file}: no such file")
     with contact_errors_name(file):
@@ -81,7 +105,9 @@ def run(arguments: argparse.Namespace) -> int:
             file,
             arguments.out or FOLDER / file.stem,
             defines=dict(arguments.defines),
-            **given(arguments, "other", "units", "skin", "model", "scene", "variant", "samples", "quiet", *LENGTHS),
+            **given(
+                arguments, "other", "units", "skin", "model", "scene", "variant", "samples", "quiet", *LENGTHS
+            ),
         )
     if arguments.json:
         print_json(told.as_json())
@@ -90,13 +116,41 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _coupon(arguments: argparse.Namespace) -> int:
+    """Measure a printer. Raises InputError."""
+    # Of two files the first would be taken for a run.
+    if arguments.design is not None or arguments.other is not None:
+        other = arguments.other or arguments.design
+        raise InputError(f"coupon: one scan alone is taken; {other} is one file too many")
+    if arguments.out is None:
+        missing = "missing; the printer file to write, as in mine.toml"
+        raise InputError(f"out: {missing}", f"-o: {missing}")
+    told = retouch.scan_coupon(
+        arguments.coupon, arguments.out, **given(arguments, "printer", "layer_um", "units", "quiet", *LENGTHS)
+    )
+    if arguments.json:
+        print_json(told.as_json())
+    elif not arguments.quiet:
+        numbers = told.coupon.numbers()
+        lines = [(name, _between(numbers, name, ".4g")) for name in NUMBERS if name in numbers]
+        console().print(lines_table(lines))
+        print(f"written: {told.file}; retouch optimize TEXTURE --printer {told.file} takes it")
+    return 0
+
+
+NUMBERS = ("pixel_um", "layer_um", "min_feature_um", "max_slope_degrees", "scale", "height_scale")
+"""Numbers of a coupon that the screen tells."""
+
+
 def _tell(content: dict[str, Any]) -> None:
     sides = [content, content["other"]] if "other" in content else [content]
     for side in sides:
         console().print(lines_table(_lines(side)))
     if "other" in content:
         between = content["jnd_between"]
-        print("the second print is " + ("smooth" if between is None else f"{between:+.2f} JND from the first"))
+        print(
+            "the second print is " + ("smooth" if between is None else f"{between:+.2f} JND from the first")
+        )
     look = content["compared"]["look"]
     if look is not None:
         print(f"pictures: {look['change_percent']:.2g} % of the mean picture apart")
@@ -109,8 +163,14 @@ def _lines(side: dict[str, Any]) -> list[tuple[str, str]]:
     lines = [
         ("scan", f"{side['file']}, {side['covered_percent']:.0f} % of the plate"),
         ("lies", f"turned by {turned} degrees, shifted by {x:.3f}, {y:.3f} mm"),
-        ("size", f"{_between(side, 'scale', '.4f')} in the plane, {_between(side, 'height_scale', '.3f')} in height"),
-        ("blur", f"{_between(side, 'blur_um', '.1f')} um; half is left of periods of {side['half_kept_mm']:.2f} mm"),
+        (
+            "size",
+            f"{_between(side, 'scale', '.4f')} in the plane, {_between(side, 'height_scale', '.3f')} in height",
+        ),
+        (
+            "blur",
+            f"{_between(side, 'blur_um', '.1f')} um; half is left of periods of {side['half_kept_mm']:.2f} mm",
+        ),
     ]
     if side["jnd_from_design"] is not None:
         lines.append(("feel", f"{_between(side, 'jnd_from_design', '+.2f')} JND from the design"))
@@ -120,4 +180,5 @@ def _lines(side: dict[str, Any]) -> list[tuple[str, str]]:
 def _between(side: dict[str, Any], name: str, form: str) -> str:
     """A value with the ends of its interval."""
     ends = [side[f"{name}_low"], side[f"{name}_high"]]
-    return f"{side[name]:{form}} (" + " to ".join("open" if end is None else f"{end:{form}}" for end in ends) + ")"
+    value = "none" if side[name] is None else f"{side[name]:{form}}"
+    return f"{value} (" + " to ".join("open" if end is None else f"{end:{form}}" for end in ends) + ")"

@@ -24,7 +24,9 @@ CURVE = 61
 """Points of a curve."""
 
 
-def write_scan_page(folder: Path, design: Relief, prints: Sequence[PrintScanned], content: dict[str, Any]) -> None:
+def write_scan_page(
+    folder: Path, design: Relief, prints: Sequence[PrintScanned], content: dict[str, Any]
+) -> None:
     """Write the page, atomically; it fetches nothing from a network."""
     sides = [content, content["other"]] if len(prints) > 1 else [content]
     limit = svg.round_up(max(1.0, *(_limit_um(each.deviations) for each in prints)))
@@ -80,4 +82,6 @@ def _chart(shown: PrintScanned, numbers: dict[str, Any]) -> Any:
     shares = 100.0 * numbers["height_scale"] * np.exp(-2.0 * (pi * blur_mm * places) ** 2)
     curve = [Mean(float(x), y, y, y, 0) for x, y in zip(places, shares.tolist(), strict=True)]
     series = [Means("measured, 95 %", means), Means("fitted blur", curve, marked=False)]
-    return intervals.line_chart("amplitude in the print, % of the design's", series, "periods a mm of the design")
+    return intervals.line_chart(
+        "amplitude in the print, % of the design's", series, "periods a mm of the design"
+    )

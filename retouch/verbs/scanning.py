@@ -14,16 +14,20 @@ from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.skins import load_skin
 from relief.common.arrays import Array
 from relief.common.errors import InputError, naming
-from relief.common.files import permitted, write_atomically
+from relief.common.files import check_file_to_write, permitted, write_atomically
 from relief.common.progress import Progress, stage
 from relief.heightmap import save_heights_exr
+from relief.printers import Printer, find_printer, is_printer_file
 from relief.relief import Relief
+from relief.scanning import coupon as plates
 from relief.scanning.blurred import samples_mm
+from relief.scanning.coupon_reading import CouponNumbers, printer_file, read_coupon
 from relief.scanning.reading import ScanLengths, read_scan
 from relief.scanning.registration import NORMAL_95, Interval, register
 from relief.scanning.summary import PrintScanned, print_scanned
 from retouch.pages.scan import PAGE, write_scan_page
 from retouch.verbs.comparison import compare
+from retouch.verbs.exporting import Exported, export
 from retouch.verbs.progress_display import followed
 from retouch.verbs.subjects import Subject, read_subject
 from tactile.jnd import jnd_unless_smooth
@@ -131,6 +135,84 @@ def scan(
     return ScannedPrint(prints[0], prints[1] if other is not None else None, content, out)
 
 
+@dataclass(frozen=True, eq=False)
+class MeasuredPrinter:
+    """A printer, measured by the scan of its coupon.
+
+    Attributes:
+        printer: as runs take it.
+        coupon: what was measured, with intervals.
+        file: of the printer.
+    """
+
+    printer: Printer
+    coupon: CouponNumbers
+    file: Path
+
+    def as_json(self) -> dict[str, Any]:
+        """What `retouch scan --coupon --json` prints."""
+        grating = {f"{1000.0 * pitch:.0f}": each.value for pitch, each in self.coupon.contrasts.items()}
+        return {
+            "printer": str(self.file),
+            **self.printer.numbers(),
+            "measured": self.coupon.numbers(),
+            "grating_kept": grating,
+        }
+
+
+def coupon(out: str | os.PathLike[str], *, printer: str | Printer | None = None) -> Exported:
+    """Write the coupon, a plate that tells the numbers of a printer when it is printed and scanned.
+
+    Args:
+        out: file to write, as in `export`.
+        printer: for whose pixels the coupon is scaled; None: 50 um.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    made_by = find_printer(printer) if isinstance(printer, str) else printer
+    return export(plates.coupon(plates.scale_for(made_by)), out)
+
+
+def scan_coupon(
+    file: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    printer: str | Printer | None = None,
+    layer_um: float | None = None,
+    units: str | None = None,
+    size_mm: float | None = None,
+    relief_mm: float | None = None,
+    height_scale: float | None = None,
+    quiet: bool | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> MeasuredPrinter:
+    """Measure a printer by the scan of its coupon, and write a printer file.
+
+    Args:
+        file: scan of the coupon, as of `scan`.
+        out: printer file to write (.toml), which runs take as their printer.
+        printer: the one that `coupon` was given, which tells how large the coupon is.
+        layer_um: thickness of layers; None: as the scan shows them.
+        units, size_mm, relief_mm, height_scale, quiet, progress: as in `scan`.
+
+    Raises:
+        InputError: the file cannot be read, shows no such coupon, or shows no layers.
+    """
+    out = Path(out)
+    if not is_printer_file(out.name):
+        raise InputError(f"{out}: a printer file ends in .toml", f"{out}: -o: a printer file ends in .toml")
+    check_file_to_write(out)
+    made_by = find_printer(printer) if isinstance(printer, str) else printer
+    lengths = ScanLengths(units, size_mm, relief_mm, height_scale)
+    with followed(progress, quiet), stage("measuring the coupon"):
+        numbers = read_coupon(read_scan(file, lengths), plates.scale_for(made_by))
+        measured = numbers.printer(out.stem, layer_um)
+        with permitted(out):
+            write_atomically(out, printer_file(measured, numbers, Path(file)).encode())
+    return MeasuredPrinter(measured, numbers, out)
+
+
 def _printed_subject(design: str | os.PathLike[str]) -> Subject:
     """What was printed; the result of a run with a printer has flat pixels. Raises InputError."""
     subject = read_subject(Path(design), "design")
@@ -170,9 +252,13 @@ class _Pressing:
 
     def roughness(self, heights: Array) -> float:
         """Of heights (rows, cols) mm on the plate of the design."""
-        relief = replace(self.subject.relief, heights=heights - min(0.0, float(heights.min())), repeats=(False, False))
+        relief = replace(
+            self.subject.relief, heights=heights - min(0.0, float(heights.min())), repeats=(False, False)
+        )
         with naming(self.subject.file):
-            return measure_touch(relief, self.finger, self.model, quantities=(ROUGHNESS,)).means[ROUGHNESS.name]
+            return measure_touch(relief, self.finger, self.model, quantities=(ROUGHNESS,)).means[
+                ROUGHNESS.name
+            ]
 
     @cached_property
     def of_design(self) -> float:
@@ -188,7 +274,9 @@ class _Pressing:
             "file": shown.registration.scan.name,
             **shown.numbers(),
             **felt.as_json("roughness"),
-            **dict(zip(("jnd_from_design", "jnd_from_design_low", "jnd_from_design_high"), jnds, strict=True)),
+            **dict(
+                zip(("jnd_from_design", "jnd_from_design_low", "jnd_from_design_high"), jnds, strict=True)
+            ),
             "kept": shown.kept.as_json(),
             "notes": shown.notes(),
         }
