@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from retouch.verbs.previews import save_preview
     from retouch.verbs.rendering import Rendering, explain, render
     from retouch.verbs.runs import forecast, optimize, resume
-    from retouch.verbs.stimulus_plates import redraw_stimuli, stimuli
     from retouch.verbs.scanning import MeasuredPrinter, ScannedPrint, coupon, scan, scan_coupon
+    from retouch.verbs.stimulus_plates import redraw_stimuli, stimuli
     from retouch.verbs.studying import StudyTables, list_studies, study
     from surrogate.data.field_set import open_fieldset
     from tactile.area import contact_area
@@ -53,8 +53,8 @@ __all__ = [
     "Exported",
     "Forecast",
     "InputError",
-    "PeoplesAnswers",
     "MeasuredPrinter",
+    "PeoplesAnswers",
     "Prepared",
     "Progress",
     "Relief",

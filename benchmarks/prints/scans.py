@@ -4,8 +4,8 @@
     python -m benchmarks.prints.scans report
 
 `coverage` scans prints of random textures by printers of known blur, shrinkage and noise, turned, shifted and
-tilted at random, and counts how often each interval of `relief.scanning.registration` holds the truth. It goes on
-where an earlier call ended. `report` puts the tables into docs/evidence/scans.md.
+tilted at random, and counts how often each interval of `relief.scanning.registration` holds the truth. It
+goes on where an earlier call ended. `report` puts the tables into docs/evidence/scans.md.
 """
 
 from __future__ import annotations
@@ -107,8 +107,8 @@ def row(kind: Kind, seed: int) -> dict[str, Any]:
     began = time.process_time()
     try:
         found, truth = simulated(kind, seed)
-    except InputError as error:
-        return {"seed": seed, "refused": str(error)}
+    except InputError as refusal:
+        return {"seed": seed, "refused": str(refusal)}
     told: dict[str, Any] = {"seed": seed}
     for name in NUMBERS:
         interval: Interval = getattr(found, name)

@@ -20,8 +20,8 @@ class Print(Section):
     Numbers that are not given are those of the named printer. Once loaded, they are all there.
 
     Attributes:
-        printer: name of a printer (`relief.printers.PRINTERS`), or a printer file, whose name is kept once its
-            numbers are read; "own" where a number differs from its.
+        printer: name of a printer (`relief.printers.PRINTERS`), or a printer file, whose name is
+            kept once its numbers are read; "own" where a number differs from its.
         pixel_um, layer_um, min_feature_um, max_slope_degrees, max_relief_mm: as of
             `relief.printers.Printer`. Without a name the smallest feature is three pixels, and slope
             and relief are those that every printer of the table has.

@@ -8,6 +8,7 @@ from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import dctn, idctn
 from scipy.ndimage import map_coordinates
 
@@ -112,10 +113,10 @@ class Design:
             idctn(self._coefficients * np.exp(-0.5 * variance_mm2 * self._squares), norm="ortho")
         )
 
-    def inside(self, x: Array, y: Array, margin_mm: float = 0.0) -> Array:
+    def inside(self, x: Array, y: Array, margin_mm: float = 0.0) -> NDArray[np.bool_]:
         """Whether points, mm from the middle, y upward, lie on the plate, off its rim by a margin."""
         high, wide = self.size_mm
-        return (np.abs(x) <= 0.5 * wide - margin_mm) & (np.abs(y) <= 0.5 * high - margin_mm)
+        return np.asarray((np.abs(x) <= 0.5 * wide - margin_mm) & (np.abs(y) <= 0.5 * high - margin_mm))
 
     def at(self, x: Array, y: Array, variance_mm2: float) -> Derivatives:
         """The blurred design and its derivatives at points, mm from the middle, y upward.
@@ -150,4 +151,5 @@ def samples_mm(relief: Relief) -> tuple[Array, Array]:
     (rows, cols), pitch_mm = relief.heights.shape, relief.pitch_mm
     x = (np.arange(cols) - 0.5 * (cols - 1)) * pitch_mm
     y = (0.5 * (rows - 1) - np.arange(rows)) * pitch_mm
-    return tuple(np.meshgrid(x, y))  # type: ignore[return-value]
+    across, down = np.meshgrid(x, y)
+    return across, down

@@ -1,8 +1,8 @@
 """A coupon: one small plate whose gratings, lines, dots, slopes and steps tell the numbers of a printer.
 
-All lengths here are in mm at scale 1, for pixels of 50 um; for other printers the whole plate is scaled. Gratings
-and lines are slanted, so that their edges meet every part of a printer's pixels, as edges of resolution charts
-do (ISO 12233).
+All lengths here are in mm at scale 1, for pixels of 50 um; for other printers the whole plate is scaled.
+Gratings and lines are slanted, so that their edges meet every part of a printer's pixels, as edges of
+resolution charts do (ISO 12233).
 """
 
 from collections.abc import Iterator
@@ -122,7 +122,7 @@ def places(field: Field) -> tuple[Array, Array]:
 
 
 def across(field: Field, x: Array, y: Array) -> Array:
-    """Distance, mm, across the slanted lines of a field from its line, or from a ridge's middle of a grating."""
+    """Distance, mm, from the line of a field, or from the middle of a ridge, across the slanted lines."""
     angle = radians(SLANT_DEGREES)
     return cos(angle) * (x - field.at) + sin(angle) * (y - 0.5 * field.high)
 

@@ -1,4 +1,4 @@
-"""The numbers of a printer from a scan of its coupon: footprint, layer, smallest feature, slope and shrinkage.
+"""The numbers of a printer from a scan of its coupon.
 
 * Footprint: a square pixel of side p leaves sin(x)/x, x = pi p / P, of the amplitude of a slanted grating of
   pitch P. p fits that to all gratings of which enough is left.
@@ -36,17 +36,19 @@ variance leave differs by more than 3 %."""
 COMES_OUT = 0.5
 """Share of its height from which a ridge or groove has come out."""
 REPRODUCED = 0.75
-"""Share of its slope, blurred by the footprint, from which a wedge is reproduced: pixels and layers take up to a
-fifth of the slope of a wall two pixels wide."""
+"""Share of its slope, blurred by the footprint, from which a wedge is reproduced: pixels and layers take
+up to a fifth of the slope of a wall two pixels wide."""
 MODEL_ERROR = 0.025
-"""Standard error of the share that is left of a grating by anything but a square pixel: how edges meet pixels,
-and the shape of the spot."""
+"""Standard error of the share that is left of a grating by anything but a square pixel: how edges meet
+pixels, and the shape of the spot."""
+EDGES = 30
+"""Independent edges of the coupon, about: over the length of each, rounding to pixels averages."""
 PERIODS_ERROR = 0.05
 """Share of a period by which terraces at the ends of the ramp can shift the number of its periods."""
 LAYERS_UM = (8.0, 500.0)
 """Thinnest and thickest layer that is looked for, um."""
 SEEN = 0.2
-"""Share of the variance of the ramp about a straight line that terraces explain, from which layers are seen."""
+"""Share of the ramp's variance about a straight line, explained by terraces, from which layers are seen."""
 RIM_MM, RAMP_RIM_MM = 0.15, 0.45
 """Rim of a field, at scale 1, that is not read; the walls beside a ramp are the highest of the coupon."""
 
@@ -93,18 +95,17 @@ class CouponNumbers:
         Raises:
             InputError: layers are neither seen nor given.
         """
-        if layer_um is None and self.layer_um is None:
-            missing = "the scan shows no terraces of layers; state the thickness of a layer"
-            raise InputError(f"layer_um: {missing}", f"--layer-um: {missing}")
-        layer = layer_um if layer_um is not None or self.layer_um is None else self.layer_um.value
-        numbers = {
-            "pixel_um": self.pixel_um.value,
-            "layer_um": layer,
-            "min_feature_um": self.min_feature_um.value,
-            "max_slope_degrees": self.max_slope_degrees.value,
-        }
-        # The coupon may say less than a printer may have.
-        return Printer(name, **{key: float(np.clip(value, *RANGES[key])) for key, value in numbers.items()})
+        if layer_um is None:
+            if self.layer_um is None:
+                missing = "the scan shows no terraces of layers; state the thickness of a layer"
+                raise InputError(f"layer_um: {missing}", f"--layer-um: {missing}")
+            layer_um = self.layer_um.value
+        # The coupon may say more or less than a printer may have.
+        pixel_um, min_feature_um, max_slope_degrees = (
+            float(np.clip(getattr(self, key).value, *RANGES[key]))
+            for key in ("pixel_um", "min_feature_um", "max_slope_degrees")
+        )
+        return Printer(name, pixel_um, layer_um, min_feature_um, max_slope_degrees)
 
 
 def read_coupon(scan: Scan, scale: float) -> CouponNumbers:
@@ -132,10 +133,18 @@ def read_coupon(scan: Scan, scale: float) -> CouponNumbers:
         layer_um,
         Interval(*(1000.0 * scale * each for each in (smallest.value, smallest.low, smallest.high))),
         read.steepest(1e-3 * pixel_um.value),
-        found.scale,
+        _scale(found, pixel_um.value),
         read.height(_of("ramp")[0], layer_um),
         1000.0 * scale * dots.value,
         contrasts,
+    )
+
+
+def _scale(found: Registration, pixel_um: float) -> Interval:
+    """Lengths of the print over those of the coupon; edges that pixels round are few, and no noise."""
+    rounded = 1e-3 * pixel_um / sqrt(12.0 * EDGES) / found.design.width_mm
+    return Interval.about(
+        found.scale.value, float(np.hypot(found.pose.scale * found.fitted.sigma("log_scale"), rounded))
     )
 
 
@@ -187,8 +196,10 @@ class _Read:
         whole = np.ones(len(x), bool)
         # The plate is linear between samples, which leaves less of a fine grating than the samples have.
         slant = radians(plates.SLANT_DEGREES)
-        linear = np.prod([np.sinc(PITCH_MM / field.size * part) ** 2 for part in (cos(slant), sin(slant))])
-        return Interval.about(amplitude(own, whole) / amplitude(design, whole) / linear, error / linear)
+        steps = [PITCH_MM / field.size * part for part in (cos(slant), sin(slant))]
+        linear = float(np.prod(np.sinc(steps) ** 2))
+        share = amplitude(own, whole) / amplitude(design, whole)
+        return Interval.about(share / linear, error / linear)
 
     def line(self, field: Field) -> float:
         """Height of a ridge, or depth of a groove, along its middle, over that of its design."""
@@ -211,7 +222,7 @@ class _Read:
 
         Other heights are too few to average what layers round.
         """
-        x, y, own, design = self._field(field)
+        _, y, own, design = self._field(field)
         strips = np.minimum((y / field.high * STRIPS).astype(int), STRIPS - 1)
         each = [
             float(np.polyfit(design[strips == n], own[strips == n], 1)[0])

@@ -10,6 +10,7 @@ Econometrica 55, 1987). C is taken to depend on the distance of places alone and
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import irfft2, next_fast_len, rfft2
 
 from relief.common.arrays import Array
@@ -49,7 +50,7 @@ class Fit:
     pose: Pose
     covariance: Array
     residuals: Array
-    outliers: Array
+    outliers: NDArray[np.bool_]
     correlation: float
     spread_mm: float
     overlap: float
@@ -136,7 +137,7 @@ class _State:
         """Tukey's, 0 to 1."""
         return np.square(1.0 - self.ratios)
 
-    def ended(self, samples: "_Samples", free: Array) -> Fit:
+    def ended(self, samples: "_Samples", free: NDArray[np.bool_]) -> Fit:
         weights, ratios = self.weights, self.ratios
         # Tukey's influence falls off, so the mean of its derivative is less than that of the weights.
         slope = float(np.mean((1.0 - ratios) * (1.0 - 5.0 * ratios)))

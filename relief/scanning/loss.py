@@ -16,8 +16,8 @@ from relief.scanning.registration import NORMAL_95, Interval, Registration
 BANDS = 24
 """Bands of frequency up to the finest that design and scan both show."""
 LEAST_POWER = 1e-4
-"""Power of a wave of a band, in that of the strongest band, below which the band tells nothing: there the window
-shows the feet of stronger waves."""
+"""Power of a wave of a band, in that of the strongest band, below which the band tells nothing: there the
+window shows the feet of stronger waves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ def detail_kept(registration: Registration) -> Kept:
     one, other = fft2(print_), fft2(original)
 
     def sums(values: Array) -> Array:
-        return np.bincount(band.ravel(), values.ravel(), BANDS + 1)[:BANDS]
+        return np.asarray(np.bincount(band.ravel(), values.ravel(), BANDS + 1)[:BANDS], dtype=np.float64)
 
     cross, of_print, of_design = (
         sums((one * np.conj(other)).real),

@@ -13,8 +13,8 @@ from relief.common.arrays import Array
 class Pose:
     """A print in its scan: height = height_scale * (blurred design)(p) + level + tilt * p.
 
-    A point p of the design, mm from its middle, lies in the scan at scale * R(turn) p + shift from the middle of
-    the scan; y is upward, and turns are counter-clockwise.
+    A point p of the design, mm from its middle, lies in the scan at scale * R(turn) p + shift from the
+    middle of the scan; y is upward, and turns are counter-clockwise.
 
     Attributes:
         turn: radians.

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import Delaunay, QhullError
 
+from relief.body import Body
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError, PictureError, naming
 from relief.common.files import read_limited
@@ -40,8 +41,8 @@ LEVELLED_DEGREES = 3.0
 """Angle between the mean normal of an open mesh and z from which the mesh is turned upright; a tilt below is
 found with the pose."""
 OPEN = 0.3
-"""Length of the mean normal of a mesh, in that of a flat surface, from which the mesh is open: of a closed body
-the mean is 0."""
+"""Length of the mean normal of a mesh, in that of a flat surface, from which the mesh is open: of a closed
+body the mean is 0."""
 ON_GRID = 1e-3
 """Share of the distance of neighbours by which points of a grid may be off it."""
 
@@ -67,8 +68,8 @@ def read_scan(path: str | os.PathLike[str], lengths: ScanLengths | None = None) 
     """Read a scan.
 
     Args:
-        path: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm, not finite in holes); STL, OBJ, PLY, GLB
-            or 3MF, seen from above; or lines of x, y and z in mm.
+        path: PNG or TIFF (grey is height), EXR, NPY or float TIFF (mm, not finite in holes); STL, OBJ,
+            PLY, GLB or 3MF, seen from above; or lines of x, y and z in mm.
         lengths: what the file does not say.
 
     Returns:
@@ -151,9 +152,7 @@ def _of_mesh(mesh: Mesh) -> Scan:
         up = total / length * (1.0 if total[2] >= 0.0 else -1.0)
         if up[2] < np.cos(np.radians(LEVELLED_DEGREES)):
             vertices = vertices @ _upright(up).T
-            normals = np.cross(
-                *(vertices[mesh.body.faces[:, n]] - vertices[mesh.body.faces[:, 0]] for n in (1, 2))
-            )
+            normals = Body(vertices, mesh.body.faces).normals
     area_mm2 = 0.5 * float(np.abs(normals[:, 2]).sum())
     # Of a plate one half of the area is the bottom, which has next to no vertices.
     closed = length <= OPEN * float(np.linalg.norm(normals, axis=1).sum())

@@ -46,8 +46,10 @@ MOST_BLUR = 0.1
 LEAST_ON_PLATE = 0.6
 """Least share of the scan, or of the plate if that is smaller, where one lies over the other. Scans of other
 plates fit best where a corner of one lies over a corner of the other."""
-LEAST_SEEN = 0.05
-"""Least area of the scan in that of the design."""
+LEAST_SEEN, MOST_SEEN = 0.2, 4.0
+"""Least and greatest side of the scan in sides of the design."""
+LEAST_HEIGHT, MOST_HEIGHT = 0.2, 5.0
+"""Least and greatest height of the print over that of the design; beyond, the scan is in another unit."""
 
 
 @dataclass(frozen=True)
@@ -139,8 +141,8 @@ class Registration:
     def levelled(self, outlier: float = TUKEY) -> tuple[Array, Array]:
         """The print on the samples of the design.
 
-        Deviations are read between the samples of the scan, and added to the design as blurred, which is known
-        everywhere: heights themselves, read between samples, would be smoothed.
+        Deviations are read between the samples of the scan, and added to the design as blurred, which is
+        known everywhere: heights themselves, read between samples, would be smoothed.
 
         Args:
             outlier: standard deviations of the residuals beyond which a sample is left out.
@@ -172,7 +174,7 @@ class Registration:
         return self._model(*samples_mm(self.design), 0.0) + self.surface.level_mm
 
     def _model(self, x: Array, y: Array, added_mm2: float) -> Array:
-        """The print at points of the design, about its mean, blurred by an additional variance in the scan."""
+        """The print at points of the design, about its mean, blurred further by a variance in the scan."""
         variance = self.pose.variance_mm2 - self._working_mm2 + added_mm2 / self.pose.scale**2
         heights = self.surface.at(x.ravel(), y.ravel(), variance).heights
         return np.asarray(self.pose.height_scale * heights.reshape(x.shape))
@@ -183,7 +185,7 @@ class Registration:
 
     @property
     def _working_mm2(self) -> float:
-        """Variance by which the blocks of the working scan have blurred the print, in the plane of the design."""
+        """Variance of the blur by the blocks of the working scan, in the plane of the design."""
         return self._blocks_mm2(round(self.working.pitch_mm / self.scan.pitch_mm)) / self.pose.scale**2
 
 
@@ -233,11 +235,21 @@ def _found(design: Design, scan: Scan, name: str) -> Fit:
     if _is_print(mirrored, direct) and _quality(mirrored) > _quality(direct) + BETTER:
         raise InputError(f"{name}: is mirrored; the scan fits its design with left and right exchanged")
     if direct is None or not _is_print(direct, mirrored):
+        _refuse_mould(search, design, small, name)
         best = max(0.0, _quality(direct))
         raise InputError(
             f"{name}: shows another plate than this design: the two correlate by {best:.2f} at the best place"
         )
     return direct
+
+
+def _refuse_mould(search: Search, design: Design, scan: Scan, name: str) -> None:
+    """Raise InputError for a scan whose heights are upside down, as of a mould, which is mirrored as well."""
+    inverse = replace(scan, heights=-scan.heights)
+    with stage("looking for a mould", total=2 * search.angles):
+        as_it_is, mirrored = (_best(search, design, each) for each in (inverse, inverse.flipped()))
+    if _is_print(as_it_is, mirrored) or _is_print(mirrored, as_it_is):
+        raise InputError(f"{name}: is upside down: ridges of the design are grooves of the scan")
 
 
 def _quality(found: Fit | None) -> float:
@@ -300,29 +312,17 @@ def _check_size(scan: Scan, size_mm: float) -> None:
     ratio = max(scan.size_mm) / size_mm
     sizes = f"{scan.name}: measures {max(scan.size_mm):.4g} mm, and its design {size_mm:.4g} mm"
     unit = next((unit for unit in UNITS_APART if abs(log(ratio / unit)) < log(UNIT_MARGIN)), None)
-    area = ratio**2
-    if unit is not None and (area < LEAST_SEEN or ratio > SEARCHED):
-        raise InputError(
-            f"{sizes}: {ratio:.3g} times as much; is the scan in another unit? State units",
-            f"{sizes}: {ratio:.3g} times as much; is the scan in another unit? State --units or --size-mm",
-        )
-    if area < LEAST_SEEN or ratio > SEARCHED:
+    if LEAST_SEEN <= ratio <= MOST_SEEN:
+        return
+    if unit is None:
         raise InputError(f"{sizes}; cut the scan to the plate, or state its size or unit")
-
-
-SEARCHED = 4.0
-"""Sides of the design that a scan measures at most."""
-FLAT_SHARE = 0.02
-"""Height scale below which a print is flat, for all that is known."""
+    asked = f"{ratio:.3g} times as much; is the scan in another unit? State"
+    raise InputError(f"{sizes}: {asked} units or size_mm", f"{sizes}: {asked} --units or --size-mm")
 
 
 def _check_heights(fitted: Fit, name: str) -> None:
-    """Raise InputError for heights that are upside down or in another unit."""
+    """Raise InputError for heights in another unit."""
     height = fitted.pose.height_scale
-    if height < 0.0:
-        raise InputError(f"{name}: is upside down: ridges of the design are grooves of the scan")
-    if not 0.2 < height < 5.0:
-        raise InputError(
-            f"{name}: its heights are {height:.3g} times those of the design; state height_scale",
-            f"{name}: its heights are {height:.3g} times those of the design; state --height-scale",
-        )
+    if not LEAST_HEIGHT <= height <= MOST_HEIGHT:
+        wrong = f"{name}: its heights are {height:.3g} times those of the design; state"
+        raise InputError(f"{wrong} height_scale or units", f"{wrong} --height-scale or --units")

@@ -17,8 +17,8 @@ MAD_TO_SIGMA = 1.4826
 LEAST_MEASURED = 0.5
 """Least share of the area of a scan that is measured: a scan with more holes than surface is refused."""
 MIXED_DIFFERENCE = np.outer((1.0, -2.0, 1.0), (1.0, -2.0, 1.0)) / 6.0
-"""Second difference along both axes, scaled to keep the variance of white noise (J. Immerkaer, Computer Vision
-and Image Understanding 64, 1996): planes and most of a surface that is finely sampled drop out."""
+"""Second difference along both axes, scaled to keep the variance of white noise (J. Immerkaer, Computer
+Vision and Image Understanding 64, 1996): planes and most of a surface that is finely sampled drop out."""
 
 
 @dataclass(frozen=True, eq=False)

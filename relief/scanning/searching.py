@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import irfft2, next_fast_len, rfft2
 from scipy.ndimage import gaussian_filter, map_coordinates
 
@@ -31,8 +32,6 @@ CLIPPED = 4.0
 """Standard deviations at which heights are clipped: walls around a plate, spikes."""
 LEAST_OVERLAP = 0.4
 """Least share of the smaller of plate and scan that lies over the other."""
-WIDEST = 3.0
-"""Sides of the design that the scan may measure; of a wider one the coarse grid would be large."""
 
 
 @dataclass(frozen=True, order=True)
@@ -158,7 +157,7 @@ def _without_broad(heights: Array, known: Array, samples: float) -> Array:
     return np.asarray(heights - mean)
 
 
-def _clipped(heights: Array, known: Array) -> Array:
+def _clipped(heights: Array, known: NDArray[np.bool_]) -> Array:
     """Heights clipped a few robust standard deviations from 0."""
     limit = CLIPPED * MAD_TO_SIGMA * float(np.median(np.abs(heights[known])))
     return np.clip(heights, -limit, limit) if limit > 0.0 else heights

@@ -67,11 +67,11 @@ class PrintScanned:
         lines, found = [], self.registration
         if self.covered_percent < LITTLE_COVERED:
             lines.append(
-                f"{self.covered_percent:.0f} % of the plate were measured; elsewhere the design as blurred is pressed"
+                f"{self.covered_percent:.0f} % of the plate is measured; elsewhere its design is pressed"
             )
         if found.tilted_degrees > COARSE_DEGREES:
             lines.append(
-                f"the scan is tilted by {found.tilted_degrees:.0f} degrees, which falsifies heights; level the plate"
+                f"the scan is tilted by {found.tilted_degrees:.0f} degrees, which falsifies heights; level it"
             )
         if found.scan.pitch_mm > 2.0 * found.design.pitch_mm:
             lines.append(

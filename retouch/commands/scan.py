@@ -159,18 +159,14 @@ def _tell(content: dict[str, Any]) -> None:
 
 def _lines(side: dict[str, Any]) -> list[tuple[str, str]]:
     """What the screen tells of a print: a word and a sentence each."""
-    turned, (x, y) = _between(side, "turned_degrees", ".2f"), side["shifted_mm"]
+    turned, (x, y) = _between(side, "turned_degrees", ".3f"), side["shifted_mm"]
+    plane, height = _between(side, "scale", ".4f"), _between(side, "height_scale", ".3f")
+    blur, half_mm = _between(side, "blur_um", ".1f"), side["half_kept_mm"]
     lines = [
         ("scan", f"{side['file']}, {side['covered_percent']:.0f} % of the plate"),
         ("lies", f"turned by {turned} degrees, shifted by {x:.3f}, {y:.3f} mm"),
-        (
-            "size",
-            f"{_between(side, 'scale', '.4f')} in the plane, {_between(side, 'height_scale', '.3f')} in height",
-        ),
-        (
-            "blur",
-            f"{_between(side, 'blur_um', '.1f')} um; half is left of periods of {side['half_kept_mm']:.2f} mm",
-        ),
+        ("size", f"{plane} in the plane, {height} in height"),
+        ("blur", f"{blur} um; half is left of periods of {half_mm:.2f} mm"),
     ]
     if side["jnd_from_design"] is not None:
         lines.append(("feel", f"{_between(side, 'jnd_from_design', '+.2f')} JND from the design"))

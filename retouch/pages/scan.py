@@ -1,4 +1,4 @@
-"""The page of a scan: a print beside its design, where it deviates, and what of the detail is in the print."""
+"""The page of a scan: print and design, where the two deviate, and what of the detail is in the print."""
 
 from collections.abc import Sequence
 from math import pi

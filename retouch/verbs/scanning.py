@@ -1,4 +1,4 @@
-"""Scans of prints: laid on their design, compared, pressed and rendered; and printers measured by a coupon."""
+"""Scans of prints: laid on their design, pressed and rendered; and printers measured by a coupon."""
 
 import json
 import os
@@ -39,8 +39,8 @@ from tactile.skin import Skin
 DOCUMENT = "scan.json"
 COMPARISON = "comparison.html"
 PRINTS = ("print.exr", "other.exr")
-"""Files of the folder of a scan beside its page: every number, the page that compares the print with its design,
-and the prints as measured, in the frame of the design."""
+"""Files of the folder of a scan beside its page: every number, the page that compares the print with its
+design, and the prints as measured, in the frame of the design."""
 DRAWS = 3
 """Times that noise like that of the scan is added, to see what noise does to the roughness."""
 
