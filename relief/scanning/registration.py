@@ -190,11 +190,15 @@ class Registration:
 
 
 def _between_holes(values: Array, places: Array) -> Array:
-    """Values (rows, cols) at places (2, ...) of their grid, linear between samples; NaN beside holes."""
+    """Values (rows, cols) at places (2, ...) of their grid, linear between samples.
+
+    Beside holes they are means of the known samples, by the same weights; NaN where these are less than
+    half of the weights.
+    """
     known = np.isfinite(values)
     there = map_coordinates(known.astype(np.float64), places, order=1, cval=0.0)
     read = map_coordinates(np.where(known, values, 0.0), places, order=1, cval=0.0)
-    return np.where(there > 1.0 - 1e-6, read, np.nan)
+    return np.where(there >= 0.5, read / np.maximum(there, 0.5), np.nan)
 
 
 def register(scan: Scan, design: Relief) -> Registration:

@@ -167,8 +167,8 @@ def test_points_go_to_the_scan_and_back() -> None:
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say(design: Relief) -> None:
-    surface, held = Design(surface_of(design, 512), design.width_mm, 512), []
-    for seed in range(30):
+    surface, held = Design(surface_of(design, 256), design.width_mm, 256), []
+    for seed in range(24):
         scanner = Scanner(0.16, noise_mm=0.02, noise_length_mm=0.1 * (seed % 2))
         scan = scanned(design, POSE, scanner, np.random.default_rng(seed))
         fitted = fit(surface, scan, replace(POSE, turn=POSE.turn + 0.01, variance_mm2=0.002))
