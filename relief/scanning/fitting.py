@@ -121,7 +121,7 @@ class _State:
     """Residuals and derivatives at one pose, of the samples that lie on the design."""
 
     pose: Pose
-    places: Array
+    places: NDArray[np.intp]
     residuals: Array
     jacobian: Array
     values: Array
@@ -220,7 +220,7 @@ class _Samples:
             max(spread, least),
         )
 
-    def correlated(self, places: Array, influences: Array, jacobian: Array) -> Array:
+    def correlated(self, places: NDArray[np.intp], influences: Array, jacobian: Array) -> Array:
         """J' C J for influences (n,) and derivatives (n, k) at places (n,) of the scan."""
         rows, cols = self.shape
         lags = [max(2, round(LONGEST_CORRELATION * side)) for side in self.shape]

@@ -76,7 +76,10 @@ def _chart(shown: PrintScanned, numbers: dict[str, Any]) -> Any:
     """The share of the detail in the print by frequency, beside that of the fitted blur."""
     kept = shown.kept
     rows = zip(kept.per_mm, kept.share, kept.low, kept.high, strict=True)
-    means = [Mean(*(100.0 * v if n else v for n, v in enumerate(map(float, row))), 0) for row in rows]
+    means = [
+        Mean(at, 100.0 * value, 100.0 * low, 100.0 * high, 0)
+        for at, value, low, high in (map(float, row) for row in rows)
+    ]
     blur_mm = 1e-3 * numbers["blur_um"]
     places = np.linspace(0.0, float(kept.per_mm.max()), CURVE)
     shares = 100.0 * numbers["height_scale"] * np.exp(-2.0 * (pi * blur_mm * places) ** 2)

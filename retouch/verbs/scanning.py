@@ -3,6 +3,7 @@
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -115,18 +116,20 @@ def scan(
     subject, out = _printed_subject(design), Path(out)
     lengths = ScanLengths(units, size_mm, relief_mm, height_scale)
     files = [Path(each) for each in (file, other) if each is not None]
-    settings = {"scene": scene, "defines": defines, "variant": variant, "samples": samples}
+    settings: dict[str, Any] = {"scene": scene, "defines": defines, "variant": variant, "samples": samples}
+    settings |= {"skin": skin, "model": model, "repeats": False, "quiet": True}
     pressing = _Pressing(subject, skin, model)
-    with followed(progress, quiet):
+    with followed(progress, quiet), ExitStack() as undone:
         prints = [_shown(each, subject.relief, lengths) for each in files]
-        with permitted(out):
-            saved = [out / name for name in PRINTS[: len(prints)]]
-            for path, each in zip(saved, prints, strict=True):
-                save_heights_exr(path, each.heights, subject.relief.width_mm)
         sides = [pressing.side(each) for each in prints]
-        page = out / COMPARISON
-        pair = (subject.file.parent if subject.run else subject.file, *saved)[-2:]
-        compared = compare(*pair, page, skin=skin, model=model, repeats=False, quiet=True, **settings)
+        saved = [out / name for name in PRINTS[: len(prints)]]
+        with permitted(out):
+            for path, each in zip(saved, prints, strict=True):
+                undone.callback(path.unlink, missing_ok=True)
+                save_heights_exr(path, each.heights, subject.relief.width_mm)
+        one, two = (subject.file.parent if subject.run else subject.file, *saved)[-2:]
+        compared = compare(one, two, out / COMPARISON, **settings)
+        undone.pop_all()
         content = _content(subject, sides, compared)
         with permitted(out):
             content["page"] = str(out / PAGE)
@@ -292,7 +295,8 @@ class _Pressing:
         noisier = [self.roughness(heights) - measured for heights in _noisier(shown)]
         added, spread = max(0.0, float(np.mean(noisier))), float(np.std(noisier, ddof=1))
         found, relief = shown.registration, self.subject.relief
-        seen = found.surface.at(*(each.ravel() for each in samples_mm(relief)), found.scan.pitch_mm**2 / 12.0)
+        x, y = (each.ravel() for each in samples_mm(relief))
+        seen = found.surface.at(x, y, found.scan.pitch_mm**2 / 12.0)
         means = seen.heights.reshape(relief.heights.shape) + found.surface.level_mm
         unseen = max(0.0, 1.0 - self.roughness(means) / max(self.of_design, 1e-12))
         error = NORMAL_95 * spread
