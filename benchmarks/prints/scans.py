@@ -1,30 +1,50 @@
 """How often the intervals of scans hold the truth, and scans of simulated prints: `results/scans.json`.
 
     python -m benchmarks.prints.scans coverage --count 200
+    python -m benchmarks.prints.scans printers
+    python -m benchmarks.prints.scans slicer
     python -m benchmarks.prints.scans report
 
 `coverage` scans prints of random textures by printers of known blur, shrinkage and noise, turned, shifted and
 tilted at random, and counts how often each interval of `relief.scanning.registration` holds the truth. It
-goes on where an earlier call ended. `report` puts the tables into docs/evidence/scans.md.
+goes on where an earlier call ended. `printers` measures printers by simulated scans of their coupons, and
+scans their prints of gravel. `slicer` takes the layers of gravel that PrusaSlicer makes (prusa-slicer, in the
+path) for a scan. `report` puts the tables into docs/evidence/scans.md.
 """
 
 from __future__ import annotations
 
+import shutil
+import tempfile
 import time
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+from benchmarks.prints.prusa import PRINTER as SLICED
+from benchmarks.prints.prusa import Slicer, plate_heights
 from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from mitsuba_scenes import find_texture
+from optimize.settings.skins import load_skin
 from relief.common.arrays import Array
 from relief.common.errors import InputError
-from relief.printers import find_printer
+from relief.common.limits import BASE_MM
+from relief.export.plate import export_plate
+from relief.printers import Printer, find_printer
 from relief.relief import Relief
+from relief.scanning.coupon import coupon, scale_for
+from relief.scanning.coupon_reading import read_coupon
 from relief.scanning.pose import Pose
 from relief.scanning.registration import Interval, Registration, register
+from relief.scanning.scans import Scan, check_scan
 from relief.scanning.simulated import Scanner, scanned
+from relief.scanning.summary import PrintScanned, print_scanned
+from tactile.jnd import jnd_apart
+from tactile.measures import measure_touch
+from tactile.quantities import ROUGHNESS
 
 PAGE = DOCS / "evidence" / "scans.md"
 SIDE, SIDE_MM = 80, 8.0
@@ -137,6 +157,115 @@ def coverage(count: int, kinds: list[str], seconds: float) -> None:
         print(name, len(done), flush=True)
 
 
+PRINTERS = {
+    **{name: find_printer(name) for name in ("mask-22", "mask-50", "polyjet-16", "laser-140", "filament")},
+    "slopes to 60 degrees": Printer("own", 50.0, 50.0, 150.0, 60.0),
+    "features from 300 um on": Printer("own", 50.0, 50.0, 300.0, keep_features=True),
+}
+"""Printers that are measured, by the name of their row."""
+TOLD = ("pixel_um", "layer_um", "min_feature_um", "max_slope_degrees", "scale", "height_scale")
+SHRUNK = Pose(turn=0.05, log_scale=float(np.log(0.995)), shift_x_mm=0.2, height_scale=0.99, tilt_x=0.01)
+
+
+def printers() -> dict[str, Any]:
+    """What the coupon tells of each printer, beside the truth, and the scan of its print of gravel."""
+    told = {}
+    gravel = Relief.read(find_texture("gravel"))
+    for name, printer in PRINTERS.items():
+        scale = scale_for(printer)
+        scanner, random = Scanner(0.03 * scale, noise_mm=0.003), np.random.default_rng(0)
+        scan = scanned(coupon(scale).printed(printer), SHRUNK, scanner, random)
+        numbers = read_coupon(scan, scale).numbers()
+        scan = scanned(gravel.printed(printer), SHRUNK, Scanner(0.04, noise_mm=0.003), random)
+        told[name] = {
+            "truth": _truth(printer),
+            "measured": {key: value for key, value in numbers.items() if key != "smallest_dot_um"},
+            "gravel": _of_gravel(print_scanned(register(scan, gravel)), gravel),
+        }
+        print(name, flush=True)
+    return told
+
+
+def _truth(printer: Printer) -> dict[str, float | None]:
+    """The numbers of a print; what is a pixel wide comes out where a printer keeps no features."""
+    numbers: dict[str, float | None] = dict(printer.numbers())
+    if not printer.keep_features:
+        numbers["min_feature_um"] = None
+    return numbers | {"scale": SHRUNK.scale, "height_scale": SHRUNK.height_scale}
+
+
+def _of_gravel(shown: PrintScanned, gravel: Relief) -> dict[str, float]:
+    """Blur, scales and feel of a print of gravel by its scan."""
+    found, skin = shown.registration, load_skin()
+    before, after = (
+        measure_touch(replace(gravel, heights=heights), skin, "layer").means[ROUGHNESS.name]
+        for heights in (gravel.heights, shown.heights)
+    )
+    return {
+        "blur_um": 1e3 * found.blur_mm.value,
+        "scale": found.scale.value,
+        "height_scale": found.height_scale.value,
+        "jnd_from_design": jnd_apart(after, before),
+    }
+
+
+def slicer() -> dict[str, Any]:
+    """PrusaSlicer's layers of gravel as a scan of its print."""
+    program = shutil.which("prusa-slicer")
+    if program is None:
+        raise InputError("prusa-slicer: is not in the path")
+    gravel = Relief.read(find_texture("gravel"))
+    with tempfile.TemporaryDirectory() as folder:
+        reader = Slicer(program, Path(folder), SLICED_PIXELS)
+        plate = export_plate(Path(folder, "gravel.3mf"), gravel.heights, gravel.width_mm)
+        solid = reader.resin(plate)[1]
+    scan = check_scan(Scan(plate_heights(solid, BASE_MM), SLICED.pixel_mm, "prusa-slicer"))
+    return {"version": reader.version, **_of_gravel(print_scanned(register(scan, gravel)), gravel)}
+
+
+SLICED_PIXELS = 512
+"""Pixels a side of the display, 25.6 mm."""
+
+
+def printers_table() -> str:
+    """Numbers of printers as their coupons tell them, beside the truth."""
+    rows, held = [], []
+    for name, each in load("scans").get("printers", {}).items():
+        cells: list[Any] = [name]
+        for key in TOLD:
+            truth, told = each["truth"][key], each["measured"]
+            if key not in told:
+                cells.append("not seen")
+                continue
+            value, low, high = (told[f"{key}{end}"] for end in ("", "_low", "_high"))
+            cells.append(f"{value:.4g} ({low:.4g} to {high:.4g})" + ("" if truth is None else f"; {truth:g}"))
+            if truth is not None:
+                held.append(low <= truth <= high)
+        rows.append(cells)
+    head = ["printer", "pixel, um", "layer, um", "feature, um", "slope, degrees", "scale", "height"]
+    share = f"{sum(held)} of {len(held)} intervals hold the truth, which stands behind each.\n"
+    return f"{table(head, rows)}\n\n{share}"
+
+
+def gravel_table() -> str:
+    """Gravel as its prints are scanned."""
+    content = load("scans")
+    told = {name: each["gravel"] for name, each in content.get("printers", {}).items()}
+    if sliced := content.get("slicer"):
+        told[f"{sliced['version']}, layers as a scan"] = sliced
+    rows = [
+        (
+            name,
+            f"{each['blur_um']:.1f}",
+            f"{each['scale']:.4f}",
+            f"{each['height_scale']:.3f}",
+            f"{each['jnd_from_design']:+.2f}",
+        )
+        for name, each in told.items()
+    ]
+    return table(("print of gravel", "blur, um", "scale", "height", "JND from the design"), rows) + "\n"
+
+
 def coverage_table() -> str:
     """Percentages of intervals that hold the truth, with their median half widths."""
     head = [
@@ -165,7 +294,7 @@ def coverage_table() -> str:
 
 def main() -> None:
     parser = parser_of(__doc__)
-    parser.add_argument("what", choices=("coverage", "report"))
+    parser.add_argument("what", choices=("coverage", "printers", "slicer", "report"))
     parser.add_argument("--count", type=int, default=200, help="simulations of each kind")
     parser.add_argument("--kinds", nargs="*", choices=tuple(KINDS), default=list(KINDS))
     parser.add_argument("--seconds", type=float, default=np.inf, help="CPU time after which it ends")
@@ -173,7 +302,13 @@ def main() -> None:
     if arguments.what == "coverage":
         coverage(arguments.count, arguments.kinds, arguments.seconds)
         print(coverage_table())
+    elif arguments.what in ("printers", "slicer"):
+        told = printers() if arguments.what == "printers" else slicer()
+        save("scans", load("scans") | {arguments.what: told})
+        print(printers_table(), gravel_table(), sep="\n")
     else:
+        put(PAGE, "printers", "benchmarks.prints.scans report", printers_table())
+        put(PAGE, "gravel", "benchmarks.prints.scans report", gravel_table())
         put(PAGE, "coverage", "benchmarks.prints.scans report", coverage_table())
 
 

@@ -38,11 +38,11 @@ COMES_OUT = 0.5
 REPRODUCED = 0.75
 """Share of its slope, blurred by the footprint, from which a wedge is reproduced: pixels and layers take
 up to a fifth of the slope of a wall two pixels wide."""
-MODEL_ERROR = 0.025
+MODEL_ERROR = 0.035
 """Standard error of the share that is left of a grating by anything but a square pixel: how edges meet
 pixels, and the shape of the spot."""
-EDGES = 30
-"""Independent edges of the coupon, about: over the length of each, rounding to pixels averages."""
+EDGES = 8
+"""Independent edges and levels of the coupon, about: pixels and layers round each differently."""
 PERIODS_ERROR = 0.05
 """Share of a period by which terraces at the ends of the ramp can shift the number of its periods."""
 LAYERS_UM = (8.0, 500.0)
@@ -230,10 +230,11 @@ class _Read:
             if np.count_nonzero(strips == n) > 20
         ]
         error = STUDENT_95 / NORMAL_95 * float(np.std(each, ddof=1)) / sqrt(len(each))
-        span_um = 1000.0 * self._scale * float(np.ptp(design))
-        rounded = 0.0 if layer_um is None else 0.3 * (layer_um.value / span_um) ** 2
+        # Layers round the levels by which the plate was levelled, and a tilt adds to the slope of the ramp.
+        layer_mm = 0.0 if layer_um is None else 1e-3 * layer_um.value / self._scale
+        rounded = layer_mm / sqrt(12.0 * EDGES) / plates.SIDE_MM / (field.size / field.wide)
         factor = self._found.pose.height_scale
-        return Interval.about(factor * float(np.mean(each)), factor * (error + rounded))
+        return Interval.about(factor * float(np.mean(each)), factor * float(np.hypot(error, rounded)))
 
     def layer(self, field: Field) -> Interval | None:
         """Thickness of layers, um, in lengths of the design; None where no terraces are seen."""
@@ -245,7 +246,10 @@ class _Read:
         span_um = um * float(np.ptp(design))
         # A ramp of fewer than three layers is no sawtooth.
         thickest = min(LAYERS_UM[1], span_um / 3.0)
-        per_um = np.arange(1.0 / thickest, 1.0 / LAYERS_UM[0], 0.1 / span_um)
+        # Thinner than two samples of the ramp rise, a layer looks like a thicker one.
+        rise_um = um * field.size * PITCH_MM / field.wide
+        thinnest = max(LAYERS_UM[0], 2.2 * rise_um)
+        per_um = np.arange(1.0 / thickest, 1.0 / thinnest, 0.1 / span_um)
         best, share = _strongest(um * design, left, per_um)
         if share < SEEN:
             return None
