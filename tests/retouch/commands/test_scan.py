@@ -21,14 +21,13 @@ from tests.relief.scanning.conftest import POSE, scan_of, texture
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a design and scans of two prints and of another plate."""
+    """A folder with a design and scans of two prints."""
     folder = tmp_path_factory.mktemp("scans")
     design = texture(0)
     save_heights_exr(folder / "design.exr", design.heights, design.width_mm)
     for name, scan in {
         "first": scan_of(design, noise_mm=0.01),
         "second": scan_of(design, replace(POSE, variance_mm2=0.12**2), noise_mm=0.01),
-        "wrong": scan_of(texture(7), noise_mm=0.01),
     }.items():
         save_heights_exr(folder / f"{name}.exr", scan.heights, scan.size_mm[1])
     return folder
@@ -66,7 +65,6 @@ def test_two_prints_are_laid_on_their_design_and_compared(
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["design.exr", "wrong.exr"], "wrong.exr: shows another plate than this design"),
         (["design.exr", "first.exr", "--size-mm", "8000"], "--size-mm: 8000.0 is not a number"),
         (["design.exr", "first.exr", "--size-mm", "223"], "State --units or --size-mm"),
         (["design.exr", "first.exr", "--units", "in"], "units: is for meshes"),
@@ -103,8 +101,6 @@ def test_a_coupon_is_written_and_read_back(
     scan = scanned(coupon(), pose, Scanner(0.06, noise_mm=0.002), np.random.default_rng(0))
     save_heights_exr("scan.exr", scan.heights, scan.size_mm[1])
     argv = ["scan", "--coupon", "scan.exr", "-o", "mine.toml"]
-    assert main(argv) == BAD_INPUT
-    assert "--layer-um: the scan shows no terraces" in capsys.readouterr().err
     assert main([*argv, "--layer-um", "20", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     # A blur of 40 um is that of a pixel of 139 um.
