@@ -184,7 +184,12 @@ def load_field(path: str | os.PathLike[str]) -> Array:
     Raises:
         InputError: The file is missing, damaged or larger than 8192 samples a side.
     """
-    return _read(Path(path), _check_extent).values
+    return load_content(path).values
+
+
+def load_content(path: str | os.PathLike[str]) -> Content:
+    """Read what `load_field` reads, with the lengths in the file's header."""
+    return _read(Path(path), _check_extent)
 
 
 def holds_mm(path: str | os.PathLike[str]) -> bool:

@@ -1,10 +1,12 @@
 """Printers by name or by numbers; `relief.printed` has what they make of a relief."""
 
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
-from relief.common.errors import InputError
+from relief.common.errors import InputError, naming
 from relief.common.limits import BASE_MM, DEEPEST_RELIEF_MM
 
 FEATURE_PIXELS = 3
@@ -26,7 +28,7 @@ class Printer:
     """A printer by its numbers.
 
     Attributes:
-        name: one of `PRINTERS`, or "own".
+        name: one of `PRINTERS`, that of a printer file, or "own".
         pixel_um: side of a pixel, or of the spot or strand that draws: the footprint of a height, um.
         layer_um: thickness of a layer, um.
         min_feature_um: width of the narrowest ridge or groove that comes out, um.
@@ -111,11 +113,64 @@ WITH_SUPPORT = ("polyjet-16", "polyjet-32")
 """Printers that jet a support under whatever hangs, of their own accord."""
 
 
+PRINTER_FILE = ".toml"
+"""Suffix of a file with the numbers of a printer, which `retouch scan --coupon` writes."""
+LARGEST_FILE = 100_000
+"""Most bytes of such a file."""
+BESIDE = ("measured",)
+"""Tables of such a file that are for people: how well the numbers are known."""
+
+
+def is_printer_file(name: str) -> bool:
+    """Whether a name is that of a file of a printer."""
+    return name.lower().endswith(PRINTER_FILE)
+
+
+def read_printer(path: str | os.PathLike[str]) -> Printer:
+    """The printer of a file, called as the file is.
+
+    `pixel_um` and `layer_um` are needed; other numbers are the usual ones where the file has none.
+
+    Raises:
+        InputError: the file cannot be read, has a key that a printer has not, or a number out of `RANGES`.
+    """
+    # Imported here: a printer by its name reads no file.
+    import tomllib
+
+    from relief.common.files import read_limited
+    from relief.common.lengths import shown
+
+    path = Path(path)
+    try:
+        values = tomllib.loads(read_limited(path, LARGEST_FILE).decode())
+    except (ValueError, RecursionError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: not TOML: {shown(error)}") from error
+    values = {key: value for key, value in values.items() if key not in BESIDE}
+    for key, value in values.items():
+        kinds = (bool,) if key == "keep_features" else (int, float)
+        if key not in (*RANGES, "keep_features"):
+            raise InputError(f"{path}: {shown(key)}: no such number of a printer; known: {', '.join(RANGES)}")
+        if type(value) not in kinds:
+            raise InputError(
+                f"{path}: {key}: {shown(value)} is not {'true or false' if bool in kinds else 'a number'}"
+            )
+    for key in ("pixel_um", "layer_um"):
+        if key not in values:
+            raise InputError(f"{path}: {key}: missing; a printer needs pixel_um and layer_um")
+    with naming(path):
+        usual = {"min_feature_um": FEATURE_PIXELS * values["pixel_um"]}
+        return Printer(path.stem, **usual | values)
+
+
 def find_printer(name: str) -> Printer:
-    """The printer of a name. Raises InputError."""
+    """The printer of a name, or of a printer file. Raises InputError."""
+    if is_printer_file(name):
+        return read_printer(name)
     if name not in PRINTERS:
         # Imported here, so that --help needs no numpy.
         from relief.common.lengths import shown
 
-        raise InputError(f"printer: {shown(name)} is none of {', '.join(PRINTERS)}")
+        raise InputError(f"printer: {shown(name)} is none of {', '.join(PRINTERS)}, nor a file (.toml)")
     return PRINTERS[name]

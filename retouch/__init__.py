@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from retouch.verbs.previews import save_preview
     from retouch.verbs.rendering import Rendering, explain, render
     from retouch.verbs.runs import forecast, optimize, resume
+    from retouch.verbs.scanning import MeasuredPrinter, ScannedPrint, coupon, scan, scan_coupon
     from retouch.verbs.stimulus_plates import redraw_stimuli, stimuli
     from retouch.verbs.studying import StudyTables, list_studies, study
     from surrogate.data.field_set import open_fieldset
@@ -52,6 +53,7 @@ __all__ = [
     "Exported",
     "Forecast",
     "InputError",
+    "MeasuredPrinter",
     "PeoplesAnswers",
     "Prepared",
     "Progress",
@@ -59,6 +61,7 @@ __all__ = [
     "Rendering",
     "Result",
     "Run",
+    "ScannedPrint",
     "Scene",
     "Skin",
     "StimulusPlates",
@@ -70,6 +73,7 @@ __all__ = [
     "answers",
     "compare",
     "contact_area",
+    "coupon",
     "dataset",
     "discrimination_probability",
     "doctor",
@@ -100,6 +104,8 @@ __all__ = [
     "save_heights_exr",
     "save_heights_png",
     "save_preview",
+    "scan",
+    "scan_coupon",
     "scene_relief",
     "stimuli",
     "study",

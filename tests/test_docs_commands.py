@@ -28,6 +28,7 @@ GIVEN = (
     *("stone.jpg", "logo.png", "my-study.toml", "~/materials"),
     *("grip.3mf", "knob.3mf", "case.3mf", "button.3mf"),
     *("answers.csv", "answers-rougher.csv", "press.csv"),
+    *("print.stl", "coupon-scan.stl"),
 )
 """Files and folders that a user has before the first command of a page."""
 STONE = "runs/stone"
@@ -155,6 +156,8 @@ def test_quick_commands_work(
     grey = np.random.default_rng(0).integers(0, 256, (48, 64), np.uint8)
     Image.fromarray(grey).save("stone.jpg")
     shutil.copy(ROOT / PART, ".")
+    # What the scan of a coupon, which takes over ten seconds, makes.
+    Path("mine.toml").write_text("pixel_um = 50\nlayer_um = 50\n")
     read = [Path(name) for one in commands(page) for name in inputs(one.parsed)]
     if any(name.is_relative_to(STONE) for name in read) and path_of(page) != "README.md":
         shutil.copytree(request.getfixturevalue("stone"), STONE)

@@ -23,6 +23,7 @@ _ALLOWED = {
     "relief.objects": "relief relief.common relief.export",
     "relief.preparing": "relief relief.common",
     "relief.remeshing": "relief relief.common relief.meshes",
+    "relief.scanning": "relief relief.common relief.export relief.meshes",
     "relief.wrapping": "relief relief.common relief.mending relief.meshes relief.remeshing",
     "surrogate": "relief.common",
     "surrogate.corpus": "relief relief.common relief.preparing surrogate surrogate.families",
@@ -88,7 +89,7 @@ _ALLOWED = {
         "retouch.app.state retouch.pages retouch.verbs surrogate.nets tactile"
     ),
     "retouch.pages": (
-        "optimize.run_directory optimize.runs optimize.verification relief relief.common "
+        "optimize.run_directory optimize.runs optimize.verification relief relief.common relief.scanning "
         "retouch.pages.plate_viewer retouch.pages.viewer tactile visual"
     ),
     "retouch.pages.objects": (
@@ -126,8 +127,8 @@ _ALLOWED = {
     "retouch.verbs": (
         "mitsuba_scenes optimize.estimates optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification optimize.verification.solids relief relief.common relief.export "
-        "relief.mending relief.meshes relief.objects relief.preparing relief.wrapping retouch.pages "
-        "retouch.pages.objects retouch.people retouch.people.skin_fit retouch.stimulus_sets "
+        "relief.mending relief.meshes relief.objects relief.preparing relief.scanning relief.wrapping "
+        "retouch.pages retouch.pages.objects retouch.people retouch.people.skin_fit retouch.stimulus_sets "
         "retouch.studies retouch.training retouch.workers surrogate.corpus surrogate.data surrogate.nets "
         "tactile visual visual.backend visual.scene_file"
     ),

@@ -20,7 +20,8 @@ class Print(Section):
     Numbers that are not given are those of the named printer. Once loaded, they are all there.
 
     Attributes:
-        printer: name of a printer (`relief.printers.PRINTERS`); "own" where a number differs from its.
+        printer: name of a printer (`relief.printers.PRINTERS`), or a printer file, whose name is
+            kept once its numbers are read; "own" where a number differs from its.
         pixel_um, layer_um, min_feature_um, max_slope_degrees, max_relief_mm: as of
             `relief.printers.Printer`. Without a name the smallest feature is three pixels, and slope
             and relief are those that every printer of the table has.
@@ -59,7 +60,10 @@ class Print(Section):
         if complete or (name is None and not given) or not isinstance(name, str | None):
             return section
         if name not in (None, OWN):
-            known = find_printer(name).numbers()
+            found = find_printer(name)
+            # A printer file is called as it is, wherever it lies.
+            known, name = found.numbers(), found.name
+            section = {"keep_features": found.keep_features} | section
         elif missing := [key for key in NEEDED if key not in given]:
             raise ValueError(f"{missing[0]}: missing; a printer needs {' and '.join(NEEDED)}, or a name")
         else:

@@ -9,6 +9,7 @@ from optimize.settings.skins import OWN, skin_anchored
 from optimize.settings.toml_files import read_toml
 from relief.common.errors import InputError
 from relief.common.formats import HEIGHT_MAPS, RUN_HEIGHTS
+from relief.printers import is_printer_file
 from tactile.quantities import mapped_quantities
 
 
@@ -34,6 +35,10 @@ def anchor(values: dict[str, Any], folder: Path) -> None:
             # A folder, too: the result of a run.
             bundled_file = None if os.path.exists(folder / other) else bundled(other, *HEIGHT_MAPS)
             section[f"{before}feel_of"] = os.path.abspath(bundled_file or folder / other)
+    of_print = values.get("print")
+    for part, key in ((of_print, "printer"), (values, "print.printer")):
+        if isinstance(part, dict) and isinstance(name := part.get(key), str) and is_printer_file(name):
+            part[key] = os.path.abspath(folder / name)
     for key, suffixes in (("scene", (".xml",)), ("texture", HEIGHT_MAPS)):
         if isinstance(values.get(key), str):
             file = folder / values[key]

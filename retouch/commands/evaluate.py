@@ -14,7 +14,7 @@ from relief.common.formats import MESHES
 from relief.common.formatting import number, percent
 from relief.common.limits import MOST_MESH_PLACES as MOST_PLACES
 from relief.common.progress import stage
-from relief.printers import PRINTERS
+from relief.printers import find_printer
 from relief.surface import Repeats, repeats_along
 from retouch.commands.mesh_entries import add_meshes, check_mesh_options, is_mesh, mesh_lines
 from retouch.commands.options import (
@@ -123,7 +123,7 @@ def run(arguments: argparse.Namespace) -> int:
     scene = _scene(arguments)
     skin = _skin(arguments)
     # All files are read before the first press, so that a misspelt name is refused at once.
-    printer = arguments.printer and PRINTERS[arguments.printer]
+    printer = arguments.printer and find_printer(arguments.printer)
     options = given(arguments, "repeats", *LENGTHS)
     subjects: dict[Path, Any] = {
         texture: retouch.Relief.read(texture, printer=printer, **options) for texture in textures

@@ -3,11 +3,16 @@
 import argparse
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import retouch
+from relief.common.errors import InputError
 from relief.common.formats import DISPLACEMENT, FORMATS
 from relief.common.limits import BASE_MM
 from retouch.commands.options import LENGTHS, TEXTURE, add_plate, add_printer, add_talk, given, print_json
+
+if TYPE_CHECKING:
+    from retouch.verbs.exporting import Exported
 
 HELP = "write a texture as a plate for a 3-D printer, or for a modelling program"
 DESCRIPTION = (
@@ -23,6 +28,7 @@ examples:
   retouch export gravel-tile --repeat 3x3 -o gravel.3mf
   retouch export runs/stone -o stone.png
   retouch export gravel --printer mask-50 -o gravel.3mf
+  retouch export --coupon -o coupon.3mf
 """
 MOST_REPEATS = 256
 """Most times that a tile of the fewest samples, 16 a side, fits into the most, 4096."""
@@ -32,8 +38,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "texture",
         type=Path,
+        nargs="?",
         metavar="TEXTURE",
         help=TEXTURE,
+    )
+    parser.add_argument(
+        "--coupon",
+        action="store_true",
+        help="write, in place of a texture, a plate whose scan tells the numbers of a printer (retouch scan "
+        "--coupon); --printer chooses its size",
     )
     parser.add_argument(
         "-o",
@@ -73,11 +86,7 @@ def times(text: str) -> tuple[int, int]:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    exported = retouch.export(
-        arguments.texture,
-        arguments.out,
-        **given(arguments, "base_mm", "repeat", "printer", *LENGTHS),
-    )
+    exported = _coupon(arguments) if arguments.coupon else _texture(arguments)
     if arguments.json:
         print_json(exported.as_json())
         return 0
@@ -92,3 +101,22 @@ def run(arguments: argparse.Namespace) -> int:
     by = f", as printed by {exported.printer.name}" if exported.printer else ""
     print(f"{exported.file}: {sentence}{by}, {exported.file.stat().st_size / 2**20:.1f} MiB")
     return 0
+
+
+def _texture(arguments: argparse.Namespace) -> "Exported":
+    if arguments.texture is None:
+        raise InputError("texture: missing", "TEXTURE: missing; name a texture, or --coupon")
+    return retouch.export(
+        arguments.texture,
+        arguments.out,
+        **given(arguments, "base_mm", "repeat", "printer", *LENGTHS),
+    )
+
+
+def _coupon(arguments: argparse.Namespace) -> "Exported":
+    """Write the coupon, which has its own size. Raises InputError."""
+    others = given(arguments, "texture", "base_mm", *LENGTHS)
+    if others or arguments.repeat != (1, 1):
+        name = f"--{next(iter(others), 'repeat').replace('_', '-')}".replace("--texture", "TEXTURE")
+        raise InputError(f"coupon: has its own {name}", f"{name}: is for textures; --coupon has its own size")
+    return retouch.coupon(arguments.out, **given(arguments, "printer"))

@@ -14,7 +14,7 @@ import retouch
 from mitsuba_scenes.fingers import DEFAULT_SKIN, bundled_skins
 from relief.common.errors import InputError
 from relief.common.limits import EYE_DISTANCE_CM, PATCH_SIDE_MM
-from relief.printers import PRINTERS
+from relief.printers import PRINTERS, is_printer_file
 from retouch.verbs.progress_display import console_on
 
 if TYPE_CHECKING:
@@ -228,10 +228,20 @@ def add_printer(parser: argparse._ActionsContainer, what: str, first: str = "non
     """
     parser.add_argument(
         "--printer",
-        choices=tuple(PRINTERS),
+        type=printer,
         metavar="PRINTER",
-        help=f"{what}: {', '.join(PRINTERS)} (default: {first}; docs/printing.md has their numbers)",
+        help=f"{what}: {', '.join(PRINTERS)}, or a printer file (.toml) (default: {first}; docs/printing.md "
+        "has their numbers)",
     )
+
+
+def printer(text: str) -> str:
+    """Read the name of a printer, or of a printer file. Raises argparse.ArgumentTypeError."""
+    if text not in PRINTERS and not is_printer_file(text):
+        raise argparse.ArgumentTypeError(
+            f"{text[:LONGEST_NUMBER]!r} is none of {', '.join(PRINTERS)}, nor a printer file (.toml)"
+        )
+    return text
 
 
 def given(arguments: argparse.Namespace, *names: str) -> dict[str, Any]:

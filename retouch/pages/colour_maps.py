@@ -66,6 +66,12 @@ def contact_uri(pressure: FloatArray, high: float, side: int) -> str:
     return _png(np.where(small > 0.0, 1.0 + small / high * 254.0, 0.0), table)
 
 
+def table_uri(indices: FloatArray, table: Table, side: int) -> str:
+    """A map (rows, cols) of places in a table, 0 to 255, at most `side` pixels long, not averaged."""
+    step = -(-max(indices.shape) // side)
+    return _png(indices[step // 2 :: step, step // 2 :: step], table)
+
+
 def hillshade(heights: FloatArray, size_mm: float) -> FloatArray:
     """Lambert shading in [0, 1] of heights, mm, both (rows, cols); light from the top left, 45 degrees up."""
     return np.clip(facing(heights, size_mm, 135.0, 45.0), 0.0, 1.0)

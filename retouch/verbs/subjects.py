@@ -70,6 +70,13 @@ def read_subjects(
     return one.repeating(ends), other.repeating(ends)
 
 
+def read_subject(path: str | Path, name: str) -> Subject:
+    """The result of a run, or a height map, which has its lengths in its header. Raises InputError."""
+    path = Path(path)
+    lengths = dict.fromkeys(("size_mm", "relief_mm", "height_scale"))
+    return _subject(path, name, lengths, _run_in(path), None)
+
+
 def _subject(
     path: Path, name: str, lengths: Mapping[str, float | None], run: Run | None, repeats: Repeats | None
 ) -> Subject:

@@ -1,0 +1,316 @@
+"""How often the intervals of scans hold the truth, and scans of simulated prints: `results/scans.json`.
+
+    python -m benchmarks.prints.scans coverage --count 200
+    python -m benchmarks.prints.scans printers
+    python -m benchmarks.prints.scans slicer
+    python -m benchmarks.prints.scans report
+
+`coverage` scans prints of random textures by printers of known blur, shrinkage and noise, turned, shifted and
+tilted at random, and counts how often each interval of `relief.scanning.registration` holds the truth. It
+goes on where an earlier call ended. `printers` measures printers by simulated scans of their coupons, and
+scans their prints of gravel. `slicer` takes the layers of gravel that PrusaSlicer makes (prusa-slicer, in the
+path) for a scan. `report` puts the tables into docs/evidence/scans.md.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from benchmarks.prints.prusa import PRINTER as SLICED
+from benchmarks.prints.prusa import Slicer, plate_heights
+from benchmarks.shared.common import DOCS, load, machine, parser_of, put, save, table
+from mitsuba_scenes import find_texture
+from optimize.settings.skins import load_skin
+from relief.common.arrays import Array
+from relief.common.errors import InputError
+from relief.common.limits import BASE_MM
+from relief.export.plate import export_plate
+from relief.printers import Printer, find_printer
+from relief.relief import Relief
+from relief.scanning.coupon import coupon, scale_for
+from relief.scanning.coupon_reading import read_coupon
+from relief.scanning.pose import Pose
+from relief.scanning.registration import Interval, Registration, register
+from relief.scanning.scans import Scan, check_scan
+from relief.scanning.simulated import Scanner, scanned
+from relief.scanning.summary import PrintScanned, print_scanned
+from tactile.jnd import jnd_apart
+from tactile.measures import measure_touch
+from tactile.quantities import ROUGHNESS
+
+PAGE = DOCS / "evidence" / "scans.md"
+SIDE, SIDE_MM = 80, 8.0
+"""Samples a side and side of the designs, mm."""
+RELIEF_MM = 0.8
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A printer and a scanner.
+
+    Attributes:
+        scanner: of the prints.
+        blur_mm: of the printer.
+        shrinkage: in the plane; heights shrink by twice as much.
+        printer: name of the printer whose pixels and layers are cut before; empty: none.
+    """
+
+    scanner: Scanner
+    blur_mm: float
+    shrinkage: float
+    printer: str = ""
+
+
+RESIN = Kind(Scanner(0.08, noise_mm=0.005), 0.04, 0.005)
+KINDS = {
+    "resin": RESIN,
+    "strong noise": replace(RESIN, scanner=Scanner(0.08, noise_mm=0.05)),
+    "noise over 0.2 mm": replace(RESIN, scanner=Scanner(0.08, noise_mm=0.02, noise_length_mm=0.2)),
+    "10 % holes, 1 % spikes": replace(RESIN, scanner=Scanner(0.08, noise_mm=0.01, holes=0.1, spikes=0.01)),
+    "filament": Kind(Scanner(0.1, noise_mm=0.02), 0.16, 0.01),
+    "half of the plate": replace(RESIN, scanner=Scanner(0.06, (5.0, 6.0), noise_mm=0.01)),
+    "pixels and layers of 50 um": replace(RESIN, blur_mm=0.03, printer="mask-50"),
+}
+"""Printers and scanners by the name of their row."""
+NUMBERS = ("turned_degrees", "shift_x_mm", "shift_y_mm", "scale", "height_scale", "blur_mm")
+"""Intervals that are counted, by their names in `Registration`."""
+
+
+def texture(random: np.random.Generator) -> Array:
+    """A random texture (rows, cols) mm: hills of 0.25 to 0.5 mm."""
+    rough = gaussian_filter(random.standard_normal((SIDE, SIDE)), random.uniform(1.5, 3.0), mode="wrap")
+    return np.asarray((rough - rough.min()) / np.ptp(rough) * RELIEF_MM)
+
+
+def simulated(kind: Kind, seed: int) -> tuple[Registration, dict[str, float]]:
+    """A registered scan of a print, and the truth of its numbers."""
+    random = np.random.default_rng(seed)
+    design = Relief.of(texture(random), SIDE_MM)
+    pose = Pose(
+        turn=random.uniform(-np.pi, np.pi),
+        log_scale=float(np.log(1.0 - kind.shrinkage)),
+        shift_x_mm=random.uniform(-0.3, 0.3),
+        shift_y_mm=random.uniform(-0.3, 0.3),
+        variance_mm2=kind.blur_mm**2,
+        height_scale=1.0 - 2.0 * kind.shrinkage,
+        level_mm=random.uniform(-5.0, 5.0),
+        tilt_x=random.uniform(-0.05, 0.05),
+        tilt_y=random.uniform(-0.05, 0.05),
+    )
+    made, variance = design, pose.variance_mm2
+    if kind.printer:
+        made = design.printed(find_printer(kind.printer))
+        # A pixel takes the middle of what lies over it, and is flat: twice the variance of a pixel.
+        variance += made.pitch_mm**2 / 6.0
+    scan = scanned(made, pose, kind.scanner, random)
+    truth = {
+        "turned_degrees": float(np.degrees(pose.turn)),
+        "shift_x_mm": pose.shift_x_mm,
+        "shift_y_mm": pose.shift_y_mm,
+        "scale": pose.scale,
+        "height_scale": pose.height_scale,
+        "blur_mm": float(np.sqrt(variance)),
+    }
+    return register(scan, design), truth
+
+
+def row(kind: Kind, seed: int) -> dict[str, Any]:
+    """Whether each interval holds the truth, its half width and the error; or the refusal."""
+    began = time.process_time()
+    try:
+        found, truth = simulated(kind, seed)
+    except InputError as refusal:
+        return {"seed": seed, "refused": str(refusal)}
+    told: dict[str, Any] = {"seed": seed}
+    for name in NUMBERS:
+        interval: Interval = getattr(found, name)
+        error = interval.value - truth[name]
+        if name == "turned_degrees":
+            # Of a turn by nearly half a turn the sign is chance.
+            turns = round(error / 360.0) * 360.0
+            interval = Interval(*(end - turns for end in (interval.value, interval.low, interval.high)))
+            error -= turns
+        told[name] = [interval.holds(truth[name]), 0.5 * (interval.high - interval.low), error]
+    return told | {"cpu_s": time.process_time() - began}
+
+
+def coverage(count: int, kinds: list[str], seconds: float) -> None:
+    """Simulate until each kind has `count` rows, or the time is up; saved after every 20."""
+    content = load("scans")
+    rows: dict[str, list[dict[str, Any]]] = content.setdefault("coverage", {})
+    began = time.process_time()
+    for name in kinds:
+        done = rows.setdefault(name, [])
+        while len(done) < count and time.process_time() - began < seconds:
+            done.append(row(KINDS[name], 1000 * (1 + list(KINDS).index(name)) + len(done)))
+            if len(done) % 20 == 0:
+                save("scans", content | {"machine": machine()})
+        save("scans", content | {"machine": machine()})
+        print(name, len(done), flush=True)
+
+
+PRINTERS = {
+    **{name: find_printer(name) for name in ("mask-22", "mask-50", "polyjet-16", "laser-140", "filament")},
+    "slopes to 60 degrees": Printer("own", 50.0, 50.0, 150.0, 60.0),
+    "features from 300 um on": Printer("own", 50.0, 50.0, 300.0, keep_features=True),
+}
+"""Printers that are measured, by the name of their row."""
+TOLD = ("pixel_um", "layer_um", "min_feature_um", "max_slope_degrees", "scale", "height_scale")
+SHRUNK = Pose(turn=0.05, log_scale=float(np.log(0.995)), shift_x_mm=0.2, height_scale=0.99, tilt_x=0.01)
+
+
+def printers() -> dict[str, Any]:
+    """What the coupon tells of each printer, beside the truth, and the scan of its print of gravel."""
+    told = {}
+    gravel = Relief.read(find_texture("gravel"))
+    for name, printer in PRINTERS.items():
+        scale = scale_for(printer)
+        scanner, random = Scanner(0.03 * scale, noise_mm=0.003), np.random.default_rng(0)
+        scan = scanned(coupon(scale).printed(printer), SHRUNK, scanner, random)
+        numbers = read_coupon(scan, scale).numbers()
+        scan = scanned(gravel.printed(printer), SHRUNK, Scanner(0.04, noise_mm=0.003), random)
+        told[name] = {
+            "truth": _truth(printer),
+            "measured": {key: value for key, value in numbers.items() if key != "smallest_dot_um"},
+            "gravel": _of_gravel(print_scanned(register(scan, gravel)), gravel),
+        }
+        print(name, flush=True)
+    return told
+
+
+def _truth(printer: Printer) -> dict[str, float | None]:
+    """The numbers of a print; what is a pixel wide comes out where a printer keeps no features."""
+    numbers: dict[str, float | None] = dict(printer.numbers())
+    if not printer.keep_features:
+        numbers["min_feature_um"] = None
+    return numbers | {"scale": SHRUNK.scale, "height_scale": SHRUNK.height_scale}
+
+
+def _of_gravel(shown: PrintScanned, gravel: Relief) -> dict[str, float]:
+    """Blur, scales and feel of a print of gravel by its scan."""
+    found, skin = shown.registration, load_skin()
+    before, after = (
+        measure_touch(replace(gravel, heights=heights), skin, "layer").means[ROUGHNESS.name]
+        for heights in (gravel.heights, shown.heights)
+    )
+    return {
+        "blur_um": 1e3 * found.blur_mm.value,
+        "scale": found.scale.value,
+        "height_scale": found.height_scale.value,
+        "jnd_from_design": jnd_apart(after, before),
+    }
+
+
+def slicer() -> dict[str, Any]:
+    """PrusaSlicer's layers of gravel as a scan of its print."""
+    program = shutil.which("prusa-slicer")
+    if program is None:
+        raise InputError("prusa-slicer: is not in the path")
+    gravel = Relief.read(find_texture("gravel"))
+    with tempfile.TemporaryDirectory() as folder:
+        reader = Slicer(program, Path(folder), SLICED_PIXELS)
+        plate = export_plate(Path(folder, "gravel.3mf"), gravel.heights, gravel.width_mm)
+        solid = reader.resin(plate)[1]
+    scan = check_scan(Scan(plate_heights(solid, BASE_MM), SLICED.pixel_mm, "prusa-slicer"))
+    return {"version": reader.version, **_of_gravel(print_scanned(register(scan, gravel)), gravel)}
+
+
+SLICED_PIXELS = 512
+"""Pixels a side of the display, 25.6 mm."""
+
+
+def printers_table() -> str:
+    """Numbers of printers as their coupons tell them, beside the truth."""
+    rows, held = [], []
+    for name, each in load("scans").get("printers", {}).items():
+        cells: list[Any] = [name]
+        for key in TOLD:
+            truth, told = each["truth"][key], each["measured"]
+            if key not in told:
+                cells.append("not seen")
+                continue
+            value, low, high = (told[f"{key}{end}"] for end in ("", "_low", "_high"))
+            cells.append(f"{value:.4g} ({low:.4g} to {high:.4g})" + ("" if truth is None else f"; {truth:g}"))
+            if truth is not None:
+                held.append(low <= truth <= high)
+        rows.append(cells)
+    head = ["printer", "pixel, um", "layer, um", "feature, um", "slope, degrees", "scale", "height"]
+    share = f"{sum(held)} of {len(held)} intervals hold the truth, which stands behind each.\n"
+    return f"{table(head, rows)}\n\n{share}"
+
+
+def gravel_table() -> str:
+    """Gravel as its prints are scanned."""
+    content = load("scans")
+    told = {name: each["gravel"] for name, each in content.get("printers", {}).items()}
+    if sliced := content.get("slicer"):
+        told[f"{sliced['version']}, layers as a scan"] = sliced
+    rows = [
+        (
+            name,
+            f"{each['blur_um']:.1f}",
+            f"{each['scale']:.4f}",
+            f"{each['height_scale']:.3f}",
+            f"{each['jnd_from_design']:+.2f}",
+        )
+        for name, each in told.items()
+    ]
+    return table(("print of gravel", "blur, um", "scale", "height", "JND from the design"), rows) + "\n"
+
+
+def coverage_table() -> str:
+    """Percentages of intervals that hold the truth, with their median half widths."""
+    head = [
+        "print and scan",
+        "scans",
+        "turn",
+        "x",
+        "y",
+        "scale",
+        "height",
+        "blur",
+        "half widths: turn, degrees",
+    ]
+    head += ["x, um", "scale, %", "height, %", "blur, um", "CPU s"]
+    rows = []
+    for name, each in load("scans").get("coverage", {}).items():
+        told = [one for one in each if "refused" not in one]
+        cells: list[Any] = [name, len(each)]
+        cells += [f"{100.0 * np.mean([one[number][0] for one in told]):.1f}" for number in NUMBERS]
+        wide = {number: float(np.median([one[number][1] for one in told])) for number in NUMBERS}
+        units = {"turned_degrees": 1.0, "shift_x_mm": 1e3, "scale": 1e2, "height_scale": 1e2, "blur_mm": 1e3}
+        cells += [f"{factor * wide[number]:.2g}" for number, factor in units.items()]
+        rows.append([*cells, f"{np.mean([one['cpu_s'] for one in told]):.1f}"])
+    return table(head, rows) + "\n"
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
+    parser.add_argument("what", choices=("coverage", "printers", "slicer", "report"))
+    parser.add_argument("--count", type=int, default=200, help="simulations of each kind")
+    parser.add_argument("--kinds", nargs="*", choices=tuple(KINDS), default=list(KINDS))
+    parser.add_argument("--seconds", type=float, default=np.inf, help="CPU time after which it ends")
+    arguments = parser.parse_args()
+    if arguments.what == "coverage":
+        coverage(arguments.count, arguments.kinds, arguments.seconds)
+        print(coverage_table())
+    elif arguments.what in ("printers", "slicer"):
+        told = printers() if arguments.what == "printers" else slicer()
+        save("scans", load("scans") | {arguments.what: told})
+        print(printers_table(), gravel_table(), sep="\n")
+    else:
+        put(PAGE, "printers", "benchmarks.prints.scans report", printers_table())
+        put(PAGE, "gravel", "benchmarks.prints.scans report", gravel_table())
+        put(PAGE, "coverage", "benchmarks.prints.scans report", coverage_table())
+
+
+if __name__ == "__main__":
+    main()

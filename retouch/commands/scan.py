@@ -1,0 +1,180 @@
+"""`retouch scan`: the scan of a print beside its design, or of a coupon for the numbers of a printer."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import retouch
+from relief.common.errors import InputError
+from relief.common.formats import UNITS
+from retouch.commands.options import (
+    LENGTHS,
+    add_mitsuba,
+    add_printer,
+    add_skin,
+    add_talk,
+    console,
+    contact_errors_name,
+    count,
+    given,
+    lines_table,
+    print_json,
+)
+from tactile.limits import MODEL_NAMES
+
+FOLDER = Path("scans")
+"""Folder of the folders of scans where no other is given."""
+
+HELP = "say what a printer made of a design, from a scan of the print"
+DESCRIPTION = """\
+Lays the scan of a print on its design and tells turn, shift, scale, heights and blur, each with an interval,
+what of the detail the printer lost, how the print feels and looks beside its design.
+
+FILE: a height map (EXR, NPY or float TIFF in mm, not finite in holes; PNG or TIFF, grey), a mesh (STL, OBJ,
+PLY, GLB, 3MF) with the relief upward, or a text of points x, y, z in mm (XYZ, TXT, CSV, ASC).
+"""
+EPILOG = """\
+examples:
+  retouch scan runs/stone print.stl
+  retouch scan runs/stone print.png --size-mm 12 --relief-mm 0.9
+  retouch scan runs/stone first.xyz --other second.xyz -o scans/both
+  retouch scan --coupon coupon-scan.stl -o mine.toml
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "design", type=Path, nargs="?", metavar="RUN", help="run directory, or height map that was printed"
+    )
+    parser.add_argument("file", type=Path, nargs="?", metavar="FILE", help="scan of the print")
+    parser.add_argument(
+        "--other", type=Path, metavar="FILE2", help="scan of a second print, to be compared with the first"
+    )
+    parser.add_argument(
+        "-o",
+        dest="out",
+        type=Path,
+        metavar="OUT",
+        help="folder to write (default: scans/NAME of FILE); of a coupon, the printer file (.toml)",
+    )
+    parser.add_argument("--units", choices=tuple(UNITS), help="unit of a mesh or of points (default: mm)")
+    for flag, metavar, meaning in (
+        ("--size-mm", "MM", "width of the scan of a height map, mm (default: the file's header)"),
+        ("--relief-mm", "MM", "height of white above black in a picture, mm (default: the file's header)"),
+        ("--height-scale", "FACTOR", "mm for a height of 1 in EXR, NPY and float TIFF (default: 1)"),
+    ):
+        parser.add_argument(flag, type=float, metavar=metavar, help=meaning)
+    parser.add_argument(
+        "--model", choices=tuple(MODEL_NAMES), default="layer", help="model of touch (default: layer)"
+    )
+    add_skin(parser, "the run's, or ")
+    add_talk(parser, "every number")
+    measured = parser.add_argument_group("a printer by its coupon")
+    measured.add_argument(
+        "--coupon", type=Path, metavar="FILE", help="scan of the coupon that retouch export --coupon wrote"
+    )
+    add_printer(measured, "printer that export was given for the coupon's size")
+    measured.add_argument(
+        "--layer-um", type=float, metavar="UM", help="thickness of layers (default: as the scan shows)"
+    )
+    pictures = parser.add_argument_group("the pictures")
+    pictures.add_argument(
+        "--scene", type=Path, metavar="SCENE", help="Mitsuba scene (default: that of the run, or studio)"
+    )
+    pictures.add_argument(
+        "--samples", type=count, metavar="N", help="samples a pixel (default: as many as the change needs)"
+    )
+    add_mitsuba(pictures)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    if arguments.coupon is not None:
+        return _coupon(arguments)
+    file = arguments.file
+    if file is None:
+        missing = "RUN and FILE are needed, or --coupon FILE"
+        raise InputError(f"file: missing; {missing}", missing)
+    for name in ("printer", "layer_um"):
+        if getattr(arguments, name) is not None:
+            raise InputError(f"{name}: is for coupons; a run knows its printer")
+    if not file.is_file():
+        raise InputError(f"{file}: no such file")
+    with contact_errors_name(file):
+        told = retouch.scan(
+            arguments.design,
+            file,
+            arguments.out or FOLDER / file.stem,
+            defines=dict(arguments.defines),
+            **given(
+                arguments, "other", "units", "skin", "model", "scene", "variant", "samples", "quiet", *LENGTHS
+            ),
+        )
+    if arguments.json:
+        print_json(told.as_json())
+    elif not arguments.quiet:
+        _tell(told.content)
+    return 0
+
+
+def _coupon(arguments: argparse.Namespace) -> int:
+    """Measure a printer. Raises InputError."""
+    # Of two files the first would be taken for a run.
+    if arguments.design is not None or arguments.other is not None:
+        other = arguments.other or arguments.design
+        raise InputError(f"coupon: one scan alone is taken; {other} is one file too many")
+    if arguments.out is None:
+        missing = "missing; the printer file to write, as in mine.toml"
+        raise InputError(f"out: {missing}", f"-o: {missing}")
+    told = retouch.scan_coupon(
+        arguments.coupon, arguments.out, **given(arguments, "printer", "layer_um", "units", "quiet", *LENGTHS)
+    )
+    if arguments.json:
+        print_json(told.as_json())
+    elif not arguments.quiet:
+        numbers = told.coupon.numbers()
+        lines = [(name, _between(numbers, name, ".4g")) for name in NUMBERS if name in numbers]
+        console().print(lines_table(lines))
+        print(f"written: {told.file}; retouch optimize TEXTURE --printer {told.file} takes it")
+    return 0
+
+
+NUMBERS = ("pixel_um", "layer_um", "min_feature_um", "max_slope_degrees", "scale", "height_scale")
+"""Numbers of a coupon that the screen tells."""
+
+
+def _tell(content: dict[str, Any]) -> None:
+    sides = [content, content["other"]] if "other" in content else [content]
+    for side in sides:
+        console().print(lines_table(_lines(side)))
+    if "other" in content:
+        between = content["jnd_between"]
+        print(
+            "the second print is " + ("smooth" if between is None else f"{between:+.2f} JND from the first")
+        )
+    look = content["compared"]["look"]
+    if look is not None:
+        print(f"pictures: {look['change_percent']:.2g} % of the mean picture apart")
+    print(f"page: {content['page']}")
+
+
+def _lines(side: dict[str, Any]) -> list[tuple[str, str]]:
+    """What the screen tells of a print: a word and a sentence each."""
+    turned, (x, y) = _between(side, "turned_degrees", ".3f"), side["shifted_mm"]
+    plane, height = _between(side, "scale", ".4f"), _between(side, "height_scale", ".3f")
+    blur, half_mm = _between(side, "blur_um", ".1f"), side["half_kept_mm"]
+    lines = [
+        ("scan", f"{side['file']}, {side['covered_percent']:.0f} % of the plate"),
+        ("lies", f"turned by {turned} degrees, shifted by {x:.3f}, {y:.3f} mm"),
+        ("size", f"{plane} in the plane, {height} in height"),
+        ("blur", f"{blur} um; half is left of periods of {half_mm:.2f} mm"),
+    ]
+    if side["jnd_from_design"] is not None:
+        lines.append(("feel", f"{_between(side, 'jnd_from_design', '+.2f')} JND from the design"))
+    return [*lines, *(("note", note) for note in side["notes"])]
+
+
+def _between(side: dict[str, Any], name: str, form: str) -> str:
+    """A value with the ends of its interval."""
+    ends = [side[f"{name}_low"], side[f"{name}_high"]]
+    value = "none" if side[name] is None else f"{side[name]:{form}}"
+    return f"{value} (" + " to ".join("open" if end is None else f"{end:{form}}" for end in ends) + ")"

@@ -1,0 +1,90 @@
+"""The page of a scan: print and design, where the two deviate, and what of the detail is in the print."""
+
+from collections.abc import Sequence
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from relief.common.arrays import Array
+from relief.common.files import write_atomically
+from relief.relief import Relief
+from relief.scanning.summary import PrintScanned
+from retouch.pages import colour_maps, intervals, svg
+from retouch.pages.figures import PERCENTILE, SHOWN_SIDE
+from retouch.pages.intervals import Mean, Means
+from retouch.pages.rendering import leaves, render_page
+
+PAGE = "scan.html"
+"""Name of the page in the folder of a scan."""
+NOT_MEASURED = (0xDD, 0xDA, 0xD4)
+"""Colour of what was not measured: a grey that no deviation has."""
+CURVE = 61
+"""Points of a curve."""
+
+
+def write_scan_page(
+    folder: Path, design: Relief, prints: Sequence[PrintScanned], content: dict[str, Any]
+) -> None:
+    """Write the page, atomically; it fetches nothing from a network."""
+    sides = [content, content["other"]] if len(prints) > 1 else [content]
+    limit = svg.round_up(max(1.0, *(_limit_um(each.deviations) for each in prints)))
+    page = render_page(
+        "scan.html.j2",
+        scripts=(),
+        pair={"title": f"Scan: {Path(content['file']).name}"},
+        content=content,
+        design=_shade(design.heights, design.width_mm),
+        boards=[
+            {
+                "name": Path(side["file"]).name,
+                "numbers": side,
+                "shade": _shade(each.heights, design.width_mm),
+                "deviation": _deviation_uri(1000.0 * each.deviations, limit),
+                "chart": _chart(each, side),
+            }
+            for each, side in zip(prints, sides, strict=True)
+        ],
+        bar=svg.colour_bar(
+            colour_maps.PURPLE_ORANGE, svg.signed_axis(limit), "deviation from the design as blurred, µm"
+        ),
+        all_numbers=list(leaves({key: value for key, value in content.items() if key != "compared"})),
+    )
+    write_atomically(folder / PAGE, page)
+
+
+def _limit_um(deviations: Array) -> float:
+    known = deviations[np.isfinite(deviations)]
+    return 1000.0 * float(np.percentile(np.abs(known), PERCENTILE)) if known.size else 1.0
+
+
+def _shade(heights: Array, width_mm: float) -> str:
+    return colour_maps.picture_uri(colour_maps.hillshade(heights, width_mm), 1.4, SHOWN_SIDE)
+
+
+def _deviation_uri(deviations: Array, limit: float) -> str:
+    """A map (rows, cols) of deviations; grey where there are none."""
+    known = np.isfinite(deviations)
+    table = colour_maps.PURPLE_ORANGE.copy()
+    table[0] = NOT_MEASURED
+    places = 1.0 + (np.where(known, deviations, 0.0) + limit) / (2.0 * limit) * 254.0
+    return colour_maps.table_uri(np.where(known, np.clip(places, 1.0, 255.0), 0.0), table, SHOWN_SIDE)
+
+
+def _chart(shown: PrintScanned, numbers: dict[str, Any]) -> Any:
+    """The share of the detail in the print by frequency, beside that of the fitted blur."""
+    kept = shown.kept
+    rows = zip(kept.per_mm, kept.share, kept.low, kept.high, strict=True)
+    means = [
+        Mean(at, 100.0 * value, 100.0 * low, 100.0 * high, 0)
+        for at, value, low, high in (map(float, row) for row in rows)
+    ]
+    blur_mm = 1e-3 * numbers["blur_um"]
+    places = np.linspace(0.0, float(kept.per_mm.max()), CURVE)
+    shares = 100.0 * numbers["height_scale"] * np.exp(-2.0 * (pi * blur_mm * places) ** 2)
+    curve = [Mean(float(x), y, y, y, 0) for x, y in zip(places, shares.tolist(), strict=True)]
+    series = [Means("measured, 95 %", means), Means("fitted blur", curve, marked=False)]
+    return intervals.line_chart(
+        "amplitude in the print, % of the design's", series, "periods a mm of the design"
+    )
