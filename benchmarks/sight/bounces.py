@@ -47,19 +47,15 @@ def measure(texture: str) -> dict[str, float]:
         after = load_heights(out / "heights.exr")
         scenes = {depth: studio(texture, depth, Path(folder)) for depth in (DIRECT, BOUNCING)}
         direct, bouncing = scenes.values()
-        before = direct.heights
-        scaled = before.mean() + scale_as_rough(before, after) * (before - before.mean())
         pictures = {
-            depth: [picture(scene, heights, 7, SAMPLES) for heights in (before, after, scaled)]
+            depth: [picture(scene, heights, 7, SAMPLES) for heights in (direct.heights, after)]
             for depth, scene in scenes.items()
         }
         row: dict[str, float] = {
             "bounced light %": 100.0 * (pictures[BOUNCING][0].mean() / pictures[DIRECT][0].mean() - 1.0)
         }
         for depth, name in ((DIRECT, "direct"), (BOUNCING, "bouncing")):
-            original, result, by_scale = pictures[depth]
-            row[f"change {name} %"] = change(original, result)
-            row[f"scaled {name} %"] = change(original, by_scale)
+            row[f"change {name} %"] = change(*pictures[depth])
         return row | gradients(direct, bouncing, after, pictures[BOUNCING])
 
 
@@ -83,18 +79,12 @@ def change(original: Array, other: Array) -> float:
     return float(100.0 * np.abs(other - original).mean() / original.mean())
 
 
-def scale_as_rough(before: Array, after: Array) -> float:
-    """Factor of the heights that gives the slopes of another relief their root mean square."""
-    rms = [np.sqrt(sum(np.square(axis).mean() for axis in np.gradient(h))) for h in (before, after)]
-    return float(rms[1] / rms[0])
-
-
 def gradients(direct: Scene, bouncing: Scene, at: Array, shown: list[Array]) -> dict[str, float]:
     """Errors of the gradient of a step against differences of pictures with bounces, along five changes.
 
     The loss is half the mean square of the change of the pictures with bounces.
     """
-    original, result, _ = shown
+    original, result = shown
     adjoint = (result - original) / original.size
     changes = directions(at)
     truths = [

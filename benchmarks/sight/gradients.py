@@ -44,13 +44,13 @@ The loss is 1/2 mean (I - I_target)^2 of one picture (128 pixels), the target th
 85 % plus a little other relief. Truth: central differences of Mitsuba renders (576 samples a pixel, common
 random numbers, two seeds or more, whose spread gives its own error) along the relief itself and four smooth
 random fields. Error: norm of the difference over norm of the truth, median of three seeds. Wrong signs: of
-five, where the truth is over three standard errors from 0. "explicit" is our explicit Jacobian (4 x 4 samples
-a pixel, 8 along an edge that casts a shadow, 16 along one that moves in the picture, 48 fixed directions for
-soft light), "rendered" what Adam uses (Mitsuba at 64 samples a pixel and our boundaries, soft light by 8
-directions drawn anew); Mitsuba's own also take 64. Mitsuba's projective integrators know perspective cameras
-alone. "bounces": light goes from face to face of the plate too (a sixth of it all); the explicit Jacobian
-is of direct light alone, "rendered" leaves out the boundaries that such light moves. Seconds are of one loss
-gradient, beside other work."""
+five, where the truth is over three standard errors from 0. "explicit" is our explicit Jacobian (4 x 4
+samples a pixel, 8 to 32 along an edge that casts a shadow, the more the lower the light, 16 along one that
+moves in the picture, 48 fixed directions for soft light), "rendered" what Adam uses (Mitsuba at 64 samples
+a pixel and our boundaries, soft light by 8 directions drawn anew); Mitsuba's own also take 64. Mitsuba's
+projective integrators know perspective cameras alone. "bounces": light goes from face to face of the plate
+too (a sixth of it all); the explicit Jacobian is of direct light alone, "rendered" leaves out the
+boundaries that such light moves. Seconds are of one loss gradient, beside other work."""
 
 
 class Case(NamedTuple):
