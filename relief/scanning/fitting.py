@@ -145,11 +145,7 @@ class _State:
         jacobian = self.jacobian[:, free]
         inverse = np.linalg.pinv(slope * jacobian.T @ jacobian, hermitian=True)
         middle = samples.correlated(self.places, weights * self.residuals, jacobian)
-        shared = inverse @ middle @ inverse
-        # A fit takes up broad errors, so that those left over say too little of them.
-        alone = np.diag(inverse) * float(np.mean((weights * self.residuals) ** 2)) / slope
-        wider = np.sqrt(np.maximum(alone / np.diag(shared), 1.0))
-        covariance[np.ix_(free, free)] = wider[:, None] * shared * wider
+        covariance[np.ix_(free, free)] = inverse @ middle @ inverse
         residuals, outliers = np.full((2, samples.size), np.nan)
         residuals[self.places], outliers[self.places] = self.residuals, weights <= 0.0
         return Fit(
