@@ -2,7 +2,9 @@
 
 A finger feels what lies under all of its patch, and roughness is a mean over pairs of receptors anywhere on
 the patch. So the goal at a place is the mean of the map over the patch there: steps of a map become ramps as
-wide as the patch, which is as sharp as a feel can change.
+wide as the patch, which is as sharp as a feel can change. A region counts by its shares, whose mean under a
+finger is the part of the way from the original's value to the goal, in the quantity itself. A patch that is
+half white and half black therefore asks for what an even grey of 0.5 asks for.
 """
 
 import logging
@@ -13,7 +15,7 @@ import numpy as np
 
 from optimize.descent.targets import Targets
 from optimize.runs.goal_bounds import nearest_goals
-from optimize.settings.touch import Touch, Varied
+from optimize.settings.touch import Region, Touch, Varied
 from relief.common.arrays import Array, Index
 from relief.common.errors import InputError, naming
 from relief.common.limits import PATCH_SIDE_MM
@@ -25,9 +27,14 @@ from tactile.quantities import QUANTITIES, GoalKey, Quantity, Values
 _log = logging.getLogger(__name__)
 
 WHITE = 0.5
-"""Value of a mask above which a point lies in the region."""
+"""Value of a mask above which a point lies in the region, unless the region is graded."""
+GREY_STEP = 1.0 / 255.0
+"""Step of 8-bit grey: by so much may the share of each graded region be rounded up at a point."""
+ROUNDING = 1e-9
+"""Rounding error of a sum of shares."""
 FELT_SHARE = 0.5
-"""Share of the finger's patch, of a region at least once, below which a warning tells of the mixture felt."""
+"""Share of the finger's patch, of a region at least once, below which a warning tells of the mixture felt. Of
+a graded region it counts in the greatest share of its mask."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +43,13 @@ class Part:
 
     Attributes:
         key: of the goal.
-        inside: (rows, cols) 1 in the part, else 0.
+        shares: (rows, cols) of the way from the original's value to the goal: 1 in the part and 0 outside, or
+            between the two where the part is graded.
         number: for the key, or (rows, cols) numbers.
     """
 
     key: GoalKey
-    inside: Array
+    shares: Array
     number: Array | float
 
 
@@ -62,8 +70,8 @@ class GoalMap:
         """(k,) goals at places (k, 2), by the original's own values (k,) there."""
         goals = original.copy()
         for part in self.parts:
-            share = means_under(part.inside, self.surface, at)
-            numbers = means_under(part.inside * part.number, self.surface, at)
+            share = means_under(part.shares, self.surface, at)
+            numbers = means_under(part.shares * part.number, self.surface, at)
             numbers = numbers / np.where(share > 0.0, share, 1.0)
             wanted = [part.key.goal(*each) for each in zip(numbers, original, strict=True)]
             goals += share * (np.array(wanted) - original)
@@ -133,8 +141,8 @@ def goal_maps(touch: Touch, surface: Surface, at: Index) -> tuple[GoalMap, ...]:
         at: (k, 2) places where fingers land.
 
     Raises:
-        InputError: a file is damaged or has other proportions than the surface, a region is empty or overlaps
-            another, or the surface has no length for a gradient.
+        InputError: a file is damaged or has other proportions than the surface, a region is empty, overlaps
+            another or has shares beyond 0 and 1, or the surface has no length for a gradient.
     """
     maps = []
     for varied in touch.varied():
@@ -191,25 +199,94 @@ def _along(axis: str, first: float, last: float, surface: Surface) -> Array:
 
 def _regions(touch: Touch, surface: Surface, at: Index) -> tuple[GoalMap, ...]:
     """One goal map for each quantity that regions state. Raises InputError."""
-    covered = np.zeros(surface.shape, dtype=np.int64)
-    parts: dict[str, list[Part]] = {}
+    if not touch.region:
+        return ()
+    covered = _Covered(surface.shape)
+    shares = []
     for number, region in enumerate(touch.region):
         with naming(f"touch.region.{number}.mask"):
-            inside = load_map(region.mask, surface)[0] > WHITE
-            if not inside.any():
-                raise InputError(f"{region.mask}: the region is empty; a mask is white in its region")
-            if (others := covered[inside]).any():
-                other, share = others.max() - 1, 100.0 * np.count_nonzero(others) / inside.size
-                raise InputError(f"{region.mask}: overlaps region {other} on {share:.2g} % of the surface")
-        covered[inside] = number + 1
-        felt = float(means_under(inside.astype(np.float64), surface, at).max())
-        if felt < FELT_SHARE:
-            _log.warning(
-                "touch.region.%d: at most %.0f %% of what lies under a finger of %g mm; it feels a mixture",
-                number,
-                100.0 * felt,
-                PATCH_SIDE_MM,
-            )
+            shares.append(_shares(region, surface))
+            covered.add(number, region, shares[-1])
+        _warn_of_mixture(number, region, shares[-1], means_under(shares[-1], surface, at))
+    # Shares whose sum exceeds 1 by rounding alone: a goal lies between those of its regions, not beyond them.
+    whole = np.maximum(covered.total, 1.0)
+    parts: dict[str, list[Part]] = {}
+    for region, each in zip(touch.region, shares, strict=True):
         for quantity, key, value in region.goals():
-            parts.setdefault(quantity.name, []).append(Part(key, inside.astype(np.float64), value))
+            parts.setdefault(quantity.name, []).append(Part(key, each / whole, value))
     return tuple(GoalMap("region", QUANTITIES[name], surface, tuple(each)) for name, each in parts.items())
+
+
+def _shares(region: Region, surface: Surface) -> Array:
+    """(rows, cols) shares of a region: 0 or 1, or those of its mask if it is graded. Raises InputError."""
+    values, _ = load_map(region.mask, surface)
+    if region.graded and (values.min() < 0.0 or values.max() > 1.0):
+        raise InputError(
+            f"{region.mask}: values {values.min():g} to {values.max():g}; those of a graded region "
+            "are shares from 0 to 1"
+        )
+    shares = values if region.graded else (values > WHITE).astype(np.float64)
+    if not shares.any():
+        light = "brighter than black" if region.graded else "white"
+        raise InputError(f"{region.mask}: the region is empty; a mask is {light} in its region")
+    return shares
+
+
+class _Covered:
+    """What the regions so far take of a surface.
+
+    Attributes:
+        total: (rows, cols) sum of their shares.
+    """
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self.total = np.zeros(shape)
+        self._greatest = np.zeros(shape)
+        self._owner = np.full(shape, -1)
+        """Number of the region with the greatest share."""
+        self._rounded = np.zeros(shape, dtype=np.int64)
+        """Number of regions whose share is grey, and may be rounded; black and white are exact."""
+
+    def add(self, number: int, region: Region, shares: Array) -> None:
+        """Take a region in. Raises InputError if there is no room beside another."""
+        total, rounded = self.total + shares, self._rounded + ((shares > 0.0) & (shares < 1.0))
+        over = (shares > 0.0) & (total > 1.0 + GREY_STEP * rounded + ROUNDING)
+        if over.any():
+            other, percent = self._owner[over].max(), 100.0 * np.count_nonzero(over) / over.size
+            why = f", where shares sum to {total[over].max():.3g}" if rounded[over].any() else ""
+            raise InputError(f"{region.mask}: overlaps region {other} on {percent:.2g} % of the surface{why}")
+        self.total, self._rounded = total, rounded
+        self._owner[shares > self._greatest] = number
+        self._greatest = np.maximum(self._greatest, shares)
+
+
+def _warn_of_mixture(number: int, region: Region, shares: Array, felt: Array) -> None:
+    """Log a warning if no finger feels much of a region.
+
+    Args:
+        number: of the region.
+        region: in `[touch]`.
+        shares: (rows, cols) of the region.
+        felt: (k,) their means under the fingers.
+    """
+    most, greatest = float(felt.max()), float(shares.max())
+    # In the greatest share, which is 1 unless the region is graded: an even grey is felt as it is painted,
+    # however dark. A dab smaller than a finger is not, however bright.
+    if most >= FELT_SHARE * greatest:
+        return
+    if region.graded:
+        _log.warning(
+            "touch.region.%d: at most %.3g %% of the way to its goal under a finger of %g mm, "
+            "where the mask has up to %.3g %%; it feels a mixture",
+            number,
+            100.0 * most,
+            PATCH_SIDE_MM,
+            100.0 * greatest,
+        )
+        return
+    _log.warning(
+        "touch.region.%d: at most %.0f %% of what lies under a finger of %g mm; it feels a mixture",
+        number,
+        100.0 * most,
+        PATCH_SIDE_MM,
+    )

@@ -115,9 +115,11 @@ class _RegionModel(Section):
 
     Attributes:
         mask: picture or array over the whole surface, white or above 0.5 in the region; absolute once loaded.
+        graded: whether the mask's grey, 0 to 1, is the share of the way from the original's feel to the goal.
     """
 
     mask: Annotated[Path, Field(strict=False)]
+    graded: bool = False
 
     def goals(self) -> Goals:
         """The goals that are given, each with its quantity and its key."""

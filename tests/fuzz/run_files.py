@@ -52,6 +52,7 @@ VALID: Mapping[str, tuple[Any, ...]] = {
     "axis": ("x", "y"),
     "region": (
         [{"mask": "plate.exr", "jnd": 1}],
+        [{"mask": "plate.exr", "jnd": 1, "graded": True}],
         [{"mask": "plate.exr", "x": 1}],
         [{"mask": "plate.exr"}],
         [{"jnd": 1}],

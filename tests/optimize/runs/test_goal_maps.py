@@ -13,7 +13,7 @@ from optimize.settings.touch import Touch
 from relief.common.errors import InputError
 from relief.places import between, centres_mm, places
 from relief.surface import Surface
-from tactile.jnd import jnd_scaled
+from tactile.jnd import jnd_apart, jnd_scaled
 
 STRIP = Surface((20, 120), 60.0)
 PLACES = places(STRIP)
@@ -92,6 +92,81 @@ def test_regions_may_state_several_quantities(tmp_path: Path) -> None:
     assert (areas[0], areas[-1]) == (pytest.approx(40.0), 50.0)
 
 
+def graded(path: Path, shares: Any, **goal: float) -> dict[str, Any]:
+    """A graded region of these shares."""
+    return {"mask": saved(path, np.broadcast_to(shares, STRIP.shape)), "graded": True, **goal}
+
+
+def grey(path: Path, values: Any) -> Path:
+    """A picture of 8-bit grey on the strip, of values from 0 to 255."""
+    from PIL import Image
+
+    Image.fromarray(np.broadcast_to(values, STRIP.shape).astype(np.uint8)).save(path)
+    return path
+
+
+@pytest.mark.parametrize("goal", [{"jnd": 2.0}, {"jnd": -2.0}, {"roughness": 0.09}])
+def test_an_even_grey_asks_for_its_share_of_the_way(tmp_path: Path, goal: dict[str, float]) -> None:
+    (whole,) = read({"region": [graded(tmp_path / "white.npy", 1.0, **goal)]})
+    wanted = whole.goals(PLACES, ORIGINAL)
+    for share in (0.002, 0.25, 0.5, 1.0):
+        (one,) = read({"region": [graded(tmp_path / "grey.npy", share, **goal)]})
+        assert one.goals(PLACES, ORIGINAL) == pytest.approx(ORIGINAL + share * (wanted - ORIGINAL), rel=1e-12)
+    (picture,) = read({"region": [{"mask": grey(tmp_path / "grey.png", 51), "graded": True, **goal}]})
+    assert picture.goals(PLACES, ORIGINAL) == pytest.approx(ORIGINAL + 0.2 * (wanted - ORIGINAL), rel=1e-12)
+
+
+@pytest.mark.parametrize(("jnd", "told"), [(2.0, 1.09), (-2.0, -0.91)])
+def test_half_of_the_way_is_what_the_guide_says(tmp_path: Path, jnd: float, told: float) -> None:
+    (half,) = read({"region": [graded(tmp_path / "grey.npy", 0.5, jnd=jnd)]})
+    goal = half.goals(PLACES, ORIGINAL)[0]
+    assert jnd_apart(goal, ORIGINAL[0]) == pytest.approx(told, abs=0.005)
+    guide = (Path(__file__).parents[3] / "docs" / "scenes.md").read_text(encoding="utf-8")
+    assert f"{told:+.2f}" in guide
+
+
+def test_a_graded_mask_of_black_and_white_is_a_binary_one(tmp_path: Path) -> None:
+    regions = [part | {"contact_area_scale": 0.8} for part in halves(tmp_path)]
+    both = read({"region": regions}), read({"region": [part | {"graded": True} for part in regions]})
+    for binary, same in zip(*both, strict=True):
+        assert np.array_equal(binary.goals(PLACES, ORIGINAL), same.goals(PLACES, ORIGINAL))
+        assert binary.words(2.5) == same.words(2.5)
+
+
+def test_half_of_the_points_white_ask_for_what_an_even_grey_asks_for(tmp_path: Path) -> None:
+    chequered = np.indices(STRIP.shape).sum(axis=0) % 2 * 1.0
+    (dots,) = read({"region": [{"mask": saved(tmp_path / "dots.npy", chequered), "jnd": 2.0}]})
+    (even,) = read({"region": [graded(tmp_path / "grey.npy", 0.5, jnd=2.0)]})
+    assert dots.goals(PLACES, ORIGINAL) == pytest.approx(even.goals(PLACES, ORIGINAL), rel=1e-12)
+
+
+def test_a_ramp_of_grey_is_a_ramp_of_feel(tmp_path: Path) -> None:
+    along = (np.arange(120) + 0.5) / 120.0
+    (ramp,) = read({"region": [graded(tmp_path / "ramp.npy", along, roughness=0.09)]})
+    same = np.full(len(PLACES), 0.05)
+    for at in (PLACES, between(STRIP)):
+        shares = centres_mm(STRIP, at)[:, 1] / 60.0
+        assert ramp.goals(at, same[: len(at)]) == pytest.approx(0.05 + 0.04 * shares)
+
+
+def test_greys_that_fill_one_another_up_lead_from_goal_to_goal(tmp_path: Path) -> None:
+    level = np.linspace(0.0, 255.0, 120).round()
+    regions = [
+        {"mask": grey(tmp_path / "rough.png", level), "graded": True, "roughness": 0.09},
+        {
+            "mask": grey(tmp_path / "smooth.png", 256.0 - np.maximum(level, 1.0)),
+            "graded": True,
+            "roughness": 0.06,
+        },
+    ]
+    (both,) = read({"region": regions})
+    # Shares that sum to 256 / 255 by the rounding of an editor count as a whole.
+    total = sum(part.shares for part in both.parts)
+    assert total.max() == pytest.approx(1.0, abs=1e-12)
+    goals = both.goals(PLACES, ORIGINAL)
+    assert np.all((goals >= 0.06 - 1e-12) & (goals <= 0.09 + 1e-12)) and np.all(np.diff(goals) > 0.0)
+
+
 def test_goals_hold_between_the_steered_places_too() -> None:
     middle = between(STRIP)
     own = np.full(len(middle), 0.05)
@@ -134,6 +209,7 @@ def test_a_goal_out_of_reach_names_the_place_and_the_nearest() -> None:
         ({"region": [{"mask": "m.npy", "jnd": 1}], "jnd": 1}, "jnd and region exclude each other"),
         ({"region": [{"mask": "m.npy", "jnd": 1, "roughness": 1}]}, "roughness and jnd exclude each other"),
         ({"region": [{"mask": "m.npy"}]}, "a target is missing"),
+        ({"region": [{"mask": "m.npy", "jnd": 1, "graded": 1}]}, "graded"),
         ({"roughness_from": 0.1}, "roughness_to: missing"),
         ({"roughness_to": 0.1}, "roughness_from: missing"),
         ({"jnd": 1, "axis": "x"}, "axis: is for roughness_from"),
@@ -164,6 +240,51 @@ def test_maps_that_say_nothing_sound_are_refused(tmp_path: Path) -> None:
     tile = Surface((20, 120), 60.0, (False, True))
     with pytest.raises(InputError, match="along x, the surface repeats"):
         read({"roughness_from": 0.1, "roughness_to": 0.2}, tile)
+
+
+def test_shares_beyond_a_whole_are_refused(tmp_path: Path) -> None:
+    half, more = (graded(tmp_path / f"{n}.npy", n, jnd=1.0) for n in (0.5, 0.51))
+    over = graded(tmp_path / "over.npy", np.linspace(0.0, 1.5, 120), jnd=1.0)
+    below = graded(tmp_path / "below.npy", np.linspace(-0.5, 1.0, 120), jnd=1.0)
+    nan = graded(tmp_path / "nan.npy", np.nan, jnd=1.0)
+    black = {"mask": grey(tmp_path / "black.png", 0), "graded": True, "jnd": 1.0}
+    white = {"mask": saved(tmp_path / "white.npy", np.ones(STRIP.shape)), "jnd": 1.0}
+    shares = "those of a graded region are shares from 0 to 1"
+    for regions, fault in (
+        ([over], f"touch.region.0.mask: .*over.npy: values 0 to 1.5; {shares}"),
+        ([half, below], f"touch.region.1.mask: .*below.npy: values -0.5 to 1; {shares}"),
+        ([nan], "touch.region.0.mask: .*nan.npy: 2400 values are not finite"),
+        ([black], "touch.region.0.mask: .*black.png: the region is empty; a mask is brighter than black in"),
+        ([half, more], r"touch.region.1.mask: .* overlaps region 0 on 1e\+02 % .* where shares sum to 1.01"),
+        ([white, half], r"touch.region.1.mask: .* overlaps region 0 on 1e\+02 % .* where shares sum to 1.5"),
+        ([half, white], r"touch.region.1.mask: .* overlaps region 0 on 1e\+02 % .* where shares sum to 1.5"),
+    ):
+        with pytest.raises(InputError, match=fault) as caught:
+            read({"region": regions})
+        assert "\n" not in str(caught.value)
+    (goals,) = read({"region": [half, half]})
+    assert goals.goals(PLACES, ORIGINAL) == pytest.approx([jnd_scaled(value, 1.0) for value in ORIGINAL])
+
+
+def test_a_mask_that_is_not_graded_is_white_above_half(tmp_path: Path) -> None:
+    mask = np.repeat([-3.0, 0.5, 0.51, 7.0], 30)
+    (one,) = read({"region": [{"mask": saved(tmp_path / "m.npy", np.tile(mask, (20, 1))), "jnd": 1.0}]})
+    assert np.array_equal(one.parts[0].shares, np.tile(mask > 0.5, (20, 1)))
+
+
+def test_a_dab_of_grey_is_told_and_an_even_grey_is_not(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.WARNING):
+        read({"region": [graded(tmp_path / "even.npy", 0.1, jnd=1.0)]})
+        assert caplog.messages == []
+        read({"region": [graded(tmp_path / "dab.npy", np.where(np.arange(120) < 6, 0.8, 0.0), jnd=1.0)]})
+    (line,) = caplog.messages
+    felt, painted = (
+        "at most 24 % of the way to its goal under a finger of 10 mm",
+        "where the mask has up to 80 %",
+    )
+    assert line.startswith(f"touch.region.0: {felt}, {painted}")
 
 
 def test_a_region_smaller_than_a_finger_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

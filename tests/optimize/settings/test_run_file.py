@@ -88,6 +88,24 @@ def test_the_resolved_run_loads_to_the_same_from_another_folder(run_file: Path, 
     assert config.load_run(elsewhere) == run
 
 
+def test_a_graded_region_is_written_and_read_again(
+    run_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "m.png").write_bytes(b"")
+    monkeypatch.chdir(tmp_path)
+    region = 'touch.region=[{mask="m.png", jnd=2, graded=true}, {mask="m.png", jnd=1}]'
+    run = config.run_from_scene("studio.xml", "relief.png", ["relief_mm=1", region])
+    assert [one.graded for one in run.touch.region] == [True, False]
+    resolved = tmp_path / "elsewhere" / "run.toml"
+    resolved.parent.mkdir()
+    resolved.write_text(config.dump_resolved(run), encoding="utf-8")
+    assert config.load_run(resolved) == run
+    of_file = config.load_run(write(tmp_path, '[[touch.region]]\nmask = "m.png"\ngraded = true\njnd = 2'))
+    assert of_file.touch.region == run.touch.region[:1]
+    line = fault(write(tmp_path, '[[touch.region]]\nmask = "m.png"\ngraded = "yes"\njnd = 2'))
+    assert "touch.region.0.graded: " in line and "boolean" in line
+
+
 def test_a_path_with_quotes_and_backslashes_survives(tmp_path: Path) -> None:
     odd = tmp_path / 'a "b" \\ é.png'
     scene = tmp_path / "studio.xml"
