@@ -27,6 +27,11 @@ FILES = (
 is resumed (`Run.files`)."""
 NAMES = ("touch.skin",)
 """Settings that only name what other settings spell out."""
+REGION = "touch.region."
+"""Begin of the keys of a region, which go on with its number."""
+INTRODUCED_IN_REGIONS = {"graded": False}
+"""Value of each key of a region with which runs behave as they did before the key existed. A key at this
+value is left out, so that earlier runs can be resumed and rows of studies stay known."""
 CHANGEABLE = (
     *("descent.steps", "verify.corrections", "verify.samples"),
     *("verify.distance_cm", "verify.baseline", "verify.jod"),
@@ -76,4 +81,12 @@ def read_verification(run_dir: Path) -> Verification | None:
 
 def _key(description: Mapping[str, Any]) -> dict[str, Any]:
     settings = flattened(description["settings"]) | dict(description["sha256"])
-    return {name: value for name, value in settings.items() if name not in NAMES}
+    return {
+        name: value for name, value in settings.items() if name not in NAMES and not _as_before(name, value)
+    }
+
+
+def _as_before(name: str, value: Any) -> bool:
+    """Whether a setting is a key of a region that changes nothing."""
+    key = name.rpartition(".")[2]
+    return name.startswith(REGION) and key in INTRODUCED_IN_REGIONS and value is INTRODUCED_IN_REGIONS[key]

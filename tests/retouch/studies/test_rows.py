@@ -119,6 +119,20 @@ def test_rows_of_earlier_versions_are_found(tmp_path: Path, settings: str) -> No
     assert row_key(load_run(path, settings.split())).startswith(OLD_KEYS[settings])
 
 
+def test_rows_with_regions_of_earlier_versions_are_found(tmp_path: Path) -> None:
+    """A new key of a region must not make rows unknown, nor stop a run from being resumed."""
+    for name in ("scene.xml", "texture.png", "mask.png"):
+        (tmp_path / name).write_text(name)
+    path, region = tmp_path / "run.toml", '{mask = "mask.png", jnd = 2%s}'
+    keys = []
+    for more in ("", ", graded = false", ", graded = true"):
+        beside = 'scene = "scene.xml"\ntexture = "texture.png"\nlook.broad = 0'
+        path.write_text(f"{beside}\ntouch.region = [{region % more}]\n")
+        keys.append(row_key(load_run(path)))
+    assert keys[0] == keys[1] != keys[2]
+    assert keys[0].startswith("0d3939a21926fa1b71ac27c4dff07463")
+
+
 @pytest.mark.parametrize("study", ["figure10", "figure15", "figure17", "figure19", "figure22", "front"])
 def test_rows_that_are_committed_are_found(study: str) -> None:
     """A revised scene must not make them unknown: `retouch.studies.row_key.REVISED`."""
