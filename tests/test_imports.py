@@ -74,15 +74,21 @@ _ALLOWED = {
     "retouch.__main__": "optimize.runs retouch.commands",
     "retouch.app": (
         "mitsuba_scenes optimize.run_directory relief.common retouch.app.stages retouch.app.state "
-        "retouch.pages.plate_viewer"
+        "retouch.app.values retouch.pages.plate_viewer"
+    ),
+    "retouch.app.computing": (
+        "mitsuba_scenes optimize.estimates optimize.run_directory optimize.settings optimize.verification "
+        "relief relief.common relief.preparing retouch retouch.app.values retouch.pages retouch.verbs tactile"
     ),
     "retouch.app.stages": (
-        "mitsuba_scenes optimize.run_directory optimize.verification relief relief.common retouch.app.state"
+        "mitsuba_scenes optimize.run_directory optimize.verification relief relief.common retouch.app.state "
+        "retouch.app.values"
     ),
     "retouch.app.state": (
-        "mitsuba_scenes optimize.descent optimize.estimates optimize.run_directory optimize.settings relief "
-        "relief.common relief.preparing retouch retouch.pages retouch.verbs tactile"
+        "optimize.descent optimize.run_directory relief relief.common retouch.app.computing "
+        "retouch.app.values"
     ),
+    "retouch.app.values": "mitsuba_scenes optimize.settings relief.common",
     "retouch.commands": (
         "mitsuba_scenes optimize.descent optimize.run_directory optimize.runs optimize.settings "
         "optimize.verification relief relief.common relief.preparing retouch retouch.app "

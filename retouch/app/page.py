@@ -19,9 +19,9 @@ from retouch.app.stages.picture import PictureStage
 from retouch.app.stages.printing import PrintStage
 from retouch.app.stages.run import RunStage
 from retouch.app.stages.window import Window
-from retouch.app.state.document import command_line
 from retouch.app.state.session import Session
 from retouch.app.state.shapes import Shapes
+from retouch.app.values.document import command_line
 
 STAGES = (PictureStage, FeelStage, RunStage, CompareStage, ObjectStage, PrintStage)
 """In the order of the work."""
@@ -76,7 +76,7 @@ class Page:
         ui.keyboard(self._key, ignore=["input", "select", "textarea"])
         self.refresh()
         client = ui.context.client
-        client.on_delete(self.session.listen(lambda: self._told(client)))
+        client.on_delete(self.session.activity.listen(lambda: self._told(client)))
 
     def show(self, name: str) -> None:
         """Turn to a stage."""
@@ -89,14 +89,14 @@ class Page:
             link.props(f"aria-current={'page' if name == self._panels.value else 'false'}")
         if self._panels.value == FeelStage.name:
             session.want_reach()
-        session.want_sides()
+        session.outcomes.want_sides()
         for stage in self._stages:
             stage.refresh()
         work = session.doing()
         self._fault.set_text(session.fault())
         self._busy.set_text(work)
         self._busy.classes(add="on" if work else "", remove="" if work else "on")
-        self._undo.set_enabled(session.can_undo)
+        self._undo.set_enabled(session.history.can_undo)
         self._command.set_text(self._line())
 
     def _told(self, client: Client) -> None:
@@ -111,7 +111,7 @@ class Page:
             with ui.element("div").classes("end"):
                 self._fault = ui.label().classes("fault").props('role="alert"')
                 self._busy = ui.label().classes("busy").props('role="status"')
-                self._undo = button("Undo", self.session.undo, "quiet")
+                self._undo = button("Undo", self.session.history.undo, "quiet")
 
     def _link(self, name: str) -> ui.element:
         link = ui.element("button").props("type=button").on("click", partial(self.show, name))
@@ -136,4 +136,4 @@ class Page:
     def _key(self, event: events.KeyEventArguments) -> None:
         undoing = event.modifiers.ctrl or event.modifiers.meta
         if event.action.keydown and undoing and event.key == "z":
-            self.session.undo()
+            self.session.history.undo()

@@ -17,9 +17,9 @@ from optimize.run_directory.key import REPORT
 from relief.common.errors import InputError
 from relief.common.formats import FORMATS
 from relief.common.formatting import plain
-from retouch.app.state.folders import PARTS_FOLDER, PICTURES_FOLDER, RUNS_FOLDER, keep, safe_name
 from retouch.app.state.runs import free_mib
 from retouch.app.state.shapes import PREFIX, Shapes, lit_png
+from retouch.app.values.folders import PARTS_FOLDER, PICTURES_FOLDER, RUNS_FOLDER, keep, safe_name
 from retouch.pages import plate_viewer
 
 MOST_UPLOADED = 1 << 30

@@ -111,11 +111,11 @@ async def _serving(
         loop.add_signal_handler(number, close)
     looking = asyncio.ensure_future(_look_after(session))
     if picture is not None or session.document.picture is None:
-        session.in_background(session.choose(picture or FIRST_TEXTURE))
+        session.activity.in_background(session.choose(picture or FIRST_TEXTURE))
     else:
-        session.follow()
+        session.numbers.follow()
     if address is not None:
-        session.in_background(asyncio.to_thread(webbrowser.open, address))
+        session.activity.in_background(asyncio.to_thread(webbrowser.open, address))
     try:
         await server.serve(sockets=[listening])
     finally:
@@ -137,8 +137,8 @@ async def _look_after(session: Session) -> None:
 
 def _stop_runs(session: Session) -> None:
     """Ask the runs under way to stop, and say how they go on."""
-    if not session.queue.under_way():
+    if not session.running.queue.under_way():
         return
     print("the run under way is asked to stop; its best relief is being written", file=sys.stderr)
-    for job in session.queue.stop_all(PATIENCE_S):
+    for job in session.running.queue.stop_all(PATIENCE_S):
         print(f"{job.folder}: {job.state.value}; retouch resume {job.folder} goes on", file=sys.stderr)

@@ -44,7 +44,7 @@ def write_report(run_dir: Path, report: Report) -> Path:
         **_context(report),
         lamp_figures=figures.lamp_figures(report),
         **figures.touch_maps(report),
-        **place_figures(report),
+        **place_figures(report.verification.touch.places, report.after.relief),
         **figures.relief_figures(report),
         prints=figures.print_figures(report),
     )

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from optimize.verification import verification
 from relief.common.arrays import Array
 from relief.common.formatting import number
+from relief.relief import Relief
 from retouch.pages import colour_maps, svg
-from retouch.pages.content import Report
 from tactile.jnd import ROUGHNESS_JND
 from tactile.quantities import ROUGHNESS
 
@@ -71,13 +71,17 @@ def read_places(measured: verification.Places) -> Places:
     )
 
 
-def place_figures(report: Report) -> dict[str, Any]:
-    """Maps of the feel over the surface and their words; `places` is None if there is one place in all."""
-    measured = report.verification.touch.places
+def place_figures(measured: verification.Places | None, result: Relief) -> dict[str, Any]:
+    """Maps of the feel over the surface and their words; `places` is None if there is one place in all.
+
+    Args:
+        measured: the feel at the places of a verification.
+        result: the relief that was pressed.
+    """
     if measured is None or measured.count < 2:
         return {"places": None}
     places = read_places(measured)
-    board = _Board.of(report, places)
+    board = _Board.of(result, places)
     change, off = _jnd(places.reached, places.original), places.off
     maps = []
     if not measured.varied:
@@ -98,7 +102,7 @@ def place_figures(report: Report) -> dict[str, Any]:
             "repeats": len(board.shifts) > 1,
             "varied": measured.varied,
             "line": _line(places),
-            "relief": board.relief(report),
+            "relief": board.relief(result),
             "steered": int(places.steered.sum()),
             "between": int((~places.steered).sum()),
             **_extremes("change", places, change),
@@ -125,8 +129,8 @@ class _Board:
     radii: svg.Range
 
     @classmethod
-    def of(cls, report: Report, places: Places) -> "_Board":
-        surface = report.after.relief.surface
+    def of(cls, result: Relief, places: Places) -> "_Board":
+        surface = result.surface
         height, width = surface.size_mm
         down, right = (
             (-size, 0.0, size) if repeats else (0.0,)
@@ -209,9 +213,9 @@ class _Board:
             svg.colour_bar(table, axis, legend),
         )
 
-    def relief(self, report: Report) -> Markup:
+    def relief(self, result: Relief) -> Markup:
         """The shaded relief as a definition for the maps."""
-        shade = colour_maps.hillshade(report.after.relief.heights, self.width)
+        shade = colour_maps.hillshade(result.heights, self.width)
         return Markup(
             '<image id="places-relief" width="{:.4f}" height="{:.4f}" preserveAspectRatio="none" href="{}"/>'
         ).format(self.width, self.height, colour_maps.picture_uri(shade, 1.4, SHADE_SIDE))

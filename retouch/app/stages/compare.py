@@ -9,10 +9,20 @@ from optimize.verification.verification import Verification
 from retouch.app.stages.controls import Number, Told, button, choice, section
 from retouch.app.stages.elements import ReliefView
 from retouch.app.stages.window import Window
-from retouch.app.state.measuring import Map
 from retouch.app.state.runs import earlier_runs, state_of
+from retouch.app.values.found import Map, Sides
 
-WAYS = ("Swipe", "Side by side", "Blink", "Change", "Feel")
+WAYS = ("Swipe", "Side by side", "Blink", "Change", "Feel", "Strain")
+MAPS = {
+    "Change": ("change of the heights",),
+    "Feel": (),
+    "Strain": ("original: strain under a finger in the middle", "result"),
+}
+"""Ways that show maps, and the names of those that are pictures."""
+PLACES_TOLD = (
+    "Each disc is the middle of a finger, which covers 10 mm; those with a dark ring were steered. "
+    "By the model that verified the run."
+)
 
 
 class CompareStage:
@@ -28,7 +38,7 @@ class CompareStage:
         """Put its elements into the present slot."""
         with ui.element("div").classes("stage"):
             with ui.element("div").classes("work"):
-                choice(list(WAYS), value=self._way, on_change=self._other_way).classes("ways")
+                self._ways = choice(list(WAYS), value=self._way, on_change=self._other_way).classes("ways")
                 self._pictures()
             with ui.element("aside").classes("side"):
                 with section("Run"):
@@ -44,7 +54,11 @@ class CompareStage:
             with ui.element("div").classes("views") as self._two:
                 self._each = [self._named(name) for name in ("original", "result")]
             with ui.element("div").classes("views") as self._map_part:
-                self._maps = [self._map(name) for name in ("change of the heights", "original", "result")]
+                self._maps = [(way, self._map(name)) for way, names in MAPS.items() for name in names]
+            with ui.element("div").classes("felt-places") as self._felt_part:
+                ui.label(PLACES_TOLD).classes("hint")
+                # The maps of the report: no text in them comes from a person.
+                self._felt = ui.html(sanitize=False).classes("boards")
         for view in (self._one, *self._each):
             view.on("lamp", self._lamp).on("tilt", self._tilt)
         self._none = ui.label("No run has a result yet.").classes("hint")
@@ -87,26 +101,34 @@ class CompareStage:
             self._run.set_options(names)
         run = session.document.run
         self._run.set_value(run if run in names else None)
-        sides = session.sides
-        self._none.set_visibility(sides is None and "sides" not in session.under_way)
-        self._fault.set_text(session.faults.get("sides", ""))
-        self._show_way()
+        sides = session.outcomes.sides
+        self._none.set_visibility(sides is None and "sides" not in session.activity.under_way)
+        self._fault.set_text(session.activity.faults.get("sides", ""))
+        self._show_ways(sides)
         if sides is not None:
             before, after = map(self.window.shapes.address, (sides.before, sides.after))
             shared = {"lamp": self.window.lamp, "tilt": self.window.tilt}
             self._one.give(before=before, after=after, blink=self._way == "Blink", **shared)
             for view, address in zip(self._each, (before, after), strict=True):
                 view.give(before=address, **shared)
-            for parts, content in zip(self._maps, (sides.change, *sides.feel), strict=True):
+            for (_, parts), content in zip(self._maps, (sides.change, *sides.strain), strict=True):
                 self._show_map(parts, content)
+            if self._felt.content != sides.places:
+                self._felt.set_content(sides.places)
         self._show_numbers(run)
 
-    def _show_way(self) -> None:
-        known = self.session.sides is not None
+    def _show_ways(self, sides: Sides | None) -> None:
+        # One place of the finger is a number, not a map.
+        possible = [way for way in WAYS if way != "Feel" or (sides is not None and sides.places)]
+        if self._ways.options != possible:
+            way = self._way if self._way in possible else "Strain"
+            self._ways.set_options(possible, value=way)
+        known = sides is not None
         self._one.set_visibility(known and self._way in ("Swipe", "Blink"))
         self._two.set_visibility(known and self._way == "Side by side")
-        self._map_part.set_visibility(known and self._way in ("Change", "Feel"))
-        for (whole, *_), way in zip(self._maps, ("Change", "Feel", "Feel"), strict=True):
+        self._felt_part.set_visibility(known and self._way == "Feel")
+        self._map_part.set_visibility(known and self._way in ("Change", "Strain"))
+        for way, (whole, *_) in self._maps:
             whole.set_visibility(self._way == way)
 
     @staticmethod
@@ -142,7 +164,7 @@ class CompareStage:
 
     def _other_run(self, event: events.ValueChangeEventArguments) -> None:
         if event.value:
-            self.session.look_at(str(event.value))
+            self.session.history.look_at(str(event.value))
 
     def _lamp(self, event: events.GenericEventArguments) -> None:
         self.window.lamp_moved(event)

@@ -8,7 +8,7 @@ from relief.printers import PRINTERS
 from retouch.app.stages.controls import NumberField, Told, button, section
 from retouch.app.stages.elements import DropZone
 from retouch.app.stages.window import Window
-from retouch.app.state.folders import BUNDLED_OBJECTS, PARTS_FOLDER, SUFFIXES
+from retouch.app.values.folders import BUNDLED_OBJECTS, PARTS_FOLDER, SUFFIXES
 
 DIRECTIONS = {
     "": "as it is found",
@@ -38,7 +38,7 @@ class ObjectStage:
                 self._results()
 
     def _choices(self) -> None:
-        change = self.session.change_part
+        change = self.session.history.change_part
         with section("Object"):
             self._what = ui.label().classes("hint")
             suffixes = SUFFIXES[PARTS_FOLDER]
@@ -56,9 +56,9 @@ class ObjectStage:
     def _results(self) -> None:
         with section("Result"):
             with ui.element("div").classes("row-of"):
-                self._show = button("Show", self.session.preview_part, "primary")
-                self._wrap = button("Write the file", self.session.wrap_part)
-                self._feel = button("Feel in colours", self.session.feel_part)
+                self._show = button("Show", self.session.outcomes.preview_part, "primary")
+                self._wrap = button("Write the file", self.session.outcomes.wrap_part)
+                self._feel = button("Feel in colours", self.session.outcomes.feel_part)
             self._told = Told()
             self._written = Told()
             self._save = ui.link("Save a copy", "").classes("button").props("download")
@@ -74,7 +74,7 @@ class ObjectStage:
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
         session, part = self.session, self.session.document.part
-        ready = session.sides is not None
+        ready = session.outcomes.sides is not None
         missing = "No run has a result yet."
         self._what.set_text(f"The result of {session.document.run} lies on it." if ready else missing)
         meshes = {name: name for name in BUNDLED_OBJECTS}
@@ -87,32 +87,32 @@ class ObjectStage:
         self._printer.set_value(part.printer or NO_PRINTER)
         self._turn.show(part.turn_deg)
         self._mask.set_value(part.mask)
-        if self._frame.props.get("src", "") != session.part_page:
-            self._frame.props["src"] = session.part_page
-        self._frame.set_visibility(bool(session.part_page))
-        self._none.set_visibility(not session.part_page)
-        idle = ready and "object" not in session.under_way
+        if self._frame.props.get("src", "") != session.outcomes.part_page:
+            self._frame.props["src"] = session.outcomes.part_page
+        self._frame.set_visibility(bool(session.outcomes.part_page))
+        self._none.set_visibility(not session.outcomes.part_page)
+        idle = ready and "object" not in session.activity.under_way
         self._show.set_enabled(idle)
         self._wrap.set_enabled(idle)
-        self._feel.set_enabled(idle and session.wrapped is not None)
-        self._told.show(session.part_lines)
-        self._written.show(session.wrapped.lines if session.wrapped else ())
-        self._save.set_visibility(session.wrapped is not None)
-        if session.wrapped is not None:
-            self._save.props["href"] = f"/app/print/{Path(session.wrapped.file).name}"
-        self._fault.set_text(session.faults.get("object", ""))
+        self._feel.set_enabled(idle and session.outcomes.wrapped is not None)
+        self._told.show(session.outcomes.part_lines)
+        self._written.show(session.outcomes.wrapped.lines if session.outcomes.wrapped else ())
+        self._save.set_visibility(session.outcomes.wrapped is not None)
+        if session.outcomes.wrapped is not None:
+            self._save.props["href"] = f"/app/print/{Path(session.outcomes.wrapped.file).name}"
+        self._fault.set_text(session.activity.faults.get("object", ""))
 
     def _other_mesh(self, event: events.ValueChangeEventArguments) -> None:
         if event.value:
-            self.session.change_part(mesh=str(event.value))
+            self.session.history.change_part(mesh=str(event.value))
 
     def _turned_to(self, event: events.ValueChangeEventArguments) -> None:
         if event.value in DIRECTIONS:
-            self.session.change_part(along=str(event.value))
+            self.session.history.change_part(along=str(event.value))
 
     def _other_printer(self, event: events.ValueChangeEventArguments) -> None:
         if event.value:
-            self.session.change_part(printer=None if event.value == NO_PRINTER else str(event.value))
+            self.session.history.change_part(printer=None if event.value == NO_PRINTER else str(event.value))
 
     def _masked(self, event: events.ValueChangeEventArguments) -> None:
-        self.session.change_part(mask=str(event.value or "").strip()[:LONGEST_MASK])
+        self.session.history.change_part(mask=str(event.value or "").strip()[:LONGEST_MASK])

@@ -12,9 +12,9 @@ from relief.common.limits import LARGEST_PLATE_MM, LARGEST_RELIEF_MM, SMALLEST_P
 from retouch.app.stages.controls import Number, NumberField, Told, button, section
 from retouch.app.stages.elements import CropBox, DropZone, Range, ReliefView, TextureScale
 from retouch.app.stages.window import Window
-from retouch.app.state.document import Picture
-from retouch.app.state.folders import PICTURES_FOLDER, SUFFIXES, textures
-from retouch.app.state.measuring import FeltPlaces
+from retouch.app.values.document import Picture
+from retouch.app.values.folders import PICTURES_FOLDER, SUFFIXES, textures
+from retouch.app.values.found import FeltPlaces
 
 RELIEF_ENDS_MM = (0.1, 3.0)
 """Ends of the slider of the relief, mm: what a finger follows. The field beside it takes any."""
@@ -73,7 +73,7 @@ class PictureStage:
         return choice
 
     def _shaping(self) -> None:
-        change = self.session.change_picture
+        change = self.session.history.change_picture
         with section("Shape"):
             with ui.element("div").classes("row-of"):
                 button("Turn left", partial(self._turn, 90))
@@ -109,15 +109,19 @@ class PictureStage:
 
     def commands(self) -> list[list[str]]:
         """The commands that do the same, without `retouch`."""
-        return self.session.planned()[:1]
+        return self.session.running.commands()[:1]
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
         session, picture = self.session, self.session.document.picture
         self._view.give(
-            before=self.window.shapes.address(session.shape), lamp=self.window.lamp, tilt=self.window.tilt
+            before=self.window.shapes.address(session.numbers.shape),
+            lamp=self.window.lamp,
+            tilt=self.window.tilt,
         )
-        self._fault.set_text(session.faults.get("picture") or session.faults.get("numbers", ""))
+        self._fault.set_text(
+            session.activity.faults.get("picture") or session.activity.faults.get("numbers", "")
+        )
         self._skin.set_value(session.document.feel.skin)
         self._show_numbers()
         if picture is None:
@@ -130,18 +134,18 @@ class PictureStage:
         self._relief.show(picture.relief_mm)
         self._size.show(picture.size_mm)
         self._slider.give(value=picture.relief_mm)
-        if session.shape is not None:
-            self._samples.set_value(picture.samples or len(session.shape.heights))
-            self._lines.show(session.shape.lines)
+        if session.numbers.shape is not None:
+            self._samples.set_value(picture.samples or len(session.numbers.shape.heights))
+            self._lines.show(session.numbers.shape.lines)
 
     def _show_picture(self, picture: Picture) -> None:
-        source = self.session.source
+        source = self.session.numbers.source
         if source is None:
             return
         if self._thumbnail[0] != id(source):
             data = base64.b64encode(source.thumbnail).decode()
             self._thumbnail = (id(source), f"data:image/png;base64,{data}")
-        square = self.session.shape.square if self.session.shape else (0, 0, 0)
+        square = self.session.numbers.shape.square if self.session.numbers.shape else (0, 0, 0)
         crop = list(picture.crop[:3]) if picture.crop else (list(square) if square[2] else None)
         address = self._thumbnail[1]
         self._crop.give(picture=address, width=source.width, height=source.height, crop=crop)
@@ -150,47 +154,47 @@ class PictureStage:
 
     def _show_numbers(self) -> None:
         session = self.session
-        felt = session.felt or session.felt_here
-        stale = session.felt is None
+        felt = session.numbers.felt or session.numbers.felt_here
+        stale = session.numbers.felt is None
         for figure, value in (
             (self._roughness, None if felt is None else f"{fmean(felt.roughness):.4f}"),
             (self._area, None if felt is None else f"{fmean(felt.contact_area_mm2):.1f}"),
         ):
             figure.show(value, stale)
-        self._scale.give(scale=session.scale, value=None if felt is None else fmean(felt.roughness))
+        self._scale.give(scale=session.numbers.scale, value=None if felt is None else fmean(felt.roughness))
         self._places.set_text(_places_told(felt) if felt is not None else "The finger is getting ready.")
 
     async def _kept(self, event: events.GenericEventArguments) -> None:
         await self.session.choose(str(event.args["file"]))
 
     def _cropped(self, event: events.GenericEventArguments) -> None:
-        source, numbers = self.session.source, [int(one) for one in event.args]
+        source, numbers = self.session.numbers.source, [int(one) for one in event.args]
         if source is None or len(numbers) != 4:
             return
         x, y, width, height = numbers
         if x >= 0 and y >= 0 and x + width <= source.width and y + height <= source.height:
-            self.session.change_picture(crop=(x, y, width, height))
+            self.session.history.change_picture(crop=(x, y, width, height))
 
     def _turn(self, degrees: int) -> None:
         picture = self.session.document.picture
         if picture is not None:
-            self.session.change_picture(rotate=(picture.rotate + degrees) % 360)
+            self.session.history.change_picture(rotate=(picture.rotate + degrees) % 360)
 
     def _tiled(self, event: events.ValueChangeEventArguments) -> None:
         picture = self.session.document.picture
         if picture is not None and bool(event.value) != (picture.tile is not None):
-            self.session.change_picture(tile="auto" if event.value else None)
+            self.session.history.change_picture(tile="auto" if event.value else None)
 
     def _slid(self, event: events.GenericEventArguments) -> None:
         low, high = RELIEF_ENDS_MM
         if low <= float(event.args) <= high:
-            self.session.change_picture(relief_mm=round(float(event.args), 3))
+            self.session.history.change_picture(relief_mm=round(float(event.args), 3))
 
     def _sampled(self, event: events.ValueChangeEventArguments) -> None:
-        shape = self.session.shape
+        shape = self.session.numbers.shape
         if event.value and shape is not None and event.value != len(shape.heights):
-            self.session.change_picture(samples=int(event.value))
+            self.session.history.change_picture(samples=int(event.value))
 
     def _other_finger(self, event: events.ValueChangeEventArguments) -> None:
         if event.value and event.value != self.session.document.feel.skin:
-            self.session.change_feel(skin=str(event.value))
+            self.session.history.change_feel(skin=str(event.value))

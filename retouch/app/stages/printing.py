@@ -61,16 +61,16 @@ class PrintStage:
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
-        session, sides = self.session, self.session.sides
+        session, sides = self.session, self.session.outcomes.sides
         missing = "No run has a result yet."
         self._what.set_text(missing if sides is None else f"The result of {session.document.run}.")
         address = "" if sides is None else self.window.shapes.address(sides.after)
         self._view.give(before=address, lamp=self.window.lamp, tilt=self.window.tilt)
-        self._button.set_enabled(sides is not None and "print" not in session.under_way)
+        self._button.set_enabled(sides is not None and "print" not in session.activity.under_way)
         self._base.show(self._base_mm)
         self._numbers.show(self._planned())
-        self._fault.set_text(session.faults.get("print", ""))
-        written = session.written
+        self._fault.set_text(session.activity.faults.get("print", ""))
+        written = session.outcomes.written
         self._download.set_visibility(written is not None)
         self._result.show(() if written is None else written.lines)
         if written is not None:
@@ -84,7 +84,7 @@ class PrintStage:
         return usual if self._own_base_mm is None else self._own_base_mm
 
     def _planned(self) -> list[tuple[str, str]]:
-        sides = self.session.sides
+        sides = self.session.outcomes.sides
         if sides is None:
             return []
         side_mm = sides.after.size_mm * self._repeat
@@ -97,8 +97,8 @@ class PrintStage:
         return lines
 
     def _top_mm(self) -> float:
-        assert self.session.sides is not None
-        return self._base_mm + float(self.session.sides.after.heights.max())
+        assert self.session.outcomes.sides is not None
+        return self._base_mm + float(self.session.outcomes.sides.after.heights.max())
 
     def commands(self) -> list[list[str]]:
         """The commands that do the same, without `retouch`."""
@@ -125,4 +125,4 @@ class PrintStage:
 
     async def _write(self) -> None:
         printer = self._printer_name if self._printer_name in PRINTERS else None
-        await self.session.write_print(self._suffix, self._own_base_mm, int(self._repeat), printer)
+        await self.session.outcomes.write_print(self._suffix, self._own_base_mm, int(self._repeat), printer)

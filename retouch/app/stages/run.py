@@ -40,7 +40,7 @@ class RunStage:
         with section("Next run"):
             with ui.element("div").classes("row-of"):
                 self._start = button("Run", self.session.start_run, "primary")
-                self._ask = button("What would it take?", self.session.estimate)
+                self._ask = button("What would it take?", self.session.running.estimate)
             self._goal = ui.label().classes("hint")
             self._estimated = Told()
             self._fault = ui.label().classes("fault").props('role="alert"')
@@ -51,39 +51,39 @@ class RunStage:
             self._chart = StepChart()
             self._table = Told()
             with ui.element("div").classes("row-of"):
-                self._stop = button("Stop", self._stop_run)
+                self._stop = button("Stop", self.session.running.stop)
                 self._compare = button("Compare", self._to_compare, "primary")
-            with ui.element("details").classes("more"):
+            with ui.element("details").classes("more") as self._said:
                 with ui.element("summary"):
                     ui.label("What the command says")
                 self._log = ui.label().classes("log")
 
     def commands(self) -> list[list[str]]:
         """The commands that do the same, without `retouch`."""
-        return self.session.planned()
+        return self.session.running.commands()
 
     def refresh(self) -> None:
         """Bring its elements to the state of the session."""
         session = self.session
-        job = session.shown_job()
-        best = session.best
-        before = self.window.shapes.address(session.shape)
+        job = session.running.shown()
+        best = session.running.best
+        before = self.window.shapes.address(session.numbers.shape)
         after = self.window.shapes.address(best) if best is not None and job is not None else ""
         if after:
-            before, after = self.window.shapes.address(session.run_original) or after, after
+            before, after = self.window.shapes.address(session.running.original) or after, after
         self._view.give(before=before, after=after, lamp=self.window.lamp, tilt=self.window.tilt)
         self._caption.set_text("Left the original, right the best so far." if after else "")
-        self._goal.set_text(session.goal_told())
-        self._estimated.show(session.forecast)
-        self._fault.set_text(session.faults.get("run", ""))
-        waiting = "run" in session.under_way
+        self._goal.set_text(session.document.feel.told())
+        self._estimated.show(session.running.forecast)
+        self._fault.set_text(session.activity.faults.get("run", ""))
+        waiting = "run" in session.activity.under_way
         self._start.set_enabled(session.document.picture is not None and not waiting)
         self._ask.set_enabled(session.document.picture is not None and not waiting)
         self._show_job(job)
         self._show_queue()
 
     def _show_job(self, job: Job | None) -> None:
-        for element in (self._chart, self._table.element, self._log):
+        for element in (self._chart, self._table.element, self._said):
             element.set_visibility(job is not None)
         self._stop.set_visibility(job is not None and job.state.busy)
         self._compare.set_visibility(job is not None and job.state in (State.DONE, State.SHORT))
@@ -112,34 +112,28 @@ class RunStage:
         self._log.set_text("\n".join(lines[-LINES:]))
 
     def _show_queue(self) -> None:
-        shown = self.session.shown_job()
-        now = [(job.folder.name, job.state, job is shown) for job in self.session.queue.jobs]
+        shown = self.session.running.shown()
+        now = [(job.folder.name, job.state, job is shown) for job in self.session.running.queue.jobs]
         self._empty.set_visibility(not now)
         if now == self._listed:
             return
         self._listed = now
         self._queue.clear()
         with self._queue:
-            for job in reversed(self.session.queue.jobs):
+            for job in reversed(self.session.running.queue.jobs):
                 self._entry(job, job is shown)
 
     def _entry(self, job: Job, shown: bool) -> None:
         with ui.element("li").classes("shown" if shown else ""):
-            button(job.folder.name, partial(self.session.look_at, str(job.folder)), "quiet")
+            button(job.folder.name, partial(self.session.history.look_at, str(job.folder)), "quiet")
             ui.label(job.state.value).classes("hint")
             if job.state is State.STOPPED:
-                button("Go on", partial(self.session.go_on, job), "quiet")
+                button("Go on", partial(self.session.running.go_on, job), "quiet")
             if not job.state.busy:
                 button("Remove from the list", partial(self.session.drop, job), "quiet")
 
-    def _stop_run(self) -> None:
-        job = self.session.shown_job()
-        if job is not None:
-            job.stop()
-            self.session.tell()
-
     def _to_compare(self) -> None:
-        job = self.session.shown_job()
+        job = self.session.running.shown()
         if job is not None:
-            self.session.look_at(str(job.folder))
+            self.session.history.look_at(str(job.folder))
             self.window.show("Compare")

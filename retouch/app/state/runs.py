@@ -19,10 +19,10 @@ from optimize.descent.stop_reason import StopReason
 from optimize.run_directory.key import SETTINGS, read_verification
 from relief.common.errors import InputError
 from relief.common.files import read_limited
-from relief.common.formats import RUN_CHECKPOINT, RUN_HISTORY
+from relief.common.formats import RUN_CHECKPOINT, RUN_HEIGHTS, RUN_HISTORY
 from relief.common.locks import locked
-from retouch.app.state.document import Feel, command_line
-from retouch.app.state.folders import RUNS_FOLDER
+from retouch.app.values.document import Feel, command_line
+from retouch.app.values.folders import RUNS_FOLDER
 
 COMMAND = (sys.executable, "-m", "retouch")
 """How the command is started."""
@@ -199,6 +199,11 @@ def earlier_runs() -> list[Path]:
         return []
     runs = [settings.parent for settings in RUNS_FOLDER.glob(f"*/{SETTINGS}")]
     return sorted(runs, key=lambda folder: (folder / SETTINGS).stat().st_mtime, reverse=True)
+
+
+def finished_runs() -> list[Path]:
+    """Folders of runs that have a result, the latest first."""
+    return [folder for folder in earlier_runs() if (folder / RUN_HEIGHTS).is_file()]
 
 
 class Queue:

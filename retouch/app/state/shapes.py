@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image
 
 from relief.shading import facing
-from retouch.app.state.measuring import Shape
+from retouch.app.values.found import Shape
 
 KEPT = 24
 """Heights that stay at their addresses: more than all views of several windows show."""

@@ -6,7 +6,7 @@ import pytest
 
 from relief.common.errors import InputError
 from relief.objects.table import OBJECTS
-from retouch.app.state.folders import (
+from retouch.app.values.folders import (
     BUNDLED_OBJECTS,
     PARTS_FOLDER,
     PICTURES_FOLDER,

@@ -17,8 +17,8 @@ from fastapi import FastAPI
 from PIL import Image
 
 from retouch.app import routes
-from retouch.app.state.measuring import Shape
 from retouch.app.state.shapes import KEPT, Shapes
+from retouch.app.values.found import Shape
 
 
 class Client:

@@ -12,8 +12,8 @@ import pytest
 from relief.common.formats import RUN_CHECKPOINT, RUN_HISTORY
 from relief.common.locks import locked
 from retouch.app.state import runs
-from retouch.app.state.document import Feel
 from retouch.app.state.runs import Job, Queue, State, earlier_runs, state_of, steps
+from retouch.app.values.document import Feel
 
 ROW = {"step": 1, "roughness": 0.05, "contact_area_mm2": 30.0, "picture_mean_percent": 1.5, "seconds": 2.0}
 

@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from retouch.app.state import measuring, session
-from retouch.app.state.document import Document, Feel, Picture
+from retouch.app.computing import touch
+from retouch.app.state import history, numbers, running, session
 from retouch.app.state.runs import State
 from retouch.app.state.session import KEPT, Session
+from retouch.app.values.document import Document, Feel, Picture
 
 
 class Inline:
@@ -35,9 +36,9 @@ class Inline:
 def _working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(session, "Worker", Inline)
-    monkeypatch.setattr(session, "textures", lambda: ["dots"])
+    monkeypatch.setattr(numbers, "textures", lambda: ["dots"])
     # Each change is one of its own.
-    monkeypatch.setattr(session, "ONE_CHANGE_S", -1.0)
+    monkeypatch.setattr(history, "ONE_CHANGE_S", -1.0)
 
 
 def settled(work: Callable[[Session], Coroutine[Any, Any, None]], one: Session | None = None) -> Session:
@@ -46,7 +47,7 @@ def settled(work: Callable[[Session], Coroutine[Any, Any, None]], one: Session |
 
     async def doing() -> None:
         await work(one)
-        while one.under_way or one._tasks:
+        while not one.activity.idle:
             await asyncio.sleep(0.01)
 
     asyncio.run(doing())
@@ -62,20 +63,20 @@ async def chosen(one: Session) -> None:
 def test_a_chosen_picture_is_felt() -> None:
     one = settled(chosen)
     assert one.document.picture == Picture("stone.png", relief_mm=0.8, size_mm=10.0)
-    assert one.shape is not None and one.shape.heights.shape == (32, 32)
-    assert np.isclose(one.shape.relief_mm, 0.8)
-    assert one.felt is not None and 0.0 < one.felt.roughness[0] < 0.5
-    assert one.felt == one.felt_here  # a plate of 10 mm is one place
-    assert list(one.scale) == ["dots"] and one.faults == {}
+    assert one.numbers.shape is not None and one.numbers.shape.heights.shape == (32, 32)
+    assert np.isclose(one.numbers.shape.relief_mm, 0.8)
+    assert one.numbers.felt is not None and 0.0 < one.numbers.felt.roughness[0] < 0.5
+    assert one.numbers.felt == one.numbers.felt_here  # a plate of 10 mm is one place
+    assert list(one.numbers.scale) == ["dots"] and one.activity.faults == {}
 
 
 def test_heights_and_feel_follow_a_change() -> None:
     async def changed(one: Session) -> None:
         await chosen(one)
-        one.change_picture(relief_mm=0.4)
-        one.change_picture(relief_mm=0.2, rotate=90)
+        one.history.change_picture(relief_mm=0.4)
+        one.history.change_picture(relief_mm=0.2, rotate=90)
 
-    one, before = settled(changed), settled(chosen)
+    one, before = (settled(work).numbers for work in (changed, chosen))
     assert one.shape is not None and before.shape is not None and one.felt is not None and before.felt
     assert np.allclose(one.shape.heights, 0.25 * np.rot90(before.shape.heights), atol=1e-4)
     assert one.felt.roughness < before.felt.roughness
@@ -84,25 +85,26 @@ def test_heights_and_feel_follow_a_change() -> None:
 def test_a_tile_is_felt_all_over() -> None:
     async def tiled(one: Session) -> None:
         await chosen(one)
-        one.change_picture(tile="blend")
+        one.history.change_picture(tile="blend")
 
-    one = settled(tiled)
-    assert one.felt is not None and len(one.felt.roughness) == 16 and len(one.felt_here.roughness) == 1  # type: ignore[union-attr]
+    one = settled(tiled).numbers
+    assert one.felt is not None and len(one.felt.roughness) == 16
+    assert one.felt_here is not None and len(one.felt_here.roughness) == 1
 
 
 def test_the_last_step_is_undone() -> None:
     async def undone(one: Session) -> None:
         await chosen(one)
-        assert not one.can_undo
-        one.change_picture(relief_mm=0.4)
-        one.change_feel(jnd=-1.0)
-        one.undo()
+        assert not one.history.can_undo
+        one.history.change_picture(relief_mm=0.4)
+        one.history.change_feel(jnd=-1.0)
+        one.history.undo()
         assert one.document.picture is not None and one.document.picture.relief_mm == 0.4
-        one.undo()
+        one.history.undo()
 
     one = settled(undone)
     assert one.document == Document(Picture("stone.png", relief_mm=0.8, size_mm=10.0))
-    assert one.shape is not None and np.isclose(one.shape.relief_mm, 0.8)
+    assert one.numbers.shape is not None and np.isclose(one.numbers.shape.relief_mm, 0.8)
 
 
 def test_what_is_no_picture_is_told_and_changes_nothing() -> None:
@@ -112,31 +114,31 @@ def test_what_is_no_picture_is_told_and_changes_nothing() -> None:
         await one.choose("broken.png")
 
     one = settled(broken)
-    assert "broken.png" in one.faults["picture"]
+    assert "broken.png" in one.activity.faults["picture"]
     assert one.document.picture is not None and one.document.picture.file == "stone.png"
 
 
 def test_a_relief_that_no_finger_can_follow_is_told() -> None:
     async def steep(one: Session) -> None:
         await chosen(one)
-        one.change_picture(samples=8)
+        one.history.change_picture(samples=8)
 
-    assert "samples" in settled(steep).faults["numbers"]
+    assert "samples" in settled(steep).activity.faults["numbers"]
 
 
 def test_every_window_hears_of_a_change_until_it_is_closed() -> None:
     one, heard = Session(), []
-    ends = [one.listen(lambda number=number: heard.append(number)) for number in (1, 2)]  # type: ignore[misc]
-    one.change_feel(jnd=1.0)
+    ends = [one.activity.listen(lambda number=number: heard.append(number)) for number in (1, 2)]  # type: ignore[misc]
+    one.history.change_feel(jnd=1.0)
     ends[0]()
-    one.change_feel(jnd=2.5)
+    one.history.change_feel(jnd=2.5)
     assert heard == [1, 2, 2]
 
 
 def test_the_next_start_goes_on_with_what_was_chosen() -> None:
     async def with_feel(one: Session) -> None:
         await chosen(one)
-        one.change_feel(jnd=-1.5, settings=("descent.steps=3",))
+        one.history.change_feel(jnd=-1.5, settings=("descent.steps=3",))
 
     one, other = settled(with_feel), Session()
     other.restore()
@@ -163,7 +165,7 @@ def test_a_hostile_file_of_the_last_start_is_not_believed(content: str) -> None:
     KEPT.write_text(content)
     one = Session()
     one.restore()
-    assert one.document == Document() and one.queue.jobs == []
+    assert one.document == Document() and one.running.queue.jobs == []
 
 
 def test_a_full_disk_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -172,29 +174,29 @@ def test_a_full_disk_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(session, "write_atomically", full)
     one = Session()
-    one.change_feel(jnd=1.0)
+    one.history.change_feel(jnd=1.0)
     assert "No space left" in one.fault() and one.document.feel.jnd == 1.0
     monkeypatch.undo()
 
 
 def test_a_run_waits_in_the_queue_and_is_there_at_the_next_start(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(session.Queue, "advance", lambda queue: False)
+    monkeypatch.setattr(running.Queue, "advance", lambda queue: False)
 
     async def queued(one: Session) -> None:
         await chosen(one)
-        one.change_feel(jnd=1.0)
+        one.history.change_feel(jnd=1.0)
         await one.start_run()
         await one.start_run()
 
     one, other = settled(queued), Session()
     other.restore()
-    assert [str(job.folder) for job in other.queue.jobs] == ["runs/stone-1", "runs/stone-2"]
-    assert [job.feel for job in other.queue.jobs] == [Feel(jnd=1.0)] * 2
-    assert other.queue.jobs[0].state is State.WAITING
+    assert [str(job.folder) for job in other.running.queue.jobs] == ["runs/stone-1", "runs/stone-2"]
+    assert [job.feel for job in other.running.queue.jobs] == [Feel(jnd=1.0)] * 2
+    assert other.running.queue.jobs[0].state is State.WAITING
     assert Path("runs/stone-1.png").is_file()
     assert json.loads(KEPT.read_text())["document"]["run"] == one.document.run == "runs/stone-2"
-    one.drop(one.queue.jobs[0])
-    assert len(one.queue.jobs) == 1 and Path("runs/stone-1.png").is_file()
+    one.drop(one.running.queue.jobs[0])
+    assert len(one.running.queue.jobs) == 1 and Path("runs/stone-1.png").is_file()
 
 
 def test_a_painted_mask_becomes_a_region() -> None:
@@ -209,7 +211,7 @@ def test_a_painted_mask_becomes_a_region() -> None:
     one = settled(painted)
     region = one.document.feel.region
     assert region is not None and np.array_equal(np.asarray(Image.open(region)), canvas)
-    assert "where it is painted" in one.goal_told()
+    assert "where it is painted" in one.document.feel.told()
 
     async def emptied(one: Session) -> None:
         Image.fromarray(0 * canvas).save("canvas.png")
@@ -229,15 +231,15 @@ def test_a_failure_beyond_all_checks_is_told(monkeypatch: pytest.MonkeyPatch) ->
     def fail(*_: Any) -> None:
         raise RuntimeError("unforeseen")
 
-    monkeypatch.setattr(measuring, "felt", fail)
-    assert settled(chosen).faults["numbers"] == "RuntimeError: unforeseen"
+    monkeypatch.setattr(touch, "felt", fail)
+    assert settled(chosen).activity.faults["numbers"] == "RuntimeError: unforeseen"
 
 
 def test_another_finger_feels_anew() -> None:
     async def lighter(one: Session) -> None:
         await chosen(one)
-        one.change(replace(one.document, feel=replace(one.document.feel, skin="exploring")))
+        one.history.change(replace(one.document, feel=replace(one.document.feel, skin="exploring")))
 
-    felt, before = settled(lighter).felt, settled(chosen).felt
+    felt, before = settled(lighter).numbers.felt, settled(chosen).numbers.felt
     assert felt is not None and before is not None
     assert felt.contact_area_mm2 < before.contact_area_mm2

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from relief.common.errors import InputError
-from retouch.app.state.workers import Superseded, Worker
+from retouch.app.computing.worker import Superseded, Worker
 
 
 def process(worker: Worker) -> int:

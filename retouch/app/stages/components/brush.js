@@ -1,4 +1,5 @@
-// A brush over the relief: the part of it that is to feel different. By the pointer, or by arrows and the space bar.
+// A brush over the relief: how far each part of it is to go to another feel. By the pointer, or by arrows and the
+// space bar. The alpha of the mask is the share of the way, from 0 to 1; a stroke sets it to the strength of the brush.
 export default {
   template: `
     <div class="brush" tabindex="0" role="application" @keydown="key" @pointerdown="begin" @pointermove="hover"
@@ -7,7 +8,10 @@ export default {
       <canvas ref="mask" class="mask"></canvas>
       <i class="ring" :style="ring"></i>
     </div>`,
-  props: { heights: String, mask: String, size: { type: Number, default: 0.12 }, erase: Boolean, cleared: Number },
+  props: {
+    heights: String, mask: String, size: { type: Number, default: 0.12 }, strength: { type: Number, default: 1 },
+    soft: Boolean, erase: Boolean, cleared: Number,
+  },
   data: () => ({ at: [0.5, 0.5], own: null, rows: 0, cols: 0 }),
   computed: {
     radius() { return (this.own || this.size) / 2; },
@@ -19,6 +23,8 @@ export default {
   watch: {
     heights() { this.load(); },
     size() { this.own = null; },
+    // Another mask, by an undo or another window: not in the midst of a stroke, whose own mask follows.
+    mask() { if (!this.stroking && this.rows) this.restore(); },
     cleared() { this.wipe(); },
   },
   mounted() { this.load(); },
@@ -49,21 +55,31 @@ export default {
       context.putImageData(picture, 0, 0);
     },
     restore() {
-      const picture = new Image();
+      if (!this.mask) return this.wipe();
+      const picture = new Image(), address = this.mask;
       picture.onload = () => {
-        const context = this.$refs.mask.getContext("2d");
+        if (this.stroking || address !== this.mask || !this.$refs.mask) return;
+        const context = this.context("copy");
         context.drawImage(picture, 0, 0, this.cols, this.rows);
         const pixels = context.getImageData(0, 0, this.cols, this.rows);
-        for (let k = 0; k < pixels.data.length; k += 4) pixels.data[k + 3] = pixels.data[k] > 127 ? 255 : 0;
+        for (let k = 0; k < pixels.data.length; k += 4) pixels.data[k + 3] = pixels.data[k];
         context.putImageData(pixels, 0, 0);
-        Object.assign(context, { globalCompositeOperation: "source-in", fillStyle: this.colour() });
-        context.fillRect(0, 0, this.cols, this.rows);
+        this.fill(this.context("source-in"), this.colour());
       };
-      picture.src = this.mask;
+      picture.src = address;
     },
-    colour() { return getComputedStyle(this.$el).getPropertyValue("--accent"); },
+    /** The mask's context, with nothing left of what was set before. */
+    context(way) {
+      const context = this.$refs.mask.getContext("2d");
+      return Object.assign(context, { globalCompositeOperation: way, globalAlpha: 1 });
+    },
+    fill(context, colour) {
+      Object.assign(context, { fillStyle: colour });
+      context.fillRect(0, 0, this.cols, this.rows);
+    },
+    colour() { return getComputedStyle(this.$el).getPropertyValue("--accent").trim(); },
     wipe() {
-      this.$refs.mask.getContext("2d").clearRect(0, 0, this.cols, this.rows);
+      this.context("source-over").clearRect(0, 0, this.cols, this.rows);
     },
     place(event) {
       const box = this.$el.getBoundingClientRect();
@@ -71,17 +87,42 @@ export default {
     },
     hover(event) { this.at = this.place(event); },
     paint(from, to, erase) {
-      const context = this.$refs.mask.getContext("2d");
-      context.globalCompositeOperation = erase ? "destination-out" : "source-over";
-      Object.assign(context, { lineCap: "round", lineWidth: 2 * this.radius * this.cols, strokeStyle: this.colour() });
-      context.beginPath();
-      context.moveTo(from[0] * this.cols, from[1] * this.rows);
-      context.lineTo(to[0] * this.cols + 0.01, to[1] * this.rows);
-      context.stroke();
+      if (this.soft) return this.spray(from, to, erase);
+      const draw = (way, alpha) => {
+        const context = Object.assign(this.context(way), { globalAlpha: alpha, strokeStyle: this.colour() });
+        Object.assign(context, { lineCap: "round", lineWidth: 2 * this.radius * this.cols });
+        context.beginPath();
+        context.moveTo(from[0] * this.cols, from[1] * this.rows);
+        context.lineTo(to[0] * this.cols + 0.01, to[1] * this.rows);
+        context.stroke();
+      };
+      this.set(draw, erase);
+    },
+    /** Discs that fade to their rim, along the way. */
+    spray(from, to, erase) {
+      const radius = this.radius * this.cols, [x, y] = [(to[0] - from[0]) * this.cols, (to[1] - from[1]) * this.rows];
+      const count = Math.max(1, Math.ceil(Math.hypot(x, y) / (0.25 * radius)));
+      for (let k = 1; k <= count; k += 1) {
+        const at = [from[0] * this.cols + (x * k) / count, from[1] * this.rows + (y * k) / count];
+        this.set((way, alpha) => {
+          const context = Object.assign(this.context(way), { globalAlpha: alpha });
+          const fade = context.createRadialGradient(...at, 0, ...at, radius), colour = this.colour();
+          fade.addColorStop(0, colour);
+          fade.addColorStop(1, `${colour}00`);
+          context.fillStyle = fade;
+          context.fillRect(at[0] - radius, at[1] - radius, 2 * radius, 2 * radius);
+        }, erase);
+      }
+    },
+    /** What was there gives way, and the strength takes its place: a (1 - c) + s c under a cover c. */
+    set(draw, erase) {
+      draw("destination-out", 1);
+      if (!erase) draw("lighter", this.strength);
     },
     begin(event) {
       if (event.button !== 0) return;
       this.$el.setPointerCapture(event.pointerId);
+      this.stroking = true;
       let from = this.place(event);
       const move = (now) => {
         const to = this.place(now);
@@ -89,11 +130,14 @@ export default {
         from = to;
       };
       move(event);
-      this.$el.addEventListener("pointermove", move);
-      this.$el.addEventListener("pointerup", () => {
-        this.$el.removeEventListener("pointermove", move);
+      const over = new AbortController(), { signal } = over;
+      const end = () => {
+        over.abort();
+        this.stroking = false;
         this.told();
-      }, { once: true });
+      };
+      this.$el.addEventListener("pointermove", move, { signal });
+      for (const name of ["pointerup", "pointercancel"]) this.$el.addEventListener(name, end, { signal });
     },
     key(event) {
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
@@ -114,8 +158,8 @@ export default {
       const context = flat.getContext("2d");
       context.drawImage(this.$refs.mask, 0, 0);
       for (const [way, colour] of [["source-in", "#fff"], ["destination-over", "#000"]]) {
-        Object.assign(context, { globalCompositeOperation: way, fillStyle: colour });
-        context.fillRect(0, 0, this.cols, this.rows);
+        context.globalCompositeOperation = way;
+        this.fill(context, colour);
       }
       this.$emit("painted", flat.toDataURL("image/png"));
     },

@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection
 from typing import ParamSpec, TypeVar
 
 from relief.common.errors import InputError
-from retouch.app.state import measuring
+from retouch.app.computing.process import start
 
 _log = logging.getLogger(__name__)
 P = ParamSpec("P")
@@ -43,7 +43,7 @@ class Worker:
         self._pool.submit(function, *arguments, **named)
 
     async def __call__(self, function: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
-        """The value of a function of `measuring`.
+        """The value of a function of this package.
 
         Raises:
             InputError: as of the function, or the worker has died twice.
@@ -78,7 +78,7 @@ class Worker:
         context = multiprocessing.get_context("spawn")
         self._hear_no_more()
         self._telling, told = context.Pipe(duplex=False)
-        return ProcessPoolExecutor(1, mp_context=context, initializer=measuring.start, initargs=(told,))
+        return ProcessPoolExecutor(1, mp_context=context, initializer=start, initargs=(told,))
 
     def _listen(self) -> None:
         if self._telling is not None and self._loop is None:

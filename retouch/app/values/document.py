@@ -7,6 +7,7 @@ so that what the app does and what it shows to copy are one.
 import json
 import shlex
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
 from mitsuba_scenes import find_texture
@@ -19,6 +20,8 @@ Crop = tuple[int, int, int, int]
 
 USUAL_RELIEF_MM = 0.8
 """Relief of a picture that does not tell its own, mm: what docs/pictures.md advises for fine textures."""
+MOST_JND = 6.0
+"""Largest change of the feel that can be chosen, JND."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +76,9 @@ class Feel:
         goal: which of the fields that follow counts.
         jnd: just-noticeable differences by which the result is to be rougher (+) or smoother (-).
         contact_area_scale: factor on the contact area.
-        feel_of: a bundled texture, or the folder of a run.
-        region: file of a mask, white where the goal holds, while the rest keeps its feel; None: all over.
+        feel_of: a bundled texture, or the folder of a run whose result is meant.
+        region: file of a mask whose grey is the share of the way from the original's feel to the goal; None:
+            the goal holds all over.
         skin: name of the finger.
         fast: whether each step is computed with the fast models.
         printer: name of the printer whose relief is made; None for none.
@@ -94,6 +98,17 @@ class Feel:
     def number(self) -> float | None:
         """The number of the goal; None where the goal is another texture."""
         return None if self.goal == "feel_of" else float(getattr(self, self.goal))
+
+    def told(self) -> str:
+        """What is to be reached, in a sentence."""
+        if self.goal == "feel_of":
+            goal = f"As rough as {self.feel_of}"
+        elif self.goal == "jnd":
+            goal = f"{abs(self.jnd):g} JND {'rougher' if self.jnd > 0 else 'smoother'} than the original"
+        else:
+            goal = f"{self.contact_area_scale:g} of the original's contact area"
+        where = "all over" if self.region is None or self.goal == "feel_of" else "where it is painted"
+        return f"{goal}, {where}, to the finger {self.skin}."
 
     def command(self, heights: str, out: str) -> list[str]:
         """The arguments of the command that runs, after `retouch`."""
@@ -116,7 +131,9 @@ class Feel:
         """The same as overrides of a run file, for `retouch.run_from_scene`."""
         number = self.number()
         if number is None:
-            target = f"touch.feel_of={json.dumps(str(find_texture(self.feel_of)), ensure_ascii=False)}"
+            # A folder of a run stays one: its run knows more of its result than the file of the heights.
+            other = self.feel_of if Path(self.feel_of).is_dir() else find_texture(self.feel_of)
+            target = f"touch.feel_of={json.dumps(str(other), ensure_ascii=False)}"
         else:
             target = f"touch.{self.goal}={number!r}" if self.region is None else self._region()
         texts = {
@@ -129,7 +146,7 @@ class Feel:
 
     def _region(self) -> str:
         mask = json.dumps(str(self.region), ensure_ascii=False)
-        return f"touch.region=[{{mask = {mask}, {self.goal} = {self.number()!r}}}]"
+        return f"touch.region=[{{mask = {mask}, {self.goal} = {self.number()!r}, graded = true}}]"
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,11 @@
+"""What the app's worker processes compute.
+
+Every function takes and returns plain values, which go through a pipe. torch and the models load in the
+worker processes, so that the page is up before them and an error of theirs leaves the page alive.
+
+pictures   a picture, and its heights
+touch      how heights feel, and how far the feel can change
+results    what a run has made: maps, files for printers, objects
+process    the worker process itself
+worker     its other end
+"""

@@ -1,0 +1,56 @@
+"""The worker process: it ends with the app, and tells what it is doing."""
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from contextlib import ExitStack
+from multiprocessing.connection import Connection
+
+from relief.common.progress import Progress, progress
+
+TOLD_EVERY_S = 0.25
+"""Least time between two lines about what is under way, s."""
+
+_open = ExitStack()
+
+
+def start(told: Connection) -> None:
+    """Prepare the worker process.
+
+    Args:
+        told: takes lines about what is under way, an empty one where nothing is.
+    """
+    # The terminal's Ctrl-C is for the app, which ends its workers itself.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    # Left by no one: the process listens to its own work as long as it lives.
+    _open.enter_context(progress(_Teller(told)))
+
+
+def _end_with_parent() -> None:
+    """End this process when the app does, however that ends: nobody would hear the results."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(0)
+
+
+class _Teller:
+    """Sends what is under way, the outermost stage first, a few times a second."""
+
+    def __init__(self, told: Connection) -> None:
+        self._told, self._stages, self._next = told, list[Progress](), 0.0
+
+    def __call__(self, now: Progress) -> None:
+        self._stages = self._stages[: now.level] + ([] if now.ended else [now])
+        if time.monotonic() >= self._next or not self._stages:
+            self._next = time.monotonic() + TOLD_EVERY_S
+            self._told.send(": ".join(map(_sentence, self._stages)))
+
+
+def _sentence(stage: Progress) -> str:
+    if stage.at_most and stage.total is not None and stage.done:
+        return f"{stage.stage}, {stage.done:g} of at most {stage.total:g}"
+    return f"{stage.stage}, {100.0 * stage.fraction:.0f} %" if stage.fraction else stage.stage

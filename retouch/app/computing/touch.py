@@ -1,0 +1,116 @@
+"""How heights feel, how far the feel can change, and what a run would take."""
+
+import logging
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import retouch
+from mitsuba_scenes import DEFAULT_SCENE
+from optimize.settings.fast_models import FAST_MODELS
+from relief.common.arrays import Index
+from relief.common.errors import InputError
+from relief.places import places
+from relief.relief import Relief
+from retouch.app.computing.pictures import relief_of
+from retouch.app.values.document import MOST_JND, Feel
+from retouch.app.values.folders import picture_file
+from retouch.app.values.found import FeltPlaces, Lines, Reachable, Shape
+from tactile.quantities import LIMIT_PERCENT
+
+if TYPE_CHECKING:
+    from tactile.model import ModelName
+    from tactile.skin import Skin
+
+MODEL: "ModelName" = "quick"
+"""Model of touch of the numbers that follow the hand: within 1 % of the exact one (docs/learned.md), and on
+16 places of 128 x 128 samples in 0.8 s in place of 2.3 s."""
+OWN_PACKAGES = ("relief", "tactile", "visual", "optimize", "retouch", "mitsuba_scenes")
+"""Packages whose warnings are for the person."""
+COSTS = 49
+"""Changes of the feel whose cost for the look is told."""
+
+
+def count_places(shape: Shape) -> int:
+    """Number of places of the finger on heights."""
+    return len(places(relief_of(shape).surface))
+
+
+def felt(shape: Shape, skin: str, part: slice | None = None) -> FeltPlaces:
+    """How heights feel at a part of the places of the finger; None: at the place nearest to the middle.
+
+    Raises:
+        InputError, ContactError: as of `retouch.evaluate`.
+    """
+    relief = relief_of(shape)
+    finger = retouch.load_skin(skin)
+    measures = touch(relief, finger, middle(relief) if part is None else places(relief.surface)[part])
+    names = ("roughness", "contact_area_mm2")
+    roughness, area = (tuple(map(float, measures.values[name])) for name in names)
+    return FeltPlaces(roughness, area, (measures.contact_fraction,) * len(roughness))
+
+
+def texture_roughness(name: str, skin: str) -> float:
+    """Roughness of a texture that comes with Retouch, at one place."""
+    relief = Relief.read(picture_file(name))
+    return float(touch(relief, retouch.load_skin(skin), middle(relief)).means["roughness"])
+
+
+def reach(shape: Shape, skin: str) -> Reachable:
+    """How far the feel can change before the pictures do, as `retouch evaluate --reach` tells."""
+    from optimize.estimates.reach import reach as reach_of
+
+    scene = retouch.load_scene(DEFAULT_SCENE, relief=relief_of(shape))
+    found = reach_of(scene, retouch.load_skin(skin))
+    ends = MOST_JND * np.linspace(-1.0, 1.0, COSTS)
+    costs = tuple((float(jnd), found.change_percent(jnd)) for jnd in ends)
+    return Reachable(found.smoother.jnd, found.rougher.jnd, LIMIT_PERCENT, costs)
+
+
+def forecast(heights: str, feel: Feel, out: str) -> Lines:
+    """What `retouch optimize --dry-run` tells of a run: a word and a sentence each, and its warnings.
+
+    Raises:
+        InputError: what is wrong, in a line.
+    """
+    warnings = _Warnings()
+    logging.getLogger().addHandler(warnings)
+    try:
+        shared = FAST_MODELS if feel.fast else ()
+        run = retouch.run_from_scene(DEFAULT_SCENE, heights, feel.overrides(), shared=shared)
+        run.check_texture()
+        lines = tuple(retouch.forecast(run, out).lines())
+    finally:
+        logging.getLogger().removeHandler(warnings)
+    return (*lines, *(("warning", line) for line in warnings.lines))
+
+
+class _Warnings(logging.Handler):
+    """Keeps the warnings of the packages."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.lines: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if record.name.partition(".")[0] in OWN_PACKAGES:
+            self.lines.append(record.getMessage())
+
+
+def middle(relief: Relief) -> Index:
+    """(1, 2) the place nearest to the middle of the relief."""
+    each = places(relief.surface)
+    return each[len(each) // 2][None]
+
+
+def touch(relief: Relief, skin: "Skin", at: Index | None) -> Any:
+    """What a finger feels at places (k, 2) of a relief, by the model of the numbers that follow the hand.
+
+    Raises:
+        InputError, ContactError: as of `retouch.evaluate`.
+    """
+    from tactile.measures import measure_touch
+
+    if not np.isfinite(relief.heights).all():
+        raise InputError("heights: not every value is finite")
+    return measure_touch(relief, skin, MODEL, at=at)

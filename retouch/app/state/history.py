@@ -1,0 +1,75 @@
+"""History: the document that is being made, and the steps that led to it."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from retouch.app.values.document import Document
+
+ONE_CHANGE_S = 0.7
+"""Changes that follow one another faster, as those of a slider, are undone together, s."""
+MOST_UNDONE = 50
+"""Steps that can be undone."""
+
+Follower = Callable[[Document, Document], None]
+"""What is called with the document before and after a change."""
+
+
+class History:
+    """The document and its earlier states.
+
+    Attributes:
+        document: what is chosen.
+    """
+
+    def __init__(self) -> None:
+        self.document = Document()
+        self._followers: list[Follower] = []
+        self._undo: list[Document] = []
+        self._changed_at = 0.0
+
+    def follow(self, follower: Follower) -> None:
+        """Call a function after every change, in the order in which the functions came."""
+        self._followers.append(follower)
+
+    def change(self, document: Document, undoable: bool = True) -> None:
+        """Take another document."""
+        before = self.document
+        if document == before:
+            return
+        now = time.monotonic()
+        if undoable and now - self._changed_at > ONE_CHANGE_S:
+            self._undo = [*self._undo, before][-MOST_UNDONE:]
+        self._changed_at = now
+        self.document = document
+        for follower in self._followers:
+            follower(before, document)
+
+    def change_picture(self, **fields: Any) -> None:
+        """Change fields of the picture."""
+        if self.document.picture is not None:
+            self.change(replace(self.document, picture=replace(self.document.picture, **fields)))
+
+    def change_feel(self, **fields: Any) -> None:
+        """Change fields of the feel."""
+        self.change(replace(self.document, feel=replace(self.document.feel, **fields)))
+
+    def change_part(self, **fields: Any) -> None:
+        """Change fields of the object."""
+        self.change(replace(self.document, part=replace(self.document.part, **fields)))
+
+    def look_at(self, run: str) -> None:
+        """Look at another run; that is no step to undo."""
+        self.change(replace(self.document, run=run), undoable=False)
+
+    def undo(self) -> None:
+        """Go back to the document before the last change."""
+        if self._undo:
+            # The run that is looked at is no part of the steps.
+            self.change(replace(self._undo.pop(), run=self.document.run), undoable=False)
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a change to undo."""
+        return bool(self._undo)

@@ -1,0 +1,163 @@
+"""Running: the run that is to come, the one that is under way, and the queue."""
+
+from collections.abc import Coroutine
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from relief.common.errors import InputError
+from relief.common.formats import RUN_CHECKPOINT
+from retouch.app.computing import pictures, results, touch
+from retouch.app.computing.worker import Worker
+from retouch.app.state.activity import Activity
+from retouch.app.state.history import History
+from retouch.app.state.runs import Job, Queue, State
+from retouch.app.values.document import Document, Feel, Picture
+from retouch.app.values.folders import RUNS_FOLDER, UNUSUAL, next_run
+from retouch.app.values.found import Lines, Shape
+
+
+class Running:
+    """The runs of the app.
+
+    Attributes:
+        queue: the runs.
+        forecast: what the next one would take.
+        best, original: reliefs of the run that is shown, while it is under way; None until known.
+    """
+
+    def __init__(self, history: History, activity: Activity, live: Worker, slow: Worker) -> None:
+        self.queue = Queue()
+        self.forecast: Lines = ()
+        self.best: Shape | None = None
+        self.original: Shape | None = None
+        self._history, self._activity, self._live, self._slow = history, activity, live, slow
+        self._best_of: tuple[str, int] | None = None
+        history.follow(self._changed)
+
+    def _changed(self, before: Document, after: Document) -> None:
+        if before.run != after.run:
+            self.best = self.original = None
+        if (before.picture, before.feel) != (after.picture, after.feel):
+            # A forecast of another run would be taken for that of this one.
+            self.forecast = ()
+
+    def commands(self) -> list[list[str]]:
+        """The commands that the next run would take, without `retouch`."""
+        picture = self._history.document.picture
+        if picture is None:
+            return []
+        folder = next_run(picture.file)
+        heights = f"{folder}.png"
+        return [picture.command(heights), self._history.document.feel.command(heights, str(folder))]
+
+    def estimate(self) -> Coroutine[Any, Any, None]:
+        """Ask what the next run would take; the answer is `forecast`, or a fault."""
+        self.forecast = ()
+        return self._activity.step("run", "checking the run", self._estimate())
+
+    async def _estimate(self) -> None:
+        picture, folder = self._chosen(), next_run(self._chosen().file)
+        feel = self._history.document.feel
+        heights = await self._heights_of(picture, folder)
+        try:
+            forecast = await self._slow(touch.forecast, heights, feel, str(folder))
+        finally:
+            Path(heights).unlink(missing_ok=True)
+        if self._history.document.feel == feel and self._history.document.picture == picture:
+            self.forecast = forecast
+
+    def start(self) -> Coroutine[Any, Any, None]:
+        """Write the height map and put a run into the queue; what hinders is a fault."""
+        return self._activity.step("run", "writing the height map", self._start())
+
+    async def _start(self) -> None:
+        picture, folder = self._chosen(), next_run(self._chosen().file)
+        feel = self._history.document.feel
+        await self._heights_of(picture, folder)
+        self.forecast = ()
+        self.queue.add(Job(folder, feel))
+        self._history.look_at(str(folder))
+
+    def _chosen(self) -> Picture:
+        picture = self._history.document.picture
+        if picture is None:
+            raise InputError("no picture is chosen yet")
+        return picture
+
+    async def _heights_of(self, picture: Picture, folder: Path) -> str:
+        RUNS_FOLDER.mkdir(exist_ok=True)
+        heights = f"{folder}.png"
+        await self._live(pictures.save, picture, heights)
+        return heights
+
+    def shown(self) -> Job | None:
+        """The run that is shown as under way: the one that runs, or else the last one looked at."""
+        busy = next((job for job in self.queue.jobs if job.state.busy), None)
+        run = self._history.document.run
+        return busy or next((job for job in self.queue.jobs if str(job.folder) == run), None)
+
+    def go_on(self, job: Job) -> None:
+        """Go on with a run that was stopped."""
+        try:
+            if self.queue.under_way():
+                raise InputError("another run is under way; stop it first, or wait for it")
+            job.begin()
+        except (InputError, OSError) as error:
+            self._activity.faults["run"] = str(error)
+        self._activity.tell()
+
+    def stop(self) -> None:
+        """Ask the run that is shown to stop, as Ctrl-C does."""
+        job = self.shown()
+        if job is not None:
+            job.stop()
+            self._activity.tell()
+
+    def advance(self) -> bool:
+        """Start the next run of the queue if none is under way; returns whether one was started."""
+        try:
+            return self.queue.advance()
+        except OSError as error:
+            self._activity.faults["run"] = str(error)
+            return True
+
+    def news(self) -> list[tuple[Path, State, int]]:
+        """Where the runs of the queue stand, and when their commands last said something, ns."""
+        return [
+            (job.folder, job.state, job.log.stat().st_mtime_ns if job.log.exists() else 0)
+            for job in self.queue.jobs
+        ]
+
+    def follow(self) -> None:
+        """Show the best so far of the run under way, if its checkpoint is new."""
+        job = next(iter(self.queue.under_way()), None)
+        checkpoint = None if job is None else job.folder / RUN_CHECKPOINT
+        if job is None or checkpoint is None or not checkpoint.is_file():
+            return
+        stamp = (str(job.folder), checkpoint.stat().st_mtime_ns)
+        if stamp != self._best_of:
+            self._best_of = stamp
+            self._activity.in_background(self._activity.guarded("best", self._best_so_far(job)))
+
+    async def _best_so_far(self, job: Job) -> None:
+        self.original, self.best = await self._live(results.best_so_far, str(job.folder), str(job.heights))
+        self._activity.tell()
+
+    def as_json(self) -> list[dict[str, Any]]:
+        """The queue for the next start: what is not done."""
+        waiting = [job for job in self.queue.jobs if job.state is not State.DONE]
+        return [{"folder": str(job.folder), "feel": asdict(job.feel)} for job in waiting]
+
+
+def read_queue(entries: Any) -> Queue:
+    """The queue of an earlier start. Raises ValueError, TypeError or a LookupError."""
+    queue = Queue()
+    for entry in entries:
+        folder, feel = Path(entry["folder"]), TypeAdapter(Feel).validate_python(entry["feel"])
+        if folder.parent != RUNS_FOLDER or UNUSUAL.search(folder.name) or folder.name.startswith("."):
+            raise ValueError(f"{folder}: not a run of the app")
+        queue.jobs.append(Job(folder, feel))
+    return queue
