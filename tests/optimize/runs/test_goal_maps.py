@@ -161,7 +161,7 @@ def test_greys_that_fill_one_another_up_lead_from_goal_to_goal(tmp_path: Path) -
     ]
     (both,) = read({"region": regions})
     # Shares that sum to 256 / 255 by the rounding of an editor count as a whole.
-    total = sum(part.shares for part in both.parts)
+    total = np.sum([part.shares for part in both.parts], axis=0)
     assert total.max() == pytest.approx(1.0, abs=1e-12)
     goals = both.goals(PLACES, ORIGINAL)
     assert np.all((goals >= 0.06 - 1e-12) & (goals <= 0.09 + 1e-12)) and np.all(np.diff(goals) > 0.0)
