@@ -9,6 +9,7 @@ from typing import Any, cast
 from nicegui import events, ui
 
 from mitsuba_scenes.fingers import bundled_skins
+from relief.common.limits import PATCH_SIDE_MM
 from relief.printers import PRINTERS
 from retouch.app.stages.controls import button, choice, section
 from retouch.app.stages.elements import Brush, JndSlider, Range, ReliefView
@@ -170,7 +171,8 @@ class FeelStage:
             return "Another texture's feel holds all over."
         if not painting:
             return "The feel changes all over."
-        return "Paint where the feel is to change." if feel.region is None else "The rest keeps its feel."
+        paint = "Paint where the feel is to change." if feel.region is None else "The rest keeps its feel."
+        return f"{paint} A finger covers {PATCH_SIDE_MM:g} mm and feels the mean of what is painted under it."
 
     def _other_goal(self, event: events.ValueChangeEventArguments) -> None:
         if event.value in GOALS:

@@ -75,11 +75,6 @@ class PictureStage:
     def _shaping(self) -> None:
         change = self.session.history.change_picture
         with section("Shape"):
-            with ui.element("div").classes("row-of"):
-                button("Turn left", partial(self._turn, 90))
-                button("Turn right", partial(self._turn, 270))
-            self._invert = ui.switch("Dark is high", on_change=lambda e: change(invert=bool(e.value)))
-            self._tile = ui.switch("Make a tile that repeats", on_change=self._tiled)
             ui.label("Relief, from the lowest to the highest point")
             self._slider = Range("relief", RELIEF_ENDS_MM, 0.05, "mm").on("slid", self._slid)
             with ui.element("div").classes("pair"):
@@ -87,6 +82,11 @@ class PictureStage:
                 self._relief = NumberField("Relief, mm", *ends, lambda value: change(relief_mm=value))
                 ends = SMALLEST_PLATE_MM, LARGEST_PLATE_MM
                 self._size = NumberField("Size, mm", *ends, lambda value: change(size_mm=value))
+            with ui.element("div").classes("row-of"):
+                button("Turn left", partial(self._turn, 90))
+                button("Turn right", partial(self._turn, 270))
+            self._invert = ui.switch("Dark is high", on_change=lambda e: change(invert=bool(e.value)))
+            self._tile = ui.switch("Make a tile that repeats", on_change=self._tiled)
             self._samples = ui.select(SAMPLES, label="Samples a side", on_change=self._sampled)
             fingers = list(bundled_skins())
             self._skin = ui.select(fingers, label="Finger", on_change=self._other_finger)

@@ -1,14 +1,9 @@
 """The whole way in a real browser: from a picture that nobody has prepared to a file for a printer."""
 
 import json
-import os
 import re
-import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 import pytest
@@ -17,7 +12,7 @@ from PIL import Image
 pytest.importorskip("nicegui", reason="without the extra app")
 
 from benchmarks.shared.browser import chromium
-from tests.retouch.app.window import Window
+from benchmarks.shared.window import COMMAND, FELT, SHOWN, App, Window
 
 pytestmark = [
     pytest.mark.slow,
@@ -27,40 +22,7 @@ pytestmark = [
 QUICK = ("define.resolution=32", "verify.model=layer", "verify.samples=16", "verify.baseline=false")
 """Settings of runs that take seconds."""
 DONE = "/-1: done/.test(document.querySelector('.state')?.innerText)"
-SHOWN = "document.querySelector('.relief-stage')?.dataset.shown"
 NAMES = ("Picture", "Feel", "Run", "Compare", "Object", "Print")
-COMMAND = "document.querySelector('.command').innerText"
-
-
-class App:
-    """The app in a folder of its own; `address` is the one that it prints."""
-
-    def __init__(self, folder: Path, *words: str) -> None:
-        self.folder = folder
-        command = [sys.executable, "-m", "retouch", "app", "--port", "0", "--no-browser", *words]
-        paths = f"{Path(__file__).parents[3]}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"
-        self.process = subprocess.Popen(
-            command, cwd=folder, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": paths}
-        )
-        assert self.process.stdout is not None
-        line = self.process.stdout.readline()
-        found = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", line)
-        assert found is not None, line
-        self.address = found[0]
-
-    def close(self) -> int:
-        """Close the app as Ctrl-C does; returns its exit status."""
-        assert self.process.stdout is not None
-        self.process.send_signal(signal.SIGINT)
-        with self.process.stdout:
-            return self.process.wait(60)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self.process.poll() is None:
-            self.close()
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +84,7 @@ def test_the_whole_way_by_mouse(app: App, window: Window, tmp_path: Path) -> Non
     left, top, *_ = window.place(".crop-box")
     window.drag([(left + 20, top + 20), (left + 60, top + 50), (left + 110, top + 110)])
     window.wait(f"{COMMAND}.includes('--crop=')")
-    window.wait("!document.querySelector('.number.stale')")
+    window.wait(FELT)
     roughness = window.evaluate("document.querySelector('.number .value').innerText")
     assert 0.0 < float(roughness) < 0.5
 
@@ -147,7 +109,7 @@ def test_the_whole_way_by_mouse(app: App, window: Window, tmp_path: Path) -> Non
 
     window.click_text(".side button", "Compare")
     window.wait(SHOWN)
-    for way in ("Side by side", "Blink", "Change", "Feel", "Swipe"):
+    for way in ("Side by side", "Blink", "Change", "Strain", "Swipe"):
         window.click_text(".ways button", way)
     window.wait(SHOWN)
     jnd = window.evaluate("document.querySelector('.side .value').innerText")
@@ -183,7 +145,7 @@ def test_the_whole_way_by_keys(app: App, window: Window) -> None:
 
     tab_to("button[title=dots]")
     window.key("Enter")
-    window.wait(f"{COMMAND}.includes('prepare dots') && !document.querySelector('.number.stale')")
+    window.wait(f"{COMMAND}.includes('prepare dots') && {FELT}")
     tab_to(".crop-square")
     for _ in range(3):
         window.key("ArrowLeft", shift=True)
@@ -193,7 +155,7 @@ def test_the_whole_way_by_keys(app: App, window: Window) -> None:
     window.key("ArrowLeft")
     window.wait(f"{COMMAND} != {json.dumps(before)}")
     window.key("z", control=True)
-    window.wait("!document.querySelector('.number.stale')")
+    window.wait(FELT)
 
     stage("Feel")
     tab_to(".jnd-slider input")

@@ -70,7 +70,7 @@ export default {
     },
     /** The mask's context, with nothing left of what was set before. */
     context(way) {
-      const context = this.$refs.mask.getContext("2d");
+      const context = this.$refs.mask.getContext("2d", { willReadFrequently: true });
       return Object.assign(context, { globalCompositeOperation: way, globalAlpha: 1 });
     },
     fill(context, colour) {

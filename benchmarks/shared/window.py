@@ -1,13 +1,20 @@
-"""A window of the app in headless Chromium: what a person does, by mouse and keys, and what is asked for."""
+"""The app, and a window of it in headless Chromium: what a person does, by mouse and keys."""
 
+import base64
 import contextlib
 import json
+import os
+import re
+import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Self
 
 from benchmarks.shared.browser import COMPLAINTS, Browser
+from benchmarks.shared.common import ROOT
 
 KEYS = {
     "Tab": 9,
@@ -23,6 +30,49 @@ KEYS = {
 }
 """Virtual codes of the keys that are no letters."""
 TEXTS = {"Enter": "\r", "Space": " "}
+SHOWN = "document.querySelector('.relief-stage')?.dataset.shown"
+"""Script: whether a relief is lit."""
+FELT = "!document.querySelector('.number.stale')"
+"""Script: whether the numbers of the picture are those of what is shown, all over."""
+COMMAND = "document.querySelector('.command').innerText"
+"""Script: the line that does the same in a terminal."""
+
+
+class App:
+    """The app in a folder of its own; `address` is the one that it prints.
+
+    Args:
+        folder: where the app is started.
+        words: further arguments of `retouch app`.
+    """
+
+    def __init__(self, folder: Path, *words: str) -> None:
+        self.folder = folder
+        command = [sys.executable, "-m", "retouch", "app", "--port", "0", "--no-browser", *words]
+        paths = f"{ROOT}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"
+        self.process = subprocess.Popen(
+            command, cwd=folder, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": paths}
+        )
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        found = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", line)
+        if found is None:
+            raise RuntimeError(f"the app printed no address: {line!r}")
+        self.address = found[0]
+
+    def close(self) -> int:
+        """Close the app as Ctrl-C does; returns its exit status."""
+        assert self.process.stdout is not None
+        self.process.send_signal(signal.SIGINT)
+        with self.process.stdout:
+            return self.process.wait(60)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.process.poll() is None:
+            self.close()
 
 
 class Window(Browser):
@@ -118,8 +168,6 @@ class Window(Browser):
 
     def shot(self, file: Path) -> None:
         """Write a picture of what the window shows."""
-        import base64
-
         answer = self._call("Page.captureScreenshot", format="png")
         file.write_bytes(base64.b64decode(answer["data"]))
 
