@@ -9,7 +9,6 @@ export default {
   template: `
     <figure class="relief-view">
       <div ref="stage" class="relief-stage"></div>
-      <img v-if="still" class="relief-still" :src="still" :alt="names[0]">
       <p v-if="fault" class="relief-fault" role="status">{{ fault }}</p>
     </figure>`,
   props: {
@@ -22,7 +21,7 @@ export default {
     mode: { type: String, default: "lamp" },
     blink: Boolean,
   },
-  data: () => ({ fault: "", still: "" }),
+  data: () => ({ fault: "" }),
   mounted() {
     this.loading = 0;
     this.$refs.stage.addEventListener("plate-lamp", (event) => this.tell("lamp", event.detail));
@@ -101,20 +100,12 @@ export default {
         this.view.setHeights(heights, after, { rows, cols, size_mm, repeats });
       } else {
         if (this.view) this.view.destroy();
+        this.view = null;
         this.$refs.stage.replaceChildren();
-        try {
-          this.view = new PlateView(this.$refs.stage, {
-            heights, rows, cols, size_mm, repeats, after, names: this.names,
-            lamp: { ...this.lamp, strength: 1.5 }, ambient: 0.35, albedo: 0.62,
-          });
-        } catch {
-          // Without WebGL 2, a picture that the server has lit.
-          this.view = null;
-          this.still = `${this.after || this.before}/picture`;
-          this.$refs.stage.hidden = true;
-          this.$refs.stage.dataset.shown = `${this.before} ${this.after}`;
-          return;
-        }
+        this.view = new PlateView(this.$refs.stage, {
+          heights, rows, cols, size_mm, repeats, after, names: this.names,
+          lamp: { ...this.lamp, strength: 1.5 }, ambient: 0.35, albedo: 0.62,
+        });
         this.view.setMode(this.mode);
         this.view.setSwipe(this.swipe);
         this.quietly(() => this.view.setTilt(this.tilt.right, this.tilt.down));
