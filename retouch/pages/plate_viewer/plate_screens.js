@@ -12,13 +12,13 @@
 //     pixels()             as those of `PlateView`, right after `show`
 //     release()            gives back what is held
 // A frame holds width and height, pixels; turn, rows of the rotation from the plate to the viewer; tilted, whether it turns
-// anything; scale, pixels a mm, and middle, mm, of what is seen; size, x and
+// anything; hasty, whether another frame may follow at once; scale, pixels a mm, and middle, mm, of what is seen; size, x and
 // y, base and pivot of the plate, mm; toward, to the lamp; albedo, strength, ambient and exposure.
 "use strict";
 
 const PlateScreens = (() => {
-  /** Cells of the tilted plate along its longer side. */
-  const CELLS = 160;
+  /** Cells of the tilted plate along its longer side, and of one that moves: they take the time where the processor draws. */
+  const CELLS = 160, HASTY_CELLS = 96;
   /** Steps of radiance for which a 2-D canvas knows colours: near black, one is a tenth of a step of the colour. */
   const SHADES = 1 << 15;
 
@@ -75,6 +75,7 @@ const PlateScreens = (() => {
       canvas.addEventListener("webglcontextlost", lost);
       this.shown = program(gl, PLATE, SHOWN);
       this.flat = grid(gl, 1, 1);
+      this.grids = new Map();
     }
 
     get lost() {
@@ -127,20 +128,20 @@ const PlateScreens = (() => {
       gl.uniformMatrix3fv(shown.at("turn"), true, frame.turn.flat());
       gl.uniform2f(shown.at("fit"), (2 * scale) / width, (2 * scale) / height);
       // From straight above, two triangles show the same.
-      const { cells, buffer, count } = frame.tilted ? this.gridOf(plate.field) : this.flat;
+      const { cells, buffer, count } = frame.tilted ? this.gridOf(plate.field, frame.hasty) : this.flat;
       gl.uniform2i(shown.at("cells"), ...cells);
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
       gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0);
     }
 
-    /** The grid for a field of so many samples; the last one is kept. */
-    gridOf({ rows, cols }) {
-      const few = Math.min(1, CELLS / Math.max(rows, cols)), cells = [cols, rows].map((side) => Math.max(2, Math.round(side * few)));
-      if (this.grid?.cells.join() !== cells.join()) {
-        if (this.grid) this.gl.deleteBuffer(this.grid.buffer);
-        this.grid = grid(this.gl, ...cells);
-      }
-      return this.grid;
+    /** The grid for a field of so many samples; of each kind the last one is kept. */
+    gridOf({ rows, cols }, hasty) {
+      const few = Math.min(1, (hasty ? HASTY_CELLS : CELLS) / Math.max(rows, cols));
+      const cells = [cols, rows].map((side) => Math.max(2, Math.round(side * few))), last = this.grids.get(hasty);
+      if (last?.cells.join() === cells.join()) return last;
+      if (last) this.gl.deleteBuffer(last.buffer);
+      this.grids.set(hasty, grid(this.gl, ...cells));
+      return this.grids.get(hasty);
     }
 
     pixels() {

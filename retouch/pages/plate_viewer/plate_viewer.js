@@ -40,6 +40,8 @@ const PlateView = (() => {
   const LOWEST = 5, MOST_TILT = 60, STEP = 5;
   /** Longest time for which the page stands still while the sky is looked for, ms. */
   const SLICE = 12;
+  /** Time without a new picture after which one is drawn with care, ms. */
+  const CALM = 150;
   /** Thickness of the plate below its lowest point, as a part of its width. */
   const BASE = 0.06;
 
@@ -145,6 +147,7 @@ const PlateView = (() => {
 
     destroy() {
       cancelAnimationFrame(this.frame);
+      clearTimeout(this.calm);
       this.gone = true;
       this.listening.abort();
       this.resized.disconnect();
@@ -174,12 +177,18 @@ const PlateView = (() => {
       if (this.frame || this.gone) return;
       this.frame = requestAnimationFrame(() => {
         this.frame = 0;
-        this.paint();
+        this.paint(true);
+        clearTimeout(this.calm);
+        this.calm = setTimeout(() => { if (this.tilted) this.paint(); }, CALM);
       });
     }
 
-    /** Draws now. */
-    paint() {
+    get tilted() {
+      return this.tilt.right !== 0 || this.tilt.down !== 0;
+    }
+
+    /** Draws now; hastily, when a next picture may follow at once. */
+    paint(hasty = false) {
       const { screen, plates, size_mm, rows, cols, lamp, tilt, albedo, strength, ambient, exposure } = this;
       if (this.gone || screen.lost || !lamp || !tilt) return;
       const { canvas, densest } = screen, box = this.element.getBoundingClientRect(), dense = Math.min(devicePixelRatio || 1, densest);
@@ -199,7 +208,7 @@ const PlateView = (() => {
       // From straight above the plate fills the stage, as it fills the pictures of the page.
       const room = scale * (1 - 0.06 * Math.min(1, aslant / 20));
       screen.show(parts, {
-        width, height, turn, tilted: aslant > 0, scale: room, middle, size, base, pivot,
+        width, height, turn, tilted: this.tilted, hasty, scale: room, middle, size, base, pivot,
         toward, albedo, strength, ambient, exposure,
       });
       this.placeLamp(box);
