@@ -1,10 +1,12 @@
 """How fast and how exact the lamp that moves is in pages, drawn by the processor on 256 x 256 pixels.
 
-python -m benchmarks.sight.plate_viewer      # a minute; needs Chromium
+python -m benchmarks.sight.plate_viewer      # two minutes; needs Chromium
 
-A frame takes the light, the drawing and the reading of a pixel, which waits for both. Told are the median and
-the tenth of the times that is undisturbed, as a busy machine disturbs many. The difference is the
-mean over four lamps, in % of the mean picture, from the fast look of the same matte plate without sky.
+It is drawn by WebGL 2, and by the 2-D canvas of browsers without that, which does not tilt. A frame takes the
+light, the drawing and the reading of a pixel, which waits for both; a tilted one is drawn as while it moves.
+Told are the median and the tenth of the times that is undisturbed, as a busy machine disturbs many. The
+difference is the mean over four lamps, in % of the mean picture, from the fast look of the same matte plate
+without sky.
 """
 
 from __future__ import annotations
@@ -41,14 +43,17 @@ SCRIPT = """(async () => {{
     {{ heights, after: heights, rows: {side}, cols: {side}, size_mm: {size_mm}, repeats: [true, true],
       ambient: 0 }});
   await view.ready;
-  const ready = performance.now() - began, pixel = new Uint8Array(4), gl = view.gl;
+  const ready = performance.now() - began, pixel = new Uint8Array(4);
+  const {{ gl, context }} = view.screen;
+  const waited = gl ? () => gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel)
+    : () => context.getImageData(0, 0, 1, 1);
   const each = (change) => {{
     const times = [];
     for (let k = 0; k < {repeats}; k += 1) {{
       const since = performance.now();
       change(k);
-      view.paint();
-      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+      view.paint(true);
+      waited();
       times.push(performance.now() - since);
     }}
     times.sort((a, b) => a - b);
@@ -60,7 +65,7 @@ SCRIPT = """(async () => {{
   view.setSwipe(50);
   const both = each(lamp);
   view.setSwipe(100);
-  const tilted = each((k) => view.setTilt(k - 20, 20));
+  const tilted = view.tilts ? each((k) => view.setTilt(k - 20, 20)) : null;
   return [ready, one, both, tilted];
 }})()"""
 SHOWN = """(() => { const { width, height, data } = view.pixels();
@@ -69,12 +74,22 @@ SHOWN = """(() => { const { width, height, data } = view.pixels();
 
 def main() -> None:
     parser_of(__doc__).parse_args()
-    results = [measure(side) for side in SIDES]
+    results = [measure(side, webgl) for side in SIDES for webgl in (True, False)]
     save("plate_viewer", {"machine": machine(), "stage_pixels": 256, "texture": TEXTURE, "sizes": results})
-    head = ("samples", "lamp, ms", "frames a s", "two plates, ms", "tilt, ms", "sky, ms", "difference, %")
+    head = (
+        "samples",
+        "drawn by",
+        "lamp, ms",
+        "frames a s",
+        "two plates, ms",
+        "tilt, ms",
+        "sky, ms",
+        "difference, %",
+    )
     rows = [
         [
             result["side"],
+            "WebGL 2" if result["webgl"] else "2-D canvas",
             *(_both(result[key]) for key in ("lamp_ms", "frames_a_second", "both_ms", "tilt_ms")),
             round(result["ready_ms"]),
             result["difference_percent"],
@@ -86,16 +101,16 @@ def main() -> None:
     print(text)
 
 
-def _both(values: list[float]) -> str:
+def _both(values: list[float] | None) -> str:
     """The median and what is undisturbed."""
-    return " / ".join(f"{value:.3g}" for value in values)
+    return "" if values is None else " / ".join(f"{value:.3g}" for value in values)
 
 
-def measure(side: int) -> dict[str, Any]:
+def measure(side: int, webgl: bool) -> dict[str, Any]:
     """Times, ms, and the difference from the fast look, of a tile of so many samples a side."""
     tile = Relief.read(find_texture(TEXTURE), repeats=True)
     heights = ndimage.zoom(tile.heights, side / len(tile.heights), order=3, mode="grid-wrap", grid_mode=True)
-    with tempfile.TemporaryDirectory() as folder, Browser(webgl=True) as browser:
+    with tempfile.TemporaryDirectory() as folder, Browser(webgl=webgl) as browser:
         page = Path(folder) / "page.html"
         style, script = asset("plate_viewer.css"), component()
         page.write_text(f"<!doctype html><style>{style}</style>{STAGE}<script>{script}</script>")
@@ -106,7 +121,12 @@ def measure(side: int) -> dict[str, Any]:
         ready, one, both, tilted = browser.evaluate(script)
         difference = difference_percent(browser, Surface(heights.shape, tile.width_mm, (True, True)), heights)
     return {
-        **{"side": side, "ready_ms": ready, "frames_a_second": [1000.0 / each for each in one]},
+        **{
+            "side": side,
+            "webgl": webgl,
+            "ready_ms": ready,
+            "frames_a_second": [1000.0 / each for each in one],
+        },
         **{"lamp_ms": one, "both_ms": both, "tilt_ms": tilted, "difference_percent": difference},
     }
 

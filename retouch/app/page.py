@@ -22,14 +22,14 @@ from retouch.app.stages.window import Window
 from retouch.app.state.session import Session
 from retouch.app.state.shapes import Shapes
 from retouch.app.values.document import command_line
+from retouch.pages.plate_viewer.figure import SCRIPTS
 
 STAGES = (PictureStage, FeelStage, RunStage, CompareStage, ObjectStage, PrintStage)
 """In the order of the work."""
-HEAD = """
+HEAD = f"""
 <link rel="stylesheet" href="/app/scripts/plate_viewer.css">
 <link rel="stylesheet" href="/app/style/app.css">
-<script src="/app/scripts/plate_light.js"></script>
-<script src="/app/scripts/plate_viewer.js"></script>
+{"".join(f'<script src="/app/scripts/{name}"></script>' for name in SCRIPTS)}
 """
 
 

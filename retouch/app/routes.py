@@ -18,7 +18,7 @@ from relief.common.errors import InputError
 from relief.common.formats import FORMATS
 from relief.common.formatting import plain
 from retouch.app.state.runs import free_mib
-from retouch.app.state.shapes import PREFIX, Shapes, lit_png
+from retouch.app.state.shapes import PREFIX, Shapes
 from retouch.app.values.folders import PARTS_FOLDER, PICTURES_FOLDER, RUNS_FOLDER, keep, safe_name
 from retouch.pages import plate_viewer
 
@@ -48,13 +48,6 @@ def add_routes(app: FastAPI, shapes: Shapes) -> None:
         headers = {"x-form": json.dumps(form), "cache-control": "no-store"}
         content = shape.heights.astype("<f4").tobytes()
         return Response(content, media_type="application/octet-stream", headers=headers)
-
-    @app.get(PREFIX + "/{key}/picture")
-    def still(key: str) -> Response:
-        shape = shapes.get(key)
-        if shape is None:
-            return PlainTextResponse("these heights are no longer kept", 404)
-        return Response(lit_png(shape), media_type="image/png", headers={"cache-control": "no-store"})
 
     @app.get("/app/mask/{name}")
     def mask(name: str) -> Response:

@@ -67,7 +67,7 @@ class CompareStage:
     def _named(name: str) -> ReliefView:
         with ui.element("div").classes("named"):
             ui.label(name).classes("name")
-            return ReliefView((name, ""))
+            return ReliefView((name, ""), tools=name == "result")
 
     @staticmethod
     def _map(name: str) -> tuple[ui.element, ui.element, ui.element, ui.label]:

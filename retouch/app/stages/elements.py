@@ -18,11 +18,19 @@ class Given(Element):
 
 
 class ReliefView(Given, component="components/relief_view.js"):
-    """A relief, or two with an edge between them, under a lamp that is dragged; emits `lamp` and `tilt`."""
+    """A relief, or two with an edge between them, under a lamp that is dragged; emits `lamp` and `tilt`.
 
-    def __init__(self, names: Sequence[str] = ("original", "result"), swipe: float = 50.0) -> None:
+    Args:
+        names: of the reliefs.
+        swipe: where the edge stands, percent.
+        tools: whether buttons say what dragging moves.
+    """
+
+    def __init__(
+        self, names: Sequence[str] = ("original", "result"), swipe: float = 50.0, tools: bool = True
+    ) -> None:
         super().__init__()
-        self.give(names=list(names), swipe=swipe)
+        self.give(names=list(names), swipe=swipe, tools=tools)
 
 
 class DropZone(Given, component="components/drop_zone.js"):

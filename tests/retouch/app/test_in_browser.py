@@ -184,6 +184,20 @@ def test_two_windows_show_one_session(app: App, window: Window) -> None:
     window.wait(f"{COMMAND}.includes('prepare brick')")
 
 
+def test_without_webgl_the_lamp_moves_on_a_canvas(app: App) -> None:
+    total = """document.querySelector(".relief-stage canvas").getContext("2d")
+      .getImageData(0, 0, 200, 200).data.reduce((sum, each) => sum + each, 0)"""
+    with Window() as plain:
+        plain.visit(app.address, 1280, 800)
+        plain.wait(SHOWN)
+        plain.wait(f"{total} > 255 * 200 * 200")
+        before = plain.evaluate(total)
+        left, top, width, height = plain.place(".relief-stage")
+        plain.drag([(left + 0.5 * width, top + 0.5 * height), (left + 0.95 * width, top + 0.5 * height)])
+        plain.wait(f"Math.abs({total} - {before}) > 2 * 200 * 200")
+        assert whole(plain) == []
+
+
 def test_a_closed_app_leaves_a_run_that_goes_on(window: Window, tmp_path: Path) -> None:
     (tmp_path / "runs").mkdir()
     slow = {"settings": [*QUICK, "descent.method=adam", "descent.steps=5000"]}

@@ -1,7 +1,6 @@
 """Routes beside the page: heights go out, pictures come in, and no address leads to another file."""
 
 import asyncio
-import io
 import json
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -14,7 +13,6 @@ pytest.importorskip("nicegui", reason="without the extra app")
 
 import httpx
 from fastapi import FastAPI
-from PIL import Image
 
 from retouch.app import routes
 from retouch.app.state.shapes import KEPT, Shapes
@@ -69,16 +67,6 @@ def test_heights_are_those_that_were_given(client: Client, shapes: Shapes) -> No
 def sent(client: Client, content: bytes, name: str, path: str = "/app/picture") -> tuple[int, str]:
     answer = client.post(path, content=content, headers={"x-name": name})
     return answer.status_code, answer.text
-
-
-def test_a_browser_without_webgl_gets_a_picture(client: Client, shapes: Shapes) -> None:
-    """The side of a ridge that faces the lamp, which stands at the upper left, is the brighter one."""
-    ridge = -np.abs(np.arange(16) - 7.5).astype(np.float32) * np.ones((16, 1), np.float32)
-    answer = client.get(shapes.address(Shape(ridge, 16.0, (False, False))) + "/picture")
-    shown = np.asarray(Image.open(io.BytesIO(answer.content)), dtype=float)
-    assert shown.shape == ridge.shape
-    assert shown[:, :7].mean() > shown[:, 9:].mean() + 50.0
-    assert client.get("/app/shape/none/picture").status_code == 404
 
 
 def test_a_dropped_file_is_kept_under_a_harmless_name(client: Client) -> None:

@@ -15,6 +15,7 @@ from benchmarks.shared.browser import Browser, chromium
 from relief.common.srgb import linear_rgb
 from relief.relief import Relief
 from retouch.pages.page import write_report
+from retouch.pages.plate_viewer.figure import asset, component
 from tests.retouch.pages.plausible import SIZE_MM, plausible, relief, with_sides
 from tests.visual.scenes import ALBEDO, RADIANCE, sky, sun, write_scene
 from visual.matte import Lamp, MatteScene
@@ -41,6 +42,27 @@ SMALL = f"""(() => {{
   Object.assign(stage.style, {{ width: "{SIDE}px", height: "{SIDE}px" }});
   return null;
 }})()"""
+STAGE = (160, 128)
+"""Width and height, pixels, of a stage that is wider than the plate."""
+BARE = """<!doctype html><style>{style}</style>
+<div style="position: relative; width: {stage[0]}px; height: {stage[1]}px">
+<div class="plate-view"></div></div>
+<script>{script}
+const view = new PlateView(document.querySelector(".plate-view"), {{ rows: {side}, cols: {side},
+  size_mm: {size_mm}, heights: Float32Array.from({heights}), after: Float32Array.from({after}),
+  albedo: [0.9, 0.5, 0.2], exposure: 1.3 }});
+</script>"""
+HANDS = """window.stage = document.querySelector(".plate-view");
+stage.setPointerCapture = () => {};
+window.drag = (x, y, more) => { const box = stage.getBoundingClientRect();
+  const at = (kind, right, down) => stage.dispatchEvent(new PointerEvent(kind, { ...more,
+    clientX: box.x + (0.5 + right) * box.width, clientY: box.y + (0.5 + down) * box.height,
+    pointerId: 1, bubbles: true }));
+  at("pointerdown", 0.3, 0.2); at("pointermove", x, y); at("pointerup", x, y); };
+window.press = (key, shiftKey) =>
+  stage.dispatchEvent(new KeyboardEvent("keydown", { key, shiftKey, bubbles: true }));
+null"""
+"""Scripts that drag, from right below the middle to a place in parts of the stage, and press keys."""
 PIXELS = "(() => { const { width, height, data } = view.pixels(); return [width, height, [...data]]; })()"
 
 
@@ -168,16 +190,7 @@ def test_what_is_no_plate_is_refused(heights: str, plates: Browser) -> None:
 
 
 def test_the_lamp_follows_pointer_keys_sliders_and_buttons(plates: Browser) -> None:
-    plates.evaluate("""window.stage = document.querySelector(".plate-view");
-      stage.setPointerCapture = () => {};
-      window.drag = (x, y, more) => { const box = stage.getBoundingClientRect();
-        const at = (kind, right, down) => stage.dispatchEvent(new PointerEvent(kind, { ...more,
-          clientX: box.x + (0.5 + right) * box.width, clientY: box.y + (0.5 + down) * box.height,
-          pointerId: 1, bubbles: true }));
-        at("pointerdown", 0.3, 0.2); at("pointermove", x, y); at("pointerup", x, y); };
-      window.press = (key, shiftKey) =>
-        stage.dispatchEvent(new KeyboardEvent("keydown", { key, shiftKey, bubbles: true }));
-      null""")
+    plates.evaluate(HANDS)
     lamp, tilt = "[view.lamp.azimuth, view.lamp.elevation]", "[view.tilt.right, view.tilt.down]"
     azimuth, elevation = plates.evaluate(f"drag(0, -0.25); {lamp}")
     assert azimuth == pytest.approx(90.0) and elevation == pytest.approx(60.0)
@@ -215,18 +228,113 @@ def test_a_tilted_plate_lies_within_the_stage_and_has_walls(plates: Browser) -> 
     assert 0.3 < covered.mean() < 0.8
 
 
+@pytest.fixture(scope="module")
+def bare(
+    reliefs: tuple[NDArray[np.float64], NDArray[np.float64]], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """A page of the component alone, in colours some of which are full, beside room on both sides."""
+    heights, after = (np.round(each, 6).ravel().tolist() for each in reliefs)
+    page = tmp_path_factory.mktemp("bare") / "page.html"
+    parts = {"style": asset("plate_viewer.css"), "script": component(), "heights": heights, "after": after}
+    page.write_text(BARE.format(**parts, stage=STAGE, side=SIDE, size_mm=SIZE_MM))
+    return page
+
+
+@pytest.fixture(scope="module")
+def plain() -> Iterator[Browser]:
+    with Browser() as open_browser:
+        yield open_browser
+
+
+@pytest.fixture
+def canvas(plain: Browser, bare: Path) -> Browser:
+    """The bare component in a browser without WebGL."""
+    plain.open(bare, 1280)
+    plain.evaluate("view.ready.then(() => null)")
+    assert not plain.evaluate("Boolean(document.createElement('canvas').getContext('webgl2'))")
+    return plain
+
+
+def picture(browser: Browser) -> NDArray[np.float64]:
+    """(rows, cols, 4) bytes of the whole canvas."""
+    width, height, data = browser.evaluate(PIXELS)
+    return np.reshape(np.asarray(data, dtype=np.float64), (height, width, 4))
+
+
+def test_a_canvas_shows_what_the_graphics_card_shows(browser: Browser, canvas: Browser, bare: Path) -> None:
+    browser.open(bare, 1280)
+    browser.evaluate("view.ready.then(() => null)")
+    assert browser.evaluate("view.tilts") and not canvas.evaluate("view.tilts")
+    shown = []
+    for azimuth, elevation in LAMPS:
+        scripts = f"view.setLamp({azimuth}, {elevation}); view.setSwipe({40 + azimuth / 10})"
+        both = []
+        for one in (browser, canvas):
+            one.evaluate(scripts)
+            both.append(picture(one))
+        assert both[0].shape == (STAGE[1], STAGE[0], 4)
+        difference = np.abs(both[0] - both[1])
+        assert difference.mean() < 0.02 and difference.max() <= 1.0
+        shown.append(both[1])
+    np.testing.assert_array_equal(shown[0][:, (0, 15, 144, 159)], 0.0)  # beside the plate
+    assert np.abs(shown[0] - shown[1]).mean() > 5.0
+    assert canvas.complaints() == []
+
+
+def test_a_canvas_obeys_hands_and_does_not_tilt(canvas: Browser) -> None:
+    canvas.evaluate(HANDS)
+    canvas.evaluate("window.told = []; stage.addEventListener('plate-lamp', () => told.push(0)); null")
+    lamp, tilt = "[view.lamp.azimuth, view.lamp.elevation]", "[view.tilt.right, view.tilt.down]"
+    before = picture(canvas)
+    assert canvas.evaluate(f"drag(0, -0.25); {lamp}") == pytest.approx([90.0, 60.0])
+    assert np.abs(picture(canvas) - before).mean() > 5.0
+    assert canvas.evaluate(f"drag(0, 0.25, {{ shiftKey: true }}); {lamp}") == pytest.approx([270.0, 60.0])
+    assert canvas.evaluate(f"press('ArrowDown', true); {lamp}") == pytest.approx([270.0, 55.0])
+    assert canvas.evaluate(f"view.setTilt(20, 10); view.setMode('tilt'); {tilt}") == [0, 0]
+    canvas.evaluate("drag(0, -0.25); view.setMaterial({ exposure: 0 })")
+    assert canvas.evaluate("told.length") == 7
+    assert (picture(canvas)[:, 16:144] == (0, 0, 0, 255)).all()
+    canvas.evaluate("view.setMaterial({ exposure: 1 }); press('b')")
+    assert canvas.evaluate("view.swipe") == 100
+    first = picture(canvas)
+    canvas.evaluate("press('b')")
+    second = picture(canvas)
+    canvas.evaluate("view.setSwipe(50)")
+    both, half = picture(canvas), STAGE[0] // 2
+    assert np.abs(first - second).mean() > 2.0
+    np.testing.assert_array_equal(both[:, :half], first[:, :half])
+    np.testing.assert_array_equal(both[:, half:], second[:, half:])
+    flat = f"view.setHeights(new Float32Array({SIDE**2})); view.ready.then(() => null)"
+    canvas.evaluate(flat)
+    assert np.ptp(picture(canvas)[:, 16:144], axis=(0, 1)).max() == 0.0
+    assert canvas.complaints() == []
+
+
+def test_a_canvas_takes_the_place_of_a_lost_graphics_card(browser: Browser, bare: Path) -> None:
+    browser.open(bare, 1280)
+    browser.evaluate("view.ready.then(() => null)")
+    before = picture(browser)
+    browser.evaluate("""new Promise((done) => {
+      view.element.addEventListener("plate-lost", done, { once: true });
+      view.setTilt(20, 10);
+      view.screen.gl.getExtension("WEBGL_lose_context").loseContext();
+    }).then(() => null)""")
+    assert not browser.evaluate("view.tilts")
+    assert np.abs(picture(browser) - before).mean() < 0.02
+    assert browser.evaluate("document.querySelectorAll('canvas').length") == 1
+
+
 def test_it_lets_go_of_the_graphics_card(plates: Browser) -> None:
-    assert plates.evaluate("(() => { const { gl } = view; view.destroy(); return gl.isContextLost(); })()")
+    assert plates.evaluate(
+        "(() => { const { gl } = view.screen; view.destroy(); return gl.isContextLost(); })()"
+    )
     assert plates.evaluate("document.querySelector('.plate-view').childElementCount") == 0
     assert plates.complaints() == []
 
 
-def test_without_webgl_the_pictures_remain(page_of: Callable[[bool], Path]) -> None:
-    with Browser() as plain:
-        seen = plain.open(page_of(False), 1280)
-        assert plain.evaluate(LIVE) == "still"
-        assert seen.complaints == [] and plain.complaints() == []
-        assert plain.evaluate("document.querySelector('.plate-figure').offsetHeight") == 0
-        assert plain.evaluate(
-            "[...document.querySelectorAll('#eye .pair img')].every((i) => i.offsetWidth > 50)"
-        )
+def test_without_webgl_the_pictures_remain(page_of: Callable[[bool], Path], plain: Browser) -> None:
+    seen = plain.open(page_of(False), 1280)
+    assert plain.evaluate(LIVE) == "still"
+    assert seen.complaints == [] and plain.complaints() == []
+    assert plain.evaluate("document.querySelector('.plate-figure').offsetHeight") == 0
+    assert plain.evaluate("[...document.querySelectorAll('#eye .pair img')].every((i) => i.offsetWidth > 50)")

@@ -3,13 +3,19 @@
 // before, after  addresses of heights (float32, with their form in headers); after may be empty
 // lamp           { azimuth, elevation } that several views share
 // swipe          where the edge between both stands, percent
-// mode           what dragging moves: "lamp" or "tilt"
+// tools          whether buttons say what dragging moves
 // blink          whether both take turns
 export default {
   template: `
     <figure class="relief-view">
       <div ref="stage" class="relief-stage"></div>
-      <img v-if="still" class="relief-still" :src="still" :alt="names[0]">
+      <div v-if="tools && lit" class="relief-tools" role="group" aria-label="the view">
+        <template v-if="tilts">
+          <button v-for="(words, one) in { lamp: 'Move the lamp', tilt: 'Tilt the plate' }" :key="one" type="button"
+            :aria-pressed="String(mode === one)" @click="choose(one)">{{ words }}</button>
+        </template>
+        <button type="button" @click="reset">Reset</button>
+      </div>
       <p v-if="fault" class="relief-fault" role="status">{{ fault }}</p>
     </figure>`,
   props: {
@@ -19,14 +25,15 @@ export default {
     lamp: { type: Object, default: () => ({ azimuth: 135, elevation: 35 }) },
     tilt: { type: Object, default: () => ({ right: 0, down: 0 }) },
     swipe: { type: Number, default: 50 },
-    mode: { type: String, default: "lamp" },
+    tools: { type: Boolean, default: true },
     blink: Boolean,
   },
-  data: () => ({ fault: "", still: "" }),
+  data: () => ({ fault: "", mode: "lamp", lit: false, tilts: false }),
   mounted() {
     this.loading = 0;
     this.$refs.stage.addEventListener("plate-lamp", (event) => this.tell("lamp", event.detail));
     this.$refs.stage.addEventListener("plate-tilt", (event) => this.tell("tilt", event.detail));
+    this.$refs.stage.addEventListener("plate-lost", () => { this.tilts = false; });
     this.load();
     this.blinking = setInterval(() => {
       if (!this.blink || !this.view) return;
@@ -44,19 +51,25 @@ export default {
     after() { this.load(); },
     lamp(now) {
       const own = this.view && this.view.lamp;
-      if (own && (own.azimuth !== now.azimuth || own.elevation !== now.elevation))
+      if (own && !this.moving() && (own.azimuth !== now.azimuth || own.elevation !== now.elevation))
         this.quietly(() => this.view.setLamp(now.azimuth, now.elevation));
     },
     tilt(now) {
       const own = this.view && this.view.tilt;
-      if (own && (own.right !== now.right || own.down !== now.down))
+      if (own && !this.moving() && (own.right !== now.right || own.down !== now.down))
         this.quietly(() => this.view.setTilt(now.right, now.down));
     },
     swipe(now) { if (this.view) this.view.setSwipe(now); },
     blink(now) { if (!now && this.view) this.view.setSwipe(this.swipe); },
-    mode(now) { if (this.view) this.view.setMode(now); },
   },
   methods: {
+    reset() { this.view.reset(); },
+    choose(mode) {
+      this.mode = mode;
+      this.view.setMode(mode);
+    },
+    /** Whether a hand is moving this view: what other views say of lamp and tilt is then old. */
+    moving() { return performance.now() - (this.moved || -Infinity) < 500; },
     /** Move the view without telling the server what it said itself. */
     quietly(move) {
       this.quiet = true;
@@ -65,7 +78,7 @@ export default {
     },
     tell(name, detail) {
       if (this.quiet) return;
-      this.$emit(`${name}-now`, detail);
+      this.moved = performance.now();
       // The server hears of the last position only, ten times a second.
       this.waiting = { ...this.waiting, [name]: detail };
       if (this.timer) return;
@@ -101,24 +114,17 @@ export default {
         this.view.setHeights(heights, after, { rows, cols, size_mm, repeats });
       } else {
         if (this.view) this.view.destroy();
+        this.view = null;
         this.$refs.stage.replaceChildren();
-        try {
-          this.view = new PlateView(this.$refs.stage, {
-            heights, rows, cols, size_mm, repeats, after, names: this.names,
-            lamp: { ...this.lamp, strength: 1.5 }, ambient: 0.35, albedo: 0.62,
-          });
-        } catch {
-          // Without WebGL 2, a picture that the server has lit.
-          this.view = null;
-          this.still = `${this.after || this.before}/picture`;
-          this.$refs.stage.hidden = true;
-          this.$refs.stage.dataset.shown = `${this.before} ${this.after}`;
-          return;
-        }
+        this.view = new PlateView(this.$refs.stage, {
+          heights, rows, cols, size_mm, repeats, after, names: this.names,
+          lamp: { ...this.lamp, strength: 1.5 }, ambient: 0.35, albedo: 0.62,
+        });
         this.view.setMode(this.mode);
         this.view.setSwipe(this.swipe);
         this.quietly(() => this.view.setTilt(this.tilt.right, this.tilt.down));
       }
+      [this.lit, this.tilts] = [true, this.view.tilts];
       this.hasAfter = Boolean(after);
       this.$refs.stage.dataset.shown = `${this.before} ${this.after}`;
     },
