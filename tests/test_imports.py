@@ -1,6 +1,7 @@
 """Rooms import what they build on, without circles, and Mitsuba only when something renders."""
 
 import ast
+import importlib.util
 import subprocess
 import sys
 from collections import Counter
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
+NO_NICEGUI = importlib.util.find_spec("nicegui") is None
 PACKAGES = ("retouch", "optimize", "visual", "tactile", "surrogate", "relief", "mitsuba_scenes")
 
 _ALLOWED = {
@@ -220,9 +222,19 @@ def test_the_rooms_lie_in_one_order() -> None:
     assert {room_of(module) for module in MODULES} == set(ALLOWED)
 
 
-def test_run_files_load_no_method_and_no_renderer() -> None:
+@pytest.mark.parametrize(
+    "module",
+    [
+        "optimize.settings.run_file",
+        # The server of the app: the page is up before the models, which its workers load.
+        pytest.param(
+            "retouch.app.serve", marks=pytest.mark.skipif(NO_NICEGUI, reason="without the extra app")
+        ),
+    ],
+)
+def test_run_files_and_the_app_load_no_method_and_no_renderer(module: str) -> None:
     heavy = {"mitsuba", "drjit", "torch", "optimize.descent.driver", "visual.scene"}
-    script = f"import optimize.settings.run_file, sys; print(*({heavy} & sys.modules.keys()))"
+    script = f"import {module}, sys; print(*({heavy} & sys.modules.keys()))"
     process = subprocess.run(
         [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
     )

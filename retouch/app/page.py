@@ -22,7 +22,7 @@ from retouch.app.stages.window import Window
 from retouch.app.state.session import Session
 from retouch.app.state.shapes import Shapes
 from retouch.app.values.document import command_line
-from retouch.pages.plate_viewer.figure import SCRIPTS
+from retouch.pages.plate_viewer import SCRIPTS
 
 STAGES = (PictureStage, FeelStage, RunStage, CompareStage, ObjectStage, PrintStage)
 """In the order of the work."""

@@ -4,6 +4,7 @@ from collections.abc import Coroutine
 from pathlib import Path
 from typing import Any
 
+from optimize.run_directory.key import RESULT
 from relief.common.errors import InputError
 from relief.common.formats import RUN_HEIGHTS
 from retouch.app.computing import results
@@ -33,7 +34,7 @@ class Outcomes:
         self.shown_part: Part | None = None
         self._history, self._activity, self._live, self._slow = history, activity, live, slow
         self._pages = 0
-        self._sides_of: tuple[str | None, int | None] = (None, None)
+        self._sides_of: tuple[str | None, tuple[int, ...]] = (None, ())
         history.follow(self._changed)
 
     def _changed(self, before: Document, after: Document) -> None:
@@ -46,12 +47,11 @@ class Outcomes:
     def want_sides(self) -> None:
         """Read original and result of the run that is looked at, if they are not known."""
         run = self._history.document.run
-        result = None if run is None else Path(run) / RUN_HEIGHTS
-        stamp = result.stat().st_mtime_ns if result is not None and result.is_file() else None
-        if self._sides_of == (run, stamp) or "sides" in self._activity.under_way:
+        stamps = () if run is None else _written_at(Path(run))
+        if self._sides_of == (run, stamps) or "sides" in self._activity.under_way:
             return
-        self._sides_of, self.sides = (run, stamp), None
-        if run is not None and stamp is not None:
+        self._sides_of, self.sides = (run, stamps), None
+        if run is not None and stamps:
             work = self._read_sides(run)
             self._activity.in_background(self._activity.step("sides", "reading the run", work))
 
@@ -121,3 +121,9 @@ class Outcomes:
         self.shown_part = part
         # A number, so that a page of the same name is loaded again.
         self.part_page, self.part_lines = f"/app/page/{Path(page).name}?{self._pages}", lines
+
+
+def _written_at(run: Path) -> tuple[int, ...]:
+    """When a run's heights and its numbers, which come a little later, were written, ns; none without heights."""
+    files = [file for file in (run / RUN_HEIGHTS, run / RESULT) if file.is_file()]
+    return tuple(file.stat().st_mtime_ns for file in files) if run / RUN_HEIGHTS in files else ()

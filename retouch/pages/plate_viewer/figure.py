@@ -14,6 +14,7 @@ from relief.common.arrays import FloatArray
 from relief.common.formatting import plain
 from relief.relief import Relief
 from relief.shading import averaged
+from retouch.pages.plate_viewer import SCRIPTS
 from retouch.pages.plate_viewer.appearance import STUDIO, Appearance
 from retouch.pages.viewer.packing import STEPS, packed
 
@@ -23,8 +24,6 @@ SPOT_SAMPLES = 128
 """The same where a page may have hundreds of plates: 20 to 30 kB for each."""
 STEPS_A_PITCH = 400
 """Steps of a height over the distance between samples: one changes a slope by 0.0025."""
-SCRIPTS = ("plate_light.js", "plate_screens.js", "plate_viewer.js")
-"""Files of the component `PlateView`, in their order; what embeds it needs no other."""
 
 FIGURE = Markup("""\
 <figure class="plate-figure" hidden>
