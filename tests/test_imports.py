@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-NO_NICEGUI = importlib.util.find_spec("nicegui") is None
+WITH_NICEGUI = pytest.mark.skipif(importlib.util.find_spec("nicegui") is None, reason="without the extra app")
 PACKAGES = ("retouch", "optimize", "visual", "tactile", "surrogate", "relief", "mitsuba_scenes")
 
 _ALLOWED = {
@@ -227,9 +227,7 @@ def test_the_rooms_lie_in_one_order() -> None:
     [
         "optimize.settings.run_file",
         # The server of the app: the page is up before the models, which its workers load.
-        pytest.param(
-            "retouch.app.serve", marks=pytest.mark.skipif(NO_NICEGUI, reason="without the extra app")
-        ),
+        pytest.param("retouch.app.serve", marks=WITH_NICEGUI),
     ],
 )
 def test_run_files_and_the_app_load_no_method_and_no_renderer(module: str) -> None:

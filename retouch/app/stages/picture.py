@@ -19,7 +19,7 @@ from retouch.app.values.found import FeltPlaces
 RELIEF_ENDS_MM = (0.1, 3.0)
 """Ends of the slider of the relief, mm: what a finger follows. The field beside it takes any."""
 SAMPLES = {64: "64", 128: "128", 256: "256"}
-TILES = {None: "no", "auto": "yes"}
+TILED = "Make a tile that repeats"
 
 
 def _places_told(felt: FeltPlaces) -> str:
@@ -86,7 +86,7 @@ class PictureStage:
                 button("Turn left", partial(self._turn, 90))
                 button("Turn right", partial(self._turn, 270))
             self._invert = ui.switch("Dark is high", on_change=lambda e: change(invert=bool(e.value)))
-            self._tile = ui.switch("Make a tile that repeats", on_change=self._tiled)
+            self._tile = ui.switch(TILED, on_change=self._tiled)
             self._samples = ui.select(SAMPLES, label="Samples a side", on_change=self._sampled)
             fingers = list(bundled_skins())
             self._skin = ui.select(fingers, label="Finger", on_change=self._other_finger)
@@ -130,7 +130,12 @@ class PictureStage:
             choice.props(f'aria-pressed="{"true" if name == picture.file else "false"}"')
         self._show_picture(picture)
         self._invert.set_value(picture.invert)
-        self._tile.set_value(picture.tile is not None)
+        shape = session.numbers.shape
+        already = picture.tile is None and shape is not None and shape.repeats == (True, True)
+        # Before its value, which a person could not have set then.
+        self._tile.set_enabled(not already)
+        self._tile.set_value(already or picture.tile is not None)
+        self._tile.set_text("A tile that repeats, as its file says" if already else TILED)
         self._relief.show(picture.relief_mm)
         self._size.show(picture.size_mm)
         self._slider.give(value=picture.relief_mm)
@@ -182,7 +187,7 @@ class PictureStage:
 
     def _tiled(self, event: events.ValueChangeEventArguments) -> None:
         picture = self.session.document.picture
-        if picture is not None and bool(event.value) != (picture.tile is not None):
+        if self._tile.enabled and picture is not None and bool(event.value) != (picture.tile is not None):
             self.session.history.change_picture(tile="auto" if event.value else None)
 
     def _slid(self, event: events.GenericEventArguments) -> None:

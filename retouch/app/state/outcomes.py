@@ -124,6 +124,9 @@ class Outcomes:
 
 
 def _written_at(run: Path) -> tuple[int, ...]:
-    """When a run's heights and its numbers, which come a little later, were written, ns; none without heights."""
+    """When the heights of a run and its numbers were written, ns; none without heights.
+
+    The numbers come a little later.
+    """
     files = [file for file in (run / RUN_HEIGHTS, run / RESULT) if file.is_file()]
     return tuple(file.stat().st_mtime_ns for file in files) if run / RUN_HEIGHTS in files else ()
