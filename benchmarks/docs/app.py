@@ -26,7 +26,7 @@ from benchmarks.shared.window import COMMAND, FELT, SHOWN, App, Window
 STARTS, MOVES = 5, 8
 LARGE_SIDE = 8192
 """Side of the large picture, pixels: 201 MB without compression."""
-REACH = "document.querySelector('.jnd-cost')"
+REACH = "document.querySelector('.jnd-cost .curve')"
 MOVED = """(async () => {{
   const input = document.querySelector("input.range"), stale = () => document.querySelector(".number.stale");
   const text = () => document.querySelector(".number .value").innerText;

@@ -12,9 +12,10 @@ from relief.common.errors import InputError
 from relief.common.files import write_atomically
 from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM
 from relief.relief import Relief
+from retouch.app.computing.warned import warned
 from retouch.app.values.document import USUAL_RELIEF_MM, Picture
 from retouch.app.values.folders import picture_file
-from retouch.app.values.found import Shape, Source
+from retouch.app.values.found import Lines, Shape, Source
 
 THUMBNAIL = 720
 """Longer side of the picture that is shown for cropping, pixels."""
@@ -60,15 +61,17 @@ def _opened(file: str) -> Any:
 
 
 @lru_cache(maxsize=8)
-def _prepared(picture: Picture) -> Any:
-    return retouch.prepare(picture_file(picture.file), **picture.arguments())
+def _prepared(picture: Picture) -> tuple[Any, Lines]:
+    with warned() as warnings:
+        prepared = retouch.prepare(picture_file(picture.file), **picture.arguments())
+    return prepared, warnings.lines
 
 
 def shape(picture: Picture) -> Shape:
     """The heights of a picture. Raises InputError."""
     # Heights grow with the relief, so that one preparation does for every position of its slider.
     relief_mm = picture.relief_mm or USUAL_RELIEF_MM
-    prepared = _prepared(replace(picture, relief_mm=1.0))
+    prepared, warnings = _prepared(replace(picture, relief_mm=1.0))
     lines = {**prepared.done, "relief": f"{relief_mm:.3g} mm"}
     left, upper, right, _ = prepared.square
     tile = prepared.repeats
@@ -76,7 +79,7 @@ def shape(picture: Picture) -> Shape:
         (relief_mm * prepared.heights).astype(np.float32),
         prepared.size_mm or PATCH_SIDE_MM,
         (tile, tile),
-        tuple(lines.items()),
+        (*lines.items(), *warnings),
         (left, upper, right - left),
     )
 

@@ -14,6 +14,7 @@ from relief.common.arrays import Array
 from relief.relief import Relief
 from retouch.app.computing.pictures import shape_of
 from retouch.app.computing.touch import MODEL, middle, touch
+from retouch.app.computing.warned import warned
 from retouch.app.values.document import Part
 from retouch.app.values.folders import RUNS_FOLDER
 from retouch.app.values.found import Lines, Map, Shape, Sides, Written
@@ -74,15 +75,16 @@ def _map(values: Array, low: float, high: float, table: Table, unit: str) -> Map
 
 def export(run: str, out: str, base_mm: float | None, repeat: int, printer: str | None) -> Written:
     """Write the result of a run for a printer, as `retouch export`. Raises InputError or OSError."""
-    made = retouch.export(run, out, base_mm=base_mm, repeat=(repeat, repeat), printer=printer)
+    with warned() as warnings:
+        made = retouch.export(run, out, base_mm=base_mm, repeat=(repeat, repeat), printer=printer)
     lines = [("file", str(made.file)), ("size", f"{made.width_mm:.4g} × {made.height_mm:.4g} mm")]
     if made.thickness_mm is not None:
         lines.append(("highest point", f"{made.thickness_mm:.3g} mm"))
     if made.printer is not None and made.thickness_mm is not None:
         layers = round(made.thickness_mm / made.printer.layer_mm)
         lines.append(("layers", f"{layers} of {made.printer.layer_um:g} µm"))
-    lines.append(("bytes", f"{made.file.stat().st_size / 2**20:.1f} MiB"))
-    return Written(str(made.file), tuple(lines))
+    lines.append(("file size", f"{made.file.stat().st_size / 2**20:.1f} MiB"))
+    return Written(str(made.file), (*lines, *warnings.lines))
 
 
 def preview_object(run: str, part: Part, page: str) -> Lines:
@@ -102,7 +104,7 @@ def wrap_object(run: str, part: Part, out: str) -> Written:
     made = retouch.wrap(run, part.mesh, out, **part.options()).as_json()
     sides = " × ".join(f"{side:.3g}" for side in made["size_mm"])
     lines = [("file", made["file"]), ("size", f"{sides} mm"), ("triangles", f"{made['faces']:,}")]
-    lines += [("bytes", f"{made['bytes'] / 2**20:.1f} MiB")]
+    lines += [("file size", f"{made['bytes'] / 2**20:.1f} MiB")]
     return Written(made["file"], (*lines, *(("warning", line) for line in made["warnings"])))
 
 

@@ -1,6 +1,5 @@
 """How heights feel, how far the feel can change, and what a run would take."""
 
-import logging
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from relief.common.errors import InputError
 from relief.places import places
 from relief.relief import Relief
 from retouch.app.computing.pictures import relief_of
+from retouch.app.computing.warned import warned
 from retouch.app.values.document import MOST_JND, Feel
 from retouch.app.values.folders import picture_file
 from retouch.app.values.found import FeltPlaces, Lines, Reachable, Shape
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 MODEL: "ModelName" = "quick"
 """Model of touch of the numbers that follow the hand: within 1 % of the exact one (docs/learned.md), and on
 16 places of 128 x 128 samples in 0.8 s in place of 2.3 s."""
-OWN_PACKAGES = ("relief", "tactile", "visual", "optimize", "retouch", "mitsuba_scenes")
-"""Packages whose warnings are for the person."""
 COSTS = 49
 """Changes of the feel whose cost for the look is told."""
 
@@ -73,28 +71,12 @@ def forecast(heights: str, feel: Feel, out: str) -> Lines:
     Raises:
         InputError: what is wrong, in a line.
     """
-    warnings = _Warnings()
-    logging.getLogger().addHandler(warnings)
-    try:
+    with warned() as warnings:
         shared = FAST_MODELS if feel.fast else ()
         run = retouch.run_from_scene(DEFAULT_SCENE, heights, feel.overrides(), shared=shared)
         run.check_texture()
         lines = tuple(retouch.forecast(run, out).lines())
-    finally:
-        logging.getLogger().removeHandler(warnings)
-    return (*lines, *(("warning", line) for line in warnings.lines))
-
-
-class _Warnings(logging.Handler):
-    """Keeps the warnings of the packages."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
-        self.lines: list[str] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        if record.name.partition(".")[0] in OWN_PACKAGES:
-            self.lines.append(record.getMessage())
+    return lines + warnings.lines
 
 
 def middle(relief: Relief) -> Index:

@@ -64,6 +64,7 @@ class PictureStage:
                 self._choices = {name: self._choice(name) for name in textures()}
             self._crop = CropBox().on("crop", self._cropped)
             self._notes = ui.label().classes("hint")
+            self._warnings = Told()
             self._fault = ui.label().classes("fault").props('role="alert"')
 
     def _choice(self, name: str) -> Any:
@@ -141,7 +142,9 @@ class PictureStage:
         self._slider.give(value=picture.relief_mm)
         if session.numbers.shape is not None:
             self._samples.set_value(picture.samples or len(session.numbers.shape.heights))
-            self._lines.show(session.numbers.shape.lines)
+            lines = session.numbers.shape.lines
+            self._lines.show(lines)
+            self._warnings.show(line for line in lines if line[0] == "warning")
 
     def _show_picture(self, picture: Picture) -> None:
         source = self.session.numbers.source

@@ -8,7 +8,7 @@ from typing import Any
 from retouch.app.values.document import Document
 
 ONE_CHANGE_S = 0.7
-"""Changes that follow one another faster, as those of a slider, are undone together, s."""
+"""Changes of one number that follow one another faster, as those of a slider, are undone together, s."""
 MOST_UNDONE = 50
 """Steps that can be undone."""
 
@@ -27,21 +27,28 @@ class History:
         self.document = Document()
         self._followers: list[Follower] = []
         self._undo: list[Document] = []
-        self._changed_at = 0.0
+        self._last: tuple[str, float] = ("", 0.0)
 
     def follow(self, follower: Follower) -> None:
         """Call a function after every change, in the order in which the functions came."""
         self._followers.append(follower)
 
-    def change(self, document: Document, undoable: bool = True) -> None:
-        """Take another document."""
+    def change(self, document: Document, undoable: bool = True, slid: str = "") -> None:
+        """Take another document.
+
+        Args:
+            document: the other one.
+            undoable: whether the change is a step that can be undone.
+            slid: name of the number that a slider may move; empty for a change that is a step of its own.
+        """
         before = self.document
         if document == before:
             return
+        last, at = self._last
         now = time.monotonic()
-        if undoable and now - self._changed_at > ONE_CHANGE_S:
+        self._last = (slid, now)
+        if undoable and not (slid and slid == last and now - at <= ONE_CHANGE_S):
             self._undo = [*self._undo, before][-MOST_UNDONE:]
-        self._changed_at = now
         self.document = document
         for follower in self._followers:
             follower(before, document)
@@ -49,15 +56,18 @@ class History:
     def change_picture(self, **fields: Any) -> None:
         """Change fields of the picture."""
         if self.document.picture is not None:
-            self.change(replace(self.document, picture=replace(self.document.picture, **fields)))
+            picture = replace(self.document.picture, **fields)
+            self.change(replace(self.document, picture=picture), slid=_number(fields))
 
     def change_feel(self, **fields: Any) -> None:
         """Change fields of the feel."""
-        self.change(replace(self.document, feel=replace(self.document.feel, **fields)))
+        feel = replace(self.document.feel, **fields)
+        self.change(replace(self.document, feel=feel), slid=_number(fields))
 
     def change_part(self, **fields: Any) -> None:
         """Change fields of the object."""
-        self.change(replace(self.document, part=replace(self.document.part, **fields)))
+        part = replace(self.document.part, **fields)
+        self.change(replace(self.document, part=part), slid=_number(fields))
 
     def look_at(self, run: str) -> None:
         """Look at another run; that is no step to undo."""
@@ -73,3 +83,9 @@ class History:
     def can_undo(self) -> bool:
         """Whether there is a change to undo."""
         return bool(self._undo)
+
+
+def _number(fields: dict[str, Any]) -> str:
+    """The name of the field if it is one number; else empty."""
+    name, value = next(iter(fields.items()))
+    return name if len(fields) == 1 and type(value) in (int, float) else ""

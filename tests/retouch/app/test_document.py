@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import retouch
-from mitsuba_scenes import DEFAULT_SCENE
+from mitsuba_scenes import DEFAULT_SCENE, find_file
 from optimize.settings.fast_models import FAST_MODELS
+from relief.common.formats import RUN_HEIGHTS
 from retouch.app.values.document import Feel, Part, Picture, command_line
 from retouch.commands import optimize, prepare
 from retouch.commands.main import parse
@@ -20,6 +21,12 @@ def heights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     relief = retouch.Relief.of(np.random.default_rng(0).random((32, 32)))
     retouch.save_heights_png("stone.png", relief.heights, 1.0, 10.0)
     retouch.save_heights_png("mask.png", relief.heights, 1.0, 10.0)
+    # A run, as far as it can be asked for its feel.
+    (folder := Path("runs/other-1")).mkdir(parents=True)
+    retouch.save_heights_exr(folder / RUN_HEIGHTS, relief.heights, 10.0)
+    scene = find_file(DEFAULT_SCENE, ".xml")
+    settings = f'scene = "{scene}"\ntexture = "../../stone.png"\n[touch]\njnd = 1\n'
+    (folder / "run.toml").write_text(settings)
     return "stone.png"
 
 
@@ -47,6 +54,7 @@ def test_the_height_map_is_that_of_the_command(picture: Picture) -> None:
         Feel(jnd=-1.5, fast=False),
         Feel(goal="contact_area_scale", contact_area_scale=0.7, skin="exploring"),
         Feel(goal="feel_of", feel_of="brick", printer="mask-50"),
+        Feel(goal="feel_of", feel_of="runs/other-1"),
         Feel(jnd=1.0, region="mask.png", settings=("descent.steps=5",)),
     ],
 )

@@ -71,6 +71,7 @@ def dropped(window: Window, file: Path) -> None:
 
 def to(window: Window, stage: str) -> None:
     window.click_text("nav button", stage)
+    window.wait(f"document.querySelector('nav [aria-current=page]').innerText == '{stage}'")
 
 
 def test_the_whole_way_by_mouse(app: App, window: Window, tmp_path: Path) -> None:
@@ -172,6 +173,49 @@ def test_the_whole_way_by_keys(app: App, window: Window) -> None:
     window.wait("document.querySelector('.side').innerText.includes('MiB')")
     assert (app.folder / "runs" / "dots-1-print.3mf").is_file()
     assert whole(window) == []
+
+
+def test_a_feel_is_painted_in_grades_and_shown_at_every_place(window: Window, tmp_path: Path) -> None:
+    (tmp_path / "runs").mkdir()
+    quick = {"settings": [setting.replace("=32", "=48") for setting in QUICK]}
+    (tmp_path / "runs" / "app.json").write_text(json.dumps({"document": {"feel": quick}, "queue": []}))
+    with App(tmp_path, "gravel-tile") as app:
+        window.visit(app.address, 1280, 800)
+        window.wait(f"{SHOWN} && {FELT}")
+        to(window, "Feel")
+        window.wait("document.querySelector('.side .q-toggle')")
+        window.click(".side .q-toggle")
+        # A canvas is 300 pixels wide before it has heights.
+        window.wait("document.querySelector('.brush')?.offsetParent")
+        window.wait("document.querySelector('.mask').width != 300")
+        left, top, width, height = window.place(".brush")
+
+        def stroke(share: float) -> None:
+            before, x = window.evaluate(COMMAND), left + share * width
+            window.drag([(x, top + 0.1 * height), (x, top + 0.9 * height)])
+            window.wait(f"{COMMAND} != {json.dumps(before)}")
+
+        stroke(0.25)
+        slider = ".side input[aria-label^=share]"
+        window.evaluate(f"document.querySelector('{slider}').value = 40")
+        window.evaluate(f"document.querySelector('{slider}').dispatchEvent(new Event('input'))")
+        window.wait("document.querySelector('.side').innerText.includes('40 % of the way')")
+        stroke(0.75)
+        mask = re.search(r'"(pictures/mask-\w+\.png)"', window.evaluate(COMMAND))
+        assert mask is not None
+        greys = np.asarray(Image.open(tmp_path / mask[1])) / 255.0
+        middle = greys[len(greys) // 2]
+        shares = [middle[round(share * len(middle))] for share in (0.25, 0.5, 0.75)]
+        assert np.allclose(shares, [1.0, 0.0, 0.4], atol=0.01)
+        window.key("z", control=True)
+        window.wait(f"!{COMMAND}.includes({json.dumps(mask[1])}) && {COMMAND}.includes('graded')")
+        to(window, "Run")
+        window.click_text(".side button", "Run")
+        window.wait(DONE, 120)
+        to(window, "Compare")
+        window.click_text(".ways button", "Feel")
+        window.wait("document.querySelectorAll('.felt-places ellipse').length > 16")
+        assert whole(window) == []
 
 
 def test_two_windows_show_one_session(app: App, window: Window) -> None:

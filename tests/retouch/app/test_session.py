@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from retouch.app.computing import touch
-from retouch.app.state import history, numbers, running, session
+from optimize.run_directory.key import RESULT
+from relief.common.formats import RUN_HEIGHTS
+from retouch.app.computing import results, touch
+from retouch.app.state import numbers, running, session
 from retouch.app.state.runs import State
 from retouch.app.state.session import KEPT, Session
 from retouch.app.values.document import Document, Feel, Picture
@@ -37,8 +39,6 @@ def _working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(session, "Worker", Inline)
     monkeypatch.setattr(numbers, "textures", lambda: ["dots"])
-    # Each change is one of its own.
-    monkeypatch.setattr(history, "ONE_CHANGE_S", -1.0)
 
 
 def settled(work: Callable[[Session], Coroutine[Any, Any, None]], one: Session | None = None) -> Session:
@@ -199,9 +199,9 @@ def test_a_run_waits_in_the_queue_and_is_there_at_the_next_start(monkeypatch: py
     assert len(one.running.queue.jobs) == 1 and Path("runs/stone-1.png").is_file()
 
 
-def test_a_painted_mask_becomes_a_region() -> None:
+def test_a_painted_mask_becomes_a_region_in_grades() -> None:
     canvas = np.zeros((32, 32), np.uint8)
-    canvas[8:24, 8:24] = 255
+    canvas[8:24, 8:24] = np.arange(16, 256, 15)
 
     async def painted(one: Session) -> None:
         await chosen(one)
@@ -218,6 +218,68 @@ def test_a_painted_mask_becomes_a_region() -> None:
         await one.paint(Path("canvas.png").read_bytes())
 
     assert settled(emptied, one).document.feel.region is None
+
+
+def test_a_moved_slider_is_one_step_and_each_stroke_another() -> None:
+    one = Session()
+    for jnd in (1.0, 1.5, 3.0):
+        one.history.change_feel(jnd=jnd)
+    for mask in ("a", "b"):
+        one.history.change_feel(region=f"pictures/mask-{mask}.png")
+    undone = []
+    while one.history.can_undo:
+        one.history.undo()
+        undone.append((one.document.feel.region, one.document.feel.jnd))
+    assert undone == [("pictures/mask-a.png", 3.0), (None, 3.0), (None, Feel().jnd)]
+
+
+def test_an_undone_change_leaves_the_run_that_is_looked_at() -> None:
+    one = Session()
+    one.history.change_feel(jnd=1.0)
+    one.history.look_at("runs/stone-1")
+    one.history.undo()
+    assert one.document == Document(run="runs/stone-1")
+
+
+def test_a_result_is_read_again_once_its_numbers_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    read = []
+    monkeypatch.setattr(
+        results, "sides", lambda run: read.append(sorted(f.name for f in Path(run).iterdir()))
+    )
+
+    async def looked_at(one: Session) -> None:
+        (folder := Path("runs/stone-1")).mkdir(parents=True)
+        for name in (RUN_HEIGHTS, RESULT):
+            (folder / name).touch()
+            one.history.look_at(str(folder))
+            for _ in range(2):
+                one.outcomes.want_sides()
+                while not one.activity.idle:
+                    await asyncio.sleep(0)
+
+    settled(looked_at)
+    assert read == [[RUN_HEIGHTS], [RUN_HEIGHTS, RESULT]]
+
+
+def test_of_two_pictures_chosen_at_once_the_later_counts() -> None:
+    async def both(one: Session) -> None:
+        await asyncio.gather(one.choose("brick"), one.choose("knit"))
+
+    document = settled(both).document
+    assert document.picture is not None and document.picture.file == "knit"
+
+
+def test_a_forecast_is_not_shown_for_another_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(touch, "forecast", lambda *_: (("time", "about 3 s"),))
+
+    async def estimated(one: Session) -> None:
+        await chosen(one)
+        await one.running.estimate()
+
+    one = settled(estimated)
+    assert one.running.forecast == (("time", "about 3 s"),) and list(Path("runs").glob("stone*")) == []
+    one.history.change_feel(jnd=3.0)
+    assert one.running.forecast == ()
 
 
 def test_what_is_no_mask_is_told() -> None:

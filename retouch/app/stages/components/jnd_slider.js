@@ -6,16 +6,18 @@ export default {
         <output class="value">{{ signed(own) }}</output><span class="unit">JND</span>
         <span class="what">{{ words }}</span>
       </div>
-      <svg class="jnd-cost" viewBox="0 0 240 64" preserveAspectRatio="none" aria-hidden="true" v-if="costs.length">
-        <rect :x="x(-smoother)" y="0" :width="x(rougher) - x(-smoother)" height="64" class="kept"></rect>
-        <line x1="0" x2="240" :y1="y(limit)" :y2="y(limit)" class="limit"></line>
-        <polyline :points="curve" class="curve"></polyline>
+      <svg class="jnd-cost" viewBox="0 0 240 64" preserveAspectRatio="none" aria-hidden="true">
+        <template v-if="costs.length">
+          <rect :x="x(-smoother)" y="0" :width="x(rougher) - x(-smoother)" height="64" class="kept"></rect>
+          <line x1="0" x2="240" :y1="y(limit)" :y2="y(limit)" class="limit"></line>
+          <polyline :points="curve" class="curve"></polyline>
+        </template>
         <line :x1="x(own)" :x2="x(own)" y1="0" y2="64" class="now"></line>
       </svg>
       <input type="range" :min="-most" :max="most" step="0.1" :value="own" :aria-label="label"
         :aria-valuetext="signed(own) + ' just-noticeable differences. ' + told" @input="slid" @change="kept">
       <div class="jnd-ends"><span>smoother</span><span>as it is</span><span>rougher</span></div>
-      <p class="hint">{{ told }}</p>
+      <p class="hint told">{{ told }}</p>
     </div>`,
   props: {
     value: Number, most: { type: Number, default: 6 }, label: { type: String, default: "change of the roughness" },

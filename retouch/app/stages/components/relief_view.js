@@ -118,7 +118,7 @@ export default {
         this.$refs.stage.replaceChildren();
         this.view = new PlateView(this.$refs.stage, {
           heights, rows, cols, size_mm, repeats, after, names: this.names,
-          lamp: { ...this.lamp, strength: 1.5 }, ambient: 0.35, albedo: 0.62,
+          lamp: { ...this.lamp, strength: 1.25 }, ambient: 0.25, albedo: 0.58,
         });
         this.view.setMode(this.mode);
         this.view.setSwipe(this.swipe);

@@ -1,0 +1,39 @@
+"""Warnings of the models, for the page: what the command would print."""
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from retouch.app.values.found import Lines
+
+OWN_PACKAGES = ("relief", "tactile", "visual", "optimize", "retouch", "mitsuba_scenes")
+"""Packages whose warnings are for the person."""
+
+
+class Warned(logging.Handler):
+    """Keeps the warnings of the packages."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self._texts: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep a record."""
+        if record.name.partition(".")[0] in OWN_PACKAGES:
+            self._texts.append(record.getMessage())
+
+    @property
+    def lines(self) -> Lines:
+        """Each warning once, under the word "warning"."""
+        return tuple(("warning", text) for text in dict.fromkeys(self._texts))
+
+
+@contextmanager
+def warned() -> Iterator[Warned]:
+    """Keeps the warnings of a block."""
+    handler = Warned()
+    logging.getLogger().addHandler(handler)
+    try:
+        yield handler
+    finally:
+        logging.getLogger().removeHandler(handler)
