@@ -87,6 +87,8 @@ def roughness(
     stride = max(1, int(STRIDE_MM * n / size_mm)) if quadrature == "thinned" else 1
     if receptors is not None:
         strain, receptors = _cropped(strain, receptors)
+    elif stride > 1 and not strain.requires_grad and strain.numel() == n * n:
+        return _of_pairs(strain, *_pairs(n, size_mm, stride))
     with stage("measuring roughness", len(offsets)) as advance:
         result: Tensor = _PairVariation.apply(strain, receptors, offsets, stride, advance)
         return result
@@ -126,9 +128,7 @@ class _PairVariation(torch.autograd.Function):
         # Arrays that serve every offset: new ones take a third of the time on large grids.
         memory, other_memory = torch.empty_like(combs[0]).view(-1), torch.empty_like(combs[0]).view(-1)
         for number, (down, right, weight) in enumerate(offsets):
-            # Every comb in turn, which are the positions of the first ends; not each of a group of alike
-            # offsets the same ones.
-            row, column = divmod((number + number // stride**2) % stride**2, stride)
+            row, column = _first_ends(number, stride)
             (below, other_row), (beside, other_column) = (
                 divmod(row + down, stride),
                 divmod(column + right, stride),
@@ -164,6 +164,45 @@ class _PairVariation(torch.autograd.Function):
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None, None, None, None]:
         (gradient,) = ctx.saved_tensors
         return gradient * gradients[0][..., None, None], None, None, None, None
+
+
+def _of_pairs(strain: Tensor, first: Tensor, second: Tensor, weight: Tensor) -> Tensor:
+    """The thinned sum of one field (..., n, n) by its pairs, without gradient.
+
+    The sum offset by offset takes as many operations for one field as for a batch, and four times as long.
+    """
+    flat = strain.reshape(-1)
+    differences = torch.sub(flat[first], flat[second]).abs_().to(weight.dtype)
+    value = torch.dot(differences, weight) / weight.sum()
+    return value.to(strain.dtype).reshape(strain.shape[:-2])
+
+
+@lru_cache(maxsize=2)
+def _pairs(n: int, size_mm: float, stride: int) -> tuple[Tensor, Tensor, Tensor]:
+    """The pairs of the thinned sum: where each end lies in a flat field, and their weights; (p,) each.
+
+    They take 48 MB at 128 samples over 10 mm.
+    """
+    ends: list[tuple[Tensor, Tensor]] = []
+    weights = []
+    lines = torch.arange(n)
+    for number, (down, right, weight) in enumerate(full_offsets(n, size_mm)):
+        row, column = _first_ends(number, stride)
+        rows, columns = lines[row : n - down : stride], lines[column::stride]
+        columns = columns[(columns + right >= 0) & (columns + right < n)]
+        first = (rows[:, None] * n + columns).reshape(-1)
+        ends.append((first, first + down * n + right))
+        weights.append(torch.full(first.shape, weight, dtype=torch.float64))
+    first, second = (torch.cat(each) for each in zip(*ends, strict=True))
+    return first, second, torch.cat(weights)
+
+
+def _first_ends(number: int, stride: int) -> tuple[int, int]:
+    """Row and column of the comb on which the first ends of an offset lie.
+
+    Every comb in turn; not each of a group of alike offsets the same ones.
+    """
+    return divmod((number + number // stride**2) % stride**2, stride)
 
 
 def _combs(field: Tensor, stride: int) -> list[Tensor]:

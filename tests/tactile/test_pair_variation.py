@@ -175,3 +175,15 @@ def test_the_bounded_offsets_of_a_fine_grid_are_near_the_sum_over_every_offset()
         assert bounded.item() == pytest.approx(every.item(), rel=1e-3)
         (by_every,), (by_bounded,) = (torch.autograd.grad(v, strain) for v in (every, bounded))
         assert float(torch.cosine_similarity(by_every.flatten(), by_bounded.flatten(), dim=0)) > 0.9999
+
+
+@pytest.mark.parametrize(("n", "size_mm"), [(64, 10.0), (100, 16.0), (160, 10.0)])
+def test_the_thinned_sum_of_one_field_is_that_of_a_batch(n: int, size_mm: float) -> None:
+    strain = torch.randn(2, n, n, dtype=torch.float64)
+    together = roughness(strain, size_mm, "thinned")
+    for one, expected in zip(strain, together, strict=True):
+        assert float(roughness(one, size_mm, "thinned")) == pytest.approx(float(expected), rel=1e-12)
+        assert roughness(one[None], size_mm, "thinned").shape == (1,)
+    followed = strain[0].clone().requires_grad_()
+    value = float(roughness(followed, size_mm, "thinned").detach())
+    assert value == pytest.approx(float(together[0]), rel=1e-12)

@@ -163,7 +163,7 @@ class PictureStage:
     def _show_numbers(self) -> None:
         session = self.session
         felt = session.numbers.felt or session.numbers.felt_here
-        stale = session.numbers.felt is None
+        stale = not session.numbers.settled
         for figure, value in (
             (self._roughness, None if felt is None else f"{fmean(felt.roughness):.4f}"),
             (self._area, None if felt is None else f"{fmean(felt.contact_area_mm2):.1f}"),

@@ -20,6 +20,7 @@ class Numbers:
             place and all over; None until known.
         scale: roughness of the bundled textures, by name.
         reach: how far the feel can change; None until known.
+        settled: whether `felt` is of the picture as it is now; while it is not, `felt` may be that of before.
     """
 
     def __init__(self, history: History, activity: Activity, live: Worker, idle: Worker) -> None:
@@ -33,6 +34,7 @@ class Numbers:
         self._opened: tuple[str, Source | None] = ("", None)
         self._following = False
         self._again = False
+        self.settled = False
         self._scale_of: str | None = None
         self._scale_found: dict[str, float] = {}
         self._reach_of: tuple[Picture | None, str] | None = None
@@ -55,7 +57,7 @@ class Numbers:
     def follow(self) -> None:
         """Compute heights and feel of the document anew; a computation under way begins again when it can."""
         self._again = True
-        self.felt = None
+        self.settled = False
         self._activity.under_way["numbers"] = "pressing"
         if not self._following:
             self._following = True
@@ -80,20 +82,22 @@ class Numbers:
             self.source = await self._live(pictures.source, picture.file)
         shape = self.shape = await self._live(pictures.shape, picture)
         self._activity.tell()
-        self.felt_here = await self._live(touch.felt, shape, skin)
+        self.felt_here, self.felt = await self._live(touch.felt, shape, skin), None
         self._activity.tell()
-        await self._all_over(shape, skin)
+        await self._all_over(shape, skin, self.felt_here)
         await self._textures(skin)
 
-    async def _all_over(self, shape: Shape, skin: str) -> None:
+    async def _all_over(self, shape: Shape, skin: str, here: FeltPlaces) -> None:
         """Press all over, in parts, so that the next change need not wait."""
-        count, felt = await self._live(touch.count_places, shape), FeltPlaces()
-        for first in range(0, count, PLACES_AT_ONCE):
+        count = await self._live(touch.count_places, shape)
+        felt = here if count == 1 else FeltPlaces()
+        for first in range(0, count if count > 1 else 0, PLACES_AT_ONCE):
             if self._again:
                 return
             felt += await self._live(touch.felt, shape, skin, slice(first, first + PLACES_AT_ONCE))
-        self.felt = felt
-        self._activity.tell()
+        if not self._again:
+            self.felt, self.settled = felt, True
+            self._activity.tell()
 
     async def _textures(self, skin: str) -> None:
         """Press the bundled textures with the finger, one by one for the same reason."""
@@ -110,7 +114,7 @@ class Numbers:
         """Compute in the background how far the feel can change, if that is not known."""
         document, under_way = self._history.document, self._activity.under_way
         asked = (document.picture, document.feel.skin)
-        unready = self.felt is None or under_way.keys() & {"numbers", "picture"}
+        unready = not self.settled or under_way.keys() & {"numbers", "picture"}
         if self.shape is None or unready or self._reach_of == asked:
             return
         self.forget_reach()
