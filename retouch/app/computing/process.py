@@ -12,6 +12,8 @@ from relief.common.progress import Progress, progress
 
 TOLD_EVERY_S = 0.25
 """Least time between two lines about what is under way, s."""
+NICE = 5
+"""Niceness of the worker processes: on few cores the page and the browser come first, above all at the start."""
 
 _open = ExitStack()
 
@@ -24,6 +26,7 @@ def start(told: Connection) -> None:
     """
     # The terminal's Ctrl-C is for the app, which ends its workers itself.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.nice(NICE)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     # Left by no one: the process listens to its own work as long as it lives.
     _open.enter_context(progress(_Teller(told)))

@@ -64,11 +64,15 @@ def pixels(browser: Browser, path: Path) -> np.ndarray:
         return np.asarray(image.convert("RGB"), dtype=float)
 
 
+DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+"""Script: waits until the next frame is drawn, which on a busy machine may take long."""
+
+
 def pressed(browser: Browser, key: str, shift: bool = False) -> list[float]:
     """Azimuth, elevation, zoom, and the lamp's azimuth and elevation after a key."""
     event = f"new KeyboardEvent('keydown', {{ key: '{key}', shiftKey: {str(shift).lower()}, bubbles: true }})"
     browser.evaluate(f"document.querySelector('.stage').dispatchEvent({event})")
-    browser.evaluate("new Promise((done) => setTimeout(done, 100))")
+    browser.evaluate(DRAWN)
     data = browser.evaluate(f"{FIGURE}.dataset.camera + ' ' + {FIGURE}.dataset.lampAt")
     return [float(value) for value in data.split()]
 
@@ -90,7 +94,7 @@ def test_the_scale_bar_is_as_long_as_it_says(browser: Browser, file: Path, tmp_p
     length, unit = browser.evaluate("document.querySelector('.scale-bar').textContent").split()
     width = browser.evaluate("document.querySelector('.scale-bar').offsetWidth")
     browser.evaluate("document.querySelector('[data-split=\"0\"]').click()")
-    browser.evaluate("new Promise((done) => setTimeout(done, 200))")
+    browser.evaluate(DRAWN)
     shown = pixels(browser, tmp_path / "shown.png")
     red = (shown[..., 0] - shown[..., 1] > 60.0).any(axis=0)
     assert unit == "mm"
@@ -120,7 +124,7 @@ def test_the_mouse_turns_and_the_switch_gives_it_the_lamp(browser: Browser, file
         clientX: box.x + 40 + x, clientY: box.y + 40 }));
       stage.setPointerCapture = () => {};
       send("pointerdown", 0); send("pointermove", 60); send("pointerup", 60);
-      await new Promise((done) => setTimeout(done, 100));
+      await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
       const { camera, lampAt } = document.querySelector("figure.viewer").dataset;
       return [camera, lampAt];
     })()"""
