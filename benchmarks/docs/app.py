@@ -136,7 +136,7 @@ def _tell(result: dict[str, Any]) -> None:
     frames, width = result["frames_plate"]
     rows.append([f"frames a second while the lamp is dragged, {width} × {width} pixels", f"{frames:.0f}"])
     text = table(("what is waited for", "seconds: median (least to most)"), rows)
-    put(DOCS / "evidence" / "speed.md", "app", "benchmarks.docs.app", f"{text}\n")
+    put(DOCS / "evidence" / "app.md", "app", "benchmarks.docs.app", f"{text}\n")
     print(text)
 
 

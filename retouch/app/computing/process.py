@@ -13,7 +13,7 @@ from relief.common.progress import Progress, progress
 TOLD_EVERY_S = 0.25
 """Least time between two lines about what is under way, s."""
 NICE = 5
-"""Niceness of the worker processes: on few cores the page and the browser come first, above all at the start."""
+"""Niceness of the worker processes: on few cores the page and the browser come first."""
 
 _open = ExitStack()
 
