@@ -46,9 +46,10 @@ SHORT = {
     "compare": "-D resolution=16",
     "render": "",
     "optimize": "--no-baseline -D resolution=16 --set look.model=heights --set touch.model=quick "
-    "--set verify.model=layer --set verify.samples=4 --set descent.steps=1",
+    "--set verify.model=layer --set verify.samples=4 --set descent.steps=1 --set touch.spacing_mm=10",
 }
-"""Verbs of which every command is run, with the options that make it short: a small picture and one step.
+"""Verbs of which every command is run, with the options that make it short: a small picture, one step, and
+fingers 10 mm apart, of which a bundled tile has one.
 A run that no command of its page goes on with is a `--dry-run`, and `wrap` makes previews alone."""
 PART = "benchmarks/objects/guide/button.3mf"
 """The part of the guide whose preview takes the least time."""
