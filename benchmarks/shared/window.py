@@ -57,6 +57,7 @@ class App:
         line = self.process.stdout.readline()
         found = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", line)
         if found is None:
+            self.close()
             raise RuntimeError(f"the app printed no address: {line!r}")
         self.address = found[0]
 

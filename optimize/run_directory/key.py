@@ -28,7 +28,7 @@ is resumed (`Run.files`)."""
 NAMES = ("touch.skin",)
 """Settings that only name what other settings spell out."""
 REGION = "touch.region."
-"""Begin of the keys of a region, which go on with its number."""
+"""Prefix of the settings of a region, before its number."""
 INTRODUCED_IN_REGIONS = {"graded": False}
 """Value of each key of a region with which runs behave as they did before the key existed. A key at this
 value is left out, so that earlier runs can be resumed and rows of studies stay known."""

@@ -33,8 +33,8 @@ GREY_STEP = 1.0 / 255.0
 ROUNDING = 1e-9
 """Rounding error of a sum of shares."""
 FELT_SHARE = 0.5
-"""Share of the finger's patch, of a region at least once, below which a warning tells of the mixture felt. Of
-a graded region it counts in the greatest share of its mask."""
+"""A warning tells of the mixture that is felt where no finger has at least this share of its patch in a
+region. Of a graded region it is a part of the greatest share of its mask."""
 
 
 @dataclass(frozen=True, eq=False)

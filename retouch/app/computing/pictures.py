@@ -12,18 +12,26 @@ from relief.common.errors import InputError
 from relief.common.files import write_atomically
 from relief.common.limits import LARGEST_SIDE, PATCH_SIDE_MM
 from relief.relief import Relief
-from retouch.app.computing.warned import warned
+from retouch.app.computing.warnings_kept import kept_warnings
 from retouch.app.values.document import USUAL_RELIEF_MM, Picture
+from retouch.app.values.findings import Lines, Shape, Source
 from retouch.app.values.folders import picture_file
-from retouch.app.values.found import Lines, Shape, Source
 
 THUMBNAIL = 720
 """Longer side of the picture that is shown for cropping, pixels."""
 
 
-def warm(file: str) -> None:
-    """Load what heights need, and keep the picture's file open, before anybody asks for them."""
-    shape(Picture(file, relief_mm=source(file).relief_mm))
+def warm(file: str, picture: Picture | None) -> None:
+    """Prepare a picture before anybody asks for it.
+
+    Args:
+        file: of a picture that is to be chosen.
+        picture: one that was chosen already, in its place; None for none.
+    """
+    if picture is None:
+        lengths = source(file)
+        picture = Picture(file, relief_mm=lengths.relief_mm, size_mm=lengths.size_mm)
+    shape(picture)
 
 
 def source(file: str) -> Source:
@@ -62,7 +70,7 @@ def _opened(file: str) -> Any:
 
 @lru_cache(maxsize=8)
 def _prepared(picture: Picture) -> tuple[Any, Lines]:
-    with warned() as warnings:
+    with kept_warnings() as warnings:
         prepared = retouch.prepare(picture_file(picture.file), **picture.arguments())
     return prepared, warnings.lines
 

@@ -14,10 +14,10 @@ from relief.common.arrays import Array
 from relief.relief import Relief
 from retouch.app.computing.pictures import shape_of
 from retouch.app.computing.touch import MODEL, middle, touch
-from retouch.app.computing.warned import warned
+from retouch.app.computing.warnings_kept import kept_warnings
 from retouch.app.values.document import Part
+from retouch.app.values.findings import Lines, Map, Shape, Sides, Written
 from retouch.app.values.folders import RUNS_FOLDER
-from retouch.app.values.found import Lines, Map, Shape, Sides, Written
 from retouch.pages.colour_maps import PURPLE_ORANGE, VIRIDIS, Table, bar_uri, map_uri
 from retouch.pages.place_figures import place_figures
 
@@ -75,7 +75,7 @@ def _map(values: Array, low: float, high: float, table: Table, unit: str) -> Map
 
 def export(run: str, out: str, base_mm: float | None, repeat: int, printer: str | None) -> Written:
     """Write the result of a run for a printer, as `retouch export`. Raises InputError or OSError."""
-    with warned() as warnings:
+    with kept_warnings() as warnings:
         made = retouch.export(run, out, base_mm=base_mm, repeat=(repeat, repeat), printer=printer)
     lines = [("file", str(made.file)), ("size", f"{made.width_mm:.4g} × {made.height_mm:.4g} mm")]
     if made.thickness_mm is not None:

@@ -13,10 +13,10 @@ from relief.common.errors import InputError
 from relief.places import places
 from relief.relief import Relief
 from retouch.app.computing.pictures import relief_of
-from retouch.app.computing.warned import warned
+from retouch.app.computing.warnings_kept import kept_warnings
 from retouch.app.values.document import MOST_JND, Feel
+from retouch.app.values.findings import FeltPlaces, Lines, Reachable, Shape
 from retouch.app.values.folders import picture_file
-from retouch.app.values.found import FeltPlaces, Lines, Reachable, Shape
 from tactile.quantities import LIMIT_PERCENT, QUANTITIES
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def forecast(heights: str, feel: Feel, out: str) -> Lines:
     Raises:
         InputError: what is wrong, in a line.
     """
-    with warned() as warnings:
+    with kept_warnings() as warnings:
         shared = FAST_MODELS if feel.fast else ()
         run = retouch.run_from_scene(DEFAULT_SCENE, heights, feel.overrides(), shared=shared)
         run.check_texture()

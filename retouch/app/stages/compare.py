@@ -6,22 +6,22 @@ from nicegui import events, ui
 
 from optimize.run_directory.key import REPORT, read_verification
 from optimize.verification.verification import Verification
+from relief.common.limits import PATCH_SIDE_MM
 from retouch.app.stages.controls import Number, Told, button, choice, section
 from retouch.app.stages.elements import ReliefView
 from retouch.app.stages.window import Window
 from retouch.app.state.runs import earlier_runs, state_of
-from retouch.app.values.found import Map, Sides
+from retouch.app.values.findings import Map, Sides
 
 WAYS = ("Swipe", "Side by side", "Blink", "Change", "Feel", "Strain")
 MAPS = {
     "Change": ("change of the heights",),
-    "Feel": (),
     "Strain": ("original: strain under a finger in the middle", "result"),
 }
-"""Ways that show maps, and the names of those that are pictures."""
+"""Ways that show maps as pictures, and their names."""
 PLACES_TOLD = (
-    "Each disc is the middle of a finger, which covers 10 mm; those with a dark ring were steered. "
-    "By the model that verified the run."
+    f"Each disc is the middle of a finger, which covers {PATCH_SIDE_MM:g} mm; those with a dark ring were "
+    "steered. By the model that verified the run."
 )
 
 
@@ -120,20 +120,22 @@ class CompareStage:
     def _show_ways(self, sides: Sides | None) -> None:
         # One place of the finger is a number, not a map.
         possible = [way for way in WAYS if way != "Feel" or (sides is not None and sides.places)]
-        if self._ways.options != possible:
+        if sides is not None and self._ways.options != possible:
             way = self._way if self._way in possible else "Strain"
             self._ways.set_options(possible, value=way)
         known = sides is not None
         self._one.set_visibility(known and self._way in ("Swipe", "Blink"))
         self._two.set_visibility(known and self._way == "Side by side")
         self._felt_part.set_visibility(known and self._way == "Feel")
-        self._map_part.set_visibility(known and self._way in ("Change", "Strain"))
+        self._map_part.set_visibility(known and self._way in MAPS)
         for way, (whole, *_) in self._maps:
             whole.set_visibility(self._way == way)
 
     @staticmethod
     def _show_map(parts: tuple[ui.element, ui.element, ui.element, ui.label], content: Map | None) -> None:
         _, picture, bar, ends = parts
+        for element in (picture, bar):
+            element.set_visibility(content is not None)
         if content is None:
             ends.set_text("The two have different grids.")
             return

@@ -2,6 +2,7 @@
 
 import base64
 import binascii
+import contextlib
 from functools import partial
 from statistics import fmean
 from typing import Any, cast
@@ -42,7 +43,7 @@ class FeelStage:
         self.window, self.session = window, window.session
         self._painting = False
         self._percent = STRENGTHS[1]
-        self._cleared = 0
+        self._cleared = self._answered = 0
 
     def build(self) -> None:
         """Put its elements into the present slot."""
@@ -118,9 +119,12 @@ class FeelStage:
         self._view.set_visibility(not painting)
         self._canvas.set_visibility(painting)
         mask = f"/app/mask/{feel.region.rpartition('/')[2]}" if feel.region else ""
-        self._brush.give(heights=address, mask=mask, cleared=self._cleared, strength=self._percent / 100.0)
+        self._brush.give(heights=address, mask=mask, answered=self._answered, cleared=self._cleared)
         self._brush.give(
-            erase=bool(self._erase.value), soft=bool(self._soft.value), size=float(self._size.value or 0.12)
+            strength=self._percent / 100.0,
+            erase=bool(self._erase.value),
+            soft=bool(self._soft.value),
+            size=float(self._size.value or 0.12),
         )
         self._strength.give(value=self._percent)
         self._strength_told.set_text(f"{self._percent:.0f} % of the way to the goal")
@@ -133,8 +137,9 @@ class FeelStage:
         self._show_runs(feel.feel_of)
         for name, like in self._likes.items():
             like.props(f'aria-pressed="{"true" if name == feel.feel_of else "false"}"')
-        self._paint.set_value(painting)
+        # Before its value, which a person could not have set then.
         self._paint.set_enabled(feel.goal != "feel_of")
+        self._paint.set_value(painting)
         self._tools.set_visibility(painting)
         self._where_told.set_text(self._where_text(painting))
         self._skin.set_value(feel.skin)
@@ -181,11 +186,11 @@ class FeelStage:
     def _jnd_chosen(self, event: events.GenericEventArguments) -> None:
         jnd = round(float(event.args), 2)
         if -MOST_JND <= jnd <= MOST_JND:
-            self.session.history.change_feel(jnd=jnd)
+            self.session.history.change_feel(slid="jnd", jnd=jnd)
 
     def _area_chosen(self, event: events.GenericEventArguments) -> None:
         if AREA_ENDS[0] <= float(event.args) <= AREA_ENDS[1]:
-            self.session.history.change_feel(contact_area_scale=round(float(event.args), 3))
+            self.session.history.change_feel(slid="area", contact_area_scale=round(float(event.args), 3))
 
     def _other_run(self, event: events.ValueChangeEventArguments) -> None:
         if event.value:
@@ -197,6 +202,8 @@ class FeelStage:
             self.refresh()
 
     def _painting_turned(self, event: events.ValueChangeEventArguments) -> None:
+        if not self._paint.enabled:
+            return
         self._painting = bool(event.value)
         if not event.value and self.session.document.feel.region is not None:
             self.session.history.change_feel(region=None)
@@ -210,14 +217,12 @@ class FeelStage:
         self.refresh()
 
     async def _painted(self, event: events.GenericEventArguments) -> None:
-        kind, _, data = str(event.args).partition(",")
-        if kind != "data:image/png;base64" or len(data) > MOST_MASK:
-            return
-        try:
-            content = base64.b64decode(data, validate=True)
-        except binascii.Error:
-            return
-        await self.session.paint(content)
+        kind, _, data = str(event.args["mask"]).partition(",")
+        if kind == "data:image/png;base64" and len(data) <= MOST_MASK:
+            with contextlib.suppress(binascii.Error):
+                await self.session.paint(base64.b64decode(data, validate=True))
+        self._answered = int(event.args["number"])
+        self.refresh()
 
     def _other_finger(self, event: events.ValueChangeEventArguments) -> None:
         if event.value:

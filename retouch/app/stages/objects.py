@@ -16,6 +16,7 @@ DIRECTIONS = {
 }
 NO_PRINTER = "no printer"
 LONGEST_MASK = 300
+OLD = "What is shown was made with other choices; Show makes it anew."
 
 
 class ObjectStage:
@@ -59,6 +60,7 @@ class ObjectStage:
                 self._show = button("Show", self.session.outcomes.preview_part, "primary")
                 self._wrap = button("Write the file", self.session.outcomes.wrap_part)
                 self._feel = button("Feel in colours", self.session.outcomes.feel_part)
+            self._old = ui.label().classes("hint")
             self._told = Told()
             self._written = Told()
             self._save = ui.link("Save a copy", "").classes("button").props("download")
@@ -95,6 +97,8 @@ class ObjectStage:
         self._show.set_enabled(idle)
         self._wrap.set_enabled(idle)
         self._feel.set_enabled(idle and session.outcomes.wrapped is not None)
+        shown = session.outcomes.shown_part
+        self._old.set_text(OLD if shown not in (None, part) else "")
         self._told.show(session.outcomes.part_lines)
         self._written.show(session.outcomes.wrapped.lines if session.outcomes.wrapped else ())
         self._save.set_visibility(session.outcomes.wrapped is not None)

@@ -13,8 +13,8 @@ from retouch.app.stages.controls import Number, NumberField, Told, button, secti
 from retouch.app.stages.elements import CropBox, DropZone, Range, ReliefView, TextureScale
 from retouch.app.stages.window import Window
 from retouch.app.values.document import Picture
+from retouch.app.values.findings import FeltPlaces
 from retouch.app.values.folders import PICTURES_FOLDER, SUFFIXES, textures
-from retouch.app.values.found import FeltPlaces
 
 RELIEF_ENDS_MM = (0.1, 3.0)
 """Ends of the slider of the relief, mm: what a finger follows. The field beside it takes any."""
@@ -196,7 +196,7 @@ class PictureStage:
     def _slid(self, event: events.GenericEventArguments) -> None:
         low, high = RELIEF_ENDS_MM
         if low <= float(event.args) <= high:
-            self.session.history.change_picture(relief_mm=round(float(event.args), 3))
+            self.session.history.change_picture(slid="relief", relief_mm=round(float(event.args), 3))
 
     def _sampled(self, event: events.ValueChangeEventArguments) -> None:
         shape = self.session.numbers.shape

@@ -66,6 +66,7 @@ class PrintStage:
         self._what.set_text(missing if sides is None else f"The result of {session.document.run}.")
         address = "" if sides is None else self.window.shapes.address(sides.after)
         self._view.give(before=address, lamp=self.window.lamp, tilt=self.window.tilt)
+        self._view.set_visibility(sides is not None)
         self._button.set_enabled(sides is not None and "print" not in session.activity.under_way)
         self._base.show(self._base_mm)
         self._numbers.show(self._planned())

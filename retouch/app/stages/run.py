@@ -128,7 +128,7 @@ class RunStage:
             button(job.folder.name, partial(self.session.history.look_at, str(job.folder)), "quiet")
             ui.label(job.state.value).classes("hint")
             if job.state is State.STOPPED:
-                button("Go on", partial(self.session.running.go_on, job), "quiet")
+                button("Go on", partial(self.session.go_on, job), "quiet")
             if not job.state.busy:
                 button("Remove from the list", partial(self.session.drop, job), "quiet")
 

@@ -53,21 +53,21 @@ class History:
         for follower in self._followers:
             follower(before, document)
 
-    def change_picture(self, **fields: Any) -> None:
-        """Change fields of the picture."""
+    def change_picture(self, slid: str = "", **fields: Any) -> None:
+        """Change fields of the picture; `slid` as of `change`."""
         if self.document.picture is not None:
             picture = replace(self.document.picture, **fields)
-            self.change(replace(self.document, picture=picture), slid=_number(fields))
+            self.change(replace(self.document, picture=picture), slid=slid)
 
-    def change_feel(self, **fields: Any) -> None:
-        """Change fields of the feel."""
+    def change_feel(self, slid: str = "", **fields: Any) -> None:
+        """Change fields of the feel; `slid` as of `change`."""
         feel = replace(self.document.feel, **fields)
-        self.change(replace(self.document, feel=feel), slid=_number(fields))
+        self.change(replace(self.document, feel=feel), slid=slid)
 
-    def change_part(self, **fields: Any) -> None:
-        """Change fields of the object."""
+    def change_part(self, slid: str = "", **fields: Any) -> None:
+        """Change fields of the object; `slid` as of `change`."""
         part = replace(self.document.part, **fields)
-        self.change(replace(self.document, part=part), slid=_number(fields))
+        self.change(replace(self.document, part=part), slid=slid)
 
     def look_at(self, run: str) -> None:
         """Look at another run; that is no step to undo."""
@@ -75,17 +75,15 @@ class History:
 
     def undo(self) -> None:
         """Go back to the document before the last change."""
-        if self._undo:
+        while self._undo:
             # The run that is looked at is no part of the steps.
-            self.change(replace(self._undo.pop(), run=self.document.run), undoable=False)
+            earlier = replace(self._undo.pop(), run=self.document.run)
+            # A slider that was moved and brought back has left a step that changes nothing.
+            if earlier != self.document:
+                self.change(earlier, undoable=False)
+                return
 
     @property
     def can_undo(self) -> bool:
         """Whether there is a change to undo."""
-        return bool(self._undo)
-
-
-def _number(fields: dict[str, Any]) -> str:
-    """The name of the field if it is one number; else empty."""
-    name, value = next(iter(fields.items()))
-    return name if len(fields) == 1 and type(value) in (int, float) else ""
+        return any(replace(one, run=self.document.run) != self.document for one in self._undo)

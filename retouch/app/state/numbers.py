@@ -5,8 +5,8 @@ from retouch.app.computing.worker import Superseded, Worker
 from retouch.app.state.activity import Activity
 from retouch.app.state.history import History
 from retouch.app.values.document import Document, Picture
+from retouch.app.values.findings import FeltPlaces, Reachable, Shape, Source
 from retouch.app.values.folders import textures
-from retouch.app.values.found import FeltPlaces, Reachable, Shape, Source
 
 PLACES_AT_ONCE = 4
 """Places that are pressed in one go: a fifth of a second, the longest wait of the next change."""
@@ -48,7 +48,7 @@ class Numbers:
         if one != other or before.feel.skin != after.feel.skin:
             self.follow()
 
-    async def found(self, file: str) -> Picture:
+    async def picture_of(self, file: str) -> Picture:
         """A picture, or a bundled texture by its name, with the lengths that it tells. Raises InputError."""
         source = await self._live(pictures.source, file)
         self._opened = (file, source)
@@ -58,6 +58,8 @@ class Numbers:
         """Compute heights and feel of the document anew; a computation under way begins again when it can."""
         self._again = True
         self.settled = False
+        self.reach = None
+        self._activity.faults.pop("reach", None)
         self._activity.under_way["numbers"] = "pressing"
         if not self._following:
             self._following = True
@@ -79,7 +81,10 @@ class Numbers:
 
     async def _compute(self, picture: Picture, skin: str) -> None:
         if self.source is None:
-            self.source = await self._live(pictures.source, picture.file)
+            source = await self._live(pictures.source, picture.file)
+            if self._again:
+                return
+            self.source = source
         shape = self.shape = await self._live(pictures.shape, picture)
         self._activity.tell()
         self.felt_here, self.felt = await self._live(touch.felt, shape, skin), None
@@ -133,7 +138,8 @@ class Numbers:
             if self._reach_of == asked:
                 self._activity.under_way.pop("reach", None)
                 self._activity.tell()
-        self.reach = reach
+        if self._reach_of == asked:
+            self.reach = reach
         self._activity.tell()
 
     def forget_reach(self) -> None:

@@ -12,7 +12,7 @@ from retouch.app.computing.worker import Worker
 from retouch.app.state.activity import Activity
 from retouch.app.state.history import History
 from retouch.app.values.document import Document, Part
-from retouch.app.values.found import Lines, Sides, Written
+from retouch.app.values.findings import Lines, Sides, Written
 
 
 class Outcomes:
@@ -50,7 +50,9 @@ class Outcomes:
         stamps = () if run is None else _written_at(Path(run))
         if self._sides_of == (run, stamps) or "sides" in self._activity.under_way:
             return
-        self._sides_of, self.sides = (run, stamps), None
+        if self._sides_of[0] != run or not stamps:
+            self.sides = None
+        self._sides_of = (run, stamps)
         if run is not None and stamps:
             work = self._read_sides(run)
             self._activity.in_background(self._activity.step("sides", "reading the run", work))
@@ -79,7 +81,9 @@ class Outcomes:
         run = self._looked_at()
         self.written = None
         out = f"{run}-print{suffix}"
-        self.written = await self._slow(results.export, run, out, base_mm, repeat, printer)
+        written = await self._slow(results.export, run, out, base_mm, repeat, printer)
+        if self._history.document.run == run:
+            self.written = written
 
     def preview_part(self) -> Coroutine[Any, Any, None]:
         """Show the result of the run that is looked at on the object; what hinders is a fault."""

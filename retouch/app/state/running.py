@@ -15,8 +15,8 @@ from retouch.app.state.activity import Activity
 from retouch.app.state.history import History
 from retouch.app.state.runs import Job, Queue, State
 from retouch.app.values.document import Document, Feel, Picture
+from retouch.app.values.findings import Lines, Shape
 from retouch.app.values.folders import RUNS_FOLDER, UNUSUAL, next_run
-from retouch.app.values.found import Lines, Shape
 
 
 class Running:
@@ -39,7 +39,7 @@ class Running:
 
     def _changed(self, before: Document, after: Document) -> None:
         if before.run != after.run:
-            self.best = self.original = None
+            self.best = self.original = self._best_of = None
         if (before.picture, before.feel) != (after.picture, after.feel):
             # A forecast of another run would be taken for that of this one.
             self.forecast = ()
@@ -134,8 +134,13 @@ class Running:
     def follow(self) -> None:
         """Show the best so far of the run under way, if its checkpoint is new."""
         job = next(iter(self.queue.under_way()), None)
-        checkpoint = None if job is None else job.folder / RUN_CHECKPOINT
-        if job is None or checkpoint is None or not checkpoint.is_file():
+        if job is None:
+            return
+        if self._best_of is not None and self._best_of[0] != str(job.folder):
+            # Of the run before.
+            self.best = self.original = self._best_of = None
+        checkpoint = job.folder / RUN_CHECKPOINT
+        if not checkpoint.is_file():
             return
         stamp = (str(job.folder), checkpoint.stat().st_mtime_ns)
         if stamp != self._best_of:
@@ -143,7 +148,9 @@ class Running:
             self._activity.in_background(self._activity.guarded("best", self._best_so_far(job)))
 
     async def _best_so_far(self, job: Job) -> None:
-        self.original, self.best = await self._live(results.best_so_far, str(job.folder), str(job.heights))
+        reliefs = await self._live(results.best_so_far, str(job.folder), str(job.heights))
+        if self._best_of is not None and self._best_of[0] == str(job.folder):
+            self.original, self.best = reliefs
         self._activity.tell()
 
     def as_json(self) -> list[dict[str, Any]]:

@@ -5,6 +5,7 @@ in all, and a window that is closed or loaded again loses nothing. The document 
 file as well, so that the next start goes on with them.
 """
 
+import asyncio
 import hashlib
 import json
 import logging
@@ -58,6 +59,7 @@ class Session:
         self.running = Running(self.history, self.activity, self._live, self._slow)
         self.outcomes = Outcomes(self.history, self.activity, self._live, self._slow)
         self._choice = ""
+        self._painting = asyncio.Lock()
         self._seen: tuple[list[Any], str] = ([], "")
         self.history.follow(self._changed)
 
@@ -79,8 +81,8 @@ class Session:
             picture: that is chosen now; None: the last one.
         """
         self.restore()
-        last = self.document.picture
-        self._live.begin(pictures.warm, picture or (FIRST_TEXTURE if last is None else last.file))
+        last = self.document.picture if picture is None else None
+        self._live.begin(pictures.warm, picture or FIRST_TEXTURE, last)
 
     async def choose(self, file: str) -> None:
         """Begin with a picture, or a bundled texture by its name."""
@@ -93,7 +95,7 @@ class Session:
         self.activity.tell()
 
     async def _choose(self, file: str) -> None:
-        picture = await self.numbers.found(file)
+        picture = await self.numbers.picture_of(file)
         if self._choice != file:
             # Another one was chosen meanwhile.
             return
@@ -105,8 +107,9 @@ class Session:
             self.numbers.follow()
 
     async def paint(self, mask: bytes) -> None:
-        """Take a painted mask as the region where the feel changes."""
-        await self.activity.step("paint", "keeping the mask", self._paint(mask))
+        """Take a painted mask as the region where the feel changes; masks are taken in their order."""
+        async with self._painting:
+            await self.activity.step("paint", "keeping the mask", self._paint(mask))
 
     async def _paint(self, mask: bytes) -> None:
         name = hashlib.sha256(mask).hexdigest()[:12]
@@ -116,9 +119,13 @@ class Session:
 
     async def start_run(self) -> None:
         """Start a run with this document, after those that wait; what hinders is a fault."""
-        # The estimate would take a core from the run.
         self.numbers.forget_reach()
         await self.running.start()
+
+    def go_on(self, job: Job) -> None:
+        """Go on with a run that was stopped; what hinders is a fault."""
+        self.numbers.forget_reach()
+        self.running.go_on(job)
 
     def drop(self, job: Job) -> None:
         """Take a run from the list; its files stay."""
@@ -127,13 +134,14 @@ class Session:
         self.activity.tell()
 
     def want_reach(self) -> None:
-        """Estimate in the background how far the feel can change, unless a run has the cores."""
-        if not self.running.queue.under_way():
+        """Estimate in the background how far the feel can change, unless a run has the cores or begins."""
+        if not self.running.queue.under_way() and "run" not in self.activity.under_way:
             self.numbers.want_reach()
 
     def look(self) -> None:
         """Look at the runs, start the next one, and tell the windows if there is news."""
         if self.running.advance():
+            self.numbers.forget_reach()
             self._keep()
             self.activity.tell()
         seen = (self.running.news(), self.doing())

@@ -3,7 +3,7 @@
 import itertools
 from collections import OrderedDict
 
-from retouch.app.values.found import Shape
+from retouch.app.values.findings import Shape
 
 KEPT = 24
 """Heights that stay at their addresses: more than all views of several windows show."""

@@ -41,7 +41,8 @@ const PlateFigures = (() => {
       press("swipe", percent);
       figure.querySelectorAll(".tag").forEach((tag, k) => { tag.hidden = percent === (k ? 100 : 0); });
     });
-    figure.addEventListener("plate-lost", () => { figure.hidden = true; figure.dataset.state = "lost"; });
+    // The plate is drawn on a 2-D canvas then, which does not tilt.
+    figure.addEventListener("plate-lost", () => each("mode", (button) => { button.disabled = true; }));
     figure.hidden = false;
     try {
       const view = figure.plateView = await viewed(find(".plate-view"), data);
@@ -88,7 +89,6 @@ const PlateFigures = (() => {
       if (element.hidden) view.destroy();
       else spot.plateView = view;
     });
-    spot.addEventListener("plate-lost", close);
   }
 
   document.querySelectorAll("figure.plate-figure").forEach((figure) => start(figure));

@@ -16,7 +16,7 @@ from fastapi import FastAPI
 
 from retouch.app import routes
 from retouch.app.state.shapes import KEPT, Shapes
-from retouch.app.values.found import Shape
+from retouch.app.values.findings import Shape
 
 
 class Client:

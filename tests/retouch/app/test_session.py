@@ -19,6 +19,7 @@ from retouch.app.state import numbers, running, session
 from retouch.app.state.runs import State
 from retouch.app.state.session import KEPT, Session
 from retouch.app.values.document import Document, Feel, Picture
+from retouch.app.values.findings import Reachable, Written
 
 
 class Inline:
@@ -223,7 +224,7 @@ def test_a_painted_mask_becomes_a_region_in_grades() -> None:
 def test_a_moved_slider_is_one_step_and_each_stroke_another() -> None:
     one = Session()
     for jnd in (1.0, 1.5, 3.0):
-        one.history.change_feel(jnd=jnd)
+        one.history.change_feel(slid="jnd", jnd=jnd)
     for mask in ("a", "b"):
         one.history.change_feel(region=f"pictures/mask-{mask}.png")
     undone = []
@@ -231,6 +232,63 @@ def test_a_moved_slider_is_one_step_and_each_stroke_another() -> None:
         one.history.undo()
         undone.append((one.document.feel.region, one.document.feel.jnd))
     assert undone == [("pictures/mask-a.png", 3.0), (None, 3.0), (None, Feel().jnd)]
+
+
+def test_a_slider_that_came_back_leaves_nothing_to_undo() -> None:
+    one = Session()
+    for jnd in (3.0, Feel().jnd):
+        one.history.change_feel(slid="jnd", jnd=jnd)
+    assert not one.history.can_undo
+
+
+def test_of_strokes_in_quick_succession_none_is_lost() -> None:
+    async def painted(one: Session) -> None:
+        await chosen(one)
+        masks = []
+        for rows in (5, 9):
+            canvas = np.zeros((32, 32), np.uint8)
+            canvas[:rows] = 255
+            Image.fromarray(canvas).save("canvas.png")
+            masks.append(Path("canvas.png").read_bytes())
+        await asyncio.gather(*map(one.paint, masks))
+
+    one = settled(painted)
+    assert np.count_nonzero(np.asarray(Image.open(str(one.document.feel.region)))[:, 0]) == 9
+    one.history.undo()
+    assert np.count_nonzero(np.asarray(Image.open(str(one.document.feel.region)))[:, 0]) == 5
+
+
+def test_how_far_the_feel_can_change_is_of_the_picture_that_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = Reachable(1.0, 2.0, 2.0, ())
+    monkeypatch.setattr(touch, "reach", lambda *_: found)
+
+    async def estimated(one: Session) -> None:
+        await chosen(one)
+        while not one.activity.idle:
+            await asyncio.sleep(0.01)
+        one.want_reach()
+
+    one = settled(estimated)
+    assert one.numbers.reach == found
+
+    async def another(one: Session) -> None:
+        await one.choose("dots")
+
+    assert settled(another, one).numbers.reach is None
+
+
+def test_a_file_is_told_of_the_run_that_it_was_made_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = Session()
+    one.history.look_at("runs/a-1")
+    one.outcomes.sides = object()  # type: ignore[assignment]
+
+    def export(*_: Any) -> Written:
+        one.history.look_at("runs/b-1")
+        return Written("runs/a-1-print.3mf", ())
+
+    monkeypatch.setattr(results, "export", export)
+    settled(lambda one: one.outcomes.write_print(".3mf", None, 1, None), one)
+    assert one.outcomes.written is None and one.activity.faults == {}
 
 
 def test_an_undone_change_leaves_the_run_that_is_looked_at() -> None:

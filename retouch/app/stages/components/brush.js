@@ -10,7 +10,7 @@ export default {
     </div>`,
   props: {
     heights: String, mask: String, size: { type: Number, default: 0.12 }, strength: { type: Number, default: 1 },
-    soft: Boolean, erase: Boolean, cleared: Number,
+    soft: Boolean, erase: Boolean, cleared: Number, answered: { type: Number, default: 0 },
   },
   data: () => ({ at: [0.5, 0.5], own: null, rows: 0, cols: 0 }),
   computed: {
@@ -23,8 +23,9 @@ export default {
   watch: {
     heights() { this.load(); },
     size() { this.own = null; },
-    // Another mask, by an undo or another window: not in the midst of a stroke, whose own mask follows.
-    mask() { if (!this.stroking && this.rows) this.restore(); },
+    // Another mask, by an undo or another window; not before the server has answered to all strokes of this one.
+    mask() { if (!this.pending() && this.rows) this.restore(); },
+    answered() { if (!this.pending() && this.rows) this.restore(); },
     cleared() { this.wipe(); },
   },
   mounted() { this.load(); },
@@ -54,11 +55,13 @@ export default {
         }
       context.putImageData(picture, 0, 0);
     },
+    /** Whether a stroke is under way, or on its way to the server. */
+    pending() { return Boolean(this.stroking || this.timer || (this.sent || 0) > this.answered); },
     restore() {
       if (!this.mask) return this.wipe();
       const picture = new Image(), address = this.mask;
       picture.onload = () => {
-        if (this.stroking || address !== this.mask || !this.$refs.mask) return;
+        if (this.pending() || address !== this.mask || !this.$refs.mask) return;
         const context = this.context("copy");
         context.drawImage(picture, 0, 0, this.cols, this.rows);
         const pixels = context.getImageData(0, 0, this.cols, this.rows);
@@ -98,12 +101,14 @@ export default {
       };
       this.set(draw, erase);
     },
-    /** Discs that fade to their rim, along the way. */
+    /** Discs that fade to their rim, a quarter of the radius apart along the way, however many moves it has. */
     spray(from, to, erase) {
       const radius = this.radius * this.cols, [x, y] = [(to[0] - from[0]) * this.cols, (to[1] - from[1]) * this.rows];
-      const count = Math.max(1, Math.ceil(Math.hypot(x, y) / (0.25 * radius)));
-      for (let k = 1; k <= count; k += 1) {
-        const at = [from[0] * this.cols + (x * k) / count, from[1] * this.rows + (y * k) / count];
+      const length = Math.hypot(x, y), apart = 0.25 * radius;
+      let next = apart - this.since;
+      for (; next <= length; next += apart) {
+        const part = length ? next / length : 0;
+        const at = [from[0] * this.cols + x * part, from[1] * this.rows + y * part];
         this.set((way, alpha) => {
           const context = Object.assign(this.context(way), { globalAlpha: alpha });
           const fade = context.createRadialGradient(...at, 0, ...at, radius), colour = this.colour();
@@ -113,7 +118,10 @@ export default {
           context.fillRect(at[0] - radius, at[1] - radius, 2 * radius, 2 * radius);
         }, erase);
       }
+      this.since = length - (next - apart);
     },
+    /** The next disc lies where the stroke begins. */
+    lift() { this.since = 0.25 * this.radius * this.cols; },
     /** What was there gives way, and the strength takes its place: a (1 - c) + s c under a cover c. */
     set(draw, erase) {
       draw("destination-out", 1);
@@ -123,6 +131,7 @@ export default {
       if (event.button !== 0) return;
       this.$el.setPointerCapture(event.pointerId);
       this.stroking = true;
+      this.lift();
       let from = this.place(event);
       const move = (now) => {
         const to = this.place(now);
@@ -143,16 +152,24 @@ export default {
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
       const within = (share) => Math.min(1, Math.max(0, share));
       if (step) this.at = this.at.map((share, axis) => within(share + 0.03 * step[axis]));
-      else if (event.key === " ") this.paint(this.at, this.at, this.erase);
-      else if (event.key === "e") this.paint(this.at, this.at, true);
+      else if (event.key === " ") this.dab(this.erase);
+      else if (event.key === "e") this.dab(true);
       else if (event.key === "+") this.own = Math.min(0.6, 2.4 * this.radius);
       else if (event.key === "-") this.own = Math.max(0.02, 1.6 * this.radius);
       else return;
       event.preventDefault();
+    },
+    /** A dab where the ring is; several in a row are told together. */
+    dab(erase) {
+      this.lift();
+      this.paint(this.at, this.at, erase);
       clearTimeout(this.timer);
-      if (!step) this.timer = setTimeout(this.told, 300);
+      this.timer = setTimeout(this.told, 300);
     },
     told() {
+      clearTimeout(this.timer);
+      this.timer = null;
+      this.sent = (this.sent || 0) + 1;
       const flat = document.createElement("canvas");
       Object.assign(flat, { width: this.cols, height: this.rows });
       const context = flat.getContext("2d");
@@ -161,7 +178,7 @@ export default {
         context.globalCompositeOperation = way;
         this.fill(context, colour);
       }
-      this.$emit("painted", flat.toDataURL("image/png"));
+      this.$emit("painted", { mask: flat.toDataURL("image/png"), number: this.sent });
     },
   },
 };

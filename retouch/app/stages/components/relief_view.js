@@ -73,8 +73,7 @@ export default {
     /** Move the view without telling the server what it said itself. */
     quietly(move) {
       this.quiet = true;
-      move();
-      this.quiet = false;
+      try { move(); } finally { this.quiet = false; }
     },
     tell(name, detail) {
       if (this.quiet) return;
@@ -116,13 +115,16 @@ export default {
         if (this.view) this.view.destroy();
         this.view = null;
         this.$refs.stage.replaceChildren();
-        this.view = new PlateView(this.$refs.stage, {
-          heights, rows, cols, size_mm, repeats, after, names: this.names,
-          lamp: { ...this.lamp, strength: 1.25 }, ambient: 0.25, albedo: 0.58,
+        this.quietly(() => {
+          this.view = new PlateView(this.$refs.stage, {
+            heights, rows, cols, size_mm, repeats, after, names: this.names,
+            lamp: { azimuth: 135, elevation: 35, strength: 1.25 }, ambient: 0.25, albedo: 0.58,
+          });
+          this.view.setMode(this.mode);
+          this.view.setSwipe(this.swipe);
+          this.view.setLamp(this.lamp.azimuth, this.lamp.elevation);
+          this.view.setTilt(this.tilt.right, this.tilt.down);
         });
-        this.view.setMode(this.mode);
-        this.view.setSwipe(this.swipe);
-        this.quietly(() => this.view.setTilt(this.tilt.right, this.tilt.down));
       }
       [this.lit, this.tilts] = [true, this.view.tilts];
       this.hasAfter = Boolean(after);

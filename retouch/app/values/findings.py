@@ -63,7 +63,7 @@ class FeltPlaces:
     Attributes:
         roughness: V of each, no unit.
         contact_area_mm2: of each.
-        contact_fraction: share of the patch in contact at each.
+        contact_fraction: share of the patch in contact at each, the mean of those that were pressed together.
     """
 
     roughness: tuple[float, ...] = ()

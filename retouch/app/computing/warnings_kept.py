@@ -4,13 +4,13 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from retouch.app.values.found import Lines
+from retouch.app.values.findings import Lines
 
 OWN_PACKAGES = ("relief", "tactile", "visual", "optimize", "retouch", "mitsuba_scenes")
 """Packages whose warnings are for the person."""
 
 
-class Warned(logging.Handler):
+class KeptWarnings(logging.Handler):
     """Keeps the warnings of the packages."""
 
     def __init__(self) -> None:
@@ -29,9 +29,9 @@ class Warned(logging.Handler):
 
 
 @contextmanager
-def warned() -> Iterator[Warned]:
+def kept_warnings() -> Iterator[KeptWarnings]:
     """Keeps the warnings of a block."""
-    handler = Warned()
+    handler = KeptWarnings()
     logging.getLogger().addHandler(handler)
     try:
         yield handler
