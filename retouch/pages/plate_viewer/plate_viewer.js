@@ -40,6 +40,8 @@ const PlateView = (() => {
   const LOWEST = 5, MOST_TILT = 60, STEP = 5;
   /** Longest time for which the page stands still while the sky is looked for, ms. */
   const SLICE = 12;
+  /** How long heights stay the same before the sky over them is looked for, ms: a slider changes them more often. */
+  const SETTLED = 250;
   /** Time without a new picture after which one is drawn with care, ms. */
   const CALM = 150;
   /** Thickness of the plate below its lowest point, as a part of its width. */
@@ -91,6 +93,8 @@ const PlateView = (() => {
 
     /** Finds what each relief hides of the sky, in slices between which the page lives. */
     async hideSky(plates) {
+      await new Promise((done) => setTimeout(done, SETTLED));
+      if (this.gone || this.plates !== plates) return;
       let since = performance.now();
       for (const { field } of plates) {
         for (const _ of field.hideSky()) {
