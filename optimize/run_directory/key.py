@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -73,8 +74,20 @@ def finished(run_dir: Path) -> Verification | None:
 
 def read_verification(run_dir: Path) -> Verification | None:
     """The content of result.json; None if it is missing, damaged, or holds what may not be shown."""
+    file = run_dir / RESULT
     try:
-        return Verification.from_json(json.loads(read_limited(run_dir / RESULT, LARGEST_RESULT)))
+        # What is no file, such as a pipe, would be waited for.
+        stamp = file.stat() if file.is_file() else None
+    except (OSError, ValueError):
+        return None
+    return None if stamp is None else _verification(file, stamp.st_mtime_ns, stamp.st_size)
+
+
+@lru_cache(maxsize=64)
+def _verification(file: Path, written_ns: int, size: int) -> Verification | None:
+    """The content of a file as it was written at a time: those who look again need not read again."""
+    try:
+        return Verification.from_json(json.loads(read_limited(file, LARGEST_RESULT)))
     except (InputError, ValueError, TypeError, RecursionError):
         return None
 

@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,8 @@ from retouch.pages import plate_viewer
 
 MOST_UPLOADED = 1 << 30
 """Most bytes of a picture: more than 179 million pixels take in any format but numbers."""
+MASK = re.compile(r"mask-[0-9a-f]{12}\.png")
+"""Names of the files of masks."""
 SANDBOX = "sandbox allow-scripts; default-src 'unsafe-inline' data: blob:"
 """Content-Security-Policy of a report, whose file anybody may have changed."""
 FRAMED = "<style>header, footer { display: none } main > .wide { margin-top: 0 }</style>"
@@ -51,7 +54,7 @@ def add_routes(app: FastAPI, shapes: Shapes) -> None:
 
     @app.get("/app/mask/{name}")
     def mask(name: str) -> Response:
-        return _file(PICTURES_FOLDER / name, name.startswith("mask-"))
+        return _file(PICTURES_FOLDER / name, MASK.fullmatch(name) is not None, media_type="image/png")
 
     @app.get("/app/print/{name}")
     def plate(name: str) -> Response:
@@ -99,7 +102,12 @@ async def _kept(request: Request, folder: Path) -> Response:
 def _file(file: Path, allowed: bool, **settings: Any) -> Response:
     """A file of the app's folders; parts of its path come from an address, but never lead elsewhere."""
     plain_names = all(part not in ("", ".", "..") and "\\" not in part for part in file.parts)
-    if not (allowed and plain_names and file.is_file()):
+    base = Path(file.parts[0]).resolve()
+    try:
+        there = allowed and plain_names and file.is_file() and file.resolve().is_relative_to(base)
+    except (OSError, ValueError):
+        there = False
+    if not there:
         return PlainTextResponse("no such file", 404)
     return FileResponse(file, **settings)
 

@@ -64,6 +64,8 @@ def bound(port: int) -> Iterator[socket.socket]:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listening.bind((HOST, port))
+            # Before the address is told, at which somebody may ask at once.
+            listening.listen()
         except OSError as error:
             raise InputError(
                 f"port: {port}: {error.strerror}", f"--port: {port}: {error.strerror}"

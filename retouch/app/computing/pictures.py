@@ -17,6 +17,8 @@ from retouch.app.values.document import USUAL_RELIEF_MM, Picture
 from retouch.app.values.findings import Lines, Shape, Source
 from retouch.app.values.folders import picture_file
 
+MASK_MODES = ("1", "L", "LA", "P", "RGB", "RGBA")
+"""Kinds of pictures that a mask may have: those of 8 bits."""
 THUMBNAIL = 720
 """Longer side of the picture that is shown for cropping, pixels."""
 
@@ -109,9 +111,11 @@ def save_mask(content: bytes, out: str) -> bool:
         with Image.open(io.BytesIO(content), formats=("PNG",)) as image:
             if max(image.size) > LARGEST_SIDE:
                 raise InputError(f"mask: {image.size[0]} x {image.size[1]} pixels are too many")
+            if image.mode not in MASK_MODES:
+                raise InputError(f"mask: a picture of the kind {image.mode} is no mask")
             greys = np.asarray(image.convert("L"))
     except (OSError, ValueError, SyntaxError) as error:
-        raise InputError(f"mask: {error}") from error
+        raise InputError("mask: not a picture that can be read") from error
     if not greys.any():
         return False
     # Written anew, without what else a picture may hold.

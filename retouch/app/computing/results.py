@@ -23,6 +23,8 @@ from retouch.pages.place_figures import place_figures
 
 DEFINED = '<svg width="0" height="0" class="defined" aria-hidden="true"><defs>{}</defs></svg>'
 """What the maps of places refer to: the relief below their discs."""
+MOST_PLACES = 1000
+"""Most places of the finger whose discs are drawn: more would be too small to tell apart."""
 MAP_SIDE = 512
 """Most pixels a side of a map."""
 
@@ -63,7 +65,13 @@ def sides(folder: str) -> Sides:
 
 def _places(felt: Places | None, result: Relief) -> str:
     """HTML of the maps of the feel over the places where the run has pressed; empty for one place."""
-    figures = place_figures(felt, result)["places"]
+    if felt is None or sum(len(side.centres_mm) for side in felt.sides) > MOST_PLACES:
+        return ""
+    try:
+        figures = place_figures(felt, result)["places"]
+    except (ValueError, AssertionError, ArithmeticError, LookupError):
+        # Of a file that somebody has changed: the heights are worth showing without it.
+        return ""
     if figures is None:
         return ""
     return str(Markup(DEFINED).format(figures["relief"]) + Markup().join(figures["maps"]))

@@ -30,8 +30,8 @@ NO_RUN = ""
 """Value of the choice of runs while another texture is chosen."""
 STRENGTHS = (10.0, 100.0)
 """Ends of the slider of the brush: the share of the way from the original's feel to the goal, %."""
-MOST_MASK = 1 << 22
-"""Most characters of a painted mask: 1024 x 1024 samples take far less."""
+MOST_MASK = 900_000
+"""Most characters of a painted mask: a message of the page may have 1 MB."""
 
 
 class FeelStage:
@@ -218,9 +218,12 @@ class FeelStage:
 
     async def _painted(self, event: events.GenericEventArguments) -> None:
         kind, _, data = str(event.args["mask"]).partition(",")
+        content = b""
         if kind == "data:image/png;base64" and len(data) <= MOST_MASK:
             with contextlib.suppress(binascii.Error):
-                await self.session.paint(base64.b64decode(data, validate=True))
+                content = base64.b64decode(data, validate=True)
+        # What could not be taken is told as what is no picture.
+        await self.session.paint(content)
         self._answered = int(event.args["number"])
         self.refresh()
 

@@ -180,7 +180,8 @@ class PictureStage:
         if source is None or len(numbers) != 4:
             return
         x, y, width, height = numbers
-        if x >= 0 and y >= 0 and x + width <= source.width and y + height <= source.height:
+        begins = min(x, y) >= 0 and min(width, height) >= 1
+        if begins and x + width <= source.width and y + height <= source.height:
             self.session.history.change_picture(crop=(x, y, width, height))
 
     def _turn(self, degrees: int) -> None:

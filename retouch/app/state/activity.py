@@ -32,7 +32,12 @@ class Activity:
     def tell(self) -> None:
         """Tell the listeners that something has changed."""
         for listener in list(self._listeners):
-            listener()
+            try:
+                listener()
+            except Exception as error:
+                # The other windows are to hear of it all the same.
+                _log.exception("a window could not be brought up to date")
+                self.faults["kept"] = f"{type(error).__name__}: {error}"
 
     @property
     def idle(self) -> bool:

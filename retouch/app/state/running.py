@@ -16,7 +16,7 @@ from retouch.app.state.history import History
 from retouch.app.state.runs import Job, Queue, State
 from retouch.app.values.document import Document, Feel, Picture
 from retouch.app.values.findings import Lines, Shape
-from retouch.app.values.folders import RUNS_FOLDER, UNUSUAL, next_run
+from retouch.app.values.folders import RUNS_FOLDER, is_run, next_run
 
 
 class Running:
@@ -120,7 +120,8 @@ class Running:
         """Start the next run of the queue if none is under way; returns whether one was started."""
         try:
             return self.queue.advance()
-        except OSError as error:
+        except (OSError, ValueError) as error:
+            # Of a command that cannot be started; the others of the queue can.
             self._activity.faults["run"] = str(error)
             return True
 
@@ -164,7 +165,7 @@ def read_queue(entries: Any) -> Queue:
     queue = Queue()
     for entry in entries:
         folder, feel = Path(entry["folder"]), TypeAdapter(Feel).validate_python(entry["feel"])
-        if folder.parent != RUNS_FOLDER or UNUSUAL.search(folder.name) or folder.name.startswith("."):
+        if not is_run(folder):
             raise ValueError(f"{folder}: not a run of the app")
         queue.jobs.append(Job(folder, feel))
     return queue

@@ -22,7 +22,7 @@ from relief.common.files import read_limited
 from relief.common.formats import RUN_CHECKPOINT, RUN_HEIGHTS, RUN_HISTORY
 from relief.common.locks import locked
 from retouch.app.values.document import Feel, command_line
-from retouch.app.values.folders import RUNS_FOLDER
+from retouch.app.values.folders import RUNS_FOLDER, is_run
 
 COMMAND = (sys.executable, "-m", "retouch")
 """How the command is started."""
@@ -80,12 +80,14 @@ class Job:
         feel: that it is to reach.
         process: of the command, if this app started it.
         asked_to_stop: whether the person did.
+        refused: whether the command could not be started.
     """
 
     folder: Path
     feel: Feel
     process: subprocess.Popen[bytes] | None = field(default=None, repr=False)
     asked_to_stop: bool = False
+    refused: bool = False
 
     @property
     def heights(self) -> Path:
@@ -112,6 +114,8 @@ class Job:
         """Where the run stands, by its process and its files."""
         if self.process is not None and self.process.poll() is None:
             return State.STOPPING if self.asked_to_stop else State.RUNNING
+        if self.refused:
+            return State.FAILED
         if self.process is None and not self.folder.exists():
             return State.WAITING
         return state_of(self.folder)
@@ -126,7 +130,7 @@ class Job:
         """Start the command, or go on with a run that was stopped. Raises OSError."""
         resumes = (self.folder / RUN_CHECKPOINT).is_file()
         words = ["resume", str(self.folder)] if resumes else self.words
-        self.asked_to_stop = False
+        self.asked_to_stop = self.refused = False
         with self.log.open("ab") as log:
             # A session of its own: a Ctrl-C in the terminal is for the app, which asks the run to stop.
             self.process = subprocess.Popen(
@@ -145,10 +149,7 @@ class Job:
 
     def lines(self) -> list[str]:
         """Last lines that the command has said."""
-        try:
-            text = read_limited(self.log, LARGEST_FILE).decode("utf-8", "replace")
-        except InputError:
-            return []
+        text = _read(self.log).decode("utf-8", "replace")
         return [line.rstrip() for line in text.splitlines() if line.strip()][-LOG_LINES:]
 
 
@@ -172,11 +173,15 @@ def state_of(folder: Path) -> State:
 
 def steps(folder: Path) -> list[Step]:
     """The steps of a run so far."""
+    return list(_read_steps(_read(folder / RUN_HISTORY).splitlines(keepends=True)))
+
+
+def _read(file: Path) -> bytes:
+    """The content of a file; nothing of what is missing, too long, or no file, such as a pipe."""
     try:
-        lines = read_limited(folder / RUN_HISTORY, LARGEST_FILE).splitlines(keepends=True)
+        return read_limited(file, LARGEST_FILE) if file.is_file() else b""
     except InputError:
-        return []
-    return list(_read_steps(lines))
+        return b""
 
 
 def _read_steps(lines: list[bytes]) -> Iterator[Step]:
@@ -188,7 +193,7 @@ def _read_steps(lines: list[bytes]) -> Iterator[Step]:
             roughness, area, change, seconds = (float(row[key]) for key in keys)
             goal = None if target is None else float(target)
             yield Step(int(row["step"]), roughness, area, change, seconds, goal)
-        except (ValueError, TypeError, LookupError, RecursionError):
+        except (ValueError, TypeError, LookupError, RecursionError, OverflowError):
             # The last line may be half written.
             continue
 
@@ -197,7 +202,7 @@ def earlier_runs() -> list[Path]:
     """Folders of runs, the latest first."""
     if not RUNS_FOLDER.is_dir():
         return []
-    runs = [settings.parent for settings in RUNS_FOLDER.glob(f"*/{SETTINGS}")]
+    runs = [settings.parent for settings in RUNS_FOLDER.glob(f"*/{SETTINGS}") if is_run(settings.parent)]
     return sorted(runs, key=lambda folder: (folder / SETTINGS).stat().st_mtime, reverse=True)
 
 
@@ -222,13 +227,21 @@ class Queue:
         return [job for job in self.jobs if job.process is not None and job.state.busy]
 
     def advance(self) -> bool:
-        """Start the next run if none is under way; returns whether one was started. Raises OSError."""
+        """Start the next run if none is under way; returns whether one was started.
+
+        Raises:
+            OSError, ValueError: its command cannot be started; the next call goes on to the next.
+        """
         if any(job.state.busy for job in self.jobs):
             return False
         waiting = next((job for job in self.jobs if job.state is State.WAITING), None)
         if waiting is None:
             return False
-        waiting.begin()
+        try:
+            waiting.begin()
+        except (OSError, ValueError):
+            waiting.refused = True
+            raise
         return True
 
     def remove(self, job: Job) -> None:

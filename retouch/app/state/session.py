@@ -26,7 +26,7 @@ from retouch.app.state.outcomes import Outcomes
 from retouch.app.state.running import Running, read_queue
 from retouch.app.state.runs import Job
 from retouch.app.values.document import Document
-from retouch.app.values.folders import PICTURES_FOLDER, RUNS_FOLDER
+from retouch.app.values.folders import PICTURES_FOLDER, RUNS_FOLDER, is_run
 
 _log = logging.getLogger(__name__)
 
@@ -181,7 +181,8 @@ class Session:
             content = json.loads(read_limited(KEPT, LARGEST_KEPT))
             document = TypeAdapter(Document).validate_python(content["document"])
             self.running.queue = read_queue(content["queue"])
-            self.history.document = document
+            known = document.run is None or is_run(document.run)
+            self.history.document = document if known else replace(document, run=None)
         except (InputError, ValidationError, ValueError, TypeError, LookupError, RecursionError) as error:
             _log.warning("%s: not read, the app begins anew: %s", KEPT, type(error).__name__)
 

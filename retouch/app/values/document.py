@@ -8,15 +8,19 @@ import json
 import shlex
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
 
 from mitsuba_scenes import find_texture
 from mitsuba_scenes.fingers import DEFAULT_SKIN
 from optimize.settings.fast_models import FAST_MODELS
 
 Tile = Literal["auto", "blend", "cut"]
+Start = Annotated[int, Field(ge=0, lt=1 << 31)]
+Length = Annotated[int, Field(ge=1, lt=1 << 31)]
 Goal = Literal["jnd", "contact_area_scale", "feel_of"]
-Crop = tuple[int, int, int, int]
+Crop = tuple[Start, Start, Length, Length]
 
 USUAL_RELIEF_MM = 0.8
 """Relief of a picture that does not tell its own, mm: what docs/pictures.md advises for fine textures."""

@@ -22,6 +22,8 @@ SUFFIXES = {PICTURES_FOLDER: (*HEIGHT_MAPS, *PICTURES), PARTS_FOLDER: MESHES}
 """Suffixes of the files that may be dropped, by the folder that keeps them."""
 LONGEST_STEM = 60
 """Most characters of the name of a file, less its suffix; file systems take 255 bytes."""
+LONGEST_NUMBER = 10
+"""Most characters that follow the name of a picture in that of a run."""
 UNUSUAL = re.compile(r"[^\w.-]+")
 """What is replaced in names: all but letters, digits, dot, dash and underscore."""
 BUNDLED_OBJECTS = ("starfish", "bracelet", "slider", "frog", "curved", "ball", "cylinder")
@@ -80,6 +82,13 @@ def keep(upload: Path, name: str, folder: Path) -> Path:
             upload.unlink()
             return file
     raise AssertionError("count ends never")
+
+
+def is_run(folder: str | Path) -> bool:
+    """Whether a path is that of a run of the app: below its folder, with a plain name of few characters."""
+    path = Path(folder)
+    plain = not UNUSUAL.search(path.name) and not path.name.startswith(".")
+    return path.parent == RUNS_FOLDER and plain and len(path.name) <= LONGEST_STEM + LONGEST_NUMBER
 
 
 def next_run(picture: str) -> Path:

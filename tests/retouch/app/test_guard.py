@@ -108,6 +108,13 @@ def test_the_token_of_the_address_becomes_a_cookie_and_leaves_the_address() -> N
     assert "HttpOnly" in cookie and "SameSite=Strict" in cookie
 
 
+@pytest.mark.parametrize("other", ['other={"a":1}', "other=a b", "[x]=1", "=", ";;"])
+def test_cookies_of_other_servers_are_in_nobodys_way(other: str) -> None:
+    cookie = OWN["cookie"]
+    assert ask(OWN | {"cookie": f"{other}; {cookie}"}).passed
+    assert ask(OWN | {"cookie": f"{cookie};{other}"}).passed
+
+
 def test_a_token_in_any_other_address_counts_for_nothing() -> None:
     assert ask({"host": HOST}, query="token=guessed").status == 403
     assert ask({"host": HOST}, path="/app/shape/1", query=f"token={TOKEN}").status == 403

@@ -110,9 +110,15 @@ def test_a_full_disk_is_told_and_leaves_nothing(client: Client, monkeypatch: pyt
 def test_no_address_leads_out_of_the_folders(client: Client) -> None:
     Path("secret.3mf").touch()
     Path("runs/app.json").touch()
+    Path("runs/linked.3mf").symlink_to(Path("secret.3mf").resolve())
+    Path("pictures").mkdir(exist_ok=True)
+    Path("pictures/mask-x.html").touch()
     for address in (
         "/app/print/..%2Fsecret.3mf",
         "/app/print/app.json",
+        "/app/print/linked.3mf",
+        f"/app/print/{'x' * 300}.3mf",
+        "/app/mask/mask-x.html",
         "/app/print/%2Fetc%2Fpasswd",
         "/app/report/..%2F..%2F/report.html",
         "/app/report/../report.html",

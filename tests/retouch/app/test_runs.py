@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from optimize.run_directory.key import RESULT, read_verification
 from relief.common.formats import RUN_CHECKPOINT, RUN_HISTORY
 from relief.common.locks import locked
 from retouch.app.state import runs
@@ -118,9 +119,29 @@ def test_steps_are_read_while_they_are_written() -> None:
     folder.mkdir()
     assert steps(folder) == []
     row = json.dumps(ROW | {"target_roughness": 0.06})
-    lines = [row, "[]", json.dumps(ROW), '{"step": 2, "rough']
+    endless = json.dumps(ROW | {"step": float("inf")})
+    lines = [row, "[]", endless, json.dumps(ROW), '{"step": 2, "rough']
     (folder / RUN_HISTORY).write_text("\n".join(lines))
     assert [step.target for step in steps(folder)] == [0.06, None]
+
+
+def test_what_is_no_file_is_not_waited_for() -> None:
+    folder = Path("runs/stone-1")
+    folder.mkdir()
+    for name in (RUN_HISTORY, RESULT):
+        os.mkfifo(folder / name)
+    assert steps(folder) == [] and read_verification(folder) is None
+
+
+def test_a_run_that_cannot_be_started_lets_the_next_one_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    commanded(monkeypatch, "pass")
+    queue = Queue()
+    refused = Job(Path("runs/a-1"), Feel(goal="feel_of", feel_of="a\0b"))
+    queue.jobs += [refused, Job(Path("runs/b-1"), Feel())]
+    with pytest.raises(ValueError, match="null"):
+        queue.advance()
+    assert refused.state is State.FAILED and queue.advance()
+    until(queue.jobs[1], State.FAILED)
 
 
 def test_earlier_runs_are_found_the_latest_first() -> None:
@@ -130,4 +151,7 @@ def test_earlier_runs_are_found_the_latest_first() -> None:
         (folder / "run.toml").touch()
         os.utime(folder / "run.toml", (number, number))
     Path("runs/other").mkdir()
+    # Of no name that the app gives.
+    (odd := Path(os.fsdecode(b"runs/\xff"))).mkdir()
+    (odd / "run.toml").touch()
     assert earlier_runs() == [Path("runs/stone-2"), Path("runs/stone-1")]

@@ -136,6 +136,17 @@ def test_every_window_hears_of_a_change_until_it_is_closed() -> None:
     assert heard == [1, 2, 2]
 
 
+def test_a_window_that_fails_does_not_keep_the_news_from_others() -> None:
+    def fail() -> None:
+        raise RuntimeError("unforeseen")
+
+    one, heard = Session(), []
+    one.activity.listen(fail)
+    one.activity.listen(lambda: heard.append(one.document.feel.jnd))
+    one.history.change_feel(jnd=1.0)
+    assert heard == [1.0] and "unforeseen" in one.fault()
+
+
 def test_the_next_start_goes_on_with_what_was_chosen() -> None:
     async def with_feel(one: Session) -> None:
         await chosen(one)
@@ -159,6 +170,12 @@ def test_the_next_start_goes_on_with_what_was_chosen() -> None:
         '{"document": {}, "queue": [{"folder": "runs/../../x", "feel": {}}]}',
         '{"document": {}, "queue": [{"folder": "runs/.x", "feel": {}}]}',
         '{"document": {}, "queue": [{"folder": "runs/x", "feel": {"settings": 3}}]}',
+        '{"document": {}, "queue": [{"folder": "runs/' + "w" * 300 + '", "feel": {}}]}',
+        '{"document": {"run": "/elsewhere/run"}, "queue": []}',
+        '{"document": {"run": "runs/\\u0000"}, "queue": []}',
+        '{"document": {"run": "runs/\\ud800"}, "queue": []}',
+        '{"document": {"picture": {"file": "a.png", "crop": [1e30, 0, -1e30, 5]}}, "queue": []}',
+        '{"document": {"picture": {"file": "a.png", "crop": [0, 0, -5, -5]}}, "queue": []}',
     ],
 )
 def test_a_hostile_file_of_the_last_start_is_not_believed(content: str) -> None:
