@@ -17,7 +17,7 @@ from retouch.app.computing.warnings_kept import kept_warnings
 from retouch.app.values.document import MOST_JND, Feel
 from retouch.app.values.findings import FeltPlaces, Lines, Reachable, Shape
 from retouch.app.values.folders import picture_file
-from tactile.quantities import LIMIT_PERCENT, QUANTITIES
+from tactile.quantities import QUANTITIES
 
 if TYPE_CHECKING:
     from tactile.model import ModelName
@@ -65,8 +65,11 @@ def reach(shape: Shape, skin: str) -> Reachable:
     scene = retouch.load_scene(DEFAULT_SCENE, relief=relief_of(shape))
     found = reach_of(scene, retouch.load_skin(skin))
     ends = MOST_JND * np.linspace(-1.0, 1.0, COSTS)
-    costs = tuple((float(jnd), found.change_percent(jnd)) for jnd in ends)
-    return Reachable(found.smoother.jnd, found.rougher.jnd, LIMIT_PERCENT, costs)
+    # Of the mean picture, as everywhere on the page.
+    costs = tuple(
+        (float(jnd), 100.0 * found.change_percent(jnd) / found.mean_percent_of_white) for jnd in ends
+    )
+    return Reachable(found.smoother.jnd, found.rougher.jnd, found.limit_percent_of_mean, costs)
 
 
 def forecast(heights: str, feel: Feel, out: str) -> Lines:

@@ -85,8 +85,8 @@ class Reachable:
 
     Attributes:
         smoother, rougher: JND at which the pictures visibly change, both positive.
-        limit_percent: change of the pictures from which it is visible, mean in % of white.
-        costs: JND and change of the pictures, mean in % of white.
+        limit_percent: change of the pictures from which it is visible, % of the mean picture.
+        costs: JND and change of the pictures, % of the mean picture.
     """
 
     smoother: float

@@ -42,7 +42,7 @@ export default {
     told() {
       if (this.cost === null || !this.costs.length) return this.waiting || "";
       const reach = `Up to ${this.rougher.toFixed(1)} JND rougher or ${this.smoother.toFixed(1)} smoother the look is kept.`;
-      return `The pictures change by about ${this.cost.toFixed(1)} % of white. ${reach}`;
+      return `The pictures change by about ${this.cost.toFixed(1)} % of the mean picture. ${reach}`;
     },
   },
   methods: {
