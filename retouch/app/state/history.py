@@ -53,18 +53,18 @@ class History:
         for follower in self._followers:
             follower(before, document)
 
-    def change_picture(self, slid: str = "", **fields: Any) -> None:
+    def change_picture(self, *, slid: str = "", **fields: Any) -> None:
         """Change fields of the picture; `slid` as of `change`."""
         if self.document.picture is not None:
             picture = replace(self.document.picture, **fields)
             self.change(replace(self.document, picture=picture), slid=slid)
 
-    def change_feel(self, slid: str = "", **fields: Any) -> None:
+    def change_feel(self, *, slid: str = "", **fields: Any) -> None:
         """Change fields of the feel; `slid` as of `change`."""
         feel = replace(self.document.feel, **fields)
         self.change(replace(self.document, feel=feel), slid=slid)
 
-    def change_part(self, slid: str = "", **fields: Any) -> None:
+    def change_part(self, *, slid: str = "", **fields: Any) -> None:
         """Change fields of the object; `slid` as of `change`."""
         part = replace(self.document.part, **fields)
         self.change(replace(self.document, part=part), slid=slid)
