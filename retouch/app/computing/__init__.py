@@ -8,4 +8,5 @@ touch      how heights feel, and how far the feel can change
 results    what a run has made: maps, files for printers, objects
 process    the worker process itself
 worker     its other end
+warnings_kept   what the models warn of meanwhile
 """
