@@ -12,18 +12,27 @@ PYTHON ?=
 TORCH_INDEX ?=
 PIP_EXTRA ?=
 
-BIN := .venv/bin
-STAMP := .venv/.ready
+# ACCEPT: of `make truths`, why recorded truths may be replaced that disagree with the new ones.
+ACCEPT ?=
 
-.PHONY: help setup llvm clients demo test lint textures viewer clean
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+    -c constraints.txt $(if $(TORCH_INDEX),--extra-index-url $(TORCH_INDEX)) $(PIP_EXTRA)
+# What a run needs is installed, and what tests and linters need besides.
+RUNS := .venv/.runs
+TESTS := .venv/.tests
+# A process for each core, four at most, of some GB each; one that has nothing left takes tests from another.
+PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist worksteal
+
+.PHONY: help setup llvm clients demo test test-slow test-all truths lint textures viewer clean
 .DEFAULT_GOAL := help
 
 help:  ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
 
-setup: $(STAMP)  ## make .venv, and get a libLLVM if none here fits Dr.Jit
+setup: $(TESTS)  ## make .venv, and get a libLLVM if none here fits Dr.Jit
 
-$(STAMP): pyproject.toml constraints.txt
+$(RUNS): pyproject.toml constraints.txt
 	@for candidate in $(or $(PYTHON),$(PYTHONS)); do \
 	    if "$$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2> /dev/null; then \
 	        python=$$candidate; break; \
@@ -41,10 +50,14 @@ $(STAMP): pyproject.toml constraints.txt
 	    fi; \
 	fi; \
 	[ -x $(BIN)/pip ] || "$$python" -m venv --clear .venv
-	@echo "Installing into .venv; the first time takes some minutes."
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check \
-	    -c constraints.txt $(if $(TORCH_INDEX),--extra-index-url $(TORCH_INDEX)) $(PIP_EXTRA) -e '.[dev]'
+	@echo "Installing what a run needs into .venv; the first time takes some minutes."
+	@$(PIP) -e .
 	@$(BIN)/python -m visual.backend.llvm > /dev/null 2>&1 || $(MAKE) --no-print-directory llvm
+	@touch $@
+
+$(TESTS): $(RUNS)
+	@echo "Installing what the tests and linters need; the first time takes some minutes."
+	@$(PIP) -e '.[dev]'
 	@touch $@
 
 # Without the package, the probe's own line says what to install; what needs no gradients of pictures works all the same.
@@ -55,11 +68,19 @@ llvm:
 	fi; \
 	$(BIN)/python -m visual.backend.llvm || true
 
-demo: setup  ## make the gravel of the README, a tile, rougher wherever the finger lands, into runs/gravel
+demo: $(RUNS)  ## make the gravel of the README, a tile, rougher wherever the finger lands, into runs/gravel
 	$(BIN)/retouch optimize mitsuba_scenes/gravel-tile.toml -o runs/gravel --force
 
-test: lint clients  ## lint, then every test, in a process for each core (four at most, some GB each)
-	$(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist loadfile
+test: lint clients  ## lint and the quick tests, some minutes
+	$(PYTEST) -m "not slow or sentinel"
+
+test-slow: setup clients  ## the tests that `make test` leaves out
+	$(PYTEST) -m "slow and not sentinel"
+
+test-all: test test-slow  ## lint and every test
+
+truths: setup  ## compute the recorded truths of the tests anew
+	$(PYTEST) --record-truths $(if $(ACCEPT),--accept '$(ACCEPT)')
 
 # Where they are missing and cannot be installed, the tests that they run are skipped, as the last lines of pytest say.
 clients:  ## get Chromium and PrusaSlicer for the tests, where apt-get may without asking for a password

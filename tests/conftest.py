@@ -1,17 +1,25 @@
-"""What every test shares: a cache folder, fixed seeds, one thread, and Mitsuba with a libLLVM that works."""
+"""What every test shares: a cache folder, fixed seeds, one thread, Mitsuba with a libLLVM, recorded truths."""
 
 import os
+from collections import Counter
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
-# As the command line has it, and before torch, which reads it once.
-os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-os.environ.setdefault("KMP_BLOCKTIME", "0")
+# Before numpy and torch, which read them once. The processes of the tests take all cores; two threads of BLAS in
+# each take more than twice the CPU seconds of one.
+for _name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
 
 import torch
+
+from tests.recorded import Truths
+
+SLOW_S = 1.0
+"""Time of a test, its fixtures included, from which on it is marked `slow`."""
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -46,3 +54,34 @@ def _seed() -> None:
 def pytest_configure() -> None:
     """One thread for torch: the arrays of the tests are small, and the order of sums stays the same."""
     torch.set_num_threads(1)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Options of `make truths`."""
+    group = parser.getgroup("recorded truths")
+    group.addoption("--record-truths", action="store_true", help="compute recorded truths anew")
+    group.addoption("--accept", default="", metavar="REASON", help="replace recorded truths that disagree")
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Name the tests that took long and are not marked `slow`; no test fails by its time."""
+    seconds: Counter[str] = Counter()
+    for report in chain.from_iterable(terminalreporter.stats.values()):
+        if isinstance(report, pytest.TestReport) and "slow" not in report.keywords:
+            seconds[report.nodeid] += report.duration
+    long = [f"{test} ({taken:.1f} s)" for test, taken in seconds.most_common() if taken >= SLOW_S]
+    if long:
+        terminalreporter.write_line(f"not marked slow: {', '.join(long)}")
+
+
+@pytest.fixture
+def truths(request: pytest.FixtureRequest) -> Truths:
+    """The recorded truths of a test."""
+    option = request.config.getoption
+    return Truths(request.node.nodeid, option("--record-truths"), option("--accept"))
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Where truths are recorded, run the tests that have some."""
+    if config.getoption("--record-truths"):
+        items[:] = [item for item in items if "truths" in getattr(item, "fixturenames", ())]

@@ -121,8 +121,8 @@ class Browser:
         os.waitpid(self._process, 0)
         shutil.rmtree(self._profile, ignore_errors=True)
 
-    def open(self, file: Path, width: int, *, dark: bool = False) -> Page:
-        """Load a page in a window of this width in CSS pixels, and wait until all of the page is there."""
+    def open(self, page: Path | str, width: int, *, dark: bool = False) -> Page:
+        """Load a page, a file or an address, in a window of this width in CSS pixels; wait for all of it."""
         phone = width < 600
         self._call(
             "Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=phone
@@ -130,19 +130,19 @@ class Browser:
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self._call("Emulation.setEmulatedMedia", features=[scheme])
         self._events.clear()
-        address = file.resolve().as_uri()
+        address = page if isinstance(page, str) else page.resolve().as_uri()
         self._call("Page.navigate", url=address)
         self._until("Page.loadEventFired")
         self.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done, 50)))")
-        page = Page()
+        seen = Page()
         for event in self._events:
             told = event["params"]
             if event["method"] == "Network.requestWillBeSent":
                 asked = told["request"]["url"]
                 if asked != address and not asked.startswith("data:"):
-                    page.asked.append(asked)
-        page.complaints = self.complaints()
-        return page
+                    seen.asked.append(asked)
+        seen.complaints = self.complaints()
+        return seen
 
     def complaints(self) -> list[str]:
         """Messages on the console since the page was opened, as far as answers have been read."""

@@ -1,11 +1,15 @@
 """How noisy pictures differ, and how they change with heights, measured: what gradients are compared with."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import numpy as np
+import torch
 
-from tests.visual.scenes import Array, waves
+from tests.recorded import Truth, Truths, files_of, over_seeds
+from tests.visual.scenes import SIDE, Array, waves
+from visual.scene import Scene
 
 DIRECTIONS = (
     waves((1, 0), 0.0),
@@ -39,57 +43,93 @@ def differ_by_noise(one: Sequence[Array], other: Sequence[Array]) -> bool:
     return bool(squares.mean() < 1.2 * freedom / (freedom - 2))
 
 
-Picture = Callable[[Array, int], Array]
-"""A picture (rows, cols) of heights (rows, cols) with a seed."""
+def slopes_of_pictures(
+    truths: Truths,
+    scene: Scene,
+    step_mm: float,
+    seeds: int,
+    samples: int,
+    *,
+    pixels: Array | None = None,
+    tile: bool = False,
+) -> Truth:
+    """Recorded slopes (directions, adjoints) of a scene's weighted first picture, by central differences.
+
+    Both ends of a difference have the same random numbers.
+
+    Args:
+        truths: the records of the test.
+        scene: as it was loaded; slopes are taken at its own heights.
+        step_mm: change of the heights to either side.
+        seeds: number of estimates, whose scatter gives the standard error.
+        samples: of each pixel.
+        pixels: further weights of the pixels (rows, cols); default 1.
+        tile: whether the plate repeats, which the scene's files do not say.
+    """
+    inputs = {
+        "scene": files_of(scene),
+        "settings": [step_mm, seeds, samples],
+        "weights": [DIRECTIONS, ADJOINTS, 1.0 if pixels is None else pixels],
+    } | ({"tile": "both ways"} if tile else {})
+    return truths(inputs, lambda: _central_differences(scene, step_mm, seeds, samples, pixels))
 
 
-@dataclass(frozen=True)
-class Slopes:
-    """Slopes of the weighted pictures: mean (directions, adjoints), and its standard error relative to it."""
-
-    mean: Array
-    standard_error: float
-
-    def error(self, other: Array) -> float:
-        """Distance of other slopes from these, relative to the size of these."""
-        return float(np.linalg.norm(other - self.mean) / np.linalg.norm(self.mean))
-
-
-def _over_seeds(found: Sequence[Array]) -> Slopes:
-    mean = np.mean(found, axis=0)
-    scatter = np.std(found, axis=0, ddof=1) / np.sqrt(len(found))
-    return Slopes(mean, float(np.linalg.norm(scatter) / np.linalg.norm(mean)))
-
-
-def measured(picture: Picture, heights: Array, step_mm: float, seeds: int) -> Slopes:
-    """Central differences with common random numbers."""
+def _central_differences(
+    scene: Scene, step_mm: float, seeds: int, samples: int, pixels: Array | None
+) -> Truth:
+    heights = np.asarray(scene.heights)
 
     def numbers(at: Array, seed: int) -> Array:
-        shot = picture(at, seed)
-        return np.array([(weights * shot).sum() for weights in ADJOINTS])
+        picture = scene.render(at, samples=samples, seed=seed).numpy()[0]
+        seen = picture if pixels is None else pixels * picture
+        return np.array([(weights * seen).sum() for weights in ADJOINTS])
 
-    def slopes(seed: int) -> Array:
-        return np.array(
-            [
-                (numbers(heights + step_mm * d, seed) - numbers(heights - step_mm * d, seed)) / (2 * step_mm)
-                for d in DIRECTIONS
-            ]
-        )
+    def slopes(seed: int) -> list[Array]:
+        ends = [[numbers(heights + sign * step_mm * d, seed) for sign in (1, -1)] for d in DIRECTIONS]
+        return [(up - down) / (2 * step_mm) for up, down in ends]
 
-    return _over_seeds([slopes(seed) for seed in range(seeds)])
+    return over_seeds([slopes(seed) for seed in range(seeds)])
 
 
-def by_gradients(gradient: Callable[[Array, int], Array], seeds: int) -> Slopes:
-    """The same from gradients (rows, cols) of an adjoint picture with a seed."""
-    return _over_seeds(
-        [
-            np.array(
-                [
-                    [(found * d).sum() for found in gradients]
-                    for gradients in [[gradient(weights, seed) for weights in ADJOINTS]]
-                    for d in DIRECTIONS
-                ]
-            )
-            for seed in range(seeds)
-        ]
+Gradient = Callable[[Array, int], Array]
+"""Gradient (rows, cols) by the heights of a picture weighted by an array (rows, cols), with a seed."""
+
+
+def rendered_gradient(scene: Scene, samples: int | None = None, shadow_edges: bool = True) -> Gradient:
+    """The gradient of a scene's first picture through `Scene.render`."""
+
+    def gradient(weights: Array, seed: int) -> Array:
+        heights = torch.tensor(scene.heights, requires_grad=True)
+        pictures = scene.render(heights, samples=samples, seed=seed, shadow_edges=shadow_edges)
+        (pictures[0] * torch.as_tensor(weights)).sum().backward()
+        assert heights.grad is not None
+        return heights.grad.numpy()
+
+    return gradient
+
+
+def view_gradient(scene: Scene, edges: bool = True) -> Gradient:
+    """The gradient of a scene's first picture by the explicit Jacobian of a view that the seed makes."""
+    return jacobian_gradient(
+        lambda seed: scene.views(seed=seed)[0].evaluate(scene.heights, edges=edges).jacobians[0]
     )
+
+
+def jacobian_gradient(jacobian: Callable[[int], Any]) -> Gradient:
+    """The gradient by a Jacobian (pixels, heights) that the seed makes."""
+    known = cache(jacobian)
+
+    def gradient(weights: Array, seed: int) -> Array:
+        return np.asarray(known(seed).T @ weights.ravel()).reshape(SIDE, SIDE)
+
+    return gradient
+
+
+def by_gradients(gradient: Gradient, seeds: int) -> Truth:
+    """Slopes (directions, adjoints) from gradients."""
+
+    def slopes(seed: int) -> list[list[float]]:
+        gradients = [gradient(weights, seed) for weights in ADJOINTS]
+        return [[(found * direction).sum() for found in gradients] for direction in DIRECTIONS]
+
+    return over_seeds([slopes(seed) for seed in range(seeds)])

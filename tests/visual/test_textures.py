@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +10,14 @@ import torch
 from PIL import Image
 
 from relief.common.errors import InputError
-from tests.visual.differences import by_gradients, differ_by_noise, measured
+from tests.recorded import Truths
+from tests.visual.differences import (
+    by_gradients,
+    differ_by_noise,
+    rendered_gradient,
+    slopes_of_pictures,
+    view_gradient,
+)
 from tests.visual.scenes import (
     MATTE,
     PLASTIC,
@@ -173,27 +179,6 @@ def test_the_jacobian_is_that_of_the_explicit_pictures(scene_of: Callable[..., S
     assert np.linalg.norm(found - expected) < 0.01 * np.linalg.norm(expected)
 
 
-def _rendered(scene: Scene, samples: int | None = None) -> Callable[[Array, int], Array]:
-    def gradient(weights: Array, seed: int) -> Array:
-        heights = torch.tensor(scene.heights, requires_grad=True)
-        (scene.render(heights, samples=samples, seed=seed)[0] * torch.as_tensor(weights)).sum().backward()
-        assert heights.grad is not None
-        return heights.grad.numpy()
-
-    return gradient
-
-
-def _explicit(scene: Scene) -> Callable[[Array, int], Array]:
-    jacobians: dict[int, Any] = {}
-
-    def gradient(weights: Array, seed: int) -> Array:
-        if seed not in jacobians:
-            jacobians[seed] = scene.views(seed=seed)[0].evaluate(scene.heights).jacobians[0]
-        return np.asarray(jacobians[seed].T @ weights.ravel()).reshape(SIDE, SIDE)
-
-    return gradient
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("texture", "camera", "samples", "allowed"),
@@ -206,14 +191,12 @@ def _explicit(scene: Scene) -> Callable[[Array, int], Array]:
     ],
 )
 def test_gradients_are_those_of_rendered_pictures(
-    scene_of: Callable[..., Scene], texture: str, camera: str, samples: int, allowed: float
+    scene_of: Callable[..., Scene], truths: Truths, texture: str, camera: str, samples: int, allowed: float
 ) -> None:
     scene = scene_of(sun(35), material=TEXTURED[texture], **({"camera": OBLIQUE} if camera == "side" else {}))
-    truth = measured(
-        lambda h, seed: scene.render(h, samples=samples, seed=seed).numpy()[0], scene.heights, 0.01, 3
-    )
-    assert truth.standard_error < 0.02
-    for gradient in (_rendered(scene), _explicit(scene)):
+    truth = slopes_of_pictures(truths, scene, step_mm=0.01, seeds=3, samples=samples)
+    assert truth.relative_error < 0.02
+    for gradient in (rendered_gradient(scene), view_gradient(scene)):
         assert truth.error(by_gradients(gradient, 12).mean) < allowed
 
 

@@ -56,12 +56,20 @@ def test_a_run_stands_where_its_files_say() -> None:
 
 
 def test_runs_follow_one_another(monkeypatch: pytest.MonkeyPatch) -> None:
-    commanded(monkeypatch, "import sys, os; os.makedirs(sys.argv[4])")
+    """Each goes on until the file `go` is there."""
+    script = """
+import os, sys, time
+while not os.path.exists("go"):
+    time.sleep(0.01)
+os.makedirs(sys.argv[4])
+"""
+    commanded(monkeypatch, script)
     queue = Queue()
     first, second = (Job(Path(f"runs/stone-{number}"), Feel()) for number in (1, 2))
     queue.add(first)
     queue.add(second)
     assert second.state is State.WAITING
+    Path("go").touch()
     until(first, State.FAILED)
     assert queue.advance() and not queue.advance()
     until(second, State.FAILED)

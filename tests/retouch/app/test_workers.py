@@ -3,12 +3,13 @@
 import asyncio
 import os
 import signal
-import time
+from pathlib import Path
 
 import pytest
 
 from relief.common.errors import InputError
 from retouch.app.computing.worker import Superseded, Worker
+from tests.retouch.app.worker_works import until_there
 
 
 def process(worker: Worker) -> int:
@@ -17,17 +18,28 @@ def process(worker: Worker) -> int:
     return only
 
 
-def test_a_killed_worker_is_replaced_and_a_closed_one_is_not() -> None:
+async def there(file: Path) -> None:
+    while not file.exists():
+        await asyncio.sleep(0.01)
+
+
+def test_a_killed_worker_is_replaced_and_a_closed_one_is_not(tmp_path: Path) -> None:
+    begun, end, never = tmp_path / "begun", tmp_path / "end", tmp_path / "never"
+
     async def doing() -> None:
         worker = Worker()
         first = await worker(os.getpid)
-        sleeping = asyncio.ensure_future(worker(time.sleep, 0.3))
-        await asyncio.sleep(0.1)
+        killed = asyncio.ensure_future(worker(until_there, begun, end))
+        await there(begun)
+        begun.unlink()
         os.kill(first, signal.SIGKILL)
-        await sleeping
+        await there(begun)
+        end.touch()
+        await killed
         assert process(worker) != first
-        lasting = asyncio.ensure_future(worker(time.sleep, 60))
-        await asyncio.sleep(0.1)
+        begun.unlink()
+        lasting = asyncio.ensure_future(worker(until_there, begun, never))
+        await there(begun)
         worker.close()
         with pytest.raises(Superseded):
             await lasting

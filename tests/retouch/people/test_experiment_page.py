@@ -1,7 +1,11 @@
 """The experiment in a real browser: keys answer, answers stay, and the saved tables are read."""
 
 import shutil
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
@@ -25,6 +29,31 @@ CODES = {"Enter": 13, "Backspace": 8, "Escape": 27, "ArrowRight": 39, "ArrowDown
 def browser() -> Iterator[Browser]:
     with Browser() as open_browser:
         yield open_browser
+
+
+class Silent(SimpleHTTPRequestHandler):
+    """Serves files and logs nothing."""
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+@pytest.fixture
+def served() -> Iterator[Callable[[Path], str]]:
+    """Gives a page the address of a server that lasts as long as the test.
+
+    Headless Chromium gives a page that is opened as a file an empty storage of its own at some loads.
+    """
+    with ExitStack() as servers:
+
+        def serve(page: Path) -> str:
+            handler = partial(Silent, directory=str(page.parent))
+            server = servers.enter_context(ThreadingHTTPServer(("127.0.0.1", 0), handler))
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            servers.callback(server.shutdown)
+            return f"http://127.0.0.1:{server.server_port}/{page.name}"
+
+        yield serve
 
 
 def page_of(made: Path, tmp_path: Path) -> Path:
@@ -55,9 +84,9 @@ def shown(browser: Browser) -> str:
 
 
 def test_an_experiment_is_run_by_keys_and_goes_on_after_a_reload(
-    browser: Browser, made: Path, tmp_path: Path
+    browser: Browser, made: Path, tmp_path: Path, served: Callable[[Path], str]
 ) -> None:
-    page = page_of(made, tmp_path)
+    page = served(page_of(made, tmp_path))
     browser.open(page, 1280)
     press(browser, "Enter")
     assert "trial 1 of 6" in shown(browser) and "Lay these two plates out" in shown(browser)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import torch
 
-from tests.visual.differences import by_gradients, measured
+from tests.recorded import Truths
+from tests.visual.differences import by_gradients, slopes_of_pictures
 from tests.visual.scenes import SIDE, Array, hills, sun
 from visual.exact.render import PictureIndex, RenderSettings, edge_gradient, interior_gradient
 from visual.scene import Scene
@@ -20,10 +21,6 @@ def bowl() -> Array:
     """Concave: every face sees every other."""
     away = np.linspace(-1.0, 1.0, SIDE)
     return 2.0 * 0.5 * (away[:, None] ** 2 + away[None, :] ** 2)
-
-
-def picture_of(scene: Scene) -> Callable[[Array, int], Array]:
-    return lambda at, seed: np.asarray(scene.render(at, samples=SAMPLES, seed=seed).numpy()[0])
 
 
 def followed(scene: Scene, heights: Array, *, edges: bool) -> Callable[[Array, int], Array]:
@@ -47,9 +44,11 @@ def test_light_between_faces_makes_pictures_brighter(scene_of: Callable[..., Sce
     assert float(twice.mean()) > 1.02 * float(once.mean())
 
 
-def test_the_edges_that_bouncing_light_moves_are_a_small_part(scene_of: Callable[..., Scene]) -> None:
+def test_the_edges_that_bouncing_light_moves_are_a_small_part(
+    scene_of: Callable[..., Scene], truths: Truths
+) -> None:
     scene = scene_of(sun(35), max_depth=3)
-    truth = measured(picture_of(scene), hills(), step_mm=0.02, seeds=SEEDS)
+    truth = slopes_of_pictures(truths, scene, step_mm=0.02, seeds=SEEDS, samples=SAMPLES)
     error = {
         edges: truth.error(by_gradients(followed(scene, hills(), edges=edges), SEEDS).mean)
         for edges in (False, True)

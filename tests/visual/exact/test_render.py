@@ -8,7 +8,8 @@ import torch
 from scipy.ndimage import gaussian_filter
 from torch import Tensor
 
-from tests.visual.differences import ADJOINTS, by_gradients, measured
+from tests.recorded import Truths
+from tests.visual.differences import ADJOINTS, by_gradients, slopes_of_pictures
 from tests.visual.scenes import PLASTIC, SIDE, Array, sky, sun
 from visual.scene import Scene
 
@@ -76,6 +77,7 @@ def test_without_edges_the_gradient_is_that_of_the_jacobian_without(scene_of: Ca
 )
 def test_the_gradient_is_that_of_the_pictures(
     scene_of: Callable[..., Scene],
+    truths: Truths,
     light: str,
     seeds: int,
     step_mm: float,
@@ -84,10 +86,8 @@ def test_the_gradient_is_that_of_the_pictures(
     noise: float,
 ) -> None:
     scene = scene_of(light)
-    truth = measured(
-        lambda h, seed: scene.render(h, samples=1024, seed=seed).numpy()[0], scene.heights, step_mm, seeds
-    )
-    assert truth.standard_error < noise
+    truth = slopes_of_pictures(truths, scene, step_mm, seeds, samples=1024)
+    assert truth.relative_error < noise
     slopes = by_gradients(lambda weights, seed: gradient(scene, weights[None], seed), draws)
     assert truth.error(slopes.mean) < allowed
 

@@ -10,7 +10,15 @@ import pytest
 import torch
 
 from relief.surface import Surface
-from tests.visual.differences import by_gradients, differ_by_noise, measured
+from tests.recorded import Truths
+from tests.visual.differences import (
+    Gradient,
+    by_gradients,
+    differ_by_noise,
+    rendered_gradient,
+    slopes_of_pictures,
+    view_gradient,
+)
 from tests.visual.scenes import PLASTIC, SIDE, SIZE_MM, Array, hills, sky, sun, toward, write_scene
 from visual.geometry.halo import FEWEST, LEAST_TANGENT, MARGIN, halo_of, rise_of
 from visual.scene import Scene, load_scene
@@ -112,26 +120,17 @@ def test_rolling_the_tile_rolls_its_gradient_in_both_methods(tile_of: Callable[.
 @pytest.mark.slow
 @pytest.mark.parametrize("camera", [None, ASLANT], ids=["above", "aslant"])
 def test_derivatives_through_the_seam_are_those_of_mitsubas_pictures(
-    tile_of: Callable[..., Scene], camera: str | None
+    tile_of: Callable[..., Scene], truths: Truths, camera: str | None
 ) -> None:
     scene = tile_of(sun(25), material=PLASTIC, **({} if camera is None else {"camera": camera}))
     rim = RIM if camera is None else (scene.plate_weights()[0] > 0).astype(float)
-    truth = measured(
-        lambda heights, seed: rim * scene.render(heights, samples=512, seed=seed).numpy()[0], hills(), 0.02, 3
-    )
+    truth = slopes_of_pictures(truths, scene, step_mm=0.02, seeds=3, samples=512, pixels=rim, tile=True)
 
-    def explicit(weights: Array, seed: int) -> Array:
-        jacobian = scene.views(seed=seed)[0].evaluate(hills()).jacobians[0]
-        return np.asarray(jacobian.T @ (rim * weights).ravel()).reshape(SIDE, SIDE)
+    def at_the_rim(gradient: Gradient) -> Gradient:
+        return lambda weights, seed: gradient(rim * weights, seed)
 
-    def rendered(weights: Array, seed: int) -> Array:
-        leaf = torch.tensor(hills(), requires_grad=True)
-        scene.render(leaf, seed=seed).backward(torch.as_tensor(rim * weights)[None])
-        assert leaf.grad is not None
-        return leaf.grad.numpy()
-
-    for gradient in (explicit, rendered):
-        assert truth.error(by_gradients(gradient, 2).mean) < 0.06
+    for gradient in (view_gradient(scene), rendered_gradient(scene)):
+        assert truth.error(by_gradients(at_the_rim(gradient), 2).mean) < 0.06
 
 
 def test_neighbours_are_seen_from_the_side_and_count_for_nothing(tile_of: Callable[..., Scene]) -> None:

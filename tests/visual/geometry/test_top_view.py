@@ -5,7 +5,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tests.visual.differences import DIRECTIONS, by_gradients, differ_by_noise, measured
+from tests.recorded import Truths
+from tests.visual.differences import (
+    DIRECTIONS,
+    by_gradients,
+    differ_by_noise,
+    jacobian_gradient,
+    slopes_of_pictures,
+    view_gradient,
+)
 from tests.visual.scenes import (
     ALBEDO,
     FLOOR,
@@ -158,27 +166,15 @@ def test_without_shadows_the_jacobian_is_that_of_the_samples(
 
 @pytest.mark.parametrize("elevation", [70, 80])
 def test_without_shadows_the_jacobian_is_that_of_mitsubas_pictures(
-    scene_of: Callable[..., Scene], elevation: float
+    scene_of: Callable[..., Scene], truths: Truths, elevation: float
 ) -> None:
     heights = hills(0.6, 3.0)
     scene = scene_of(sun(elevation), material=PLASTIC, heights=heights)
-    truth = measured(lambda h, seed: scene.render(h, samples=256, seed=seed).numpy()[0], heights, 0.01, 2)
-    assert truth.standard_error < 2e-3
-    assert truth.error(by_gradients(view_gradient(scene, heights), 4).mean) < 0.01
+    truth = slopes_of_pictures(truths, scene, step_mm=0.01, seeds=2, samples=256)
+    assert truth.relative_error < 2e-3
+    assert truth.error(by_gradients(view_gradient(scene), 4).mean) < 0.01
     with_edges, without = (scene.views()[0].evaluate(heights, edges=e).jacobians[0] for e in (True, False))
     assert (with_edges != without).nnz == 0
-
-
-def view_gradient(scene: Scene, heights: Array, edges: bool = True) -> Callable[[Array, int], Array]:
-    """Gradients (rows, cols) of weighted pictures by a top view that the seed makes."""
-    kept = {}
-
-    def gradient(weights: Array, seed: int) -> Array:
-        if seed not in kept:
-            kept[seed] = scene.views(seed=seed)[0].evaluate(heights, edges=edges).jacobians[0]
-        return (kept[seed].T @ weights.ravel()).reshape(SIDE, SIDE)
-
-    return gradient
 
 
 # An estimate from one seed scatters by 5 % (35 degrees) to 20 % (20 degrees) on a plate this small, which has
@@ -188,35 +184,35 @@ def view_gradient(scene: Scene, heights: Array, edges: bool = True) -> Callable[
     ("elevation", "allowed", "noise", "worse"), [(35, 0.03, 0.01, 8), (20, 0.05, 0.02, 10)]
 )
 def test_shadows_and_all_the_jacobian_is_that_of_mitsubas_pictures(
-    scene_of: Callable[..., Scene], elevation: float, allowed: float, noise: float, worse: float
+    scene_of: Callable[..., Scene],
+    truths: Truths,
+    elevation: float,
+    allowed: float,
+    noise: float,
+    worse: float,
 ) -> None:
-    heights = hills()
-    scene = scene_of(sun(elevation), heights=heights)
-    truth = measured(lambda h, seed: scene.render(h, samples=1024, seed=seed).numpy()[0], heights, 0.02, 3)
-    assert truth.standard_error < noise
-    slopes = by_gradients(view_gradient(scene, heights), 24)
-    error = truth.error(slopes.mean)
+    scene = scene_of(sun(elevation))
+    truth = slopes_of_pictures(truths, scene, step_mm=0.02, seeds=3, samples=1024)
+    assert truth.relative_error < noise
+    error = truth.error(by_gradients(view_gradient(scene), 24).mean)
     assert error < allowed
-    assert truth.error(by_gradients(view_gradient(scene, heights, edges=False), 2).mean) > worse * error
+    assert truth.error(by_gradients(view_gradient(scene, edges=False), 2).mean) > worse * error
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("floor", [False, True], ids=["in the air", "on a table"])
-def test_under_ambient_light_alone_it_is_too(scene_of: Callable[..., Scene], floor: bool) -> None:
+def test_under_ambient_light_alone_it_is_too(
+    scene_of: Callable[..., Scene], truths: Truths, floor: bool
+) -> None:
     heights = hills()
     scene = scene_of(sky(), more=FLOOR if floor else "", heights=heights)
-    truth = measured(lambda h, seed: scene.render(h, samples=1024, seed=seed).numpy()[0], heights, 0.06, 2)
-    assert truth.standard_error < 0.03
+    truth = slopes_of_pictures(truths, scene, step_mm=0.06, seeds=2, samples=1024)
+    assert truth.relative_error < 0.03
 
     def slopes(edges: bool) -> Array:
-        kept = {}
-
-        def gradient(weights: Array, seed: int) -> Array:
-            if seed not in kept:
-                view = ambient_view(heights, seed, floor)
-                kept[seed] = view.evaluate(heights, edges=edges).jacobians[0]
-            return (kept[seed].T @ weights.ravel()).reshape(SIDE, SIDE)
-
+        gradient = jacobian_gradient(
+            lambda seed: ambient_view(heights, seed, floor).evaluate(heights, edges=edges).jacobians[0]
+        )
         return by_gradients(gradient, 64).mean
 
     error = truth.error(slopes(True))

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from relief.common.errors import InputError
-from tests.visual.differences import by_gradients, measured
+from tests.recorded import Truths
+from tests.visual.differences import by_gradients, slopes_of_pictures, view_gradient
 from tests.visual.exact.test_shading import MATERIALS
-from tests.visual.exact.test_view import CAMERAS, view_gradient
-from tests.visual.scenes import PLASTIC, SIDE, Array, hills, toward
+from tests.visual.exact.test_view import CAMERAS
+from tests.visual.scenes import PLASTIC, SIDE, Array, toward
 from visual.exact.shading import Places, shade
 from visual.lights.near import NearLights, even, matte, off_plate
 from visual.lights.point import cone_lobe
@@ -48,15 +49,23 @@ def test_the_plate_looks_as_under_mitsubas_lamp(scene_of: Callable[..., Scene], 
 
 
 @pytest.mark.slow
-@EVERY_LIGHT
-@pytest.mark.parametrize("camera", [{}, CAMERAS["perspective"]], ids=["above", "perspective"])
+@pytest.mark.parametrize(
+    ("light", "camera"),
+    [
+        ("point", "above"),
+        ("point", "perspective"),
+        ("spot", "perspective"),
+        ("rectangle", "above"),
+        ("disk", "perspective"),
+        ("sphere", "above"),
+    ],
+)
 def test_the_jacobian_is_that_of_mitsubas_pictures(
-    scene_of: Callable[..., Scene], light: str, camera: dict[str, str]
+    scene_of: Callable[..., Scene], truths: Truths, light: str, camera: str
 ) -> None:
-    heights = hills()
-    scene = scene_of(light, material=PLASTIC, heights=heights, **camera)
-    truth = measured(lambda h, seed: scene.render(h, samples=1024, seed=seed).numpy()[0], heights, 0.02, 3)
-    assert truth.standard_error < 0.02
+    scene = scene_of(LIGHTS[light], material=PLASTIC, **CAMERAS.get(camera, {}))
+    truth = slopes_of_pictures(truths, scene, step_mm=0.02, seeds=3, samples=1024)
+    assert truth.relative_error < 0.02
     assert truth.error(by_gradients(view_gradient(scene), 8).mean) < 0.06
 
 
