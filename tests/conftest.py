@@ -1,4 +1,4 @@
-"""What every test shares: a cache folder, fixed seeds, one thread, Mitsuba with a libLLVM, recorded truths."""
+"""What every test shares: a cache folder, fixed seeds, one thread, Mitsuba with a libLLVM, truths."""
 
 import os
 from collections import Counter
@@ -9,10 +9,11 @@ from types import ModuleType
 
 import pytest
 
-# Before numpy and torch, which read them once. The processes of the tests take all cores; two threads of BLAS in
-# each take more than twice the CPU seconds of one.
-for _name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+# Before numpy and torch, which read them once. Tests have a process a core; with two threads of BLAS
+# a process takes more than twice the CPU seconds.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("MKL_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import torch
 

@@ -9,7 +9,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -39,8 +40,10 @@ from relief.common.errors import InputError
 from relief.common.limits import BASE_MM
 from relief.common.locks import only_writer
 from relief.heightmap import load_heights, save_heights_exr
+from retouch.commands.main import main
 from retouch.verbs import runs
 from tests.optimize.conftest import SAMPLES
+from tests.optimize.kills import copied_at_every_step, signalled_after
 
 ROOT = Path(__file__).resolve().parents[3]
 CONDITIONS = ("light-10", "light-130", "light-250")
@@ -529,34 +532,42 @@ def test_resuming_a_finished_run_changes_nothing(finished: Result, run_file: Run
     assert {path.name for path in copy.iterdir()} == set(results.WRITTEN)
 
 
-PROCESS = """import signal, sys
-signal.signal(signal.SIGINT, signal.default_int_handler)
-from retouch.commands.main import main
-sys.exit(main(sys.argv[1:]))"""
-"""The command in a process that heeds Ctrl-C even if the tests run in the background of a shell."""
-
-
-def ended_after(step: int, by: signal.Signals, arguments: Sequence[str], run_dir: Path) -> int:
-    """Start the command, send a signal once a step is done; the exit status."""
-    command = [sys.executable, "-c", PROCESS, *arguments, "-q"]
+def killed_after(step: int, arguments: Sequence[str], run_dir: Path) -> int:
+    """Start the command in a process, and kill it once a step is done; the exit status."""
+    command = [sys.executable, "-m", "retouch", *arguments, "-q"]
     with subprocess.Popen(command, cwd=ROOT) as process:
-        deadline = time.monotonic() + 300.0
         lines = run_dir / results.HISTORY
         while not (lines.is_file() and lines.read_text().count("\n") > step):
-            assert process.poll() is None and time.monotonic() < deadline
+            assert process.poll() is None
             time.sleep(0.01)
-        process.send_signal(by)
-        return process.wait(300.0)
+        process.kill()
+        return process.wait()
+
+
+@contextmanager
+def heeding(interrupt: signal.Signals) -> Iterator[None]:
+    """Python's own handler of Ctrl-C, which processes of pytest-xdist are without."""
+    before = signal.signal(interrupt, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(interrupt, before)
 
 
 @pytest.fixture(scope="module")
 def uninterrupted(run_file: RunFile, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Result]:
-    """Runs of nine steps at most, to their end; one for each method and choice of fingers."""
+    """Runs of nine steps at most, to their end; one for each method and choice of fingers.
+
+    A copy of a run's folder as it is after each step lies beside it, in `copies/<step>`.
+    """
 
     @cache
     def run(method: str, fingers: str = "one") -> Result:
         path = run_file(f'jnd = 2\nfingers = "{fingers}"', f'method = "{method}"\nsteps = 9')
-        return runs.optimize(path, tmp_path_factory.mktemp("runs") / "whole")
+        folder = tmp_path_factory.mktemp("runs")
+        with pytest.MonkeyPatch.context() as patch:
+            copied_at_every_step(patch, folder / "copies")
+            return runs.optimize(path, folder / "whole")
 
     return run
 
@@ -577,15 +588,23 @@ def test_a_scaled_original_is_verified_and_rendered_as_any_result(out: Path, run
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("method", "fingers"), [("gauss-newton", "one"), ("gauss-newton", "range"), ("adam", "one")]
+    ("method", "fingers", "process"),
+    [
+        pytest.param("gauss-newton", "one", True, id="process"),
+        ("gauss-newton", "range", False),
+        ("adam", "one", False),
+    ],
 )
 def test_a_killed_run_goes_on_to_the_same_end(
-    out: Path, uninterrupted: Callable[..., Result], method: str, fingers: str
+    out: Path, uninterrupted: Callable[..., Result], method: str, fingers: str, process: bool
 ) -> None:
+    """One run is killed in a process of its own; the others are copies of a folder as a kill leaves it."""
     whole = uninterrupted(method, fingers)
-    path = whole.run_dir / SETTINGS
-    status = ended_after(3, signal.SIGKILL, ["optimize", str(path), "-o", str(out)], out)
-    assert status == -signal.SIGKILL
+    if process:
+        arguments = ["optimize", str(whole.run_dir / SETTINGS), "-o", str(out)]
+        assert killed_after(3, arguments, out) == -signal.SIGKILL
+    else:
+        shutil.copytree(whole.run_dir.with_name("copies") / "3", out)
     assert not (out / "result.json").exists()
     assert 2 <= load_checkpoint(out).current.step < 9
     resumed = runs.resume(out)
@@ -595,16 +614,19 @@ def test_a_killed_run_goes_on_to_the_same_end(
 
 
 @pytest.mark.slow
-def test_a_run_killed_in_a_later_round_goes_on_to_the_same_end(out: Path, run_file: RunFile) -> None:
+def test_a_run_killed_in_a_later_round_goes_on_to_the_same_end(
+    out: Path, run_file: RunFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """On a coarse mesh the finite elements differ from the layer by more than this run tolerates."""
     path = run_file("jnd = 2", "tolerance = 0.002")
     path.write_text(path.read_text().replace("resolution = 16\n", "resolution = 8\n"))
-    whole = runs.optimize(path, out.with_name("whole"))
+    with monkeypatch.context() as patch:
+        copied_at_every_step(patch, out.with_name("copies"))
+        whole = runs.optimize(path, out.with_name("whole"))
     rounds = whole.summary["verification"]["rounds"]
     assert len(rounds) > 1
     assert rounds[-1]["miss"] <= 0.002 < rounds[0]["miss"]
-    status = ended_after(rounds[0]["steps"] + 1, signal.SIGKILL, ["optimize", str(path), "-o", str(out)], out)
-    assert status == -signal.SIGKILL
+    shutil.copytree(out.with_name("copies") / str(rounds[0]["steps"] + 1), out)
     assert len(load_checkpoint(out).state.iterations) >= 1
     resumed = runs.resume(out)
     assert resumed.summary["stop"] == whole.summary["stop"]
@@ -615,10 +637,12 @@ def test_a_run_killed_in_a_later_round_goes_on_to_the_same_end(out: Path, run_fi
 @pytest.mark.slow
 @pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_writes_its_best_and_goes_on(
-    out: Path, uninterrupted: Callable[..., Result], by: signal.Signals
+    out: Path, uninterrupted: Callable[..., Result], monkeypatch: pytest.MonkeyPatch, by: signal.Signals
 ) -> None:
     whole = uninterrupted("gauss-newton")
-    assert ended_after(3, by, ["optimize", str(whole.run_dir / SETTINGS), "-o", str(out)], out) == 130
+    with monkeypatch.context() as patch, heeding(signal.SIGINT):
+        signalled_after(patch, 3, by)
+        assert main(["optimize", str(whole.run_dir / SETTINGS), "-o", str(out), "-q"]) == 130
     assert {file.name for file in out.iterdir()} == set(results.WRITTEN)
     result = json.loads((out / "result.json").read_text())
     assert result["stop"]["reason"] == "interrupted"
